@@ -141,7 +141,7 @@ class Parameter:
     least: float
     most: float
     usual: float
-    unit: str  # "" or dB, semitones
+    unit: str  # "" or dB, semitones; of what the bass is built by mm, %, deg, 1/s, pF
     whole: bool  # only whole numbers
     points: tuple[str, ...]  # names of the values 0, 1 ...
 
@@ -223,6 +223,33 @@ EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by num
 for knob in EFFECTS:
     parameter(knob, knob.capitalize(), "Effects")
 parameter("cores", "Cores", "Processor", least=1.0, most=4.0, usual=1.0, whole=True)  # with threads of one's own
+
+# Those that the bass is built by anew, in the order of CHANGE (kernels/bass/change.py); 0: as the bass itself has it
+BUILT_ROWS: dict[str, Parameter] = {}
+
+
+def built(symbol: str, name: str, group: str, least: float, most: float, unit: str) -> int:
+    """Adds a parameter that the bass is built by anew; returns its number among these."""
+    parameter(symbol, name, group, least, most, unit)
+    BUILT_ROWS[symbol] = PARAMETER_ROWS[symbol]
+    return len(BUILT_ROWS) - 1
+
+
+ACTION = built("action", "Action", "Neck", -2.0, 3.0, "mm")  # at fret 12
+NECK_RELIEF = built("neck_relief", "Neck relief", "Neck", -1.0, 1.0, "mm")
+NUT_HEIGHT = built("nut_height", "Nut height", "Neck", -0.5, 1.5, "mm")
+CONTACT_LOSS = built("contact_loss", "Loss at the frets", "Neck", -100.0, 300.0, "%")
+GAUGE = built("gauge", "Gauge", "Strings", -30.0, 40.0, "%")  # at the same pitch
+TENSION = built("tension", "Tension", "Strings", -25.0, 30.0, "%")  # heavier for their thickness
+WEAR = built("wear", "Wear", "Strings", -50.0, 1100.0, "%")  # losses inside the strings
+FOAM = built("foam", "Foam", "Strings", 0.0, 60.0, "1/s")
+PICKUP_PLACE = built("pickup_place", "Pickup place", "Pickups", -60.0, 60.0, "mm")  # nearer to the neck
+PICKUP_HEIGHT = built("pickup_height", "Pickup height", "Pickups", -3.0, 3.0, "mm")  # nearer to the strings
+CABLE = built("cable", "Cable", "Pickups", -500.0, 3000.0, "pF")
+FINGER_WIDTH = built("finger_width", "Finger width", "Hand", -80.0, 200.0, "%")
+PLUCK_ANGLE = built("pluck_angle", "Pluck angle", "Hand", -60.0, 60.0, "deg")  # more across
+HARDEST = built("hardest", "Hardest pluck", "Hand", -60.0, 150.0, "%")
+BUILT = len(BUILT_ROWS)
 
 # --- number keys of the page and of a terminal ---
 

@@ -190,8 +190,13 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     head["instrument"] = bass_numbers(instrument, qualities, frets)
     rest = given.tobytes() + modes.tobytes() + numbers.tobytes() + own.tobytes() + effects
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
-    words = np.frombuffer(head.tobytes() + rest, "<i8")
-    return words.tobytes() + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
+    return sealed(head.tobytes() + rest)
+
+
+def sealed(data: bytes) -> bytes:
+    """These bytes, whole words, with their checksum behind."""
+    words = np.frombuffer(data, "<i8")
+    return data + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
 
 
 def own_strokes(player: Player) -> NDArray[np.void]:

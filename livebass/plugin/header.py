@@ -13,11 +13,11 @@ import numpy as np
 
 from livebass import __version__, parts, techniques
 from livebass.compiling import Entry
-from livebass.kernels.bass import check, instrument, pool
+from livebass.kernels.bass import change, check, instrument, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
-from livebass.kernels.string import board, frets, preparing, records
+from livebass.kernels.string import board, frets, note, preparing, records
 from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
@@ -39,6 +39,7 @@ RECORDS = {
     "LB_NOTE": preparing.NOTE,
     "LB_PREPARING": preparing.PREPARING,
     "LB_POOL": pool.POOL,
+    "LB_CHANGE": change.CHANGE,
     "LB_COIL": coil.COIL,
     "LB_BUILDING": bass.BUILDING,
     "LB_TEAM": live.TEAM,
@@ -86,13 +87,15 @@ NUMBERS = {
     "LB_PLACES": look.PLACES,
     "LB_LOGGED": look.LOGGED,
     "LB_DONE": preparing.DONE,
+    "LB_MADE": note.MADE,
+    "LB_BUILT": techniques.BUILT,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
     check.check_file, check.checksum, pool.measure_pool, pool.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
-    board.over_board, look.see_synth,
+    board.over_board, look.see_synth, change.measure_change, change.make_change,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}

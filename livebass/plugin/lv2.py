@@ -21,8 +21,9 @@ from livebass.plugin.bundle import (
     with_name,
     write_files,
 )
-from livebass.plugin.instrument import ENDING
+from livebass.plugin.instrument import ENDING, SLIDERS_ENDING
 from livebass.plugin.systems import SYSTEMS, System, this_system
+from livebass.techniques import BUILT_ROWS
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # an output a string
@@ -71,7 +72,13 @@ PROJECT = (
     '\n<urn:livebass:project> a doap:Project ; doap:name "livebass" ;'
     ' doap:maintainer [ a foaf:Organization ; foaf:name "livebass" ] .\n'
 )
-UNITS = {"dB": "units:db", "semitones": "units:semitone12TET"}
+UNITS = {
+    "dB": "units:db", "semitones": "units:semitone12TET", "mm": "units:mm", "%": "units:pc", "deg": "units:degree",
+    **{
+        unit: f'[ a units:Unit ; rdfs:label "{unit}" ; units:symbol "{unit}" ; units:render "%f {unit}" ]'
+        for unit in ("1/s", "pF")
+    },
+}  # fmt: skip
 WINDOWS = {"so": "X11UI", "dylib": "CocoaUI", "dll": "WindowsUI"}  # by the ending of libraries
 ROOM = 256  # bytes around a look
 WINDOW = f"""
@@ -93,7 +100,8 @@ def controls(titles: Sequence[str], quality: int) -> list[str]:
         properties = [
             *(["lv2:integer"] if p.whole else []),
             *(["lv2:enumeration"] if names else []),
-            *(["pprops:notAutomatic"] if event(p) is None else []),
+            *(["pprops:notAutomatic"] if event(p) is None and p.symbol not in BUILT_ROWS else []),
+            *(["pprops:expensive"] if p.symbol in BUILT_ROWS else []),
         ]
         more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:
@@ -155,7 +163,9 @@ def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
     names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
     binaries = {binary_name(system) for system in SYSTEMS.values()}
-    return always <= names and all(name in always | binaries or name.endswith(ENDING) for name in names)
+    return always <= names and all(
+        name in always | binaries or name.endswith((ENDING, SLIDERS_ENDING)) for name in names
+    )
 
 
 def binary_name(system: System) -> str:

@@ -14,18 +14,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from livebass.engine.image import added_bytes, all_strokes, bench_of, frets_of
+from livebass.engine.image import bench_of, frets_of
 from livebass.engine.prepare import BEYOND, is_heavy
 from livebass.kernels.bass.instrument import WORD
 from livebass.model.instrument import Instrument, Pickup, String
-from livebass.model.quality import ENDS_SOON
-from livebass.plugin.instrument import tiers
+from livebass.plugin.instrument import all_that_some_have, tiers, tiers_by_loss
 from livebass.preset.build import MEASURED, Builder, merged_neck, neck_end
 from livebass.preset.load import load_preset, preset_tables
 from livebass.preset.source import is_path
-from livebass.rows import TINY, rows
+from livebass.rows import rows
 from livebass.units import DIMENSIONS
 
 BENCH_ENDING = ".bench"
@@ -201,11 +198,10 @@ def contact_numbers(bass: Instrument) -> dict[str, Any] | None:
     """The loss at the frets (N s/m), the force that presses each string in (N), and the tiers by loss (s/m)."""
     if len({bool(neck.surface) for neck in bass.necks}) > 1:
         return None
-    ranges = []
-    for least, loss in ((0.0, 0.0), (TINY, ENDS_SOON / 2), (ENDS_SOON, 2 * ENDS_SOON)):
-        necks = tuple(replace(neck, contact_loss=loss * neck.pressing) for neck in bass.necks)
-        found = tiers(replace(bass, necks=necks))
-        ranges.append({"from": least, "tiers": [[q.modes or 0, q.contact_rate, int(is_heavy(q))] for q in found]})
+    ranges = [
+        {"from": least, "tiers": [[q.modes or 0, q.contact_rate, int(is_heavy(q))] for q in found]}
+        for least, found in tiers_by_loss(bass)
+    ]
     loss_of = [neck.contact_loss for neck in bass.necks]
     return {"loss": loss_of, "pressing": [neck.pressing for neck in bass.necks], "tiers": ranges}
 
@@ -317,5 +313,4 @@ def bench_file(bass: Instrument) -> bytes:
     effects of a file whose hand measures its force by another neck (kernels/bass/instrument.py).
     """
     made = bench_of(bass, tiers(bass), frets_of(bass))
-    rest = all_strokes(bass.player).tobytes() + added_bytes(bass.effects, np.zeros(len(bass.strings), np.int64))
-    return len(made.numbers).to_bytes(WORD, "little") + made.data() + rest
+    return len(made.numbers).to_bytes(WORD, "little") + made.data() + all_that_some_have(bass)

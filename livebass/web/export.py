@@ -22,7 +22,7 @@ from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.paper.cases import CASES, PLAYED, PRESET
-from livebass.plugin.bundle import LIST, instrument_files, write_files
+from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import ENDING
 from livebass.preset.load import preset_names
 from livebass.techniques import BUTTONS, EFFECTS
@@ -92,7 +92,7 @@ def is_single_page(file: Path) -> bool:
 def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = NONE) -> dict[str, bytes]:
     """The files of the page in a folder, by their paths; `sources` as for `export_page`."""
     engine = (layout() + text("engine.js")).encode()
-    files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name != LIST}
+    files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name.endswith(ENDING)}
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
     files |= {f"{BASSES}/{name}{BENCH_ENDING}": bench_file(basses[name]) for name, found in benches.items() if found}

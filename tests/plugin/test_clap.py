@@ -499,7 +499,8 @@ def test_a_session_of_a_plugin_with_fewer_parameters_is_taken_over(folder: Path,
     """Older ones have twelve, fourteen or sixteen parameters; what they do not have is as usual."""
     plugin.set(TONE, -0.5)
     words = np.frombuffer(plugin.save(), np.int64).copy()
-    assert words[3] == len(PARAMETERS) == CORES + 1
+    assert words[3] == len(PARAMETERS)
+    less += len(PARAMETERS) - CORES - 1  # those that came later
     older = np.concatenate([words[: -1 - less], words[-1:]])
     older[3] -= less
     older[-1:] = np.array([checksum(older.ctypes.data, len(older) - 1)], np.uint64).view(np.int64)

@@ -536,7 +536,7 @@ def test_bundles_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.
         vst3.write_bundle(basses, folder, system)
         assert (folder / binaries[name]).read_bytes() == b"code"
         assert (folder / "Contents/Resources/instruments.txt").read_text() == "paper-g\n"
-        assert len([path for path in folder.rglob("*") if path.is_file()]) == (5 if "macos" in name else 3)
+        assert len([path for path in folder.rglob("*") if path.is_file()]) == (6 if "macos" in name else 4)
     (folder / "Contents/Resources/diary.txt").write_text("dear diary")
     with pytest.raises(OSError, match="holds other files"):
         vst3.write_bundle(basses, folder)

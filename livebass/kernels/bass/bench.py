@@ -99,7 +99,12 @@ SET, NOT_BY_GEOMETRY = 0, 1  # what `set_neck` returns
 @entry("void(int64)", SMALL)
 def measure_bench(address):
     """Sets the `room` for lists that the BENCH at an address needs, at most."""
-    bench = bench_at(address)
+    measure_lists(bench_at(address))
+
+
+@jit
+def measure_lists(bench):
+    """Sets the `room` for lists that a BENCH needs, at most."""
     bench.room = 0
     answering = 0
     for i in range(bench.strings):
@@ -116,7 +121,12 @@ def measure_bench(address):
 @entry("int64(int64)", SMALL)
 def fill_bench(address):
     """Makes the notes of the BENCH at an address that `measure_bench` has seen; returns MADE or what stands above."""
-    bench = bench_at(address)
+    return make_notes(bench_at(address))
+
+
+@jit
+def make_notes(bench):
+    """Makes the notes of a BENCH; returns as `fill_bench`."""
     numbers, lists = floats_at(bench.numbers, ALL), floats_at(bench.lists, bench.room)
     modes = words_at(bench.modes, TIERS * bench.strings * (bench.frets + 1))
     answering = list_answering(bench, numbers, lists)

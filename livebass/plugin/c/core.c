@@ -19,6 +19,7 @@
 #define EACH 16    /* ... besides one in so many frames */
 _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
+#define SLIDERS ".sliders" /* of the file beside it, by which the bass is built anew */
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
 /* Memory that begins on a cache line; 0 if there is none. */
@@ -112,10 +113,11 @@ static FILE *open_file(const char *path) {
 #endif
 }
 
-/* Reads a file whole; 0 after writing one line into `error`. */
-static int read_file(file *f, const char *path, const lb_kernels *kernels, char *error, size_t room) {
+/* Reads all bytes of a file; 0 after writing one line into `error`. */
+static int read_bytes(file *f, const char *path, char *error, size_t room) {
     FILE *in = open_file(path);
     long size = 0;
+    f->words = 0;
     if (!in || fseek(in, 0, SEEK_END) || (size = ftell(in)) < 0 || fseek(in, 0, SEEK_SET)) {
         snprintf(error, room, "%s: cannot be read", path);
     } else if (size > LB_MOST_BYTES) {
@@ -124,20 +126,68 @@ static int read_file(file *f, const char *path, const lb_kernels *kernels, char 
         snprintf(error, room, "%s: no memory for it", path);
     } else {
         f->bytes = (int64_t)fread(f->words, 1, (size_t)size, in);
-        const int64_t state = kernels->check_file(ADDRESS(f->words), f->bytes);
-        if (state == LB_GOOD) {
-            fclose(in);
-            return 1;
-        }
-        const char *why = state == LB_FOREIGN         ? "not an instrument file"
-                          : state == LB_OTHER_VERSION ? "made for another version of the plugin: export it anew"
-                                                      : "damaged: export it anew";
-        snprintf(error, room, "%s: %s", path, why);
     }
     if (in) fclose(in);
+    return f->words != 0;
+}
+
+/* Reads an instrument file; 0 after writing one line into `error`. */
+static int read_file(file *f, const char *path, const lb_kernels *kernels, char *error, size_t room) {
+    if (!read_bytes(f, path, error, room)) return 0;
+    const int64_t state = kernels->check_file(ADDRESS(f->words), f->bytes);
+    if (state == LB_GOOD) return 1;
+    const char *why = state == LB_FOREIGN         ? "not an instrument file"
+                      : state == LB_OTHER_VERSION ? "made for another version of the plugin: export it anew"
+                                                  : "damaged: export it anew";
+    snprintf(error, room, "%s: %s", path, why);
     free_lines(f->words);
     f->words = 0;
     return 0;
+}
+
+/* Puts the file of the bass that is built by these values into the place of its own; 0 after writing one line into
+   `error`: then its own is left. */
+static int build_anew(file *f, const char *path, const double *built, const lb_kernels *kernels, char *error,
+                      size_t room) {
+    char beside[1300];
+    file sliders = {0, 0}, made = {0, 0};
+    LB_CHANGE change = {.file = ADDRESS(f->words)};
+    const int length = (int)(strlen(path) - strlen(ENDING));
+    int64_t state = -1;
+    if (snprintf(beside, sizeof beside, "%.*s" SLIDERS, length, path) >= (int)sizeof beside) *beside = 0;
+    if (!read_bytes(&sliders, beside, error, room)) {
+        snprintf(error, room, "%s: is missing, by which this bass is built anew: export it anew", beside);
+        return 0;
+    }
+    memcpy(change.value, built, sizeof change.value);
+    change.sliders = ADDRESS(sliders.words);
+    change.size = sliders.bytes;
+    void *memory = kernels->measure_change(ADDRESS(&change)) ? new_lines(change.bytes) : 0;
+    change.memory = ADDRESS(memory);
+    if (!change.bytes) snprintf(error, room, "%s: is of another file than that of the bass: export it anew", beside);
+    else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
+    else if ((state = kernels->make_change(ADDRESS(&change))) != LB_MADE)
+        snprintf(error, room, "the strings lie on the neck: raise action, relief or nut");
+    else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
+        snprintf(error, room, "a bass built like this cannot be played");
+    if (made.words) {
+        made.bytes = 8 * change.words;
+        memcpy(made.words, (const void *)(intptr_t)change.made, (size_t)made.bytes);
+        free_lines(f->words);
+        *f = made;
+    }
+    free_lines(memory);
+    free_lines(sliders.words);
+    return made.words != 0;
+}
+
+double lb_hundredths(double value) { return rint(100 * value) / 100 + 0.0; /* + 0: not -0 */ }
+
+/* True if one of the values asks for a bass that is not as its file has it. */
+static int is_changed(const double *built) {
+    int k = 0;
+    while (built && k < LB_BUILT && built[k] == 0) k++;
+    return built && k < LB_BUILT;
 }
 
 /* The pool of a file in a tier, its own or one that others use already; 0 if it cannot be made. */
@@ -183,8 +233,8 @@ static void give_pool_back(pool *p) {
 
 /* --- basses --- */
 
-lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const lb_kernels *kernels,
-                      char *error, size_t room) {
+lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
+                      const lb_kernels *kernels, char *error, size_t room) {
     lb_bass *b = calloc(1, sizeof *b);
     if (!b) {
         snprintf(error, room, "%s: no memory for it", path);
@@ -193,6 +243,10 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     b->kernels = kernels;
     if (!read_file(&b->source, path, kernels, error, room)) {
         free(b);
+        return 0;
+    }
+    if (is_changed(built) && !build_anew(&b->source, path, built, kernels, error, room)) {
+        lb_free_bass(b);
         return 0;
     }
     LB_BUILDING *building = &b->building;

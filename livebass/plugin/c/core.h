@@ -28,11 +28,16 @@ const lb_kernels *lb_best_kernels(void);
 
 /* Reads an instrument file and prepares it in a tier, at an audio rate (Hz). Basses of the same file, tier and rate
    share their operators. With `ahead` its strings may run ahead of the clock in quiet times, which takes memory.
-   Returns 0 after writing one line into `error`, (room) bytes. [not the audio thread] */
-lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const lb_kernels *,
-                      char *error, size_t room);
+   `built`: the LB_BUILT values from LB_ACTION on, by which it is built anew; 0: as the file has it. Returns 0 after
+   writing one line into `error`, (room) bytes. [not the audio thread] */
+lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
+                      const lb_kernels *, char *error, size_t room);
 /* Frees a bass, which may be 0; it must not be playing. [not the audio thread] */
 void lb_free_bass(lb_bass *);
+
+/* A value of those that a bass is built by, in hundredths of its unit: a host that knows parts of the range in float
+   gives back 0 as 0, and the bass stays as its file has it. */
+double lb_hundredths(double value);
 
 /* --- synths --- */
 

@@ -41,19 +41,20 @@ double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
     if (!(value == value)) value = lb_usual(i, parameter);
     value = fmin(fmax(value, p->least), lb_most(i, parameter));
+    if (parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT) return lb_hundredths(value);
     return p->whole ? rint(value) : value;
 }
 
 void lb_set_value(lb_instance *i, int parameter, double value) {
     keep(i, parameter, lb_allowed(i, parameter, value));
-    __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
+    __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
 void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
     value = lb_allowed(i, parameter, value);
     keep(i, parameter, value);
     if (lb_parameters[parameter].kind < 0 || !lb_set(i->synth, offset, parameter, value))
-        __atomic_fetch_or(&i->changed, 1u << parameter, __ATOMIC_RELEASE);
+        __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
 /* Writes what a value that is relative comes to with this bass, in brackets; nothing where it says all itself. */
@@ -122,7 +123,7 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     i->kernels = lb_best_kernels();
     forget_notes(i);
     i->shelf = lb_open_shelf(folder);
-    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_usual(i, k);
+    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = i->aside[k] = lb_usual(i, k);
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
     snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
     i->complain(i->owner, line);
@@ -142,25 +143,38 @@ static int64_t seed_of(const lb_instance *i) {
     return seed;
 }
 
-/* Which bass is wanted, and how, as one word. */
+/* Which bass is wanted, and how, as one word; how it is built as a checksum. */
 static int64_t wish(const lb_instance *i) {
-    return (int64_t)((uint64_t)seed_of(i) << 16) | (int64_t)lb_value(i, LB_RUNNING_AHEAD) << 9 |
-           (int64_t)lb_value(i, LB_QUALITY) << 8 | (int64_t)lb_value(i, LB_BASS);
+    uint64_t sum = 0;
+    for (int k = 0; k < LB_BUILT; k++) {
+        uint64_t bits;
+        const double value = lb_value(i, LB_ACTION + k);
+        memcpy(&bits, &value, sizeof bits);
+        sum = (sum ^ (value == 0 ? 0 : bits)) * 0x9E3779B97F4A7C15u;
+        sum ^= sum >> 29;
+    }
+    const uint64_t plain = (uint64_t)seed_of(i) << 16 | (uint64_t)lb_value(i, LB_RUNNING_AHEAD) << 9 |
+                           (uint64_t)lb_value(i, LB_QUALITY) << 8 | (uint64_t)lb_value(i, LB_BASS);
+    return (int64_t)(plain ^ sum << 16);
 }
 
 static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n(&i->loaded, __ATOMIC_ACQUIRE); }
 
-/* Loads the bass that is wanted; says why if it cannot. */
+/* Loads the bass that is wanted; says why if it cannot. One that cannot be built so is taken as its file has it, if no
+   other plays. */
 static lb_bass *load(lb_instance *i) {
     char why[LINE];
+    double built[LB_BUILT];
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
     const int number = (int)lb_value(i, LB_BASS), tier = (int)lb_value(i, LB_QUALITY) ? LB_STUDIO : LB_LIVE;
     if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only one */
     const char *path = lb_shelf_path(i->shelf, number);
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
-    lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, i->kernels, why, sizeof why);
-    if (!b) i->complain(i->owner, why);
-    return b;
+    for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, LB_ACTION + k);
+    lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, i->kernels, why, sizeof why);
+    if (b) return b;
+    i->complain(i->owner, why);
+    return i->synth ? 0 : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, i->kernels, why, sizeof why);
 }
 
 /* How many threads of its own shall play strings: none where the host has some, or renders. */
@@ -188,7 +202,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
     } else lb_free_bass(b);
     forget_notes(i);
     i->programs = 0;
-    i->changed = ~0u;
+    i->changed = ~0ull;
     return i->synth != 0;
 }
 
@@ -209,7 +223,7 @@ void lb_reset_instance(lb_instance *i) {
     lb_begin_looks(&i->look, i->synth);
     forget_notes(i);
     i->programs = 0;
-    __atomic_store_n(&i->changed, ~0u, __ATOMIC_RELEASE);
+    __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE);
 }
 
 void lb_serve(lb_instance *i) {
@@ -286,10 +300,10 @@ static void vibrate(lb_instance *i, int64_t offset, int key, double amount) {
 }
 
 void lb_begin_block(lb_instance *i) {
-    const uint32_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
+    const uint64_t changed = __atomic_exchange_n(&i->changed, 0, __ATOMIC_ACQUIRE);
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (changed >> k & 1 && !lb_set(i->synth, 0, k, lb_value(i, k)))
-            __atomic_fetch_or(&i->changed, 1u << k, __ATOMIC_RELEASE);
+            __atomic_fetch_or(&i->changed, 1ull << k, __ATOMIC_RELEASE);
     for (int k = 0; k < LB_KEYS; k++)
         if (i->unbent[k]) bend(i, 0, k, i->bends[k]);
     for (int k = 0; k < LB_KEYS; k++)
@@ -414,6 +428,35 @@ int lb_switch_key(const lb_instance *i, uint32_t *index) {
 
 const char *lb_switch_name(const lb_instance *i, int key) {
     return lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key)->name;
+}
+
+/* --- A and B, undo --- */
+
+/* What the processor does is no part of a sound. */
+static int is_of_sides(int parameter) {
+    return parameter != LB_BASS && strcmp(lb_parameters[parameter].group, "Processor") != 0;
+}
+
+void lb_swap_sides(lb_instance *i) {
+    for (int k = 0; k < LB_PARAMETERS; k++) {
+        const double other = i->aside[k];
+        i->aside[k] = lb_value(i, k);
+        if (is_of_sides(k)) lb_set_value(i, k, other);
+    }
+}
+
+void lb_keep_values(lb_instance *i) {
+    i->undone = (i->undone + 1) % LB_UNDONE;
+    if (i->undoable < LB_UNDONE) i->undoable++;
+    for (int k = 0; k < LB_PARAMETERS; k++) i->before[i->undone][k] = lb_value(i, k);
+}
+
+int lb_undo(lb_instance *i) {
+    if (!i->undoable) return 0;
+    for (int k = 0; k < LB_PARAMETERS; k++) lb_set_value(i, k, i->before[i->undone][k]);
+    i->undone = (i->undone + LB_UNDONE - 1) % LB_UNDONE;
+    i->undoable--;
+    return 1;
 }
 
 /* --- state --- */

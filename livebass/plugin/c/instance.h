@@ -4,7 +4,7 @@
 #define LB_INSTANCE_H
 #include "look.h"
 
-enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_MOVES = 256, LB_BY_HAND = 64 };
+enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_MOVES = 256, LB_BY_HAND = 64, LB_UNDONE = 32 };
 enum { LB_BEGIN, LB_MOVE, LB_END }; /* phases of a change by hand */
 typedef struct { /* a change of a parameter in the window */
     int parameter, phase;
@@ -33,6 +33,7 @@ typedef struct {
     uint64_t moved;             /* parameters that controllers have moved and the host has not been told of, a bit each */
 } lb_learned;
 
+_Static_assert(LB_PARAMETERS <= 64, "a bit each");
 typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
     char magic[8];
     int64_t version, seed, count;
@@ -56,7 +57,9 @@ typedef struct {
     int64_t seed;
     int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
     char missing_name[LB_STATE_NAME];
-    uint32_t changed; /* parameters that the synth has not been told yet, a bit each */
+    uint64_t changed; /* parameters that the synth has not been told yet, a bit each */
+    double aside[LB_PARAMETERS], before[LB_UNDONE][LB_PARAMETERS]; /* the other side, and what lb_undo brings back */
+    int undone, undoable; /* where the last of these is, in a ring, and how many there are */
     int offline;      /* the host does not play in real time: a change of bass may be waited for */
     int helpers;               /* threads of its own that play strings, or that the system refused */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
@@ -148,6 +151,13 @@ void lb_forget(lb_instance *, int parameter);           /* it has no controller 
 /* Writes what controllers have learned, for states; returns 0 if that is nothing. Takes it back, 0: nothing. */
 int lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
 void lb_read_learned(lb_instance *, const uint8_t *from);
+
+/* A and B: puts aside all values but the bass and those of the processor, and takes those that were. [main thread] */
+void lb_swap_sides(lb_instance *);
+/* Keeps these values for lb_undo: before a hand moves one. [main thread] */
+void lb_keep_values(lb_instance *);
+/* Brings back the values that were kept last; returns 0 if none are left. [main thread] */
+int lb_undo(lb_instance *);
 
 /* Returns the number of bytes. */
 size_t lb_save_state(const lb_instance *, lb_state *);

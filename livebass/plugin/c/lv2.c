@@ -16,6 +16,7 @@ enum { LOAD, FREE, HELP };
 
 typedef struct {
     int bass, quality, ahead;
+    float built[LB_BUILT]; /* values from LB_ACTION on */
 } choice;
 
 typedef struct {
@@ -68,8 +69,10 @@ static void complain(const plugin *p, const char *line) {
 /* Loads a bass of the shelf; says why if it cannot. [not the audio thread] */
 static lb_bass *load(const plugin *p, choice c) {
     char why[LINE];
+    double built[LB_BUILT];
+    for (int k = 0; k < LB_BUILT; k++) built[k] = c.built[k];
     const char *path = lb_shelf_path(p->shelf, c.bass);
-    lb_bass *b = lb_load_bass(path, c.quality, p->rate, p->seed, c.ahead, p->kernels, why, sizeof why);
+    lb_bass *b = lb_load_bass(path, c.quality, p->rate, p->seed, c.ahead, built, p->kernels, why, sizeof why);
     if (!b) complain(p, why);
     return b;
 }
@@ -85,7 +88,8 @@ static void cleanup(void *handle) {
 static void forget_ports(plugin *p) {
     p->programs = 0; /* the synth is as new */
     p->cores = 1;
-    p->seen = (choice){-1, -1, -1};
+    p->seen = (choice){-1, -1, -1, {0}};
+    for (int k = 0; k < LB_BUILT; k++) p->seen.built[k] = NAN;
     for (int k = 0; k < LB_PARAMETERS; k++) p->sent[k] = NAN;
 }
 
@@ -176,16 +180,25 @@ static int chosen(const plugin *p, int control, int end, int otherwise) {
 
 /* Has the worker load a bass, if the ports ask for another and the change before is through. */
 static void follow_ports(plugin *p) {
-    const choice now = {chosen(p, LB_BASS, lb_shelf_count(p->shelf), p->wanted.bass),
-                        chosen(p, LB_QUALITY, LB_STUDIO + 1, p->wanted.quality),
-                        chosen(p, LB_RUNNING_AHEAD, 2, p->wanted.ahead)};
-    if (p->seen.bass < 0 && p->restored) p->seen = (choice){now.bass, now.quality, -1};
+    choice now = {chosen(p, LB_BASS, lb_shelf_count(p->shelf), p->wanted.bass),
+                  chosen(p, LB_QUALITY, LB_STUDIO + 1, p->wanted.quality),
+                  chosen(p, LB_RUNNING_AHEAD, 2, p->wanted.ahead), {0}};
+    for (int k = 0; k < LB_BUILT; k++) {
+        const lb_parameter *known = &lb_parameters[LB_ACTION + k];
+        const float *at = p->controls[LB_ACTION + k];
+        if (at && *at == *at) now.built[k] = (float)lb_hundredths(fmin(fmax(*at, known->least), known->most));
+    }
+    if (p->seen.bass < 0 && p->restored) {
+        p->seen.bass = now.bass;
+        p->seen.quality = now.quality;
+    }
     if (now.bass != p->seen.bass) {
         p->wanted.bass = now.bass;
         __atomic_store_n(&p->missing, 0, __ATOMIC_RELAXED);
     }
     if (now.quality != p->seen.quality) p->wanted.quality = now.quality;
     if (now.ahead != p->seen.ahead) p->wanted.ahead = now.ahead;
+    if (memcmp(now.built, p->seen.built, sizeof now.built)) memcpy(p->wanted.built, now.built, sizeof now.built);
     p->seen = now;
     if (p->loading || lb_changing(p->synth) || !p->worker) return;
     if (!memcmp(&p->wanted, &p->playing, sizeof p->wanted)) return;
@@ -248,7 +261,7 @@ static void send_midi(plugin *p) {
 
 /* Has the worker free a bass; returns 0 if the host takes no job. */
 static int free_elsewhere(const plugin *p, lb_bass *b) {
-    const job j = {FREE, 0, {0, 0, 0}, b, 0};
+    const job j = {FREE, 0, {0, 0, 0, {0}}, b, 0};
     return p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS;
 }
 
@@ -257,7 +270,7 @@ static void follow_cores(plugin *p) {
     const int asked = chosen(p, LB_CORES, (int)lb_parameters[LB_CORES].most + 1, 1);
     const int cores = asked && !p->synth->offline ? asked : 1;
     if (cores == p->cores || !p->worker) return;
-    const job j = {HELP, p->generation, {0, 0, 0}, 0, cores};
+    const job j = {HELP, p->generation, {0, 0, 0, {0}}, 0, cores};
     if (p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS) p->cores = cores;
 }
 
@@ -363,7 +376,9 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     const int64_t quality = kept(p, get, from, p->key_quality, LB_LIVE);
     const int found = lb_shelf_find(p->shelf, name), missing = found < 0;
-    const choice c = {missing ? p->playing.bass : found, quality == LB_STUDIO ? LB_STUDIO : LB_LIVE, p->playing.ahead};
+    choice c = p->playing; /* built as the ports say, which the host restores */
+    c.bass = missing ? p->playing.bass : found;
+    c.quality = quality == LB_STUDIO ? LB_STUDIO : LB_LIVE;
     if (missing && !(p->missing && !strcmp(p->missing_name, name))) { /* hosts may bring a state several times */
         char line[LINE];
         snprintf(line, sizeof line, LB_NOT_INSTALLED, name);
