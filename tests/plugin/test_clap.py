@@ -813,6 +813,7 @@ def test_folders_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.
         "instruments.txt",
         "livebass.clap",
         "paper-g.lbass",
+        "paper-g.sliders",
     ]
     (tmp_path / "livebass/diary.txt").write_text("dear diary")
     with pytest.raises(OSError, match="holds other files"):
