@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import lv2, vst3
-from support.clap import Plugin, function, note_on, struct, value
+from support.clap import Plugin, function, midi, note_on, struct, value
 from support.plugins import RATE, hard_score, written
 from support.screen import Screen, hand, needs_screen, running_screen, until
 
@@ -376,3 +376,43 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
             ui.cleanup(handle)
             assert screen.children() == 0
+
+
+# --- what a hand does besides ---
+
+UNDO, SIDE_A, SIDE_B, SLIDER = (800, 306), (847, 306), (873, 306), (120, 362)  # px; the first slider is the gain's
+GAIN = 0
+
+
+def click(plugin: Plugin, place: tuple[int, int], button: int = 1) -> None:
+    hand("mousemove", *place, "click", button)
+    time.sleep(0.1)
+    plugin.block(64)
+
+
+def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
+    """The host is told of all that changes; a learned controller stays with a state."""
+    with opened(folder) as (plugin, _):
+        plugin.block(64)
+        click(plugin, SLIDER)
+        moved = plugin.value(GAIN)
+        assert moved < -5
+        click(plugin, SIDE_B)
+        assert plugin.value(GAIN) == 0 and plugin.told[-1] == (GAIN, 0)
+        click(plugin, SIDE_A)
+        assert plugin.value(GAIN) == moved and plugin.told[-1] == (GAIN, moved)
+        click(plugin, UNDO)
+        assert plugin.value(GAIN) == 0
+        click(plugin, SLIDER, button=3)
+        plugin.block(64, [midi(bytes([0xB0, 20, 127]))])
+        assert plugin.value(GAIN) == pytest.approx(0)
+        plugin.block(64, [midi(bytes([0xB0, 20, 64]))])
+        learned = plugin.value(GAIN)
+        assert learned < -5
+        with closing(Plugin(folder)) as other:
+            assert other.load(plugin.save())
+            other.block(64, [midi(bytes([0xB0, 20, 127]))])
+            assert other.value(GAIN) == pytest.approx(0)
+        click(plugin, SLIDER, button=3)
+        plugin.block(64, [midi(bytes([0xB0, 20, 127]))])
+        assert plugin.value(GAIN) == learned

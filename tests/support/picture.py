@@ -33,12 +33,15 @@ NOTE = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_int, c.c_int, c.c_double)
 SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
 
 
+OPTIONAL = ("undo", "swap", "side", "learn", "controller")  # not given here
+
+
 class Face(c.Structure):
     """lb_face."""
 
     _fields_ = [
         ("owner", c.c_void_p), ("look", c.c_void_p), ("value", VALUE), ("most", VALUE), ("set", SET), ("text", TEXT),
-        ("note", NOTE), ("switched", SWITCHED),
+        ("note", NOTE), ("switched", SWITCHED), *((name, c.c_void_p) for name in OPTIONAL),
     ]  # fmt: skip
 
 

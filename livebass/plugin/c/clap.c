@@ -669,6 +669,7 @@ static const clap_plugin *create(const clap_plugin_factory *f, const clap_host *
         c->instance.complain = complain;
         c->instance.ask = ask;
         c->instance.moved = moved;
+        c->instance.learns = 1;
         return &c->plugin;
     }
     return 0;

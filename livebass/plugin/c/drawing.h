@@ -26,7 +26,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */

@@ -46,7 +46,10 @@ void lb_allowed_size(double scale, int *width, int *height) {
 
 static double value(void *i, int parameter) { return lb_value(i, parameter); }
 static double most(void *i, int parameter) { return lb_most(i, parameter); }
-static void set(void *i, int parameter, double value, int phase) { lb_move_value(i, parameter, value, phase); }
+static void set(void *i, int parameter, double value, int phase) {
+    if (phase == LB_BEGIN) lb_keep_values(i);
+    lb_move_value(i, parameter, value, phase);
+}
 static void text(void *i, int parameter, double value, char *to, size_t room) {
     lb_value_to_text(i, parameter, value, to, room);
 }
@@ -61,8 +64,40 @@ static const lb_switch *switched(void *instance, int key) {
     return bass < lb_shelf_count(i->shelf) ? lb_shelf_switch(i->shelf, bass, key) : 0;
 }
 
+/* Tells the host which values are others than before. */
+static void tell_others(lb_instance *i, const double before[LB_PARAMETERS]) {
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        for (int phase = LB_BEGIN; lb_value(i, k) != before[k] && phase <= LB_END; phase++)
+            lb_put_move(&i->moves, k, phase, lb_value(i, k));
+    i->moved(i->owner);
+}
+static void undo(void *instance) {
+    double before[LB_PARAMETERS];
+    for (int k = 0; k < LB_PARAMETERS; k++) before[k] = lb_value(instance, k);
+    if (lb_undo(instance)) tell_others(instance, before);
+}
+static void swap(void *instance) {
+    double before[LB_PARAMETERS];
+    for (int k = 0; k < LB_PARAMETERS; k++) before[k] = lb_value(instance, k);
+    lb_swap_sides(instance);
+    tell_others(instance, before);
+}
+static int side(void *i) { return ((const lb_instance *)i)->side; }
+static int controller(void *i, int parameter) {
+    if (lb_learning(i) == parameter) return LB_WAITS;
+    int k = LB_CONTROLLERS - 1;
+    while (k >= 0 && lb_learned_by(i, k) != parameter) k--;
+    return k;
+}
+static void learn(void *i, int parameter) {
+    const int now = controller(i, parameter);
+    if (now >= 0) lb_forget(i, parameter);
+    else lb_learn(i, now == LB_WAITS ? -1 : parameter);
+}
+
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {
     const lb_face face = {.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
-                          .note = note, .switched = switched};
+                          .note = note, .switched = switched, .undo = undo, .swap = swap, .side = side,
+                          .learn = i->learns ? learn : 0, .controller = controller};
     return lb_open_editor(&face, &i->look, parent, width, height, scale);
 }

@@ -273,7 +273,7 @@ int lb_take_touch(lb_touches *t, lb_touch *to) {
 }
 
 void lb_play_touch(lb_synth *s, const lb_touch *t) {
-    if (t->velocity) lb_choose_string(s, 0, t->key, t->string);
+    if (t->velocity && t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string);
     lb_send(s, 0, (const uint8_t[]){t->velocity ? 0x90 : 0x80, t->key, t->velocity ? t->velocity : 64}, 3);
 }
 
@@ -443,6 +443,7 @@ void lb_swap_sides(lb_instance *i) {
         i->aside[k] = lb_value(i, k);
         if (is_of_sides(k)) lb_set_value(i, k, other);
     }
+    i->side = !i->side;
 }
 
 void lb_keep_values(lb_instance *i) {

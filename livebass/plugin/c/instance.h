@@ -17,7 +17,7 @@ typedef struct { /* changes that the host has not been told of: one thread puts 
 /* Of a flood, moves get lost, but not the end of one that has begun. */
 void lb_put_move(lb_moves *, int parameter, int phase, double value);
 int lb_take_move(lb_moves *, lb_move *); /* 0: there is none */
-typedef struct { /* a note that is played in the window; velocity 0 ends it */
+typedef struct { /* a note that is played in the window, on a string or, from LB_STRINGS on, any; velocity 0 ends it */
     uint8_t string, key, velocity;
 } lb_touch;
 typedef struct { /* such notes on their way to the audio thread */
@@ -75,6 +75,7 @@ typedef struct {
     lb_look look;              /* for windows ... */
     lb_moves moves;            /* ... and what is done in them */
     lb_touches touches;
+    int learns, side;           /* its MIDI goes through lb_take_midi; A (0) or B is what counts */
     void (*moved)(void *owner); /* there is something to take. [the window's thread] */
     lb_learned learned;
 } lb_instance;

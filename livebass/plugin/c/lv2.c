@@ -222,7 +222,7 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
     if (atom->type == p->watch_atom) p->watched = WATCHED;
     if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
     memcpy(&touch, atom + 1, sizeof touch);
-    if (touch.string < LB_STRINGS && touch.key < 128 && touch.velocity < 128) lb_play_touch(p->synth, &touch);
+    if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->synth, &touch);
 }
 
 /* Sends a window what is to be seen, if there is one, and something new. */

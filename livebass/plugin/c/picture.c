@@ -159,8 +159,12 @@ static void tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
         }
 }
 
-static void lay_out_tabs(lb_picture *p, double top) {
+static void lay_out_tabs(lb_picture *p, double width, double top) {
     char text[MOST_TEXT];
+    const double h = px(p, TABS - 4), right = width - px(p, EDGE);
+    for (int k = 0; p->face.swap && k < 2; k++)
+        add(p, SIDE, k, right - px(p, 26) * (2 - k), top, px(p, 24), h);
+    if (p->face.undo) add(p, UNDO, 0, right - px(p, 112), top, px(p, 52), h);
     double x = px(p, EDGE);
     for (int k = 0; k < p->pages; k++) {
         tab_name(p, k, text);
@@ -284,7 +288,7 @@ static void lay_out(lb_picture *p) {
         p->count = before;
         lay_out_panel(p, width, panel, rows);
     }
-    lay_out_tabs(p, panel);
+    lay_out_tabs(p, width, panel);
 }
 
 /* --- parts of the ground --- */
@@ -331,14 +335,23 @@ static double place_on_track(const lb_picture *p, int k, double v) {
     return range > 0 ? fmin(fmax((v - least) / range, 0), 1) : 0;
 }
 
+/* The MIDI controller that moves a parameter, as `lb_face.controller` says. */
+static int controller_of(const lb_picture *p, int k) {
+    return p->face.learn ? p->face.controller(p->face.owner, k) : LB_NO_CONTROLLER;
+}
+
 static void draw_cell_text(lb_picture *p, const part *q, int hot) {
     char text[MOST_TEXT];
     const lb_parameter *k = &lb_parameters[q->number];
-    const double size = px(p, SMALL), y = q->y + px(p, 14), wide = lb_text_width(size, k->name);
-    lb_text(&p->ground, q->x, y, size, hot ? p->t->ink : p->t->soft, k->name, q->w);
+    const int controller = controller_of(p, q->number);
+    if (controller < 0) snprintf(text, sizeof text, "%s", k->name);
+    else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
+    const double size = px(p, SMALL), y = q->y + px(p, 14), wide = lb_text_width(size, text);
+    lb_text(&p->ground, q->x, y, size, hot ? p->t->ink : p->t->soft, text, q->w);
     if (q->kind == STEPPER) return;
     const double room = q->w - wide - px(p, 8);
-    text_of(p, q->number, p->values[q->number], text);
+    if (controller == LB_WAITS) snprintf(text, sizeof text, "move a controller");
+    else text_of(p, q->number, p->values[q->number], text);
     shorten(p, text, room);
     const double needed = lb_text_width(size, text);
     const double from = needed < room ? q->x + q->w - needed : q->x + wide + px(p, 8);
@@ -451,6 +464,12 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
         if (q->number == p->page)
             lb_box(s, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), t->accent);
         break;
+    case UNDO:
+    case SIDE:
+        snprintf(text, sizeof text, "%s", q->kind == UNDO ? "Undo" : q->number ? "B" : "A");
+        button(p, q, q->kind == SIDE && q->number == p->face.side(p->face.owner), hot);
+        lb_label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, text, 1);
+        break;
     case HEAD:
         for (int k = 0; (text[k] = group_names[q->number][k]); k++)
             if (text[k] >= 'a' && text[k] <= 'z') text[k] = (char)(text[k] - 32);
@@ -512,7 +531,8 @@ static uint64_t part_state(const lb_picture *p, int k) {
     if (q->kind == BOARD) return lb_neck_state(p);
     mix(&hash, (p->hovered == k) + 2 * (p->held == k));
     if (q->kind == SLIDER || q->kind == STEPPER || q->kind == QUALITY) mix(&hash, p->values[q->number]);
-    if (q->kind == SLIDER) mix(&hash, most(p, q->number));
+    if (q->kind == SLIDER) mix(&hash, most(p, q->number) + 1000.0 * controller_of(p, q->number));
+    if (q->kind == SIDE) mix(&hash, p->face.side(p->face.owner));
     if (q->kind == TITLE || q->kind == ITEM) mix(&hash, p->values[LB_BASS]);
     if (q->kind == LOAD) mix(&hash, rint(100 * p->told_load));
     if (q->kind == OVERLOAD) mix(&hash, l->strings && l->overload > 0);
@@ -699,8 +719,19 @@ static void press(lb_picture *p, int k, double x, double y, int modifiers) {
     case STEPPER: step(p, q->number, modifiers & LB_RIGHT ? -1 : 1); break;
     case LAMP: press_lamp(p, q->number / 2); break;
     case BOARD: play_at(p, x, y); break;
+    case UNDO:
+        p->face.undo(p->face.owner);
+        break;
+    case SIDE:
+        if (q->number != p->face.side(p->face.owner)) p->face.swap(p->face.owner);
+        break;
     case SLIDER:
     case PLUCK:
+        if (q->kind == SLIDER && modifiers & LB_RIGHT) {
+            if (p->face.learn) p->face.learn(p->face.owner, q->number);
+            p->held = -1;
+            break;
+        }
         p->grabbed = x;
         p->from = value(p, q->number);
         set(p, q->number, p->from, LB_BEGIN);

@@ -24,7 +24,15 @@ typedef struct {
     void (*note)(void *owner, int on, int string, int key, double velocity);
     /* What a key of the bass switches, 0: nothing; for the names of the lamps. */
     const lb_switch *(*switched)(void *owner, int key);
+    /* Takes the last change back; goes to the other side, A or B; which one that is, 1: B. */
+    void (*undo)(void *owner), (*swap)(void *owner);
+    int (*side)(void *owner);
+    /* Has the next MIDI controller move a parameter, or if one does, no more; which one does: LB_NO_CONTROLLER, or
+       LB_WAITS for it. 0: this window cannot. */
+    void (*learn)(void *owner, int parameter);
+    int (*controller)(void *owner, int parameter);
 } lb_face;
+enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 
 typedef struct lb_picture lb_picture;
 /* Returns 0 if there is no memory. The face is copied. */

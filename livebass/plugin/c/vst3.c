@@ -1106,6 +1106,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         v->instance.complain = complain;
         v->instance.ask = ask;
         v->instance.moved = moved;
+        v->instance.learns = 1;
         v->instance.rate = 48000;
 #ifdef _WIN32
         InitializeSRWLock(&v->lock);
