@@ -31,7 +31,7 @@ FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
     "-Wall", "-Wextra", "-Werror",
 )  # fmt: skip
-LINKING = {"so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"), "dylib": ("-fPIC",), "dll": ()}
+LINKING = {"so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"), "dylib": ("-fPIC",), "dll": ("-lgdi32",)}
 LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
 EMIT = """
 import re, sys

@@ -13,6 +13,7 @@ typedef struct {
     lv2_ui_write write;
     void *controller;
     const lv2_ui_touch *touch;
+    double scale;
     uint32_t outputs, event_transfer, look, watch, touched;
     time_t told; /* when the plugin was told last that there is a window */
 } ui;
@@ -51,10 +52,10 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->instance.owner = u;
     u->instance.complain = complain;
     u->instance.moved = nothing; /* `idle` asks */
-    const double scale = lb_system_scale();
-    const int width = (int)(LB_WIDTH * scale), height = (int)(LB_HEIGHT * scale);
+    u->scale = lb_system_scale();
+    const int width = (int)(LB_WIDTH * u->scale), height = (int)(LB_HEIGHT * u->scale);
     if (lb_open_instance(&u->instance, folder))
-        u->editor = lb_edit_instance(&u->instance, (uintptr_t)parent, width, height, scale);
+        u->editor = lb_edit_instance(&u->instance, (uintptr_t)parent, width, height, u->scale);
     if (!u->editor) {
         lb_close_instance(&u->instance);
         free(u);
@@ -117,9 +118,8 @@ static int idle(void *handle) {
 
 static int resized(void *handle, int width, int height) {
     const ui *u = handle;
-    const double scale = lb_system_scale();
-    lb_allowed_size(scale, &width, &height);
-    lb_resize_editor(u->editor, width, height, scale);
+    lb_allowed_size(u->scale, &width, &height);
+    lb_resize_editor(u->editor, width, height, u->scale);
     return 0;
 }
 

@@ -115,6 +115,11 @@ typedef struct {
     vst3_result (*check_size)(void *, vst3_box *);
 } vst3_view;
 
+typedef struct { /* of the host, around a view */
+    vst3_unknown unknown;
+    vst3_result (*resize)(void *, void *view, vst3_box *);
+} vst3_frame;
+
 typedef struct {
     vst3_unknown unknown;
     vst3_result (*set_scale)(void *, float);

@@ -20,7 +20,7 @@ typedef struct {
     int32_t users;
     lb_view_owner of;
     lb_editor *editor;
-    void *frame; /* the host's, and its run loop: 0: it has none */
+    vst3_frame **frame; /* the host's, and its run loop: 0: it has none */
     vst3_run_loop **loop;
     int width, height;
     double scale;
@@ -85,9 +85,8 @@ static vst3_result supported(void *self, const char *type) {
 /* Has the host's run loop call on_timer, where it has one: it is asked of the frame. */
 static void start_timer(view *v) {
     static const vst3_id run_loop = VST3_RUN_LOOP;
-    vst3_unknown **frame = v->frame;
     void *loop = 0;
-    if (!frame || (*frame)->query(frame, run_loop, &loop) != VST3_OK || !loop) return;
+    if (!v->frame || (*v->frame)->unknown.query(v->frame, run_loop, &loop) != VST3_OK || !loop) return;
     v->loop = loop;
     *v->of.timed = (*v->loop)->register_timer(v->loop, &v->interfaces[TIMER], 1000 / LB_PICTURES) == VST3_OK;
 }
@@ -169,6 +168,8 @@ static vst3_result set_scale(void *self, float scale) {
     v->height = (int)(v->height * scale / v->scale);
     v->scale = scale;
     if (v->editor) lb_resize_editor(v->editor, v->width, v->height, v->scale);
+    vst3_box box = {0, 0, v->width, v->height};
+    if (v->editor && v->frame) (*v->frame)->resize(v->frame, &v->interfaces[VIEW], &box);
     return VST3_OK;
 }
 
