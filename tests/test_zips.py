@@ -72,7 +72,7 @@ def test_an_archive_holds_plugins_page_licence_and_three_lines(zips: ModuleType,
     (folder,) = tmp_path.iterdir()
     assert f"{folder.name}.zip" == f"{zips.title(name)}.zip" and folder.name.endswith(name)
     assert {path.name for path in folder.iterdir()} == {
-        "LV2", "CLAP", "VST3", "README.txt", "LICENSE.txt", "livebass.html",
+        "LV2", "CLAP", "VST3", "README.txt", "LICENSE.txt", "LICENSE-DejaVu.txt", "livebass.html",
     }  # fmt: skip
     code = zips.universal(list(MAC.values())) if name == "macos" else BINARIES[name]
     for place, module in BUNDLES.items():

@@ -22,6 +22,7 @@ from livebass.plugin.systems import SYSTEMS, System, folder_of_plugins
 from livebass.web.export import SINGLE
 
 LICENSE = Path(__file__).parents[1] / "LICENSE"
+FONT = LICENSE.parent / "livebass/plugin/c/DEJAVU.txt"  # licence of the letters in the window
 FORMATS: dict[str, ModuleType] = {"lv2": lv2, "clap": clap, "vst3": vst3}
 UNIVERSAL = "macos"  # one archive for both kinds of processor
 DATE = (1980, 1, 1, 0, 0, 0)  # the first that an archive can have
@@ -63,6 +64,7 @@ def archive(
     system = SYSTEMS[next(iter(binaries))]
     code = universal(list(binaries.values())) if name == UNIVERSAL else binaries[name]
     files = {"README.txt": readme(system).encode(), "LICENSE.txt": LICENSE.read_bytes(), SINGLE: page}
+    files["LICENSE-DejaVu.txt"] = FONT.read_bytes()
     for kind, module in FORMATS.items():
         made = module.bundle_files(basses, instruments, code, system)
         files |= {f"{kind.upper()}/{BUNDLES[kind]}/{place}": data for place, data in made.items()}
