@@ -6,7 +6,7 @@ import ctypes as c
 import os
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,10 @@ UI = struct(
     ("uri", S), ("instantiate", function(P, P, S, S, P, P, P, P)), ("cleanup", function(None, P)),
     ("port_event", function(None, P, U32, U32, U32, P)), ("extension", function(P, S)),
 )  # fmt: skip
+# px in a window of the usual size; the first slider is the gain's
+UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (800, 306), (847, 306), (873, 306), (120, 362), (200, 209)
+DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 150, SLIDER[1], "mousemove", 160, SLIDER[1], "mouseup", 1)
+GAIN = 0
 LOOK_PORT = 2 + len(PARAMETERS) + 2  # behind MIDI, the output, parameters, freewheeling and overload
 
 
@@ -119,41 +123,30 @@ def test_a_string_that_is_struck_is_seen_to_move(screen_name: str, folder: Path,
         until(lambda: different(window.picture(), rest) > 300 * scale)
 
 
+def heard(plugin: Plugin, condition: Callable[[], Any]) -> None:
+    """Plays blocks until a condition holds."""
+    until(lambda: (plugin.block(64), condition())[1])
+
+
 def test_sliders_tell_the_host_what_a_hand_does(screen_name: str, folder: Path) -> None:
     """A drag begins, moves and ends a gesture; the value is the plugin's, too."""
-    with opened(folder) as (plugin, window):
+    with opened(folder) as (plugin, _):
         plugin.block(64)
-        time.sleep(0.1)
         plugin.told.clear()
-        moved = None
-        for y in range(window.height - 20, window.height // 2, -14):  # wherever the first row of sliders is
-            hand("mousemove", 120, y, "mousedown", 1, "mousemove", 150, y, "mousemove", 160, y, "mouseup", 1)
-            time.sleep(0.08)
-            plugin.block(64)
-            values = [(param, wanted) for param, wanted in plugin.told if param < 100]
-            if values and plugin.gestures:
-                moved = values
-                break
-        assert moved, "no slider was found"
-        (param,) = {param for param, _ in plugin.gestures}
-        assert (plugin.gestures[0][1], plugin.gestures[-1][1]) == (BEGIN, END)
-        assert plugin.value(param) == pytest.approx([wanted for p, wanted in moved if p == param][-1])
+        hand(*DRAG)
+        heard(plugin, lambda: (GAIN, END) in plugin.gestures)
+        assert plugin.gestures == [(GAIN, BEGIN), (GAIN, END)]
+        assert plugin.value(GAIN) == pytest.approx([wanted for param, wanted in plugin.told if param == GAIN][-1])
+        assert plugin.value(GAIN) < -1
 
 
 def test_a_press_on_the_neck_plays_that_string(screen_name: str, folder: Path) -> None:
     with opened(folder) as (plugin, _):
         plugin.block(64)
         assert not plugin.block(2048).any()
-        found = False
-        for y in range(70, 240, 8):
-            hand("mousemove", 200, y, "mousedown", 1)
-            time.sleep(0.06)
-            found = bool(np.abs(plugin.block(4096)).max() > 1e-3)
-            hand("mouseup", 1)
-            time.sleep(0.04)
-            if found:
-                break
-        assert found
+        hand("mousemove", *LOWEST_STRING, "mousedown", 1)
+        until(lambda: np.abs(plugin.block(4096)).max() > 1e-3)
+        hand("mouseup", 1)
 
 
 def test_it_is_resized_within_what_the_picture_takes(screen_name: str, folder: Path) -> None:
@@ -269,13 +262,14 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
             assert view.call(4, P(screen.window), b"X11EmbedWindowID") == 0
             assert len(timers) == timed and screen.children() == 1
             until(lambda: len(np.unique(screen.picture(900, 460).reshape(-1, 3), axis=0)) > 50)
-            for y in range(440, 230, -14):
-                hand("mousemove", 120, y, "mousedown", 1, "mousemove", 150, y, "mouseup", 1)
-                time.sleep(0.08)
+            hand(*DRAG)
+
+            def ended() -> bool:
                 for timer in timers:
                     vst3.Object(timer).call(3)
-                if any(what == "to" for what, *_ in edits):
-                    break
+                return bool(edits) and edits[-1][0] == "end"
+
+            until(ended)
             moved = [edit for edit in edits if edit[1] == edits[-1][1]]
             assert moved[0][0] == "begin" and moved[-1][0] == "end" and moved[1][0] == "to"
             values = [value for what, _, value in moved if what == "to"]
@@ -367,12 +361,8 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
                 ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
             until(lambda: different(screen.picture(900, 460), rest) > 200)
             sent.clear()
-            for y in range(440, 230, -14):
-                hand("mousemove", 120, y, "mousedown", 1, "mousemove", 150, y, "mouseup", 1)
-                time.sleep(0.08)
-                idle.idle(handle)
-                if any(not form for _, form, _ in sent):
-                    break
+            hand(*DRAG)
+            until(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
             assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
             ui.cleanup(handle)
             assert screen.children() == 0
@@ -380,39 +370,31 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
 
 # --- what a hand does besides ---
 
-UNDO, SIDE_A, SIDE_B, SLIDER = (800, 306), (847, 306), (873, 306), (120, 362)  # px; the first slider is the gain's
-GAIN = 0
 
-
-def click(plugin: Plugin, place: tuple[int, int], button: int = 1) -> None:
-    hand("mousemove", *place, "click", button)
-    time.sleep(0.1)
-    plugin.block(64)
+def learned_by(plugin: Plugin, controller: int, amount: int) -> float:
+    """The gain, once a controller has come."""
+    plugin.block(64, [midi(bytes([0xB0, controller, amount]))])
+    return plugin.value(GAIN)
 
 
 def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
     """The host is told of all that changes; a learned controller stays with a state."""
     with opened(folder) as (plugin, _):
         plugin.block(64)
-        click(plugin, SLIDER)
+        hand("mousemove", *SLIDER, "click", 1)
+        heard(plugin, lambda: (GAIN, END) in plugin.gestures)
         moved = plugin.value(GAIN)
         assert moved < -5
-        click(plugin, SIDE_B)
-        assert plugin.value(GAIN) == 0 and plugin.told[-1] == (GAIN, 0)
-        click(plugin, SIDE_A)
-        assert plugin.value(GAIN) == moved and plugin.told[-1] == (GAIN, moved)
-        click(plugin, UNDO)
-        assert plugin.value(GAIN) == 0
-        click(plugin, SLIDER, button=3)
-        plugin.block(64, [midi(bytes([0xB0, 20, 127]))])
-        assert plugin.value(GAIN) == pytest.approx(0)
-        plugin.block(64, [midi(bytes([0xB0, 20, 64]))])
+        for place, wanted in ((SIDE_B, 0.0), (SIDE_A, moved), (UNDO, 0.0)):
+            hand("mousemove", *place, "click", 1)
+            heard(plugin, lambda wanted=wanted: plugin.value(GAIN) == wanted and plugin.told[-1] == (GAIN, wanted))
+        hand("mousemove", *SLIDER, "click", 3)
+        heard(plugin, lambda: learned_by(plugin, 20, 127) == pytest.approx(0) and learned_by(plugin, 20, 64) < -5)
         learned = plugin.value(GAIN)
-        assert learned < -5
         with closing(Plugin(folder)) as other:
             assert other.load(plugin.save())
             other.block(64, [midi(bytes([0xB0, 20, 127]))])
             assert other.value(GAIN) == pytest.approx(0)
-        click(plugin, SLIDER, button=3)
-        plugin.block(64, [midi(bytes([0xB0, 20, 127]))])
-        assert plugin.value(GAIN) == learned
+        assert learned_by(plugin, 20, 127) == pytest.approx(0) != learned
+        hand("mousemove", *SLIDER, "click", 3)
+        until(lambda: learned_by(plugin, 20, 64) == learned_by(plugin, 20, 127))
