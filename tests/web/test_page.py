@@ -1122,9 +1122,9 @@ def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any)
         pluck(page, 3, 5, 20)  # it touches nothing
         assert np.count_nonzero(np.abs(picture(page, ".stage")[:, 700:] - rest) > 60) == 0
         lift(page)
-        page.execute_script("see.flash({string: 0, fret: 5, frame: 0, speed: 4}, performance.now())")
-        assert page.execute_script("see.fade(performance.now() + 200); return see.flashes.get('0 5').bright") == 1
-        assert page.execute_script("see.fade(performance.now() + 400); return see.flashes.size") == 0
+        flashed = "const now = performance.now(); see.flash({string: 0, fret: 5, frame: 0, speed: 4}, now);"
+        held = "see.fade(now + 200); const held = see.flashes.get('0 5').bright; see.fade(now + 400);"
+        assert page.execute_script(f"{flashed} {held} return [held, see.flashes.size]") == [1, 0]
 
 
 # What `count` finds in so many ms: pictures a second, frames that were recorded for each that passed, faults
@@ -1177,7 +1177,7 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
             found.append(browser.execute_async_script("count(1000).then(arguments[0])"))
             browser.execute_script("release('test')")
     (pictures, recorded, _, _), (fewer, still, _, faults) = found
-    assert fewer < 0.6 * pictures, found
+    assert fewer < min(15, pictures), found  # whatever else the machine does
     assert abs(recorded - 1) < 0.2 and abs(still - 1) < 0.2 and faults == "0 faults", found
 
 
