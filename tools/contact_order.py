@@ -239,62 +239,93 @@ def of_scheme(trial: Trial, rate: float) -> Result:
     return Result(motion.displacement_m, motion.energy_j, middle, motion.contact_index, passes, np.zeros(0, np.int64))
 
 
-def row(name: str, rate: str, result: Result, best: Result, drift: str) -> str:
+class Row(NamedTuple):
     """A row of the table."""
+
+    step: str
+    rate: str
+    passes: float  # a ms
+    errors: tuple[float, ...]  # %, at TIMES
+    contacts: str
+    drift: str
+    rise: float
+
+    def __str__(self) -> str:
+        errors = " | ".join(f"{error:.2g}" for error in self.errors)
+        shown = f"{self.step} | {self.rate} | {self.passes:.0f} | {errors} | {self.contacts}"
+        return f"| {shown} | {self.drift} | {self.rise:.0e} |"
+
+
+def compared(step: str, rate: str, result: Result, best: Result, still: Result | None = None) -> Row:
+    """Prints and returns the row of `result` beside the converged motion `best`; `still`: without losses."""
     ends = [round(ms * 1e-3 * OUTPUT) + 1 for ms in TIMES]
-    off = np.abs(result.displacement - best.displacement) / np.abs(best.displacement).max()
-    errors = " | ".join(f"{100 * off[:end].max():.2g}" for end in ends)
-    found = sum(
-        bool(np.any(np.abs(result.time[result.fret == fret] - at) < NEAR))
-        for at, fret in zip(best.time, best.fret, strict=True)
-    )
-    busy = best.touched > 0
-    passes = result.passes[busy].sum() / (1e3 * trial_time(best))
+    off = 100 * np.abs(result.displacement - best.displacement) / np.abs(best.displacement).max()
+    near = [np.abs(result.time[result.fret == m] - at) < NEAR for at, m in zip(best.time, best.fret, strict=True)]
+    contacts_found = f"{result.time.size}, {sum(map(np.any, near))} of {best.time.size}"
+    passes = result.passes[best.touched > 0].sum() * OUTPUT / 1e3 / (best.energy.size - 1)
+    drift = "" if still is None else f"{np.abs(still.energy / still.energy[0] - 1).max():.0e}"
     rise = max(np.diff(result.energy).max() / result.energy[0], 0.0)
-    counted_contacts = f"{result.time.size}, {found} of {best.time.size}"
-    return f"| {name} | {rate} | {passes:.0f} | {errors} | {counted_contacts} | {drift} | {rise:.0e} |"
+    row = Row(step, rate, passes, tuple(float(off[:end].max()) for end in ends), contacts_found, drift, rise)
+    print(row, flush=True)
+    return row
 
 
-def trial_time(result: Result) -> float:
-    """Duration of a result, s."""
-    return (result.displacement.size - 1) / OUTPUT
-
-
-def drift_of(result: Result | None) -> str:
-    """The greatest relative change of the energy."""
-    return "-" if result is None else f"{np.abs(result.energy / result.energy[0] - 1).max():.0e}"
+def needed(rows: Sequence[Row], error: float, at: int) -> float:
+    """Passes a ms for `error` at TIMES[at] by `rows`, finest first; straight lines between logarithms. NaN: more."""
+    finer: Row | None = None
+    for row in rows:
+        if not row.errors[at] <= error:
+            if finer is None:
+                return math.nan
+            part = math.log(error / finer.errors[at]) / math.log(row.errors[at] / finer.errors[at])
+            return math.exp(math.log(finer.passes) * (1 - part) + math.log(row.passes) * part)
+        finer = row
+    return math.nan if finer is None else finer.passes
 
 
 def table(trial: Trial, best_rate: float) -> None:
-    """Prints the table of a trial."""
+    """Prints the tables of a trial."""
     best = moved(trial, best_rate, PARTS["fivefold "])
     if best is None:
         raise ValueError("the converged motion is not found: a contact is not solved")
-    print(f"{best.time.size} contacts; windows with contact: {100 * best.touched.mean():.1f} %")
-    print("| step | rate, or limit | passes/ms | 5 ms, % | 20 ms | 60 ms | contacts, found | drift | rise |")
-    print("|---|---|---|---|---|---|---|---|---|")
+    print(f"{best.time.size} contacts; windows with contact: {100 * best.touched.mean():.1f} %\n")
+    print("| step | rate, or limit | passes/ms | " + " | ".join(f"{ms} ms, %" for ms in TIMES), end="")
+    print(" | contacts, found | drift | rise |\n|---|---|---|---|---|---|---|---|---|")
     still = dataclasses.replace(trial, lossless=True, duration=trial.duration / 3)
     still = dataclasses.replace(still, speaking=dataclasses.replace(still.speaking, contact_loss=0.0))
-    harder = dataclasses.replace(trial.pluck, apex=trial.pluck.apex * 1.001)
-    print(row("`scheme`, 0.1 % harder", "8 MHz", of_scheme(dataclasses.replace(trial, pluck=harder), 8e6), best, ""))
-    for rate in (best_rate * 2, best_rate, *RATES):
-        drift = drift_of(of_scheme(still, rate)) if rate in RATES else ""
-        print(row("`scheme`", f"{rate / 1e6:g} MHz", of_scheme(trial, rate), best, drift), flush=True)
+    harder = dataclasses.replace(trial, pluck=dataclasses.replace(trial.pluck, apex=trial.pluck.apex * 1.001))
+    compared("`scheme`, 0.1 % harder", "8 MHz", of_scheme(harder, 8e6), best)
+    compared("`scheme`", f"{2 * best_rate / 1e6:g} MHz", of_scheme(trial, 2 * best_rate), best)
+    kinds = {
+        "`scheme`": [compared("`scheme`", shown(r), of_scheme(trial, r), best, of_scheme(still, r)) for r in RATES]
+    }
     for prefix, kicks in (("", False), ("", True), ("triple ", False), ("fivefold ", False), ("fivefold ", True)):
+        name, parts = f"`{prefix}{'kick' if kicks else 'hold'}`", PARTS[prefix]
         for rate in RATES:
-            name, parts = f"`{prefix}{'kick' if kicks else 'hold'}`", PARTS[prefix]
             result = moved(trial, rate, parts, kicks)
             if result is None:
-                print(f"| {name} | {rate / 1e6:g} MHz | not solved |")
-                continue
-            drift = drift_of(moved(still, rate, parts, kicks))
-            print(row(name, f"{rate / 1e6:g} MHz", result, best, drift), flush=True)
+                print(f"| {name} | {shown(rate)} | not solved |", flush=True)
+                break
+            row = compared(name, shown(rate), result, best, moved(still, rate, parts, kicks))
+            kinds.setdefault(name, []).append(row)
     lengths = [2.0**level for level in range(LENGTHS)]
     for limit in LIMITS:
         result = moved(trial, FINEST, lengths, limit=limit)
         if result is not None:
-            drift = drift_of(moved(still, FINEST, lengths, limit=limit))
-            print(row("`adaptive`", f"{limit * 1e6:g} um", result, best, drift), flush=True)
+            lossless = moved(still, FINEST, lengths, limit=limit)
+            row = compared("`adaptive`", f"{limit * 1e6:g} um", result, best, lossless)
+            kinds.setdefault("`adaptive`", []).append(row)
+    print(
+        "\nPasses a ms for the error of `scheme` at 8 MHz, and at 4 MHz, after " + ", ".join(map(str, TIMES)) + " ms:\n"
+    )
+    for name, rows in kinds.items():
+        each = [[needed(rows, goal.errors[i], i) for i in range(len(TIMES))] for goal in kinds["`scheme`"][:2]]
+        print(f"{name}: " + "; ".join(", ".join(f"{x:.0f}" for x in those) for those in each))
+
+
+def shown(rate: float) -> str:
+    """A rate for people."""
+    return f"{rate / 1e6:g} MHz"
 
 
 def main() -> None:
