@@ -7,8 +7,9 @@ python tools/contact_order.py jazz-finger E 4.5mm 800mm
 eq. 6 over this one step: also exact without force, with an energy that never rises, but it keeps q and dq/dt alone, so
 that steps of any length follow each other. `kick` is Strang's splitting: the exact motion for h/2, the momentum of the
 contact, again h/2. `triple` (Yoshida 1990) and `fivefold` (Suzuki 1990) repeat a step three and five times, once
-backwards, for order 4. `adaptive` is `hold` whose h is halved until no point that touches, or is about to, moves
-more than a limit. A pass moves all modes once; passes count in windows of 5 us in which the string touches.
+backwards, for order 4. `adaptive` is `hold` whose h, 1/16 us to the longest named, is halved until no point that
+touches, or is about to, moves more than a limit. A pass moves all modes once; passes count in windows of 5 us in
+which the string touches.
 
 The converged motion is `fivefold hold` at the highest rate. Errors are the greatest so far at the sensor, in % of the
 greatest displacement; `found` counts its contacts that have one within 5 us at the same fret. `drift` is of the energy
@@ -37,14 +38,14 @@ from livebass.units import quantity
 OUTPUT = 50_000  # Hz
 WINDOW = 4  # windows a sample
 FINEST = 16e6  # Hz, of the adaptive step
-LENGTHS = 7  # of the adaptive step, each twice the one before: the longest is 4 us
+LENGTHS = tuple(2.0**level for level in range(6))  # of the adaptive step, in finest ones
 NEAR = 5e-6  # s, within which contacts are the same
 TIMES = 5, 20, 60  # ms
 ROOT = 1 / (4 - 4 ** (1 / 3))
 CUBE = 1 / (2 - 2 ** (1 / 3))
 PARTS = {"": (1.0,), "triple ": (CUBE, 1 - 2 * CUBE, CUBE), "fivefold ": (ROOT, ROOT, 1 - 4 * ROOT, ROOT, ROOT)}
 RATES = 8e6, 4e6, 2e6, 1e6, 5e5
-LIMITS = 5e-8, 1e-7, 2e-7, 4e-7, 1e-6  # m
+LIMITS = 2e-7, 1e-6, 5e-6  # m
 
 
 class Leap(NamedTuple):
@@ -162,11 +163,19 @@ def note(eta: Floats, after: Floats, at: float, window: int, result: Result, fou
 
 @counted
 def run(
-    plan: Plan, leaps: tuple[Leap, ...], per: int, loss: float, kicks: bool, limit: float, q: Floats, result: Result
+    plan: Plan,
+    leaps: tuple[Leap, ...],
+    per: int,
+    loss: float,
+    kicks: bool,
+    limit: float,
+    longest: int,
+    q: Floats,
+    result: Result,
 ) -> int:
     """Fills `result`; `per` steps a sample, the finest if `limit` (m) is not zero. Returns the contacts, -1: unsolved.
 
-    leaps: the parts of a step, or half of each if it `kicks`; with a limit, the lengths of a step.
+    leaps: the parts of a step, or half of each if it `kicks`; with a limit, its lengths, up to leaps[longest].
     """
     count, points = q.size, plan.height.size
     p, q_new, p_new, after, eta = np.zeros(count), np.empty(count), np.empty(count), np.empty(points), np.empty(points)
@@ -186,7 +195,7 @@ def run(
                 return found
         window = n * WINDOW // per
         if limit > 0:
-            level = min(level + 1, len(leaps) - 1)
+            level = min(level + 1, longest)
             while n % (1 << level) or n % per + (1 << level) > per:
                 level -= 1
             while True:
@@ -216,7 +225,9 @@ def run(
         n += 1 << level
 
 
-def moved(trial: Trial, rate: float, parts: Sequence[float], kicks: bool = False, limit: float = 0.0) -> Result | None:
+def moved(
+    trial: Trial, rate: float, parts: Sequence[float], kicks: bool = False, limit: float = 0.0, longest: int = 0
+) -> Result | None:
     """How `trial` moves by steps of one of the new kinds; None if the contact of a step is not solved."""
     plan = make_plan(trial)
     lengths = [part / rate / (2 if kicks else 1) for part in parts]
@@ -226,7 +237,7 @@ def moved(trial: Trial, rate: float, parts: Sequence[float], kicks: bool = False
     rest = np.zeros(windows), np.zeros(windows, dtype=np.int64)
     result = Result(np.zeros(samples), np.zeros(samples), np.zeros(room), np.zeros(room, dtype=np.int64), *rest)
     per = round(rate / OUTPUT)
-    count = run(plan, leaps, per, trial.speaking.contact_loss, kicks, limit, initial_amplitudes(trial), result)
+    count = run(plan, leaps, per, trial.speaking.contact_loss, kicks, limit, longest, initial_amplitudes(trial), result)
     return None if count < 0 else result._replace(time=result.time[:count], fret=result.fret[:count])
 
 
@@ -289,7 +300,7 @@ def table(trial: Trial, best_rate: float) -> None:
     if best is None:
         raise ValueError("the converged motion is not found: a contact is not solved")
     print(f"{best.time.size} contacts; windows with contact: {100 * best.touched.mean():.1f} %\n")
-    print("| step | rate, or limit | passes/ms | " + " | ".join(f"{ms} ms, %" for ms in TIMES), end="")
+    print("| step | rate, or longest | passes/ms | " + " | ".join(f"{ms} ms, %" for ms in TIMES), end="")
     print(" | contacts, found | drift | rise |\n|---|---|---|---|---|---|---|---|---|")
     still = dataclasses.replace(trial, lossless=True, duration=trial.duration / 3)
     still = dataclasses.replace(still, speaking=dataclasses.replace(still.speaking, contact_loss=0.0))
@@ -308,13 +319,13 @@ def table(trial: Trial, best_rate: float) -> None:
                 break
             row = compared(name, shown(rate), result, best, moved(still, rate, parts, kicks))
             kinds.setdefault(name, []).append(row)
-    lengths = [2.0**level for level in range(LENGTHS)]
     for limit in LIMITS:
-        result = moved(trial, FINEST, lengths, limit=limit)
-        if result is not None:
-            lossless = moved(still, FINEST, lengths, limit=limit)
-            row = compared("`adaptive`", f"{limit * 1e6:g} um", result, best, lossless)
-            kinds.setdefault("`adaptive`", []).append(row)
+        for longest in range(1, len(LENGTHS)):
+            result = moved(trial, FINEST, LENGTHS, limit=limit, longest=longest)
+            if result is not None:
+                name, most = f"`adaptive` {limit * 1e6:g} um", f"{1e6 * LENGTHS[longest] / FINEST:g} us"
+                lossless = moved(still, FINEST, LENGTHS, limit=limit, longest=longest)
+                kinds.setdefault(name, []).append(compared(name, most, result, best, lossless))
     print(
         "\nPasses a ms for the error of `scheme` at 8 MHz, and at 4 MHz, after " + ", ".join(map(str, TIMES)) + " ms:\n"
     )
