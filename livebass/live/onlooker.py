@@ -48,6 +48,7 @@ class Onlooker:
         self._voices = [voice.record[0] for voice in engine.voices]
         self._logs = [voice.log for voice in engine.voices]
         self._told = [engine.bass.ring_of_events(i) for i in range(engine.strings)]
+        self._last = np.zeros(engine.strings, SIGHT)
         self._contacts = [int(v["logged"]) for v in self._voices]  # that were told so far
         self._events = [(int(told["from_frame"][0]), 0) for told, _ in self._told]
 
@@ -66,12 +67,13 @@ class Onlooker:
     def _sights(self) -> NDArray[np.void]:
         """The shapes, of one moment for each string."""
         sights = np.zeros(len(self._voices), SIGHT)
-        for _ in range(TRIES):
+        for _ in range(TRIES):  # it plays meanwhile: then those before stay
             before = [int(v["frame"]) for v in self._voices]
             see_bass(self.bass.address, sights.ctypes.data)
             if before == [int(v["frame"]) for v in self._voices]:
+                self._last = sights
                 break
-        return sights
+        return self._last
 
     def _take_contacts(self, i: int, began: int, end: int, found: list[tuple[int, float, float, float]]) -> None:
         voice, log = self._voices[i], self._logs[i]

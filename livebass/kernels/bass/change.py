@@ -28,6 +28,7 @@ from livebass.kernels.bass.instrument import (
     notes_of,
     words_before_numbers,
 )
+from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.note import MADE, gap_under
 from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES, note_at
@@ -191,7 +192,7 @@ def move_pickups(bench, numbers, instrument, value):
                 instrument.saddle[i, k] = max(min(place, room - half), half)
                 numbers[string.taps + string.tap_width * k] = instrument.saddle[i, k]
             if value[PICKUP_HEIGHT] != 0.0:
-                instrument.mix[i, k] *= math.exp(MM * value[PICKUP_HEIGHT] * instrument.decay[i, k])
+                instrument.mix[i, k] *= exp(MM * value[PICKUP_HEIGHT] * instrument.decay[i, k])
 
 
 @jit

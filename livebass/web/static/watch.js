@@ -1,20 +1,16 @@
 // Watches the bass of `livebass play`, which plays elsewhere: this page only shows what its strings do.
 "use strict";
 
-const ASK_AGAIN = 1000; // ms
 let watched = 0; // the frame until which the bass is known
 
-// Follows the bass for as long as the page is open; where `play` ends, it waits for the next one at the same address.
+// Follows the bass until `play` ends: its next start has another address.
 async function watch() {
   document.body.classList.add("watching");
   $("neck").inert = true;
-  for (;;) {
-    try {
-      await takeAnswer(await fetch(PAGE.watching));
-    } catch {} // it ended, as it does below
-    say("play has ended: this page waits for it to begin again.");
-    await new Promise(done => setTimeout(done, ASK_AGAIN));
-  }
+  try {
+    await takeAnswer(await fetch(PAGE.watching));
+  } catch {} // it ended, as it does below
+  say("play has ended. Its next start with --watch prints another address.");
 }
 
 // Takes the messages of an answer until it ends: livebass/web/watch.py says how they are laid out.
