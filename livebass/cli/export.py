@@ -276,11 +276,11 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     elif name in preset_names():
         where = f"a plugin that comes with a bass called {name} lists its own instead: give the file another name"
     say(f"{file}: {bass.name}; {where}")
-    if (
-        output is None and ((folder := own_folder_of_plugins("lv2")) / BUNDLES["lv2"]).is_dir()
-    ):  # LV2 hosts know no basses but those of bundles
-        lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
-        say(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts")
+    if output is None:  # LV2 hosts know no basses but those of bundles
+        folder = own_folder_of_plugins("lv2")
+        if (folder / BUNDLES["lv2"]).is_dir():
+            lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
+            say(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts")
 
 
 @export.command()

@@ -8,7 +8,7 @@ import os
 import secrets
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -238,7 +238,8 @@ def play(**options: Any) -> None:
             check_output(settings.backend, settings.audio)
             have_kernels()
         session = Session(settings, console.status if console.terminal else None)
-        stack.enter_context(watching(session, bass) if options["watch"] else nullcontext())
+        if options["watch"]:
+            stack.enter_context(watching(session, bass))
         stop_instead(session.stop, lambda: session.synth is not None)
         if memory.used and (said := memory.said()):
             console.show(f"as the last time: {said}")

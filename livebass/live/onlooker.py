@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.records import (
     HAMMER,
     MOST_NEAR,
@@ -24,7 +25,6 @@ from livebass.kernels.string.records import (
 from livebass.live.synth import LiveBass
 from livebass.live.thread.sight import SIGHT, see_bass
 
-DOUBLE = 8  # bytes
 TRIES = 8  # to read a bass between two of its frames
 STRUCK = (STRIKE_EVENT, THROW, HAMMER, PULL_OFF)  # events that begin a note at once
 

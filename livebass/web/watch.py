@@ -43,9 +43,8 @@ def stream(synth: Callable[[], Synth | None]) -> Iterator[bytes]:
     while True:
         playing = synth()
         bass = playing.bass if playing else None
-        if playing is None or bass is None or bass.began is None:
-            yield b""
-        else:
+        message = b""
+        if playing is not None and bass is not None and bass.began is not None:
             if onlooker is None or onlooker.bass is not bass:
                 onlooker, told = Onlooker(bass), False
             seen = onlooker.look(playing.frame)
@@ -57,7 +56,6 @@ def stream(synth: Callable[[], Synth | None]) -> Iterator[bytes]:
                     said["bass"] = _shown(bass.engine.instrument)
                 told, sounded, sent = True, sounds, time.monotonic()
                 line, sights = json.dumps(said, separators=(",", ":")).encode(), seen.sights.tobytes()
-                yield LENGTHS.pack(len(line), len(sights)) + line + sights
-            else:
-                yield b""
+                message = LENGTHS.pack(len(line), len(sights)) + line + sights
+        yield message
         time.sleep(EVERY)

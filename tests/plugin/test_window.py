@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 from support import lv2, vst3
 from support.clap import Plugin, function, midi, note_on, struct, value
+from support.jack import wait_for
 from support.plugins import RATE, hard_score, written
-from support.screen import Screen, hand, needs_screen, running_screen, until
+from support.screen import Screen, hand, needs_screen, running_screen
 
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
@@ -120,12 +121,12 @@ def test_a_string_that_is_struck_is_seen_to_move(screen_name: str, folder: Path,
         plugin.block(64, [note_on(28, 1.0)])
         for _ in range(20):
             plugin.block(64)
-        until(lambda: different(window.picture(), rest) > 300 * scale)
+        wait_for(lambda: different(window.picture(), rest) > 300 * scale)
 
 
 def heard(plugin: Plugin, condition: Callable[[], Any]) -> None:
     """Plays blocks until a condition holds."""
-    until(lambda: (plugin.block(64), condition())[1])
+    wait_for(lambda: (plugin.block(64), condition())[1])
 
 
 def test_sliders_tell_the_host_what_a_hand_does(screen_name: str, folder: Path) -> None:
@@ -145,7 +146,7 @@ def test_a_press_on_the_neck_plays_that_string(screen_name: str, folder: Path) -
         plugin.block(64)
         assert not plugin.block(2048).any()
         hand("mousemove", *LOWEST_STRING, "mousedown", 1)
-        until(lambda: np.abs(plugin.block(4096)).max() > 1e-3)
+        wait_for(lambda: np.abs(plugin.block(4096)).max() > 1e-3)
         hand("mouseup", 1)
 
 
@@ -153,7 +154,7 @@ def test_it_is_resized_within_what_the_picture_takes(screen_name: str, folder: P
     with opened(folder) as (_, window):
         assert window.gui.can_resize(window.handle)
         assert window.gui.set_size(window.handle, 1200, 600) and window.size() == (1200, 600)
-        until(lambda: window.screen.children() == 1)
+        wait_for(lambda: window.screen.children() == 1)
         assert not window.gui.set_size(window.handle, 10, 10)
         width, height = U32(10), U32(99999)
         assert window.gui.adjust(window.handle, c.byref(width), c.byref(height))
@@ -261,7 +262,7 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
         with closing(Screen(900, 460)) as screen:
             assert view.call(4, P(screen.window), b"X11EmbedWindowID") == 0
             assert len(timers) == timed and screen.children() == 1
-            until(lambda: len(np.unique(screen.picture(900, 460).reshape(-1, 3), axis=0)) > 50)
+            wait_for(lambda: len(np.unique(screen.picture(900, 460).reshape(-1, 3), axis=0)) > 50)
             hand(*DRAG)
 
             def ended() -> bool:
@@ -269,7 +270,7 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
                     vst3.Object(timer).call(3)
                 return bool(edits) and edits[-1][0] == "end"
 
-            until(ended)
+            wait_for(ended)
             moved = [edit for edit in edits if edit[1] == edits[-1][1]]
             assert moved[0][0] == "begin" and moved[-1][0] == "end" and moved[1][0] == "to"
             values = [value for what, _, value in moved if what == "to"]
@@ -359,10 +360,10 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
                 run(512)
                 atom = np.array([LOOK.itemsize, kind], "u4").tobytes() + looks[-1]
                 ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
-            until(lambda: different(screen.picture(900, 460), rest) > 200)
+            wait_for(lambda: different(screen.picture(900, 460), rest) > 200)
             sent.clear()
             hand(*DRAG)
-            until(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
+            wait_for(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
             assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
             ui.cleanup(handle)
             assert screen.children() == 0
@@ -397,4 +398,4 @@ def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
             assert other.value(GAIN) == pytest.approx(0)
         assert learned_by(plugin, 20, 127) == pytest.approx(0) != learned
         hand("mousemove", *SLIDER, "click", 3)
-        until(lambda: learned_by(plugin, 20, 64) == learned_by(plugin, 20, 127))
+        wait_for(lambda: learned_by(plugin, 20, 64) == learned_by(plugin, 20, 127))

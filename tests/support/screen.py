@@ -6,8 +6,7 @@ import ctypes as c
 import os
 import shutil
 import subprocess
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -96,12 +95,3 @@ class Screen:
 def hand(*commands: Any) -> None:
     """Moves and presses by commands of xdotool: `"mousemove", 10, 20, "click", 1`."""
     subprocess.run(["xdotool", *map(str, commands)], check=True, timeout=PATIENCE)
-
-
-def until(condition: Callable[[], Any]) -> Any:
-    """Waits until a condition holds; returns its value."""
-    end = time.monotonic() + PATIENCE
-    while not (found := condition()):
-        assert time.monotonic() < end, "it did not get there"
-        time.sleep(0.02)
-    return found

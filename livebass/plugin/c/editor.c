@@ -64,24 +64,18 @@ static const lb_switch *switched(void *instance, int key) {
     return bass < lb_shelf_count(i->shelf) ? lb_shelf_switch(i->shelf, bass, key) : 0;
 }
 
-/* Tells the host which values are others than before. */
-static void tell_others(lb_instance *i, const double before[LB_PARAMETERS]) {
+/* Does what changes several values, and tells the host which are others than before. */
+static void change(lb_instance *i, void (*what)(lb_instance *)) {
+    double before[LB_PARAMETERS];
+    for (int k = 0; k < LB_PARAMETERS; k++) before[k] = lb_value(i, k);
+    what(i);
     for (int k = 0; k < LB_PARAMETERS; k++)
         for (int phase = LB_BEGIN; lb_value(i, k) != before[k] && phase <= LB_END; phase++)
             lb_put_move(&i->moves, k, phase, lb_value(i, k));
     i->moved(i->owner);
 }
-static void undo(void *instance) {
-    double before[LB_PARAMETERS];
-    for (int k = 0; k < LB_PARAMETERS; k++) before[k] = lb_value(instance, k);
-    if (lb_undo(instance)) tell_others(instance, before);
-}
-static void swap(void *instance) {
-    double before[LB_PARAMETERS];
-    for (int k = 0; k < LB_PARAMETERS; k++) before[k] = lb_value(instance, k);
-    lb_swap_sides(instance);
-    tell_others(instance, before);
-}
+static void undo(void *i) { change(i, lb_undo); }
+static void swap(void *i) { change(i, lb_swap_sides); }
 static int side(void *i) { return ((const lb_instance *)i)->side; }
 static int controller(void *i, int parameter) {
     if (lb_learning(i) == parameter) return LB_WAITS;

@@ -452,12 +452,11 @@ void lb_keep_values(lb_instance *i) {
     for (int k = 0; k < LB_PARAMETERS; k++) i->before[i->undone][k] = lb_value(i, k);
 }
 
-int lb_undo(lb_instance *i) {
-    if (!i->undoable) return 0;
+void lb_undo(lb_instance *i) {
+    if (!i->undoable) return;
     for (int k = 0; k < LB_PARAMETERS; k++) lb_set_value(i, k, i->before[i->undone][k]);
     i->undone = (i->undone + LB_UNDONE - 1) % LB_UNDONE;
     i->undoable--;
-    return 1;
 }
 
 /* --- state --- */

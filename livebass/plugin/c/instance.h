@@ -157,8 +157,8 @@ void lb_read_learned(lb_instance *, const uint8_t *from);
 void lb_swap_sides(lb_instance *);
 /* Keeps these values for lb_undo: before a hand moves one. [main thread] */
 void lb_keep_values(lb_instance *);
-/* Brings back the values that were kept last; returns 0 if none are left. [main thread] */
-int lb_undo(lb_instance *);
+/* Brings back the values that were kept last, if any are left. [main thread] */
+void lb_undo(lb_instance *);
 
 /* Returns the number of bytes. */
 size_t lb_save_state(const lb_instance *, lb_state *);
