@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import http.client
 import json
+import signal
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from support.browser import chromium, wait
+from support.browser import chromium, firefox, wait
+from support.jack import livebass
 from support.live import RATE, feed, run_ahead, synth_and_device
+from support.song import midi_file, song_of
 
 from livebass import Quality, load_preset
 from livebass.live.onlooker import Onlooker
@@ -90,7 +94,7 @@ def playing(synth: Synth, device: FakeDevice) -> Iterator[None]:
 
 
 @pytest.fixture
-def server() -> Iterator[tuple[PageServer, Synth]]:
+def served() -> Iterator[tuple[PageServer, Synth]]:
     synth, device = synth_and_device("jazz-finger", FINE)
     files = watch_files(load_preset("jazz-finger"))
     with (
@@ -115,16 +119,16 @@ def server() -> Iterator[tuple[PageServer, Synth]]:
     ],
 )
 def test_only_who_knows_the_token_gets_anything(
-    server: tuple[PageServer, Synth], path: str, headers: dict[str, str], status: int
+    served: tuple[PageServer, Synth], path: str, headers: dict[str, str], status: int
 ) -> None:
-    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(server[0].address).port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(served[0].address).port, timeout=5)
     connection.request("GET", path, headers=headers)
     assert connection.getresponse().status == status
     connection.close()
 
 
-def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(server: tuple[PageServer, Synth]) -> None:
-    made, synth = server
+def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(served: tuple[PageServer, Synth]) -> None:
+    made, synth = served
     url = urlsplit(made.address)
     connection = http.client.HTTPConnection("127.0.0.1", url.port, timeout=10)
     connection.request("GET", f"{url.path}{STREAM}")
@@ -149,8 +153,8 @@ def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(server:
     connection.close()
 
 
-def test_a_page_shows_the_strings_that_play_elsewhere(server: tuple[PageServer, Synth], tmp_path: Path) -> None:
-    made, synth = server
+def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, Synth], tmp_path: Path) -> None:
+    made, synth = served
     with chromium(tmp_path / "profile") as page:
         page.get(made.address)
         wait(lambda: "plays, in livebass play" in page.find_element("id", "said").text)
@@ -166,3 +170,29 @@ def test_a_page_shows_the_strings_that_play_elsewhere(server: tuple[PageServer, 
         made.close()
         wait(lambda: "play has ended" in page.find_element("id", "said").text)
         assert page.execute_script("return typeof context") == "undefined"
+
+
+def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: Path) -> None:
+    """`livebass play --watch` prints an address; the page there says what each string of the song does, and the end."""
+    song = tmp_path / "song.mid"
+    song.write_bytes(midi_file(song_of([28, 33, 38, 43] * 20, 720)))
+    arguments = ("--backend", "jack", "-p", "jazz-finger", "--file", song, "--loop")
+    process = livebass("play", "--watch", "--no-settings", *arguments)
+    try:
+        assert process.stdout
+        address = process.stdout.readline().strip()
+        with firefox(tmp_path / "profile") as page:
+            page.get(address)
+
+            def told(expression: str) -> str:
+                return page.run(f"Promise.resolve(String({expression}))")
+
+            wait(lambda: "plays, in livebass play" in told("$('said').textContent"))
+            seen: set[str] = set()
+            wait(lambda: seen.add(told("$('seen').textContent")[:8]) or seen >= {f"{name} string" for name in "EADG"})
+            process.send_signal(signal.SIGINT)
+            wait(lambda: "play has ended" in told("$('said').textContent"))
+        _, said = process.communicate(timeout=30)
+        assert process.returncode == 0 and "Traceback" not in said, said
+    finally:
+        process.kill()
