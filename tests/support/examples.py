@@ -7,7 +7,7 @@ from typing import Any
 from hypothesis import settings
 
 settings.register_profile("fast", max_examples=200, deadline=None)
-settings.register_profile("all", max_examples=800, deadline=None)  # tools/test --all
+settings.register_profile("all", max_examples=400, deadline=None)  # tools/test --all
 settings.load_profile("fast")
 
 
