@@ -138,6 +138,7 @@ class _Levels:
         heard = np.isfinite(bands) & (bands > np.nanmax(bands) - DEPTH)
         self.band = np.flatnonzero(full & heard)
         self.band_level = bands[self.band]
+        self.both = np.flatnonzero(np.isin(self.band, own))  # of `band`, those that have partials among those used
         self.filters: dict[float, Floats] = {}
 
     def circuit(self, tone: float) -> Floats:
@@ -151,8 +152,8 @@ class _Levels:
     def amplitudes(self, v: _Values) -> Floats:
         """Returns what the output gives at each partial, for an apex of 1 m."""
         length, count = self.s.length, self.number.size
-        pluck = Pluck(1.0, length - v.place, v.rounding, release=v.release)
-        q = modes.pluck_amplitudes(self.s, count, pluck)
+        held = modes.pluck_amplitudes(self.s, count, Pluck(1.0, length - v.place, v.rounding))
+        q = held / modes.release_loss(self.nu, v.release)
         heard = np.zeros(count)
         for pickup, position, level in zip(self.pickups, v.positions, v.levels, strict=True):
             wide = self.number * (math.pi / length) * pickup.aperture
@@ -163,7 +164,8 @@ class _Levels:
     def off(self, v: _Values) -> Floats:
         """Returns levels less those measured, weighted, dB; as loud as each other in the mean."""
         power = self.amplitudes(v) ** 2
-        around = np.convolve(np.pad(power, 2, mode="edge"), np.full(5, 0.2), mode="valid")
+        wider = np.concatenate([power[:1], power[:1], power, power[-1:], power[-1:]])
+        around = np.convolve(wider, np.full(5, 0.2), mode="valid")
         power = power + around * 10 ** (-NOTCH / 10) + 1e-30
         partials = 10 * np.log10(power[self.partial]) - self.level
         whole = np.bincount(self.which, power * self.energy, BANDS)[self.band]
@@ -171,8 +173,8 @@ class _Levels:
         weight = self.share**2
         partials = partials - (weight @ partials) / weight.sum()
         # the third octaves are as loud as the partials in those that both have
-        both = [k for k, b in enumerate(self.band) if np.any(self.which[self.partial] == b)]
-        bands = bands - (float(np.mean(bands[both])) if both else float(np.mean(bands)) if bands.size else 0.0)
+        common = bands[self.both] if self.both.size else bands
+        bands = bands - (common.mean() if common.size else 0.0)
         return np.concatenate([self.share * partials, bands])
 
     def misfit(self, v: _Values) -> float:

@@ -141,16 +141,23 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck, across: bool = False
     A triangle, rounded by the finger and, by the law "hinged", by the string's own stiffness: the static shape under a
     force at one point has (c k_j / omega_j)^2 = 1 / (1 + B j^2) of a triangle's amplitudes.
 
-    A finger that lets go gradually, within about tau = `pluck.release`, leaves 1 / (1 + (omega_j tau)^2) of each: as if
-    its force ended along exp(-|t| / tau) / (2 tau).
+    A finger that lets go gradually weakens each by `release_loss`.
     """
     k = np.arange(1, count + 1) * (math.pi / s.length)  # rad/m
     a = pluck.position
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
     corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + held_stiffness(s) * k**2)
     if pluck.release:
-        corner /= 1 + (2 * math.pi * frequencies(s, count, across=across) * pluck.release) ** 2
+        corner /= release_loss(frequencies(s, count, across=across), pluck.release)
     return np.asarray(math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner)
+
+
+def release_loss(nu: Floats, release: float) -> Floats:
+    """Times by which a finger that lets go within about tau = `release` (s) weakens modes at `nu` (Hz).
+
+    1 + (omega tau)^2, as if its force ended along exp(-|t| / tau) / (2 tau).
+    """
+    return np.asarray(1 + (2 * math.pi * nu * release) ** 2)
 
 
 def held_stiffness(s: Speaking) -> float:
