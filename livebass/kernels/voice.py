@@ -397,7 +397,7 @@ def move_string(string, ops):
         elif slot.sunk > 0:
             stop.raise_obstacles(slot, op, after)
         touch.damp_by_touches(voice, slot, op)
-        if voice.stretch > 0.0 and slot.active > 0:
+        if voice.stretch > 0.0 and slot.active > 0 and not slot.steady:
             tension.tighten_by_motion(voice, slot, op, steps * op.fine)
         if tighter != 0.0:
             tension.tighten_by_vibrato(slot, op, steps * op.fine, tighter)

@@ -249,6 +249,7 @@ SLOT = on_lines(
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
         ("heard", "i8"),  # modes that the audio rate can carry, up to a whole BLOCK
         ("fastest", "f8"),  # m/s no point of the string exceeds
+        ("steady", "i8"),  # 1: its motion adds no tension that matters
         ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
         ("thumb", THUMB),
@@ -271,6 +272,10 @@ SLOT = on_lines(
         ("touch_product", "f8", (TOUCHES, DASHPOTS)),  # ... and of products of two of them: 0 1, 0 2, 1 2 ...
         ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that it moves
         ("touch_key", "f8", (TOUCHES, 3)),  # what these hold for: place, width, operator
+        ("touch_factor", "f8", (TOUCHES, DASHPOTS)),  # c of each dashpot ...
+        ("touch_factor_key", "f8", (TOUCHES,)),  # ... and the resistance that it holds for; 0: for none
+        ("touch_kept", "f8"),  # factor per frame of what lies wholly on the fingers ...
+        ("touch_decay", "f8"),  # ... and minus its logarithm
         # of the thumb, likewise
         _row("thumb_shape"),
         _row("thumb_yield"),  # c: how far each mode gives way to a force that stays, m^0.5/N ...

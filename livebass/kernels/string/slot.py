@@ -6,6 +6,7 @@ frame.py, frets.py and board.py move it from frame to frame. [any thread]
 import numpy as np
 
 from livebass.compiling import jit
+from livebass.kernels.machine.elementary import squared
 from livebass.kernels.string import modal
 from livebass.kernels.string.operators import heights
 from livebass.kernels.string.preparing import FADE_TO
@@ -16,6 +17,7 @@ FOR_EVER = 1 << 60  # a fine step
 # (hard, near the bridge), a string stopped at a higher fret 4.8; the narrow pulse of a thumb more.
 SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
 SLACK = 0.02  # m/s
+STEADY = 1e-9  # of the tension: what a motion adds to it below this is left out
 REST_EVERY = 64  # frames between looks for dead modes
 STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled back: no playing reaches a third of it
 
@@ -108,6 +110,7 @@ def wake_slot(slot, op, step):
         slot.fastest = slot.safety * rms_velocity_with_answers(slot, op, op.padded) + SLACK
     slot.due = step
     slot.quiet = UNKNOWN
+    slot.steady = 0
     for m in range(op.points):
         u.due[m] = UNKNOWN
         u.known_at[m] = UNKNOWN
@@ -189,6 +192,16 @@ def steepness(w, op, n):
 
 
 @jit
+def is_steady(voice, op, steepest):
+    """True if a motion of that `steepness` in u and v adds no tension that matters, in qualities that are not exact.
+
+    The integral of the squared slope is steepness^2 times the length at most, in u and in v (tension.py).
+    """
+    most = voice.stretch * 2.0 * steepest * steepest * op.length
+    return op.split < op.padded and most * op.weight < STEADY * squared(op.fine * op.speed)
+
+
+@jit
 def rest_slot(slot, op, voice):
     """Drops dead modes, limits the motion, and marks the string as quiet if it cannot touch any more.
 
@@ -208,6 +221,7 @@ def rest_slot(slot, op, voice):
         limit_motion(slot, op, STEEPEST / steepest)
         voice.weakened += 1
         return
+    slot.steady = np.int64(1 if is_steady(voice, op, steepest) else 0)
     if op.points == 0 or slot.moving or slot.quiet > step:
         return
     held, height = False, heights(op)

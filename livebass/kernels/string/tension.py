@@ -4,7 +4,8 @@ The tension grows by dT = E A / (2 l) S, S = sum_j k_j^2 (q_j^2 + r_j^2) over th
 squared slope, and l the length that stretches (Kirchhoff 1876, Carrier 1945). Each frame the modes get the force of it
 as a kick, v_j <- v_j - (h dT / mu) k_j^2 q_j, after their free motion: a symplectic step. Its energy neither grows nor
 falls in the mean; S is held within what makes dT a fifth of the tension. Only modes that turn by less than one radian a
-frame take part: a kick on those near half the audio rate would resonate, and what they add cannot be heard.
+frame take part: a kick on those near half the audio rate would resonate, and what they add cannot be heard. Where modes
+are float32 in part, a motion that adds less than STEADY of the tension (slot.py) is left alone.
 
 A hand in vibrato pulls the string tighter in the same manner, by a part of its tension. That glides from frame to
 frame; frequencies that were set anew now and then would bring sidebands.

@@ -135,6 +135,7 @@ def place_dashpots(slot, op, i, t):
     key[0] = t.place
     key[1] = t.width
     key[2] = op.coefficients
+    slot.touch_factor_key[i] = 0.0
     n = modes_under(op, t.width)
     slot.touch_modes[i] = n
     k1 = np.pi / op.length
@@ -163,6 +164,16 @@ def dashpot_factor(t, d, square, over_mass):
 
 
 @jit
+def find_factors(slot, i, t, over_mass):
+    """Computes c of the dashpots of finger `i`, if its resistance or its shapes have changed."""
+    if slot.touch_factor_key[i] == t.resistance:
+        return
+    slot.touch_factor_key[i] = t.resistance
+    for d in range(DASHPOTS):
+        slot.touch_factor[i, d] = dashpot_factor(t, d, slot.touch_square[i, d], over_mass)
+
+
+@jit
 def linear_density(op):
     """Linear density, kg/m."""
     return op.fine * op.fine / op.weight
@@ -188,13 +199,9 @@ def damp_by_touches(voice, slot, op):
         if t.resistance == 0.0 or slot.active + slot.v_active == 0:
             continue
         place_dashpots(slot, op, i, t)
-        shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
-        high = slot.touch_shape_high[i]
-        n = slot.touch_modes[i]
-        c = (
-            dashpot_factor(t, 0, squares[0], over_mass), dashpot_factor(t, 1, squares[1], over_mass),
-            dashpot_factor(t, 2, squares[2], over_mass),
-        )  # fmt: skip
+        find_factors(slot, i, t, over_mass)
+        shapes, high, products = slot.touch_shape[i], slot.touch_shape_high[i], slot.touch_product[i]
+        c, n = slot.touch_factor[i], slot.touch_modes[i]
         if slot.active > 0:
             modal.apply_dashpots(slot.u, shapes, high, products, c, n)
             slot.active = max(slot.active, n)
@@ -204,6 +211,9 @@ def damp_by_touches(voice, slot, op):
         all_over += t.resistance
         above = max(above, n)
     if all_over > 0.0:
-        kept = exp(-0.5 * all_over * over_mass / op.length)
-        modal.fade(slot.u, kept, above, slot.active)
-        modal.fade(slot.v, kept, above, slot.v_active)
+        decay = 0.5 * all_over * over_mass / op.length
+        if slot.touch_decay != decay:
+            slot.touch_decay = decay
+            slot.touch_kept = exp(-decay)
+        modal.fade(slot.u, slot.touch_kept, above, slot.active)
+        modal.fade(slot.v, slot.touch_kept, above, slot.v_active)
