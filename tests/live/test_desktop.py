@@ -139,7 +139,7 @@ def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
         assert_in_tune(file)
 
 
-@pytest.mark.parametrize("server", ["pulseaudio", pytest.param("pipewire-pulse", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("server", ["pulseaudio", "pipewire-pulse"])
 def test_a_sound_server_that_ends_is_waited_for(server: str, tmp_path: Path) -> None:
     """By PortAudio and alsa-lib, which would say much on stderr. The song goes on, and ends the session."""
     log, take, tune = tmp_path / "log", tmp_path / "take.wav", steady_song(tmp_path / "song.mid", 6)

@@ -215,7 +215,6 @@ def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
         assert re.search(r"Author:\s+livebass", told.stdout)
 
 
-@pytest.mark.slow
 def test_a_host_runs_it(bundle: Path) -> None:
     """lv2bench plays a second of silence with each plugin."""
     env = os.environ | {"LV2_PATH": f"{bundle.parent}:/usr/lib/lv2"}

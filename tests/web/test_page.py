@@ -938,7 +938,6 @@ def test_chromium_plays_the_pinned_samples(page: Any, preset: str) -> None:
     assert sound_hash(offline(run, preset)) == PINNED[preset]["hash"]
 
 
-@pytest.mark.slow
 def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Path) -> None:
     with ExitStack() as stack:
         fox = stack.enter_context(firefox(tmp_path / "firefox"))
