@@ -34,7 +34,12 @@ STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
 SLAPPED = ("slap", "slap-impulse")
-DEAR = (("own", "paper-fretless"), ("thumb and pops", "fretless"))  # over a board
+# Over a board; and strokes that the preset does not begin with, but on one bass of each kind
+DEAR = {("own", "paper-fretless"), ("thumb and pops", "fretless")} | {
+    (stroke, name)
+    for stroke in ("pick", "thumb and pops")
+    for name in set(preset_names()) - {"jazz-finger", "precision-finger", "six-string", "muted"}
+}
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody takes a pick to an upright, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 from support.agreement import assert_agree
+from support.costs import quick
 from support.played import RATE, YIELDS, Played, event
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across, yielding
 
@@ -282,7 +283,7 @@ def in_vibrato(string: Played) -> int:
     return 2
 
 
-@pytest.mark.parametrize("preset", ["jazz-finger" + YIELDS, "fretless" + YIELDS])
+@pytest.mark.parametrize("preset", quick(["jazz-finger" + YIELDS, "fretless" + YIELDS], ["jazz-finger" + YIELDS]))
 @pytest.mark.parametrize("name", GESTURES)
 def test_v_stays_in_tune_with_u(name: str, preset: str) -> None:
     """In the cents of partials 1 to 5 it lies from u as the model says of the fret where the technique ends."""
