@@ -153,17 +153,24 @@ def test_the_score_follows_jacks_transport(server: SimpleNamespace) -> None:
         try:
             played_on(output.synth, 0.3)
             assert not output.synth.played() and not desk.rolling
-            output.locate(2.25)
-            wait_for(lambda: desk.position == pytest.approx(2.25))
-            output.roll(True)
-            wait_for(lambda: desk.position > 3.2)
-            output.roll(False)
-            wait_for(lambda: not desk.rolling)
-            state, place = output.client.transport_query()
-            assert desk.position == pytest.approx(place["frame"] / RATE, abs=1e-9) and "STOPPED" in str(state)
-            notes = [(frame, first) for frame, status, first, _ in output.synth.played() if status == 0x90]
-            assert [key for _, key in notes] == [35, 36]
-            assert abs(notes[1][0] - notes[0][0] - RATE // 2) <= 2 * output.block  # the machine may lose a period
+            intervals = []
+            for _ in range(8):  # a busy machine may lose whole periods, in which the transport goes on
+                before = len(output.synth.played())
+                output.locate(2.25)
+                wait_for(lambda: desk.position == pytest.approx(2.25))
+                output.roll(True)
+                wait_for(lambda: desk.position > 3.2)
+                output.roll(False)
+                wait_for(lambda: not desk.rolling)
+                state, place = output.client.transport_query()
+                assert desk.position == pytest.approx(place["frame"] / RATE, abs=1e-9) and "STOPPED" in str(state)
+                notes = [m[:3:2] for m in output.synth.played()[before:] if m[1] == 0x90]
+                assert [key for _, key in notes] == [35, 36]
+                intervals.append(notes[1][0] - notes[0][0])
+                assert (RATE // 2 - intervals[-1]) % output.block == 0 and intervals[-1] <= RATE // 2
+                if intervals[-1] == RATE // 2:
+                    break
+            assert intervals[-1] == RATE // 2, intervals
             output.locate(10.25)
             output.roll(True)
             wait_for(lambda: desk.position > 10.55)
