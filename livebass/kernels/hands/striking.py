@@ -7,16 +7,14 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands import thumb
-from livebass.kernels.hands.damping import FINGER_WIDTH
 from livebass.kernels.hands.fretting import prepare_string
 from livebass.kernels.hands.noise import begin_skin
 from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_pluck, shape_of_strike
 from livebass.kernels.machine.elementary import cos, sin
 from livebass.kernels.string import modal, touch
-from livebass.kernels.string.records import TOUCHES
 from livebass.kernels.string.slot import SAFETY, SAFETY_STRUCK, remove_thumb, wake_slot, wake_v
 
-TOUCHED_BEFORE, THUMB_TOUCH = 0.5e-3, 3.0  # s from the touch of a string that sounds to the strike; N s/m
+TOUCHED_BEFORE = 0.5e-3  # s from the touch of a string that sounds to the strike
 NARROW = 1.6  # `safety` times sqrt(p (1 - p)) of a pluck at the part p of the length: its pulses reached 1.4 on a board
 
 
@@ -112,8 +110,7 @@ def throw_mass(string, ops, event):
     voice.fingering = 0
     thumb.set_out(slot.thumb, voice, op, event)
     if sounding and (slot.active > 0 or slot.v_active > 0):
-        t = slot.thumb
-        t.wait = np.int64(np.rint(TOUCHED_BEFORE * voice.rate))
-        touch.begin_touch(voice, TOUCHES - 1, t.place, THUMB_TOUCH, FINGER_WIDTH, TOUCHED_BEFORE, TOUCHED_BEFORE)
+        slot.thumb.wait = max(np.int64(np.rint(TOUCHED_BEFORE * voice.rate)), 1)
+        grip(voice, slot, op, event.place, slot.thumb.wait, MOST_NEPERS, 0.0)
     slot.safety = SAFETY_STRUCK
     wake_slot(slot, op, voice.step)

@@ -54,7 +54,8 @@ jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 apart = compiled(fastmath=LANES, attributes="noinline")  # for events: many of them call it, of both widths
 
-DEAD = 1e-17  # m^1.5: a mode below this is silence
+# m^1.5: a mode below this is silence; the same where a hand has ended the note: 200 dB below a loud one
+DEAD, ENDED = 1e-17, 1e-13
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
 
 
@@ -910,12 +911,12 @@ def amplitude_sum(w, n):
 
 
 @jit
-def is_dead(rows, kappa, omega, n):
-    """True if the last BLOCK of `n` modes is silence; sets it to exact zero."""
+def is_dead(rows, kappa, omega, n, silence):
+    """True if the last BLOCK of `n` modes is below `silence` (m^1.5); sets it to exact zero."""
     most = 0.0
     for j in range(n - BLOCK, n):
         most = max(most, square_amplitude(rows, kappa, omega, j))
-    if most > DEAD * DEAD:
+    if most > silence * silence:
         return False
     for j in range(n - BLOCK, n):
         rows.q[j] = like(rows, 0.0)
@@ -924,14 +925,14 @@ def is_dead(rows, kappa, omega, n):
 
 
 @jit
-def drop_dead_modes(w, n):
-    """Sets dead BLOCKs at the top to exact zero and returns the number of modes left."""
+def drop_dead_modes(w, n, silence):
+    """Sets BLOCKs at the top below `silence` (m^1.5) to exact zero and returns the number of modes left."""
     while n > 0:
         split = w.split
         if n > split:
-            dead = is_dead(w.high, w.kappa[split:], w.omega[split:], n - split)
+            dead = is_dead(w.high, w.kappa[split:], w.omega[split:], n - split, silence)
         else:
-            dead = is_dead(w.low, w.kappa, w.omega, n)
+            dead = is_dead(w.low, w.kappa, w.omega, n, silence)
         if not dead:
             break
         n -= BLOCK

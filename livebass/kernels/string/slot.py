@@ -208,9 +208,10 @@ def rest_slot(slot, op, voice):
     Called every HOUSEKEEPING frames.
     """
     u, step = slot.u, voice.step
-    slot.active = modal.drop_dead_modes(u, slot.active)
+    silence = modal.ENDED if slot.hand < 1.0 else modal.DEAD
+    slot.active = modal.drop_dead_modes(u, slot.active, silence)
     if slot.v_active:
-        slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active)
+        slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active, silence)
     if slot.active == 0 and slot.v_active == 0:
         slot.on = 0
         return

@@ -47,6 +47,7 @@ UP_STROKE = (0.5, 2.0)  # dB of a pick's stroke that goes up under one that goes
 LEGATO, ANY_LEGATO = (0.3, 6.5), (-1.0, 10.0)  # dB of typical hammer-ons and taps at velocity 80 under plucks; of any
 SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on differs with the moment
 GHOST_AND_LEFT = 6.5  # dB, between typical peaks of ghost notes and of left-hand slaps
+AFTER, ANEW = 0.25, 0.4  # s between two notes of a string; dB, at most, between the second and one out of silence
 LOUDNESS = 2.0  # LU, between any two basses but `muted`
 HARD_LINE = (-7.0, -2.0)  # dBFS, peak
 
@@ -187,6 +188,31 @@ def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) ->
     for what in (under, taps):
         assert LEGATO[0] <= np.median(what) <= LEGATO[1], np.round(what, 1)
         assert min(what) >= ANY_LEGATO[0] and max(what) <= ANY_LEGATO[1], np.round(what, 1)
+
+
+def second(name: str, i: int, before: int, fret: int, stroke: str) -> float:
+    """Level of a note AFTER another of the same string and stroke has ended."""
+    player = engine(name).another()
+    play(player, (0x90, KEYS[stroke] or 0, 100))
+    for k, n in enumerate((before, fret)):
+        player.performer["hands"]["other"] = 0
+        key = on_string(player, i, n)
+        play(player, (0x90, key, 100))
+        if k == 0:
+            player.process(round(LENGTH * RATE))
+            play(player, (0x80, key, 0))
+            player.process(round(AFTER * RATE))
+    return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
+
+
+@pytest.mark.parametrize("stroke", ["fingers", "pick", "thumb and pops"])
+@pytest.mark.parametrize("name", ["slap", "slap-impulse", "jazz-finger", "fretless"])
+def test_a_note_is_as_loud_on_a_string_that_hands_have_just_ended(name: str, stroke: str) -> None:
+    """What no ear hears of the note before takes nothing of this one, from the same fret or from another."""
+    for i in range(len(engine(name).instrument.strings)):
+        for before, fret in ((3, 3), (5, 3), (0, 7)):
+            change = second(name, i, before, fret, stroke) - level(name, i, fret, stroke, 100)
+            assert abs(change) < ANEW, (name, stroke, i, before, fret, change)
 
 
 @pytest.mark.parametrize("name", sorted(set(PLAYED) - {"fretless"}))  # over a board key 7 is a ghost note

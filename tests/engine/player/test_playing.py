@@ -431,7 +431,8 @@ def test_long_wild_playing(preset: str) -> None:
     bass, rng = Engine(even(load_preset(preset)), quality, RATE), np.random.default_rng(1)
     keys = [string.open_note for string in bass.instrument.strings]
     high = keys[-1] + bass.frets - 1  # notes on short strings are louder, and a thumb's player pops them
-    loudest = max(float(np.abs(play([(0.0, on(key, 127))], 0.2, preset)).max()) for key in (*keys, high))
+    plucks = [[(0.0, control(16, place)), (0.01, on(key, 127))] for key in (*keys, high) for place in (64, 127)]
+    loudest = max(float(np.abs(play(pluck, 0.2, preset)).max()) for pluck in plucks)
     first = 20 * preset_names().index(preset)  # other playing on each bass
     for second in range(first, first + 20):
         start, timed = bass.frame, wild(second)
