@@ -27,6 +27,7 @@ from support.clap import (
     Library,
     Plugin,
     choke,
+    counting_host,
     expression,
     midi,
     note_off,
@@ -56,7 +57,7 @@ from livebass.engine.engine import Engine
 from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.model.instrument import Effects, Response
-from livebass.plugin import build, clap
+from livebass.plugin import clap
 from livebass.plugin.bundle import distinct_titles
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import SYSTEMS, this_system
@@ -783,11 +784,8 @@ def test_without_instruments_it_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(this_system().ending != "so", reason="glibc's names of malloc")
 def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
-    """Random events, changes of bass, states: by a host in C that counts."""
-    source = Path(__file__).parents[1] / "support/claphost.c"
-    host = tmp_path / "claphost"
-    command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
-    subprocess.run([*command, "-ldl", "-lpthread"], check=True)
+    """Nor locks: random events, changes of bass, states, by a host in C that counts."""
+    host = counting_host(tmp_path)
     for seed, pool in (("1", "0"), ("2", "3")):
         done = subprocess.run([host, folder / "livebass.clap", "1", seed, pool], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import os
+import subprocess
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import lv2, vst3
-from support.clap import Plugin, function, midi, note_on, struct, value
+from support.clap import Plugin, counting_host, function, midi, note_on, struct, value
 from support.jack import wait_for
 from support.plugins import RATE, hard_score, written
 from support.screen import Screen, hand, needs_screen, running_screen
@@ -110,6 +111,29 @@ def test_it_opens_at_once_and_leaves_nothing(screen_name: str, folder: Path) -> 
                 assert threading.active_count() < 20 and window.opened_in < 1.0
             counts.append((len(os.listdir("/proc/self/fd")), len(os.listdir("/proc/self/task"))))
         assert counts[-1] == counts[2]
+
+
+def test_the_audio_thread_allocates_and_locks_nothing_under_an_open_window(
+    screen_name: str, folder: Path, tmp_path: Path
+) -> None:
+    """While it draws, is opened anew and played with; nobody at the pointer, the sound is that without it."""
+    host, sounds = counting_host(tmp_path), []
+    with closing(Screen(900, 500)) as screen:
+        command = [host, folder / "livebass.clap", "4", "3", "0", "-", str(screen.window)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as playing:
+            presses = 0
+            while playing.poll() is None:
+                hand(*DRAG, "mousemove", *LOWEST_STRING, "click", 1)
+                presses += 1
+            said = playing.communicate(timeout=60)[0]
+        assert playing.returncode == 0 and presses > 1
+        blocks, counted, greatest = said.split()
+        assert int(blocks) > 500 and counted == "0" and 0 < float(greatest) < 1000
+        for window in ([], [str(screen.window)]):
+            out = tmp_path / f"{len(window)}.raw"
+            subprocess.run([*command[:2], "1", "3", "0", out, *window], check=True, stdout=subprocess.PIPE)
+            sounds.append(out.read_bytes())
+    assert len(sounds[0]) > 100_000 and sounds[0] == sounds[1]
 
 
 @pytest.mark.parametrize("scale", [1.0, 2.0])

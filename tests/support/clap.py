@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import subprocess
 import time
 from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -13,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.plugin import build
+from livebass.plugin.systems import this_system
 from livebass.score.score import Score
 
 MONO, STRINGS = "org.livebass.bass", "org.livebass.strings"
@@ -26,6 +29,14 @@ U16, U32, U64, I16, I32, I64, D, B = (
     c.c_uint16, c.c_uint32, c.c_uint64, c.c_int16, c.c_int32, c.c_int64, c.c_double, c.c_bool,
 )  # fmt: skip
 P, S = c.c_void_p, c.c_char_p
+
+
+def counting_host(folder: Path) -> Path:
+    """Compiles claphost.c into `folder`, so that it counts allocations and locks; returns the program."""
+    host, source = folder / "claphost", Path(__file__).parent / "claphost.c"
+    command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
+    subprocess.run([*command, "-ldl", "-lpthread"], check=True)
+    return host
 
 
 def struct(*fields: tuple[str, Any]) -> Any:

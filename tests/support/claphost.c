@@ -1,9 +1,14 @@
-/* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [THREADS [OUT]]
+/* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [THREADS [OUT [WINDOW]]]
 
    Plays random events of every kind in blocks of random sizes, changes basses, saves and loads states, starts anew now
    and then. It has THREADS for the tasks of plugins, if more than 0, and declines them now and then. Writes the sound to
-   OUT, float32, the same in every run. Prints the number of blocks, the allocations made within process() and tasks
-   (counted when compiled with -DCOUNT), and the greatest sample. With -DWITHIN the plugin is linked to it. */
+   OUT unless that is -, float32, the same in every run. Opens the plugin's window in the one with the number WINDOW of
+   X11, and closes and opens it again now and then. Prints the number of blocks, the allocations made and locks taken
+   within process() and tasks (counted when compiled with -DCOUNT), and the greatest sample. With -DWITHIN the plugin is
+   linked to it. */
+#ifdef COUNT
+#define _GNU_SOURCE
+#endif
 #include "clap_abi.h"
 
 #include <math.h>
@@ -31,6 +36,15 @@ void *malloc(size_t n) { allocations += inside; return __libc_malloc(n); }
 void *calloc(size_t n, size_t m) { allocations += inside; return __libc_calloc(n, m); }
 void *realloc(void *p, size_t n) { allocations += inside; return __libc_realloc(p, n); }
 void free(void *p) { allocations += inside; __libc_free(p); }
+static int (*lock)(pthread_mutex_t *), (*try_lock)(pthread_mutex_t *), (*wait_for)(pthread_cond_t *, pthread_mutex_t *);
+int pthread_mutex_lock(pthread_mutex_t *m) { allocations += inside; return lock ? lock(m) : 0; }
+int pthread_mutex_trylock(pthread_mutex_t *m) { allocations += inside; return try_lock ? try_lock(m) : 0; }
+int pthread_cond_wait(pthread_cond_t *c, pthread_mutex_t *m) { allocations += inside; return wait_for(c, m); }
+__attribute__((constructor)) static void find_locks(void) {
+    *(void **)&try_lock = dlsym(RTLD_NEXT, "pthread_mutex_trylock");
+    *(void **)&wait_for = dlsym(RTLD_NEXT, "pthread_cond_wait");
+    *(void **)&lock = dlsym(RTLD_NEXT, "pthread_mutex_lock");
+}
 #endif
 
 enum { RATE = 48000, EVENTS = 8, MOST = 2048, OUTPUTS = 8, STATE = 4096 };
@@ -91,12 +105,14 @@ static bool share(const clap_host *h, uint32_t count) {
     static uint32_t asked;
     (void)h;
     if (asked++ % 8 == 7) return false;
+    inside = 0; /* these locks are the host's */
     pthread_mutex_lock(&pool.lock);
     pool.next = 0;
     pool.count = pool.left = count;
     pthread_cond_broadcast(&pool.given);
     while (pool.left) pthread_cond_wait(&pool.done, &pool.lock);
     pthread_mutex_unlock(&pool.lock);
+    inside = 1;
     return true;
 }
 #endif
@@ -191,6 +207,12 @@ static void invent(event *e, const clap_plugin *p, const clap_params *params, ui
     }
 }
 
+/* Opens the window in the one called `parent`. */
+static int open_window(const clap_plugin *p, const clap_gui *gui, uintptr_t parent) {
+    const clap_window window = {"x11", parent};
+    return gui->create(p, window.api, false) && gui->set_parent(p, &window) && gui->show(p);
+}
+
 int main(int count, char **words) {
     if (count < 4) return 2;
 #ifdef WITHIN
@@ -203,7 +225,8 @@ int main(int count, char **words) {
     const double seconds = atof(words[2]);
     seed = (uint32_t)atoi(words[3]);
     threads = count > 4 ? atoi(words[4]) : 0;
-    FILE *out = count > 5 ? fopen(words[5], "wb") : 0;
+    FILE *out = count > 5 && strcmp(words[5], "-") ? fopen(words[5], "wb") : 0;
+    const uintptr_t parent = count > 6 ? (uintptr_t)strtoull(words[6], 0, 10) : 0;
     quiet = out != 0;
     const clap_plugin_factory *factory = entry->get_factory(CLAP_PLUGIN_FACTORY);
     const clap_host host = {CLAP_VERSION, 0, "claphost", "", "", "1", extension, nothing, nothing, ask};
@@ -221,6 +244,8 @@ int main(int count, char **words) {
 #endif
     const clap_params *params = p->get_extension(p, CLAP_PARAMS);
     const clap_state *states = p->get_extension(p, "clap.state");
+    const clap_gui *gui = p->get_extension(p, CLAP_GUI);
+    if (parent && !open_window(p, gui, parent)) return 9;
     const clap_in_events in = {0, size, get};
     const clap_out_events taken = {0, push};
     const clap_out_stream to = {0, write_state};
@@ -270,7 +295,12 @@ int main(int count, char **words) {
         }
         done += frames;
         blocks++;
+        if (parent && blocks % 500 == 0) {
+            gui->destroy(p);
+            if (!open_window(p, gui, parent)) return 9;
+        }
     }
+    if (parent) gui->destroy(p);
     p->stop_processing(p);
     p->deactivate(p);
     p->destroy(p);
