@@ -1,4 +1,4 @@
-"""Strings side by side under ThreadSanitizer and AddressSanitizer: the C of the plugins, and the kernels from their IR.
+"""Strings side by side, and the window, under ThreadSanitizer and AddressSanitizer: C of the plugins, kernels from IR.
 
 ziglang's clang puts the checks into both; it brings ThreadSanitizer's library, and gcc has AddressSanitizer's.
 """
@@ -10,10 +10,13 @@ import os
 import re
 import shutil
 import subprocess
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from functools import cache
 from pathlib import Path
 
 import pytest
+from support.screen import Screen, hand, needs_screen, running_screen
 
 from livebass import load_preset
 from livebass.compiling import emitter
@@ -69,7 +72,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(*command: object) -> str:
-    first = os.environ | {"TSAN_OPTIONS": "halt_on_error=1"}
+    first = os.environ | {"TSAN_OPTIONS": f"halt_on_error=1:suppressions={SUPPORT / 'xlib.supp'}"}
     done = subprocess.run([*map(str, command)], env=first, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[:3000]
     return done.stdout
@@ -114,6 +117,22 @@ def test_threads_of_a_host_and_of_the_plugin_itself(folder: Path, kind: str) -> 
     for seed, pool in ((1, 0), (2, 3)):
         blocks, _, greatest = run(host, folder / "livebass.clap", 3, seed, pool).split()
         assert int(blocks) > 100 and 0 < float(greatest) < 1000
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) -> None:
+    """Beside random events, automation, states and changes of bass; what Xlib does within itself is not looked at."""
+    needs_screen()
+    host = built(folder, kind, "claphost", program())
+    with running_screen(), closing(Screen(900, 500)) as screen, ThreadPoolExecutor(1) as beside:
+        playing = beside.submit(run, host, folder / "livebass.clap", 6, 3, 0, "-", screen.window)
+        presses = 0
+        while not playing.done():
+            hand("mousemove", 120, 362, "mousedown", 1, "mousemove", 160, 362, "mouseup", 1)
+            hand("mousemove", 200, 209, "click", 1, "mousemove", 800, 306, "click", 1)
+            presses += 1
+        blocks, _, greatest = playing.result().split()
+    assert presses > 3 and int(blocks) > 500 and 0 < float(greatest) < 1000
 
 
 def test_a_race_would_be_found(folder: Path) -> None:

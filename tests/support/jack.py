@@ -24,6 +24,7 @@ from livebass.bench.jack import Lost, new_client
 JACK_RATE, JACK_PERIOD = 48000, 256
 TURN = 1200.0  # s that other test runs may take
 PATIENCE = 180.0  # s: a machine that does much else takes its time, and a wait ends as soon as it can
+STARTS = 3  # of a server, until one answers
 SHARED = Path("/dev/shm")
 # What JACK servers share: a header, then eight places for a server each, with its process and "jack-USER:NAME:"
 REGISTRY = SHARED / "jack-shm-registry"
@@ -90,24 +91,37 @@ def running_server() -> Iterator[subprocess.Popen[bytes]]:
     """Runs a JACK server with the dummy driver; the environment names it meanwhile. It ends with this process."""
     before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
     os.environ["JACK_NO_AUDIO_RESERVATION"] = "1"
-    process = None
     try:
-        free_dead_servers()
-        os.environ["JACK_DEFAULT_SERVER"] = name = f"livebass-test-{os.getpid()}-{next(NUMBERS)}"
-        shutil.rmtree(SHARED / f"jack_db-{os.getuid()}", ignore_errors=True)  # see livebass.live.guards
-        process = _start(name)
-        wait_for(lambda: process.poll() is not None or _answers())
-        assert process.poll() is None, "jackd does not start"
-        yield process
-    finally:
-        if process is not None:
+        process = _answering()
+        try:
+            yield process
+        finally:
             _end(process)
             free_dead_servers()
+    finally:
         for key, value in before.items():
             if value is None:
                 os.environ.pop(key, None)
             else:
                 os.environ[key] = value
+
+
+def _answering() -> subprocess.Popen[bytes]:
+    """Starts a server that accepts clients; one that does not is ended, and another started, STARTS at most."""
+    for start in range(STARTS):
+        free_dead_servers()
+        os.environ["JACK_DEFAULT_SERVER"] = name = f"livebass-test-{os.getpid()}-{next(NUMBERS)}"
+        shutil.rmtree(SHARED / f"jack_db-{os.getuid()}", ignore_errors=True)  # see livebass.live.guards
+        process = _start(name)
+        try:
+            wait_for(lambda: process.poll() is not None or _answers(), PATIENCE / STARTS)  # noqa: B023
+            assert process.poll() is None, "jackd does not start"
+            return process
+        except BaseException as error:
+            _end(process)
+            if start == STARTS - 1 or not isinstance(error, AssertionError):
+                raise
+    raise AssertionError
 
 
 def _start(name: str) -> subprocess.Popen[bytes]:
