@@ -136,6 +136,18 @@ def test_the_audio_thread_allocates_and_locks_nothing_under_an_open_window(
     assert len(sounds[0]) > 100_000 and sounds[0] == sounds[1]
 
 
+def test_in_no_window_of_the_host_there_is_none(screen_name: str, folder: Path) -> None:
+    with closing(Plugin(folder)) as plugin:
+        gui = plugin.extension("gui", GUI)
+        for _ in range(2):
+            assert gui.create(plugin.handle, b"x11", False)
+            assert not gui.set_parent(plugin.handle, c.addressof(WINDOW(b"x11", 0x7FFFFFFE)))
+            assert not gui.show(plugin.handle)
+            gui.destroy(plugin.handle)
+        with closing(Window(plugin)) as window:
+            assert window.screen.children() == 1
+
+
 @pytest.mark.parametrize("scale", [1.0, 2.0])
 def test_a_string_that_is_struck_is_seen_to_move(screen_name: str, folder: Path, scale: float) -> None:
     with opened(folder, scale) as (plugin, window):

@@ -101,6 +101,7 @@ static struct {
     int (*DefineCursor)(display *, xid, xid);
     int (*UndefineCursor)(display *, xid);
     handler (*ESetWireToError)(display *, int, handler);
+    int (*GetGeometry)(display *, xid, xid *, int *, int *, unsigned *, unsigned *, unsigned *, unsigned *);
 } x;
 
 /* Hosts have the functions that open libraries; without them there is no window, and no library is linked for them. */
@@ -114,7 +115,7 @@ static int find_x(void) {
         "XRootWindow", "XGetDefault", "XCreateWindow", "XDestroyWindow", "XMapWindow", "XResizeWindow", "XStoreName",
         "XInternAtom", "XChangeProperty", "XCreateGC", "XFreeGC", "XInitImage", "XPutImage", "XPending", "XNextEvent",
         "XFlush", "XSync", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
-        "XESetWireToError",
+        "XESetWireToError", "XGetGeometry",
     };
     enum { COUNT = sizeof names / sizeof *names };
     _Static_assert(sizeof x == (COUNT + 1) * sizeof(void *), "a function for each name");
@@ -156,6 +157,14 @@ static int no_error(display *d, void *event, void *wire) {
 
 static void keep_errors(lb_window *w) {
     for (int k = 1; k < 256; k++) x.ESetWireToError(w->display, k, no_error);
+}
+
+/* True if there is such a window: there is none in a parent that is none. */
+static int exists(display *d, xid window) {
+    xid root;
+    int at[2];
+    unsigned size[4];
+    return x.GetGeometry(d, window, &root, &at[0], &at[1], &size[0], &size[1], &size[2], &size[3]);
 }
 
 static uint64_t packed(int width, int height, double scale) {
@@ -289,7 +298,8 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
         x.MapWindow(w->display, w->window);
         draw(w); /* at once: a host may show it before the thread runs */
         x.Sync(w->display, 0);
-        if (!pthread_create(&w->thread, 0, live, w)) return w;
+        if (exists(w->display, w->window) && !pthread_create(&w->thread, 0, live, w)) return w;
+        x.FreeGC(w->display, w->context);
     }
     x.CloseDisplay(w->display);
     free(w->pixels);
