@@ -19,6 +19,7 @@ from support.clap import Plugin, counting_host, function, midi, note_on, struct,
 from support.jack import wait_for
 from support.plugins import RATE, hard_score, written
 from support.screen import Screen, hand, needs_screen, running_screen
+from support.window import GUI, WINDOW, Window, different
 
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
@@ -29,14 +30,6 @@ from livebass.plugin.systems import this_system
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
 U32, D, B, P, S = c.c_uint32, c.c_double, c.c_bool, c.c_void_p, c.c_char_p
-WINDOW = struct(("api", S), ("handle", c.c_ulong))
-GUI = struct(
-    ("supported", function(B, P, S, B)), ("preferred", function(B, P, P, P)), ("create", function(B, P, S, B)),
-    ("destroy", function(None, P)), ("set_scale", function(B, P, D)), ("size", function(B, P, P, P)),
-    ("can_resize", function(B, P)), ("hints", function(B, P, P)), ("adjust", function(B, P, P, P)),
-    ("set_size", function(B, P, U32, U32)), ("set_parent", function(B, P, P)), ("transient", function(B, P, P)),
-    ("title", function(None, P, S)), ("show", function(B, P)), ("hide", function(B, P)),
-)  # fmt: skip
 BASS, BEGIN, END = 8, 7, 8
 UI = struct(
     ("uri", S), ("instantiate", function(P, P, S, S, P, P, P, P)), ("cleanup", function(None, P)),
@@ -61,44 +54,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(clap, tmp_path_factory.mktemp("window") / "livebass")
 
 
-class Window:
-    """The window of a CLAP plugin in one of the host's."""
-
-    def __init__(self, plugin: Plugin, scale: float = 1.0, top: int = 0) -> None:
-        self.plugin, self.handle = plugin, plugin.handle
-        self.gui = plugin.extension("gui", GUI)
-        assert self.gui.supported(self.handle, b"x11", False) and not self.gui.supported(self.handle, b"win32", False)
-        assert self.gui.create(self.handle, b"x11", False)
-        assert self.gui.set_scale(self.handle, scale)
-        self.width, self.height = self.size()
-        self.screen = Screen(self.width, self.height, top)
-        began = time.perf_counter()
-        assert self.gui.set_parent(self.handle, c.addressof(WINDOW(b"x11", self.screen.window)))
-        self.opened_in = time.perf_counter() - began
-        assert self.gui.show(self.handle)
-
-    def size(self) -> tuple[int, int]:
-        width, height = U32(), U32()
-        assert self.gui.size(self.handle, c.byref(width), c.byref(height))
-        return width.value, height.value
-
-    def picture(self) -> Any:
-        return self.screen.picture(*self.size())
-
-    def close(self) -> None:
-        self.gui.destroy(self.handle)
-        self.screen.close()
-
-
 @contextmanager
 def opened(folder: Path, scale: float = 1.0, top: int = 0) -> Iterator[tuple[Plugin, Window]]:
     with closing(Plugin(folder)) as plugin, closing(Window(plugin, scale, top)) as window:
         yield plugin, window
-
-
-def different(one: Any, other: Any) -> int:
-    """How many pixels are others."""
-    return int((np.abs(one.astype(int) - other).max(axis=2) > 24).sum())
 
 
 def test_it_opens_at_once_and_leaves_nothing(screen_name: str, folder: Path) -> None:
