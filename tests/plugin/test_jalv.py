@@ -1,0 +1,70 @@
+"""The LV2 plugin in jalv.gtk3, a host that is not ours, between a JACK server and a screen."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from support.jack import wait_for
+from support.plugins import written
+from support.screen import hand, needs_screen, running_screen
+
+from livebass.bench.jack import MidiProbe, end_process, new_client
+from livebass.plugin import lv2
+from livebass.plugin.systems import this_system
+
+pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
+HOST = "jalv-test"
+LOUD = 0.05
+LOWEST_STRING = (200, 209)  # px in the window, which stands in the corner
+
+
+def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, tmp_path: Path) -> None:
+    needs_screen()
+    if not shutil.which("jalv.gtk3"):
+        assert not os.environ.get("LIVEBASS_NEEDS_LV2"), "jalv.gtk3 is missing"
+        pytest.skip("there is no jalv.gtk3 here")
+    bundles = written(lv2, tmp_path / "livebass.lv2").parent
+    ears, peaks, midi = new_client("ears"), [0.0], MidiProbe()
+    heard = ears.inports.register("in")
+    ears.set_process_callback(lambda _: peaks.append(float(np.abs(heard.get_array()).max())))
+
+    def ports(**kind: bool) -> list[Any]:
+        return ears.get_ports(f"{HOST}:", **kind)
+
+    with running_screen() as screen:
+        host = subprocess.Popen(
+            ["jalv.gtk3", "-n", HOST, "urn:livebass:bass"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            env=os.environ | {"LV2_PATH": str(bundles), "HOME": str(tmp_path), "DISPLAY": screen},
+        )  # fmt: skip
+        try:
+            ears.activate()
+            midi.client.activate()
+            wait_for(lambda: host.poll() is not None or (ports(is_audio=True) and ports(is_midi=True, is_input=True)))
+            assert host.poll() is None
+            ears.connect(ports(is_audio=True, is_output=True)[0], heard)
+            midi.client.connect(midi.port, ports(is_midi=True, is_input=True)[0])
+
+            def sounds(again: Any) -> bool:
+                """Does that until it is heard."""
+                again()
+                return max(peaks[-100:]) > LOUD
+
+            wait_for(lambda: sounds(lambda: midi.send(5, 0x90, 33, 110)))
+            midi.send(5, 0xB0, 120, 0)
+            wait_for(lambda: max(peaks[-100:]) < 1e-6)
+            wait_for(lambda: sounds(lambda: hand("mousemove", *LOWEST_STRING, "mousedown", 1, "mouseup", 1)))
+            assert host.poll() is None
+        finally:
+            midi.close()
+            ears.deactivate(ignore_errors=True)
+            ears.close(ignore_errors=True)
+            end_process(host, 10)
+            host.wait()
+    assert host.returncode == 0
