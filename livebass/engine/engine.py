@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -104,27 +105,33 @@ class Playing(ABC):
         check_tail(tail)
 
     def _play(self, score: Score, tail: float | None, process: Process) -> Iterator[Block]:
+        """Yields block after block; while the caller has one, the next is computed, if it is needed for sure."""
         chunk = max(1, int(CHUNK * self.rate))
         longest = LONGEST_TAIL if tail is None else tail
         frames, end = score.frames + self.frame, score.end_frame + self.frame
         last = end + int(longest * self.rate)
         sent = 0
-        with ThreadPoolExecutor(self.workers) as pool:
-            while self.frame < last:
-                count = min(chunk, last - self.frame)
-                until = int(np.searchsorted(frames, self.frame + count))
-                self.send(frames[sent:until], score.messages[sent:until])
-                sent = until
-                past = self.frame - end
-                block, mix = process(count, pool)
+
+        def compute() -> tuple[int, Block]:
+            nonlocal sent
+            first, count = self.frame, min(chunk, last - self.frame)
+            until = int(np.searchsorted(frames, self.frame + count))
+            self.send(frames[sent:until], score.messages[sent:until])
+            sent = until
+            return first, process(count, pool)
+
+        with ThreadPoolExecutor(self.workers) as pool, ThreadPoolExecutor(1) as ahead:
+            following = ahead.submit(compute) if self.frame < last else None
+            while following is not None:
+                first, (block, mix) = following.result()
                 ended = self.frame >= last
-                if tail is None and past >= 0 and not ended:
+                if tail is None and first >= end and not ended:
                     level = self._loudness(block)
                     quiet = np.flatnonzero((level if mix is None else np.maximum(level, np.abs(mix))) > SILENCE)
                     keep = (int(quiet[-1]) + 1 if quiet.size else 0) + int(QUIET_FOR * self.rate)
-                    if keep < count or not self.sounding():
-                        block, ended = block[:, : min(keep, count)], True
-                        mix = mix if mix is None else mix[: min(keep, count)]
+                    if keep < block.shape[1] or not self.sounding():
+                        block, ended = block[:, : min(keep, block.shape[1])], True
+                        mix = mix if mix is None else mix[: block.shape[1]]
                 if ended:
                     fade = min(block.shape[1], int(FADE * self.rate))
                     if fade:
@@ -134,9 +141,8 @@ class Playing(ABC):
                             mix[-fade:] = single(mix[-fade:] * shape)
                     rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
                     self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
+                following = None if ended else ahead.submit(compute)
                 yield block, mix
-                if ended:
-                    return
 
     def _loudness(self, block: NDArray[np.float64]) -> NDArray[np.float64]:
         """The loudest string, without the floor, in each frame of the last block: (n,)."""
@@ -182,6 +188,7 @@ class Engine(Playing):
         self.voices, self.performer = self.bass.voices, self.bass.performer
         self.frame = 0
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
+        self._took = [0.0] * len(self.voices)  # s, each string in the last block
 
     @property
     def pool(self) -> Pool:
@@ -228,9 +235,15 @@ class Engine(Playing):
             self._pending[i] = np.concatenate([self._pending[i], events[events["string"] == i]])
 
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
-        out = np.zeros((self.strings, count))
-        jobs = range(self.strings)
-        used = list(pool.map(lambda i: self._run(i, out[i]), jobs) if pool else (self._run(i, out[i]) for i in jobs))
+        out, used = np.zeros((self.strings, count)), [0] * self.strings
+
+        def run(i: int) -> None:
+            began = time.perf_counter()
+            used[i] = self._run(i, out[i])
+            self._took[i] = time.perf_counter() - began
+
+        jobs = sorted(range(self.strings), key=lambda i: -self._took[i])  # side by side, the longest first
+        list(pool.map(run, jobs) if pool else map(run, jobs))
         if self._floor["level"][0] > 0:
             self.floor = self._add_floor(out, self._pending[0][: used[0]])
         for i, n in enumerate(used):

@@ -412,7 +412,8 @@ def move_string(string, ops):
         answers.drop_dead_answers(string)
         for k in range(2):
             slot = string.slots[k]
-            busy = slot.thumb.on != NONE or (k == voice.slot and (voice.pulling > 0 or voice.striking > 0))
+            working = voice.pulling > 0 or voice.striking > 0 or voice.landing > 0
+            busy = slot.thumb.on != NONE or (k == voice.slot and working)
             if slot.on and not busy:
                 rest_slot(slot, glide.current_operator(string, ops, k), voice)
         if at_rest(string):

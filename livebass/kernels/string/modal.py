@@ -54,8 +54,9 @@ jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 apart = compiled(fastmath=LANES, attributes="noinline")  # for events: many of them call it, of both widths
 
-# m^1.5: a mode below this is silence; the same where a hand has ended the note: 200 dB below a loud one
-DEAD, ENDED = 1e-17, 1e-13
+# m^1.5/s: a mode that is slower is silence (slot.silence_of), as pickups hear velocity. A loud one has 1: FAINT is 200 dB
+# below that, ENDED, of a string whose note a hand has ended, 160 dB, less than 24 bits hold.
+DEAD, FAINT, ENDED = 1e-13, 1e-10, 1e-8
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
 
 
@@ -912,10 +913,11 @@ def amplitude_sum(w, n):
 
 @jit
 def is_dead(rows, kappa, omega, n, silence):
-    """True if the last BLOCK of `n` modes is below `silence` (m^1.5); sets it to exact zero."""
+    """True if the last BLOCK of `n` modes is below `silence` (m^1.5/s); sets it to exact zero."""
     most = 0.0
     for j in range(n - BLOCK, n):
-        most = max(most, square_amplitude(rows, kappa, omega, j))
+        v, d = rows.p[j] / kappa[j], omega[j] * rows.q[j]
+        most = max(most, v * v + d * d)
     if most > silence * silence:
         return False
     for j in range(n - BLOCK, n):
@@ -926,7 +928,7 @@ def is_dead(rows, kappa, omega, n, silence):
 
 @jit
 def drop_dead_modes(w, n, silence):
-    """Sets BLOCKs at the top below `silence` (m^1.5) to exact zero and returns the number of modes left."""
+    """Sets BLOCKs at the top below `silence` (m^1.5/s) to exact zero and returns the number of modes left."""
     while n > 0:
         split = w.split
         if n > split:

@@ -192,13 +192,27 @@ def steepness(w, op, n):
 
 
 @jit
+def is_exact(op):
+    """True if all modes of the operator are float64."""
+    return op.split == op.padded
+
+
+@jit
+def silence_of(slot, op):
+    """Velocity (m^1.5/s) below which a mode is silence; the hand that ends a note is on the slot until the next one."""
+    if is_exact(op):
+        return modal.FAINT if slot.hand < 1.0 else modal.DEAD
+    return modal.ENDED if slot.hand < 1.0 else modal.FAINT
+
+
+@jit
 def is_steady(voice, op, steepest):
     """True if a motion of that `steepness` in u and v adds no tension that matters, in qualities that are not exact.
 
     The integral of the squared slope is steepness^2 times the length at most, in u and in v (tension.py).
     """
     most = voice.stretch * 2.0 * steepest * steepest * op.length
-    return op.split < op.padded and most * op.weight < STEADY * squared(op.fine * op.speed)
+    return not is_exact(op) and most * op.weight < STEADY * squared(op.fine * op.speed)
 
 
 @jit
@@ -208,7 +222,7 @@ def rest_slot(slot, op, voice):
     Called every HOUSEKEEPING frames.
     """
     u, step = slot.u, voice.step
-    silence = modal.ENDED if slot.hand < 1.0 else modal.DEAD
+    silence = silence_of(slot, op)
     slot.active = modal.drop_dead_modes(u, slot.active, silence)
     if slot.v_active:
         slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active, silence)

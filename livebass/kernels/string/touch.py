@@ -10,7 +10,8 @@ its force is R times the velocity on the way, however much the string gives back
 after the string has moved, and never turns the velocity there round: c |s|^2 is at most 1, so that kinetic energy only
 falls. It is done in P, with s_j kappa_j / dt in place of s_j, so that the energy that eq. 12 conserves falls, whatever
 R (modal.invariant). The dashpots of a finger follow one another; products of their shapes tell what the one before
-leaves to the next, so that two passes over the modes do for all three.
+leaves to the next, so that two passes over the modes do for all three. A finger that lies still leaves out the modes
+that have died under it (modal.drop_dead_modes): with fewer of them c |s|^2 is smaller.
 
 Modes above HIGHEST turn too far within a frame, and waves shorter than the finger are too short for three dashpots.
 What lies wholly on the finger loses exp(-R h / (2 mu L)) a frame.
@@ -139,7 +140,7 @@ def place_dashpots(slot, op, i, t):
     n = modes_under(op, t.width)
     slot.touch_modes[i] = n
     k1 = np.pi / op.length
-    shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+    shapes, squares = slot.touch_shape[i], slot.touch_square[i]
     for d in range(DASHPOTS):
         place, _ = dashpot(t, d)
         x = min(max(op.length - place, 0.0), op.length)  # beyond the ends of the string there is nothing to move
@@ -150,9 +151,31 @@ def place_dashpots(slot, op, i, t):
             shape[j] = 0.0
         modal.copy_row(slot.touch_shape_high[i, d], shape[op.split :], n - op.split)
         squares[d] = modal.dot(shape, shape, n)
+    slot.touch_products_for[i] = 0
+
+
+@jit
+def find_products(slot, i, n):
+    """Computes the products of the shapes of finger `i` over `n` modes, if they are of another number of them."""
+    if slot.touch_products_for[i] == n:
+        return
+    slot.touch_products_for[i] = n
+    shapes, products = slot.touch_shape[i], slot.touch_product[i]
     products[0] = modal.dot(shapes[0], shapes[1], n)
     products[1] = modal.dot(shapes[0], shapes[2], n)
     products[2] = modal.dot(shapes[1], shapes[2], n)
+
+
+@jit
+def modes_to_damp(slot, i, t):
+    """Number of modes that finger `i` moves in this frame: those that are not known to be dead, once it has landed.
+
+    While it lands or lifts it may bring motion to modes that rest.
+    """
+    n = slot.touch_modes[i]
+    if t.resistance != t.wanted:
+        return n
+    return min(n, max(slot.active, slot.v_active))
 
 
 @jit
@@ -201,7 +224,8 @@ def damp_by_touches(voice, slot, op):
         place_dashpots(slot, op, i, t)
         find_factors(slot, i, t, over_mass)
         shapes, high, products = slot.touch_shape[i], slot.touch_shape_high[i], slot.touch_product[i]
-        c, n = slot.touch_factor[i], slot.touch_modes[i]
+        c, n = slot.touch_factor[i], modes_to_damp(slot, i, t)
+        find_products(slot, i, n)
         if slot.active > 0:
             modal.apply_dashpots(slot.u, shapes, high, products, c, n)
             slot.active = max(slot.active, n)

@@ -168,6 +168,31 @@ def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None
     assert free > 2000 and works > 1  # a soft hammer is on its way for 32 ms
 
 
+@pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 0), ("slap", 2), ("fretless", 1)])
+def test_fingers_leave_out_what_has_died_and_still_take_energy(preset: str, i: int) -> None:
+    """Fingers that end a note move fewer modes as these die under them; the energy falls all the same, to silence."""
+    string, none = Played(preset, i), np.zeros(0, EVENT)
+    string.record["stretch"] = 0.0  # tension, a symplectic step, lets the energy waver
+    string.play(event(PLUCK, 0, apex=0.5e-3, place=0.2, width=5e-3, seconds=1e-4, angle=0.3))
+    while string.frame < RATE // 10:
+        string.play(none)
+    string.play(event(HAND, value=90.0))
+    slot, fewer, began, before = string.voice.slots[int(string.record["slot"])], 0, string.energy(), np.inf
+    while slot["on"]:
+        assert string.frame < RATE
+        least, alive = before, max(int(slot["active"]), int(slot["v_active"]))
+        string.play(none)
+        before = string.energy()
+        assert before <= (1 + ROUNDING) * least
+        fingers = string.record["touches"]
+        if alive < slot["touch_modes"].min() and np.all(fingers["resistance"] == fingers["wanted"]):
+            fewer += 1
+            one, two, three = np.moveaxis(slot["touch_shape"][..., :alive], 1, 0)
+            products = np.stack([(one * two).sum(axis=1), (one * three).sum(axis=1), (two * three).sum(axis=1)], axis=1)
+            assert np.allclose(slot["touch_product"], products, rtol=1e-9, atol=1e-9 * np.abs(products).max())
+    assert fewer > 1000 and before == 0.0 < least < 1e-11 * began
+
+
 def held_energy(s: Speaking, apex: float, x: float) -> float:
     """J of the triangle in which a string is held `apex` m off its line of rest at `x` (m from the stop)."""
     force = s.string.linear_density * (2 * s.length * s.fundamental) ** 2  # N, its tension
