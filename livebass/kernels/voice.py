@@ -138,7 +138,7 @@ def skip_to(voice, end):
 def note_stillness(string):
     """Marks the string at rest as still if its output is constant until the next event.
 
-    That is so once its filters hold nothing but zeros, all of HOUSEKEEPING frames old.
+    That is so once its filters hold nothing but zeros, all of REST_EVERY frames old.
     """
     voice = string.voice
     held = abs(voice.block_in) + abs(voice.block_out)

@@ -54,7 +54,7 @@ jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 apart = compiled(fastmath=LANES, attributes="noinline")  # for events: many of them call it, of both widths
 
-# m^1.5/s: a mode that is slower is silence (slot.silence_of), as pickups hear velocity. A loud one has 1: FAINT is 200 dB
+# m^1.5/s: a slower mode is silence (slot.silence_of), as pickups hear velocity. A loud one has 1: FAINT is 200 dB
 # below that, ENDED, of a string whose note a hand has ended, 160 dB, less than 24 bits hold.
 DEAD, FAINT, ENDED = 1e-13, 1e-10, 1e-8
 MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with

@@ -219,7 +219,7 @@ def is_steady(voice, op, steepest):
 def rest_slot(slot, op, voice):
     """Drops dead modes, limits the motion, and marks the string as quiet if it cannot touch any more.
 
-    Called every HOUSEKEEPING frames.
+    Called every REST_EVERY frames.
     """
     u, step = slot.u, voice.step
     silence = silence_of(slot, op)
