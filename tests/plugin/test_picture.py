@@ -414,7 +414,9 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
     click(*title)
     column = 14 + (width - 28) // (4 if width >= WIDTH else 3) + 30
     first, second = (column, 46 + 4 + 24 + 11), (column, 46 + 4 + 48 + 11)
-    assert picture.point(MOVE, *(scale * at for at in first)) == picture.point(MOVE, *(scale * at for at in second)) == 1
+    assert (
+        picture.point(MOVE, *(scale * at for at in first)) == picture.point(MOVE, *(scale * at for at in second)) == 1
+    )
     host.set("gain", 0.0)
     host.set("bass", 1.0)
     host.set("quality", 1.0)
@@ -548,7 +550,7 @@ def test_drawing_is_cheap(host: Host) -> None:
 
 
 def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
-    """However soon it is let go: as a note of 50 ms; a longer one ends when it is let go, one that is struck anew, too."""
+    """However soon it is let go: as a note of 50 ms. A longer one ends when it is let go, and one that is struck anew."""
     fifty = RATE // 20
 
     def played(touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True) -> Floats:

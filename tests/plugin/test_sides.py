@@ -1,4 +1,4 @@
-"""A and B of the window in what hosts save: both, and which one plays; what has nothing new is saved as it was before."""
+"""A and B of the window in what hosts save: both, and which one plays; without a side B it is as it was before."""
 
 from __future__ import annotations
 

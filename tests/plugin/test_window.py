@@ -368,7 +368,9 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             ui.port_event(handle, LOOK_PORT, 8 + sides.nbytes, transfer, atom + bytes(8) + sides[1:].tobytes())
             hand("mousemove", *SIDE_B, "click", 1)
             wait_for(lambda: idle.idle(handle) == 0 and told("sides"))
-            assert [body[:8] for body in told("sides")] == [(1).to_bytes(8, "little")], "the plugin had said that it is A"
+            assert [body[:8] for body in told("sides")] == [(1).to_bytes(8, "little")], (
+                "the plugin had said that it is A"
+            )
             sent.clear()
             hand("mousemove", *NEXT, "click", 1)
             wait_for(lambda: idle.idle(handle) == 0 and len([1 for _, form, _ in sent if not form]) >= 2)

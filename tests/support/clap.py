@@ -121,10 +121,12 @@ PROVIDER = struct(
 LOCATION = struct(("flags", U32), ("name", S), ("kind", U32), ("path", S))
 INDEXER = struct(
     ("version", VERSION), ("name", S), ("vendor", S), ("url", S), ("release", S), ("data", P),
-    ("filetype", function(B, P, c.POINTER(S * 3))), ("location", function(B, P, c.POINTER(LOCATION))), ("soundpack", P), ("extension", P),
+    ("filetype", function(B, P, c.POINTER(S * 3))), ("location", function(B, P, c.POINTER(LOCATION))),
+    ("soundpack", P), ("extension", P),
 )  # fmt: skip
 RECEIVER = struct(
-    ("data", P), ("error", function(None, P, I32, S)), ("begin", function(B, P, S, S)), ("plugin", function(None, P, c.POINTER(S * 2))),
+    ("data", P), ("error", function(None, P, I32, S)), ("begin", function(B, P, S, S)),
+    ("plugin", function(None, P, c.POINTER(S * 2))),
     *((name, function(None, P, P)) for name in ("soundpack", "flags", "creator", "description", "times")),
     ("feature", function(None, P, S)), ("extra", P),
 )  # fmt: skip
@@ -176,7 +178,9 @@ class Library:
         assert provider.init(made) and locations[0] == (1, PRESETS_OF_PLUGIN, "")
         receiver = RECEIVER(
             error=kinds["error"](lambda _, number, line: self.refused.append(line.decode())),
-            begin=kinds["begin"](lambda _, title, key: found.append((title.decode(), key and key.decode(), [])) is None),
+            begin=kinds["begin"](
+                lambda _, title, key: found.append((title.decode(), key and key.decode(), [])) is None
+            ),
             plugin=kinds["plugin"](lambda _, user: found[-1][2].append(user.contents[1].decode())),
             feature=kinds["feature"](lambda *_: None),
         )

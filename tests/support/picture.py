@@ -210,7 +210,8 @@ class Picture:
         self.notes: list[tuple[int, int, int]] = []
         self.look = host.look if host else library().new_looks()
         self.face = Face(
-            host.address if host else None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set), TEXT(self._text), NOTE(self._note),
+            host.address if host else None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set),
+            TEXT(self._text), NOTE(self._note),
             SWITCHED(lambda _, key: library().host_switched(host.address, key) if host else None),
         )  # fmt: skip
         for name in optional:

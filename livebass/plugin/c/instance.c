@@ -480,7 +480,6 @@ static void answer_program(lb_instance *i) {
 /* Plays frames from `from` to below `end` of a block. */
 static void play(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t from, int64_t end) {
     float *at[LB_STRINGS];
-    if (end <= from) return;
     for (int k = 0; k < LB_STRINGS; k++) at[k] = outs[k] ? outs[k] + from : 0;
     change_bass(i);
     if (at[0] && !apart) lb_play(i->synth, at[0], end - from);
@@ -492,7 +491,7 @@ void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int
     for (int k = 0; k < i->turn_count; k++) {
         const lb_turn *t = &i->turns[k];
         const int64_t at = t->offset < n ? t->offset : n;
-        play(i, apart, outs, done, at);
+        if (at > done) play(i, apart, outs, done, at);
         if (at > done) done = at;
         lb_set_value(i, t->parameter, t->value);
     }
