@@ -550,7 +550,7 @@ def test_drawing_is_cheap(host: Host) -> None:
 
 
 def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
-    """However soon it is let go: as a note of 50 ms. A longer one ends when it is let go, and one that is struck anew."""
+    """However soon it is let go: as a note of 50 ms. A longer one ends with the hand, and so does one struck anew."""
     fifty = RATE // 20
 
     def played(touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True) -> Floats:
