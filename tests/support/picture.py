@@ -96,6 +96,7 @@ def library() -> Any:
         ("lb_side", whole, [address]),
         ("lb_learn", whole, [address, whole]),
         ("lb_reset_instance", None, [address]),
+        ("lb_take_midi", None, [address, c.c_int64, c.c_char_p, c.c_size_t]),
         ("lb_save_state", c.c_size_t, [address, address]),
         ("lb_load_state", whole, [address, address, c.c_size_t]),
         ("lb_list_sounds", whole, [address]),
@@ -137,6 +138,10 @@ class Host:
     def note(self, on: bool, key: int, velocity: float = 0.8) -> None:
         """Starts or stops a note."""
         library().note_host(self.address, on, key, velocity)
+
+    def midi(self, *message: int) -> None:
+        """MIDI of three bytes."""
+        library().lb_take_midi(self.address, 0, bytes(message), 3)
 
     def touch(self, on: bool, string: int, key: int) -> None:
         """A hand in the window presses a string, or lets it go."""
