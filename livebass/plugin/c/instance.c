@@ -51,15 +51,11 @@ void lb_set_value(lb_instance *i, int parameter, double value) {
     __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
-/* Sets the values of turns that have not been played. */
-static void take_turns(lb_instance *i) {
-    for (int k = 0; k < i->turn_count; k++) lb_set_value(i, i->turns[k].parameter, i->turns[k].value);
-    i->turn_count = 0;
-}
-
-/* Offline the bass is changed where the value is, within the block (lb_play_block). */
+/* Offline the bass is changed where the value is, within the block (lb_play_block); without places all so far at once. */
 static void turn_at(lb_instance *i, int64_t offset, int parameter, double value) {
-    if (i->turn_count == LB_TURNS) take_turns(i);
+    for (int k = 0; i->turn_count == LB_TURNS && k < LB_TURNS; k++)
+        lb_set_value(i, i->turns[k].parameter, i->turns[k].value);
+    i->turn_count %= LB_TURNS;
     i->turns[i->turn_count++] = (lb_turn){offset, parameter, value};
 }
 
@@ -134,7 +130,6 @@ static void forget_notes(lb_instance *i) {
     memset(i->unvibrated, 0, sizeof i->unvibrated);
     for (int k = 0; k < LB_KEYS; k++) i->note_ids[k] = -1;
     memset(&i->taps, 0, sizeof i->taps);
-    i->turn_count = 0;
 }
 
 int lb_open_instance(lb_instance *i, const char *folder) {
@@ -375,7 +370,6 @@ void lb_begin_block(lb_instance *i) {
         if (i->unvibrated[k]) vibrate(i, 0, k, i->vibratos[k]);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
-    take_turns(i);
     lb_end_taps(i->synth, &i->taps);
     for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &i->taps, &t);
 }

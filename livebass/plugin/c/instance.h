@@ -128,7 +128,7 @@ double lb_usual(const lb_instance *, int parameter);
    of that one, if it was what the list says of the one before. [any thread] */
 void lb_set_value(lb_instance *, int parameter, double value);
 /* Sets a value from the frame `offset` of the next block on: offline one that the bass is built by, too; else those count
-   from the next block on, or later. Of a flood of these the last ones come early. [audio thread] */
+   from the next block on, or later. Of a flood of these the first ones come early. [audio thread] */
 void lb_set_value_at(lb_instance *, int64_t offset, int parameter, double value);
 /* Says that the host plays in real time, or does not. [any thread] */
 void lb_set_offline(lb_instance *, int on);
