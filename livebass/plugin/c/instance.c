@@ -218,7 +218,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
     } else lb_free_bass(b);
     forget_notes(i);
     i->programs = 0;
-    i->changed = ~0ull;
+    __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE); /* a window may be moving values */
     return i->synth != 0;
 }
 
