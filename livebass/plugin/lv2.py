@@ -60,6 +60,12 @@ KEPT = "".join(
         ("bass", "Name of the bass", "string"),
         ("quality", "Quality", "long"),
         ("seed", "Seed of the player's unevenness", "long"),
+        ("side", "A (0) or B (1) counts", "long"),
+        *(
+            (f"aside-{p.symbol}", f"{p.name}, of the other side", "float")
+            for p in PARAMETERS
+            if p.symbol != "bass" and p.group != "Processor"
+        ),
     )
 )
 # An extension of Ardour's, which validators do not know

@@ -64,6 +64,7 @@ from livebass.plugin.systems import SYSTEMS, this_system
 
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
 PALM, VIBRATO, COMPRESSION, DRIVE, CORES = range(12, 17)
+ACTION, GAUGE = (next(p.number for p in PARAMETERS if p.symbol == symbol) for symbol in ("action", "gauge"))
 NO_HELPERS = "one core plays: threads of the plugin's own need real-time priority, which the system refuses"
 
 
@@ -615,6 +616,36 @@ def test_offline_a_change_of_bass_waits_for_no_thread(plugin: Plugin) -> None:
     plugin.offline()
     plugin.set(BASS, 1)
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
+
+
+def test_offline_the_bass_is_built_anew_where_the_value_is(folder: Path) -> None:
+    """In a block of any size; in real time, where it is loaded meanwhile, from a later block on."""
+
+    def played(sizes: tuple[int, ...], when: int = 3000, offline: bool = True) -> Floats:
+        with closing(Plugin(folder)) as plugin:
+            plugin.offline(offline)
+            events = [(0, note_on(33, 0.9)), (when, value(ACTION, 0.4)), (when, value(GAUGE, 5.0))]
+            return plugin.play([*events, (3100, note_on(40, 0.9))], 6000, sizes)
+
+    whole = played((6000,))
+    assert np.abs(whole[3200:]).max() > 0.01
+    for sizes in ((3000, 3000), (500,), (1, 2999), (64,)):
+        assert np.array_equal(played(sizes), whole), sizes
+    other = played((6000,), 3050)
+    assert np.array_equal(other[:3000], whole[:3000]) and not np.array_equal(other[3100:], whole[3100:])
+    late = played((6000,), offline=False)
+    assert np.array_equal(late[:3000], whole[:3000]) and not np.array_equal(late, whole)
+
+
+def test_a_flood_of_values_of_what_the_bass_is_built_by_ends_as_its_last(folder: Path) -> None:
+    """Offline: more in a block than there are places for."""
+    with closing(Plugin(folder)) as plugin:
+        plugin.offline()
+        events = [value(ACTION if k % 2 else GAUGE, 0.01 * k) for k in range(41)]
+        for k, event in enumerate(events):
+            event.time = 10 * k
+        assert np.isfinite(plugin.block(512, events)).all()
+        assert (plugin.value(ACTION), plugin.value(GAUGE)) == (0.39, 0.4) and not plugin.logged
 
 
 def test_reset_makes_it_as_new(plugin: Plugin) -> None:

@@ -368,6 +368,118 @@ def test_basses_are_chosen(folder: Path, host: Host) -> None:
     picture.close()
 
 
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's folder, which is made when something is written."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    return tmp_path / "data" / "livebass"
+
+
+def press(picture: Picture, x: float, y: float, modifiers: int = 0) -> None:
+    picture.point(PRESS, x, y, modifiers)
+    picture.point(RELEASE, x, y, modifiers)
+    picture.draw()
+
+
+def seen(picture: Picture, x: int, y: int, w: int, h: int) -> Pixels:
+    scale = round(picture.scale)
+    return picture.pixels[y * scale : (y + h) * scale, x * scale : (x + w) * scale].copy()
+
+
+def asks(picture: Picture) -> bool:
+    """True if it asks whether to delete a sound: in the colour that warns."""
+    return int((picture.pixels & 0xFFFFFF == 0xFF6B57).sum()) > 1000
+
+
+@pytest.mark.parametrize(("size", "scale"), [((WIDTH, HEIGHT), 1.0), ((640, 320), 1.0), ((1800, 920), 2.0)])
+def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size: tuple[int, int], scale: float) -> None:
+    """Beside the basses, in a column of their own; deleted by the right button, pressed twice."""
+    picture = Picture(host, size, scale, ["list", "sound", "save", "load", "remove"])
+    width = round(size[0] / scale)
+    save_at, title = (width - 14 - 236 - 30, 23) if width < WIDTH else (474, 23), (200, 23)
+
+    def click(x: float, y: float, modifiers: int = 0) -> None:
+        press(picture, x * scale, y * scale, modifiers)
+
+    picture.draw()
+    named = seen(picture, 155, 10, 180, 26)
+    host.set("gain", -6.0)
+    click(*save_at)
+    host.set("gain", -3.0)
+    click(*save_at)
+    assert sorted(file.name for file in own.iterdir()) == ["Slap 1.lbsound", "Slap 2.lbsound"]
+    assert (seen(picture, 155, 10, 180, 26) != named).any(), "it says that it is saved"
+    picture.draw(seconds=10)
+    assert (seen(picture, 155, 10, 180, 26) == named).all()
+    click(*title)
+    column = 14 + (width - 28) // (4 if width >= WIDTH else 3) + 30
+    first, second = (column, 46 + 4 + 24 + 11), (column, 46 + 4 + 48 + 11)
+    assert (
+        picture.point(MOVE, *(scale * at for at in first)) == picture.point(MOVE, *(scale * at for at in second)) == 1
+    )
+    host.set("gain", 0.0)
+    host.set("bass", 1.0)
+    host.set("quality", 1.0)
+    click(*first)
+    assert (host.value("gain"), host.value("bass"), host.value("quality")) == (-6, 0, 1)
+    click(*title)
+    click(*second)
+    assert host.value("gain") == -3
+    library().lb_undo(host.address)
+    assert host.value("gain") == -6
+    library().lb_undo(host.address)
+    assert (host.value("gain"), host.value("bass")) == (0, 1)
+    click(*title)
+    for cancel in (second, None):
+        assert not asks(picture)
+        click(*first, 8)
+        assert asks(picture)
+        picture.point(MOVE, *(scale * at for at in cancel or first))
+        picture.draw()
+        if not cancel:
+            click(*first)  # the left button
+        assert len(list(own.iterdir())) == 2 and host.value("gain") == 0
+    click(*first, 8)
+    click(*first, 8)
+    assert [file.name for file in own.iterdir()] == ["Slap 2.lbsound"]
+    click(*first, 8)
+    assert len(list(own.iterdir())) == 1, "the one behind it is asked for anew"
+    picture.point(MOVE, 0, 0)
+    click(*save_at)
+    assert len(list(own.iterdir())) == 2 and picture.point(MOVE, *(scale * at for at in second)) == 1
+    picture.close()
+
+
+def test_a_long_list_goes_on(host: Host, own: Path) -> None:
+    """Everything is reached by the button in the last place, and by the wheel."""
+    picture = Picture(host, (640, 320), optional=["list", "sound", "save", "load", "remove"])
+    for k in range(30):
+        host.set("gain", -float(k))
+        assert host.save_sound() == f"Slap {k + 1}"
+    picture.draw()
+    more = 600, 46 + 4 + 3 * 24 + 11
+    press(picture, 200, 23)
+    for way in ("button", "wheel"):
+        loaded = set()
+        for _ in range(12 if way == "wheel" else 0):
+            picture.point(UP, 30, 60)
+            picture.draw()
+        for _ in range(8):
+            for k in range(11):
+                x, y = 30 + k // 4 * 204, 46 + 4 + k % 4 * 24 + 11
+                if picture.point(MOVE, x, y) == BY_HAND:
+                    picture.point(PRESS, x, y)
+                    loaded.add(host.value("gain"))
+                    press(picture, 200, 23)  # it is listed again, where it was
+            if way == "button":
+                press(picture, *more)
+            else:
+                picture.point(DOWN, 30, 60)
+            picture.draw()
+        assert loaded == {-float(k) for k in range(30)}, way
+    picture.close()
+
+
 def test_lamps_press_keys(host: Host) -> None:
     """A switch that is held stays down until the next press, or until the picture is gone."""
     picture = Picture(host)
@@ -435,6 +547,72 @@ def test_drawing_is_cheap(host: Host) -> None:
         picture.draw(seconds=5)
     assert picture.draw() == (0, 0, 0, 0)
     picture.close()
+
+
+def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
+    """However soon it is let go: as a note of 50 ms. A longer one ends with the hand, and so does one struck anew."""
+    fifty = RATE // 20
+
+    def played(touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True, bound: bool = False) -> Floats:
+        host, sound = Host(folder), []
+        host.set("relief", 0.0)  # a test is no real time
+        if bound:
+            host.midi(0xB0, 68, 127)
+        for block in range(60):
+            for on, key in touches.get(block, ()):
+                if by_hand:
+                    host.touch(on, (key - 28) // 5, key)
+                else:
+                    host.note(on, key, 95 / 127)
+            sound.append(host.play(240, 240))
+        host.close()
+        return np.concatenate(sound)
+
+    wanted = played({0: [(True, 28)], fifty // 240: [(False, 28)]}, by_hand=False)
+    assert abs(wanted).max() > 0.01
+    for end in (0, 1, fifty // 240 - 1, fifty // 240):
+        touched = {0: [(True, 28)]}
+        touched.setdefault(end, []).append((False, 28))
+        assert np.array_equal(played(touched), wanted), end
+    longer = {0: [(True, 28)], 30: [(False, 28)]}
+    assert np.array_equal(played(longer), played(longer, by_hand=False))
+    twice = played({0: [(True, 28), (False, 28)], 3: [(True, 28)], 30: [(False, 28)]})
+    held = played({0: [(True, 28)], 3: [(False, 28), (True, 28)], 30: [(False, 28)]}, by_hand=False)
+    assert np.array_equal(twice, held)
+    glide = [(True, 32), (True, 31), (False, 32), (True, 30), (False, 31), (False, 30)]
+    apart = {0: [step for step in glide if step[0]], fifty // 240: [step for step in glide if not step[0]]}
+    for bound in (False, True):
+        assert np.array_equal(played({0: glide}, bound=bound), played(apart, by_hand=False, bound=bound))
+
+
+def test_a_tap_outlives_no_reset(host: Host) -> None:
+    """Frames are counted anew: a note from before holds up no end of one after it."""
+    host.play(RATE)
+    host.touch(True, 1, 33)
+    host.play(64)
+    library().lb_reset_instance(host.address)
+    host.touch(False, 1, 33)
+    host.touch(True, 0, 28)
+    host.touch(False, 0, 28)
+    first = host.play(RATE // 20, 240)
+    tail = host.play(RATE, 240)
+    assert abs(first).max() > 0.01 and abs(tail[RATE // 2 :]).max() < abs(first).max() / 30
+
+
+def test_the_quality_follows_a_bass_that_is_chosen_in_the_window(tmp_path: Path) -> None:
+    """The host is told of both: one of LV2 hears it from nobody else."""
+    for name in ("slap", "five-string"):
+        write_instrument(load_preset(name), tmp_path / f"{name}.lbass")
+    (tmp_path / "instruments.txt").write_text("slap\nfive-string studio\n")
+    host = Host(tmp_path)
+    bass, quality = number("bass"), number("quality")
+    for phase in (BEGIN, MOVED, END):
+        library().lb_move_value(host.address, bass, 1.0, phase)
+    assert [(k, phase) for k, phase, _ in host.moves()] == [
+        (bass, BEGIN), (bass, MOVED), (quality, BEGIN), (quality, MOVED), (quality, END), (bass, END),
+    ]  # fmt: skip
+    assert host.value("quality") == 1
+    host.close()
 
 
 # --- looks ---

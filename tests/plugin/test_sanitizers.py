@@ -30,8 +30,11 @@ SUPPORT = Path(__file__).parents[1] / "support"
 BASSES = ("slap", "five-string")
 SHELLS = (
     "core.c",
+    "files.c",
     "look.c",
     "instance.c",
+    "state.c",
+    "sounds.c",
     "learn.c",
     "clap.c",
     "editor.c",
@@ -130,6 +133,10 @@ def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) 
         while not playing.done():
             hand("mousemove", 120, 362, "mousedown", 1, "mousemove", 160, 362, "mouseup", 1)
             hand("mousemove", 200, 209, "click", 1, "mousemove", 800, 306, "click", 1)
+            hand("mousemove", 873 - 26 * (presses % 2), 306, "click", 1)  # B, A
+            if presses % 8 == 0:  # a sound is saved, the list opened, and one of it loaded
+                hand("mousemove", 474, 23, "click", 1, "mousemove", 280, 23, "click", 1, "sleep", 0.2)
+                hand("mousemove", 300, 84, "click", 1)
             presses += 1
         blocks, _, greatest = playing.result().split()
     assert presses > 3 and int(blocks) > 500 and 0 < float(greatest) < 1000

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import threading
 import time
 from collections.abc import Sequence
 from ctypes import c_uint8
@@ -44,6 +45,7 @@ MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS, QUALITY, CORES = 0, 1, 8, 9, 16
 CONTROLLERS, VOLUME, EXPRESSION, SUSTAIN, BEND = 1000, 7, 11, 64, 129  # hidden parameters
 OVERLOAD = 500
+ACTION = next(p.number for p in PARAMETERS if p.symbol == "action")
 
 
 @pytest.fixture(scope="module")
@@ -141,6 +143,34 @@ def test_hosts_show_what_keys_switch(bundle: Path, tmp_path: Path) -> None:
     assert names[0] == found and set(names[1]) == second and names[1][32] == "Stop on release"
     plugin.block(64, points=[(BASS, 0, 1.0)])
     assert plugin.switches() == names[1]
+    plugin.close()
+
+
+def test_the_host_is_told_of_other_key_switches(bundle: Path, tmp_path: Path) -> None:
+    """Once for each bass, in its own thread, and by then they are those of that bass."""
+    slap = load_preset("slap")
+    basses = {"usual": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
+    vst3.write_bundle(basses, tmp_path / "livebass.vst3")
+    plugin = low.Plugin(tmp_path / "livebass.vst3")
+    told, here = low.Handler(plugin), (low.SWITCHES_CHANGED, threading.get_ident())
+    names = [plugin.pitches_called(program) for program in range(2)]
+    first = plugin.save()
+    for active in (True, False):
+        plugin.set(BASS, 1.0)
+        assert told.restarts.pop() == here and plugin.switches() == names[1]
+        plugin.set(BASS, 1.0)
+        plugin.set(0, 0.5)
+        assert plugin.load(plugin.save()) and not told.restarts
+        assert plugin.load(first)
+        assert told.restarts.pop() == here and plugin.switches() == names[0]
+        if active:
+            plugin.block(64, points=[(BASS, 0, 1.0)])
+            assert not told.restarts, "the audio thread is none for that"
+            plugin.set(BASS, 1.0)
+            assert told.restarts.pop() == here
+            assert plugin.load(first) and told.restarts.pop() == here
+            assert plugin.component.call(11, c_uint8(0)) == 0
+    assert not told.restarts and not told.edits
     plugin.close()
 
 
@@ -512,6 +542,32 @@ def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> Non
     plugin.block(64, points=[(BASS, 0, 1.0)])
     plugin.block(64)
     assert plugin.told == [(QUALITY, 0.0)], "it follows the bass"
+    plugin.close()
+
+
+def test_offline_the_bass_is_built_anew_where_the_value_is(bundle: Path) -> None:
+    """In a block of any size."""
+
+    def played(sizes: tuple[int, ...]) -> Floats:
+        plugin = low.Plugin(bundle, mode=low.OFFLINE)
+        out, done = [plugin.block(64, [low.note_on(33, 0.9, 1)])[0, 0]], 0
+        for size in sizes:
+            at = 3000 - done
+            inside = 0 <= at < size
+            notes = [low.note_on(40, 0.9, 2, 3100 - done)] if 0 <= 3100 - done < size else []
+            out.append(plugin.block(size, notes, [(ACTION, at, 0.7)] if inside else [])[0, 0])
+            done += size
+        plugin.close()
+        return np.concatenate(out)
+
+    whole = played((6000,))
+    assert np.array_equal(played((3000, 3000)), whole) and np.array_equal(played((500,) * 12), whole)
+    assert not np.array_equal(played((3001, 2999))[3000:], np.zeros(3064)) and np.abs(whole[3200:]).max() > 0.01
+    plugin = low.Plugin(bundle, mode=low.OFFLINE)
+    plugin.block(0, points=[(ACTION, 0, 0.7)])
+    assert np.frombuffer(plugin.save(), "f8")[12 + ACTION] == pytest.approx(
+        PARAMETERS[ACTION].least + 0.7 * (PARAMETERS[ACTION].most - PARAMETERS[ACTION].least), abs=0.01
+    ), "a block without frames tells values"
     plugin.close()
 
 

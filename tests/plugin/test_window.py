@@ -17,10 +17,11 @@ import pytest
 from support import lv2, vst3
 from support.clap import Plugin, counting_host, function, midi, note_on, struct, value
 from support.jack import wait_for
-from support.plugins import RATE, hard_score, written
+from support.plugins import PRESETS, RATE, hard_score, written
 from support.screen import Screen, hand, needs_screen, running_screen
 from support.window import GUI, WINDOW, Window, different
 
+from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
 from livebass.plugin import clap
@@ -30,14 +31,17 @@ from livebass.plugin.systems import this_system
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
 U32, D, B, P, S = c.c_uint32, c.c_double, c.c_bool, c.c_void_p, c.c_char_p
-BASS, BEGIN, END = 8, 7, 8
+BASS, QUALITY, BEGIN, END = 8, 9, 7, 8
 UI = struct(
     ("uri", S), ("instantiate", function(P, P, S, S, P, P, P, P)), ("cleanup", function(None, P)),
     ("port_event", function(None, P, U32, U32, U32, P)), ("extension", function(P, S)),
 )  # fmt: skip
 # px in a window of the usual size; the first slider is the gain's
+NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
 UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (800, 306), (847, 306), (873, 306), (120, 362), (200, 209)
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 150, SLIDER[1], "mousemove", 160, SLIDER[1], "mouseup", 1)
+FIRST_SOUND = (300, 84)  # in the list, below the heading of the second column: the basses have no room beside it
+TITLES = [load_preset(name).name for name in PRESETS]
 GAIN = 0
 LOOK_PORT = 2 + len(PARAMETERS) + 2  # behind MIDI, the output, parameters, freewheeling and overload
 
@@ -207,39 +211,16 @@ def test_two_windows_and_changes_of_bass(screen_name: str, folder: Path) -> None
 
 # --- VST3 ---
 
-HANDLER, RUN_LOOP = "93A0BEA30BD045DB8E890B0CC1E46AC6", "18C3536697764F1A9C5B83857A871389"
-
-
-def answering(iid: str, given: vst3.Given) -> vst3.Given:
-    """An object of the host that also says which interface it is."""
-
-    def query(_: Any, wanted: int, to: int) -> int:
-        found = c.string_at(wanted, 16) == bytes.fromhex(iid)
-        P.from_address(to).value = given.address if found else None
-        return 0 if found else -1
-
-    asked = c.CFUNCTYPE(vst3.I32, P, P, P)(query), c.CFUNCTYPE(U32, P)(lambda _: 1)
-    given.table[0], given.table[1], given.table[2] = (c.cast(f, P).value for f in (asked[0], asked[1], asked[1]))
-    given.kept = asked  # type: ignore[attr-defined]
-    return given
+RUN_LOOP = "18C3536697764F1A9C5B83857A871389"
 
 
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Path, timed: bool) -> None:
     """By the timer of the host's run loop; a host without one is told by the window's own thread."""
     bundle = written(vst3_plugin, tmp_path / "livebass.vst3")
-    edits: list[tuple[str, int, float]] = []
     timers: list[int] = []
-    one, two = c.CFUNCTYPE(vst3.I32, P, U32), c.CFUNCTYPE(vst3.I32, P, U32, D)
-    handler = answering(
-        HANDLER,
-        vst3.Given(
-            one(lambda _, k: edits.append(("begin", k, 0)) or 0), two(lambda _, k, v: edits.append(("to", k, v)) or 0),
-            one(lambda _, k: edits.append(("end", k, 0)) or 0), one(lambda _, flags: 0),
-        ),
-    )  # fmt: skip
     no = c.CFUNCTYPE(vst3.I32, P, P, vst3.I32)(lambda *_: -1)
-    loop = answering(
+    loop = vst3.answering(
         RUN_LOOP,
         vst3.Given(
             no, no, c.CFUNCTYPE(vst3.I32, P, P, vst3.U64)(lambda _, timer, ms: timers.append(timer) or 0),
@@ -247,7 +228,8 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
         ),
     )  # fmt: skip
     with closing(vst3.Plugin(bundle)) as plugin:
-        plugin.controller.call(16, P(handler.address))
+        handler = vst3.Handler(plugin)
+        edits = handler.edits
         view = vst3.Object(plugin.controller.call(17, b"editor", result=P))
         assert view.call(3, b"X11EmbedWindowID") == 0 != view.call(3, b"HWND")
         box = (vst3.I32 * 4)()
@@ -271,6 +253,13 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
             values = [value for what, _, value in moved if what == "to"]
             number = moved[0][1]
             assert plugin.controller.call(14, U32(number), result=D) == pytest.approx(values[-1])
+            here = len(handler.restarts)
+            hand("mousemove", *NEXT, "click", 1)
+            wait_for(lambda: ended() and edits[-1][1] == BASS)
+            if timed:  # in this thread, which is the host's; the window's own would be none that may do so
+                assert handler.restarts == [(vst3.SWITCHES_CHANGED, threading.get_ident())]
+            else:
+                assert here == len(handler.restarts) == 0
             box[:] = [0, 0, 100, 100]
             assert view.call(14, box) == 0 and list(box) == [0, 0, 640, 320]
             assert view.call(5) == 0 and not timers and screen.children() == 0
@@ -283,6 +272,8 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
 def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tmp_path: Path) -> None:
     """What is seen comes as atoms, what a hand does goes back as values and atoms; without a window nothing is sent."""
     bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
+    listed = (bundle / "instruments.txt").read_text().split()
+    (bundle / "instruments.txt").write_text("\n".join([listed[0], f"{listed[1]} studio", *listed[2:]]) + "\n")
     with closing(lv2.Plugin(bundle)) as plugin:
         room = c.create_string_buffer(1 << 17)
         looks: list[bytes] = []
@@ -360,6 +351,31 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             hand(*DRAG)
             wait_for(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
             assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
+
+            def told(uri: str) -> list[bytes]:
+                """The bodies of the atoms of a type that it sent."""
+                number = plugin.number(f"urn:livebass:bass#{uri}")
+                return [data[8:] for _, form, data in sent if form and np.frombuffer(data, "u4", 2)[1] == number]
+
+            assert not told("sides")
+            gain = [np.frombuffer(data, "f4")[0] for port, form, data in sent if not form and port == 2][-1]
+            hand("mousemove", *SIDE_B, "click", 1)
+            wait_for(lambda: idle.idle(handle) == 0 and told("sides"))
+            sides = np.frombuffer(told("sides")[-1], "f8")
+            assert told("sides")[-1][:8] == (1).to_bytes(8, "little") and sides[1 + GAIN] == pytest.approx(gain)
+            sent.clear()
+            atom = np.array([sides.nbytes, plugin.number("urn:livebass:bass#sides")], "u4").tobytes()
+            ui.port_event(handle, LOOK_PORT, 8 + sides.nbytes, transfer, atom + bytes(8) + sides[1:].tobytes())
+            hand("mousemove", *SIDE_B, "click", 1)
+            wait_for(lambda: idle.idle(handle) == 0 and told("sides"))
+            assert [body[:8] for body in told("sides")] == [(1).to_bytes(8, "little")], (
+                "the plugin had said that it is A"
+            )
+            sent.clear()
+            hand("mousemove", *NEXT, "click", 1)
+            wait_for(lambda: idle.idle(handle) == 0 and len([1 for _, form, _ in sent if not form]) >= 2)
+            values = {port - 2: np.frombuffer(data, "f4")[0] for port, form, data in sent if not form}
+            assert values == {BASS: 1, QUALITY: 1}, "the quality that the list says of that bass"
             ui.cleanup(handle)
             assert screen.children() == 0
 
@@ -394,3 +410,32 @@ def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
         assert learned_by(plugin, 20, 127) == pytest.approx(0) != learned
         hand("mousemove", *SLIDER, "click", 3)
         wait_for(lambda: learned_by(plugin, 20, 64) == learned_by(plugin, 20, 127))
+
+
+def test_sounds_are_saved_and_loaded(
+    screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Loading tells the host each value that is another one, and is taken back by Undo; nobody at the audio thread."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    with opened(folder) as (plugin, _):
+        plugin.block(64)
+        hand("mousemove", *SLIDER, "click", 1)
+        heard(plugin, lambda: (GAIN, END) in plugin.gestures)
+        moved = plugin.value(GAIN)
+        hand("mousemove", *SAVE, "click", 1)
+        wait_for(lambda: [file.name for file in (tmp_path / "livebass").glob("*")] == [f"{TITLES[0]} 1.lbsound"])
+        hand("mousemove", *NEXT, "click", 1)
+        heard(plugin, lambda: plugin.value(BASS) == 1 and plugin.told[-1] == (BASS, 1))
+        hand("mousemove", *SIDE_B, "click", 1)
+        heard(plugin, lambda: plugin.value(GAIN) == 0 and plugin.told[-1] == (GAIN, 0))
+        plugin.told.clear()
+        plugin.gestures.clear()
+        hand("mousemove", *TITLE, "click", 1)
+        time.sleep(0.2)
+        hand("mousemove", *FIRST_SOUND, "click", 1)
+        heard(plugin, lambda: len(plugin.gestures) == 4)
+        assert sorted(plugin.told[:2]) == [(GAIN, pytest.approx(moved)), (BASS, 0)]
+        assert plugin.gestures == [(GAIN, BEGIN), (GAIN, END), (BASS, BEGIN), (BASS, END)]
+        assert (plugin.value(GAIN), plugin.value(BASS)) == (moved, 0)
+        hand("mousemove", *UNDO, "click", 1)
+        heard(plugin, lambda: (plugin.value(GAIN), plugin.value(BASS)) == (0, 1))

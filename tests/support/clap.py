@@ -23,7 +23,7 @@ RELIEF = 11  # a parameter
 NOTE_ON, NOTE_OFF, NOTE_CHOKE, EXPRESSION, VALUE, MIDI = 0, 1, 2, 4, 5, 10
 TUNING, EXPRESSION_VIBRATO, BRIGHTNESS, PRESSURE = 2, 3, 5, 6
 CONTINUE, SLEEP = 1, 4
-PRESETS_OF_PLUGIN = 1
+PRESETS_IN_FILES, PRESETS_OF_PLUGIN = 0, 1
 NO_ID = 0xFFFFFFFF
 U16, U32, U64, I16, I32, I64, D, B = (
     c.c_uint16, c.c_uint32, c.c_uint64, c.c_int16, c.c_int32, c.c_int64, c.c_double, c.c_bool,
@@ -118,12 +118,15 @@ PROVIDER = struct(
     ("descriptor", P), ("data", P), ("init", function(B, P)), ("destroy", function(None, P)),
     ("metadata", function(B, P, U32, S, P)), ("extension", P),
 )  # fmt: skip
+LOCATION = struct(("flags", U32), ("name", S), ("kind", U32), ("path", S))
 INDEXER = struct(
-    ("version", VERSION), ("name", S), ("vendor", S), ("url", S), ("release", S), ("data", P), ("filetype", P),
-    ("location", function(B, P, P)), ("soundpack", P), ("extension", P),
+    ("version", VERSION), ("name", S), ("vendor", S), ("url", S), ("release", S), ("data", P),
+    ("filetype", function(B, P, c.POINTER(S * 3))), ("location", function(B, P, c.POINTER(LOCATION))),
+    ("soundpack", P), ("extension", P),
 )  # fmt: skip
 RECEIVER = struct(
-    ("data", P), ("error", P), ("begin", function(B, P, S, S)), ("plugin", function(None, P, c.POINTER(S * 2))),
+    ("data", P), ("error", function(None, P, I32, S)), ("begin", function(B, P, S, S)),
+    ("plugin", function(None, P, c.POINTER(S * 2))),
     *((name, function(None, P, P)) for name in ("soundpack", "flags", "creator", "description", "times")),
     ("feature", function(None, P, S)), ("extra", P),
 )  # fmt: skip
@@ -147,26 +150,45 @@ class Library:
         found = [factory.descriptor(address, k).contents for k in range(factory.count(address))]
         return [(one.id.decode(), one.name.decode()) for one in found]
 
-    def presets(self) -> list[tuple[str, str, list[str]]]:
-        """(name, key, ids of plugins) of the presets that it tells to a browser."""
+    def presets(self) -> list[tuple[str, str | None, list[str]]]:
+        """(name, key, ids of plugins) of the presets that it tells to a browser: basses, then files, which have no key.
+
+        What it says of others is in `refused`.
+        """
         address = self.entry.factory(b"clap.preset-discovery-factory/2")
         factory, found = FACTORY.from_address(address), []
-        locations = []
+        locations: list[tuple[int, int, str]] = []
+        endings: list[str] = []
+        self.refused: list[str] = []
+
+        def locate(_: Any, place: Any) -> bool:
+            said = place.contents
+            locations.append((said.flags, said.kind, (said.path or b"").decode()))
+            return True
+
+        indexer_kinds, kinds = dict(INDEXER._fields_), dict(RECEIVER._fields_)
         indexer = INDEXER(
             VERSION(1, 2, 2), b"tests", b"", b"", b"1",
-            location=INDEXER._fields_[7][1](lambda _, place: locations.append(place) is None),
+            filetype=indexer_kinds["filetype"](lambda _, kind: endings.append(kind.contents[2].decode()) is None),
+            location=indexer_kinds["location"](locate),
         )  # fmt: skip
         name = c.cast(factory.descriptor(address, 0), c.POINTER(struct(("version", VERSION), ("id", S)))).contents.id
         made = factory.create(address, c.addressof(indexer), name)
         provider = PROVIDER.from_address(made)
-        assert provider.init(made) and len(locations) == 1
-        kinds = dict(RECEIVER._fields_)
+        assert provider.init(made) and locations[0] == (1, PRESETS_OF_PLUGIN, "")
         receiver = RECEIVER(
-            begin=kinds["begin"](lambda _, title, key: found.append((title.decode(), key.decode(), [])) is None),
+            error=kinds["error"](lambda _, number, line: self.refused.append(line.decode())),
+            begin=kinds["begin"](
+                lambda _, title, key: found.append((title.decode(), key and key.decode(), [])) is None
+            ),
             plugin=kinds["plugin"](lambda _, user: found[-1][2].append(user.contents[1].decode())),
             feature=kinds["feature"](lambda *_: None),
         )
         assert provider.metadata(made, PRESETS_OF_PLUGIN, None, c.addressof(receiver))
+        for flags, kind, path in locations[1:]:
+            assert (flags, kind) == (2, PRESETS_IN_FILES)
+            for file in sorted(file for file in Path(path).glob("*") if file.suffix[1:] in endings):
+                provider.metadata(made, kind, str(file).encode(), c.addressof(receiver))
         provider.destroy(made)
         return found
 
@@ -401,6 +423,10 @@ class Plugin:
     def load_preset(self, key: str) -> bool:
         load = self.extension("preset-load/2", PRESET_LOAD)
         return bool(load.from_location(self.handle, PRESETS_OF_PLUGIN, None, key.encode()))
+
+    def load_sound(self, file: Path) -> bool:
+        load = self.extension("preset-load/2", PRESET_LOAD)
+        return bool(load.from_location(self.handle, PRESETS_IN_FILES, str(file).encode(), None))
 
 
 def note_on(key: int, velocity: float, number: int = -1, channel: int = 0) -> Any:

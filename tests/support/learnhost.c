@@ -53,7 +53,7 @@ int main(int count, char **words) {
     turn(i, 21, 127); /* of two parameters the last one has the controller */
     CHECK(lb_learned_by(i, 21) == LB_DRIVE && lb_value(i, LB_DRIVE) == 1);
     const size_t size = lb_save_state(i, &state);
-    CHECK(size == sizeof state);
+    CHECK(size == offsetof(lb_state, rest) + LB_CONTROLLERS + 8);
     CHECK(lb_open_instance(&other, words[1]) && lb_load_state(&other, &state, size));
     CHECK(lb_learned_by(&other, 21) == LB_DRIVE && lb_learned_by(&other, 20) == -1);
     CHECK(!lb_load_state(&other, &state, size - 8));

@@ -19,7 +19,9 @@ from livebass.plugin import build
 from livebass.plugin.header import header
 from livebass.plugin.systems import this_system
 
-SOURCES = ("core.c", "instance.c", "learn.c", "look.c", "neck.c", "paint.c", "picture.c")
+SOURCES = (
+    "core.c", "files.c", "instance.c", "learn.c", "look.c", "neck.c", "paint.c", "picture.c", "sounds.c", "state.c",
+)  # fmt: skip
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
 WIDTH, HEIGHT = 900, 460
@@ -33,7 +35,12 @@ NOTE = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_int, c.c_int, c.c_double)
 SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
 
 
-OPTIONAL = ("undo", "swap", "side", "learn", "controller")  # not given here
+# Given by the C of an instance, if a picture of it is to have them
+OPTIONAL = {
+    "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "learn": None, "controller": None,
+    "list": "lb_list_sounds", "sound": "lb_sound_name", "save": "lb_save_sound", "load": "lb_load_sound",
+    "remove": "lb_remove_sound",
+}  # fmt: skip
 
 
 class Face(c.Structure):
@@ -80,6 +87,23 @@ def library() -> Any:
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
         ("note_host", None, [address, whole, whole, real]),
+        ("touch_host", None, [address, whole, whole, whole]),
+        ("move_host", whole, [address, address]),
+        ("lb_move_value", None, [address, whole, real, whole]),
+        ("lb_keep_values", None, [address]),
+        ("lb_undo", None, [address]),
+        ("lb_swap_sides", None, [address]),
+        ("lb_side", whole, [address]),
+        ("lb_learn", whole, [address, whole]),
+        ("lb_reset_instance", None, [address]),
+        ("lb_take_midi", None, [address, c.c_int64, c.c_char_p, c.c_size_t]),
+        ("lb_save_state", c.c_size_t, [address, address]),
+        ("lb_load_state", whole, [address, address, c.c_size_t]),
+        ("lb_list_sounds", whole, [address]),
+        ("lb_sound_name", c.c_char_p, [address, whole]),
+        ("lb_save_sound", whole, [address, address, c.c_size_t]),
+        ("lb_load_sound", whole, [address, whole]),
+        ("lb_remove_sound", None, [address, whole]),
         ("new_looks", address, []),
         ("size_of_look", c.c_size_t, []),
         ("race", c.c_int64, [c.c_int64]),
@@ -87,6 +111,12 @@ def library() -> Any:
         function = getattr(found, name)
         function.restype, function.argtypes = result, arguments
     return found
+
+
+class Move(c.Structure):
+    """lb_move."""
+
+    _fields_ = [("parameter", c.c_int), ("phase", c.c_int), ("value", c.c_double)]
 
 
 class Host:
@@ -109,6 +139,21 @@ class Host:
         """Starts or stops a note."""
         library().note_host(self.address, on, key, velocity)
 
+    def midi(self, *message: int) -> None:
+        """MIDI of three bytes."""
+        library().lb_take_midi(self.address, 0, bytes(message), 3)
+
+    def touch(self, on: bool, string: int, key: int) -> None:
+        """A hand in the window presses a string, or lets it go."""
+        library().touch_host(self.address, on, string, key)
+
+    def moves(self) -> list[tuple[int, int, float]]:
+        """What the host is to be told: (parameter, phase, value)."""
+        found, move = [], Move()
+        while library().move_host(self.address, c.addressof(move)):
+            found.append((move.parameter, move.phase, move.value))
+        return found
+
     def watch(self, on: bool) -> None:
         """A window opens, or closes."""
         library().lb_watch(self.look, on)
@@ -116,6 +161,33 @@ class Host:
     def set(self, symbol: str, value: float) -> None:
         """Sets a parameter."""
         library().set_host(self.address, number(symbol), value)
+
+    def value(self, symbol: str) -> float:
+        """The value of a parameter."""
+        return float(library().host_value(self.address, number(symbol)))
+
+    def save(self) -> bytes:
+        """Its state."""
+        room = c.create_string_buffer(8192)
+        size = library().lb_save_state(self.address, c.addressof(room))
+        return room.raw[:size]
+
+    def load(self, state: bytes) -> bool:
+        """Gives it a state; returns whether it took it."""
+        room = np.frombuffer(state.ljust(len(state) + 16, b"\0")[: (len(state) + 15) // 8 * 8], np.uint64).copy()
+        return bool(library().lb_load_state(self.address, room.ctypes.data, len(state)))
+
+    def sounds(self) -> list[str]:
+        """The names of the user's sounds, from the folder."""
+        return [
+            library().lb_sound_name(self.address, k).decode() for k in range(library().lb_list_sounds(self.address))
+        ]
+
+    def save_sound(self) -> str | None:
+        """Keeps what is set as a sound; returns its name."""
+        room = c.create_string_buffer(256)
+        good = library().lb_save_sound(self.address, c.addressof(room), 256)
+        return room.value.decode() if good else None
 
     def close(self) -> None:
         """Frees it."""
@@ -130,16 +202,25 @@ def number(symbol: str) -> int:
 class Picture:
     """A picture, of a host's instance or, without one, of looks that `show` is given."""
 
-    def __init__(self, host: Host | None = None, size: tuple[int, int] = (WIDTH, HEIGHT), scale: float = 1.0) -> None:
+    def __init__(
+        self,
+        host: Host | None = None,
+        size: tuple[int, int] = (WIDTH, HEIGHT),
+        scale: float = 1.0,
+        optional: Iterable[str] = (),
+    ) -> None:
         self.host, self.scale, self.dark, self.seconds = host, scale, True, 0.0
         self.values = {p.number: p.usual for p in PARAMETERS}
         self.sets: list[tuple[int, float, int]] = []
         self.notes: list[tuple[int, int, int]] = []
         self.look = host.look if host else library().new_looks()
         self.face = Face(
-            None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set), TEXT(self._text), NOTE(self._note),
+            host.address if host else None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set),
+            TEXT(self._text), NOTE(self._note),
             SWITCHED(lambda _, key: library().host_switched(host.address, key) if host else None),
         )  # fmt: skip
+        for name in optional:
+            setattr(self.face, name, c.cast(getattr(library(), str(OPTIONAL[name])), c.c_void_p))
         self.address = library().lb_new_picture(self.face)
         self.resize(*size)
 

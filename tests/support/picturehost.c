@@ -16,12 +16,14 @@ static void complain(void *owner, const char *line) {
     fprintf(stderr, "%s\n", line);
 }
 static void ask(void *owner) { lb_serve(&((host *)owner)->instance); }
+static void moved(void *owner) { (void)owner; }
 
 host *new_host(const char *folder, double rate) {
     host *h = calloc(1, sizeof *h);
     h->instance.owner = h;
     h->instance.complain = complain;
     h->instance.ask = ask;
+    h->instance.moved = moved;
     if (!lb_open_instance(&h->instance, folder) || !lb_activate_instance(&h->instance, rate)) return 0;
     return h;
 }
@@ -48,6 +50,9 @@ void note_host(host *h, int on, int key, double velocity) {
     if (on) lb_start_note(&h->instance, 0, 0, key, velocity, -1);
     else lb_stop_note(&h->instance, 0, key, 0.5, -1);
 }
+
+void touch_host(host *h, int on, int string, int key) { lb_put_touch(&h->instance.touches, on, string, key, 0.75); }
+int move_host(host *h, lb_move *to) { return lb_take_move(&h->instance.moves, to); }
 
 /* --- looks without an instance --- */
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes as c
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,8 @@ CONTROLLER = "DCD7BBE37742448DA874AACC979C759E"
 UNITS = "3D4BD6B5913A4FD2A886E768A5EB92C1"
 SWITCHES = "1F2F76D3BFFB4B96B99527A55EBCCEF4"
 EXPRESSIONS = "B7F8F85941234872911695814F3721A3"
+HANDLER = "93A0BEA30BD045DB8E890B0CC1E46AC6"
+SWITCHES_CHANGED = 1 << 10  # a flag of its restarts
 MONO, STRINGS = 0, 1  # classes
 MONO_SPEAKER, STEREO_SPEAKERS = 1 << 19, 3
 REAL_TIME, OFFLINE = 0, 2
@@ -112,6 +115,39 @@ class Given:
 
 def wide(text: Any) -> str:
     return bytes(text).decode("utf-16").split("\0")[0]
+
+
+def answering(iid: str, given: Given) -> Given:
+    """An object of the host that also says which interface it is."""
+
+    def query(_: Any, wanted: int, to: int) -> int:
+        found = c.string_at(wanted, 16) == bytes.fromhex(iid)
+        P.from_address(to).value = given.address if found else None
+        return 0 if found else -1
+
+    asked = c.CFUNCTYPE(I32, P, P, P)(query), c.CFUNCTYPE(U32, P)(lambda _: 1)
+    given.table[0], given.table[1], given.table[2] = (c.cast(f, P).value for f in (asked[0], asked[1], asked[1]))
+    given.kept = asked  # type: ignore[attr-defined]
+    return given
+
+
+class Handler:
+    """The host's, of a plugin's controls: `edits` and `restarts` are what it was told, and in which thread."""
+
+    def __init__(self, plugin: Plugin) -> None:
+        self.edits: list[tuple[str, int, float]] = []
+        self.restarts: list[tuple[int, int]] = []  # flags, thread
+        one, two = c.CFUNCTYPE(I32, P, U32), c.CFUNCTYPE(I32, P, U32, D)
+        self.given = answering(
+            HANDLER,
+            Given(
+                one(lambda _, k: self.edits.append(("begin", k, 0)) or 0),
+                two(lambda _, k, v: self.edits.append(("to", k, v)) or 0),
+                one(lambda _, k: self.edits.append(("end", k, 0)) or 0),
+                c.CFUNCTYPE(I32, P, I32)(lambda _, flags: self.restarts.append((flags, threading.get_ident())) or 0),
+            ),
+        )
+        plugin.controller.call(16, P(self.given.address))
 
 
 class Object:
@@ -231,6 +267,36 @@ class Plugin:
             assert self.controller.call(9, I32(k), c.addressof(info)) == 0
             found[info.id] = info
         return found
+
+    def save(self) -> bytes:
+        """Its state."""
+        found = bytearray()
+
+        def write(_: Any, data: int, size: int, written: int) -> int:
+            found.extend(c.string_at(data, size))
+            return 0
+
+        stream = Given(c.CFUNCTYPE(I32, P)(lambda _: -1), c.CFUNCTYPE(I32, P, P, I32, P)(write))
+        assert self.component.call(13, stream.address) == 0
+        return bytes(found)
+
+    def load(self, state: bytes) -> bool:
+        """Gives it a state, in small pieces; returns whether it took it."""
+        left = [state]
+
+        def read(_: Any, data: int, size: int, got: int) -> int:
+            piece = left[0][: min(size, 100)]
+            c.memmove(data, piece, len(piece))
+            left[0] = left[0][len(piece) :]
+            I32.from_address(got).value = len(piece)
+            return 0
+
+        stream = Given(c.CFUNCTYPE(I32, P, P, I32, P)(read))
+        return bool(self.component.call(12, stream.address) == 0)
+
+    def set(self, number: int, value: float) -> None:
+        """Sets a parameter's control, as the host's thread of windows does."""
+        assert self.controller.call(15, U32(number), value) == 0
 
     def usual(self, number: int) -> float:
         """The usual value of the parameter with an id, which must be its value too."""

@@ -5,6 +5,7 @@
    livebass.clap (macOS: in its Contents/Resources), or in the user's directory. */
 #include "clap_abi.h"
 #include "editor.h"
+#include "files.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -419,25 +420,34 @@ static uint32_t latency(const clap_plugin *p) {
 
 static uint32_t tail(const clap_plugin *p) { return (uint32_t)(TAIL * of(p)->instance.rate); }
 
-/* Takes the preset `key`: a bass, and every parameter as it has it. */
+/* Takes a bass, and every parameter as it has it; returns 0 if there is none of that name. */
+static int take_bass(lb_instance *i, const char *name) {
+    const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
+    if (bass < 0) return 0;
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        if (lb_parameters[k].kind >= 0) lb_set_value(i, k, lb_parameters[k].usual);
+    lb_set_value(i, LB_BASS, bass);
+    __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
+    return 1;
+}
+
+/* Takes a preset: the bass `key`, or the sound in a file. */
 static bool preset(const clap_plugin *p, uint32_t kind, const char *location, const char *key) {
     clap *c = of(p);
     lb_instance *i = &c->instance;
     const clap_host_preset_load *host = c->host->get_extension(c->host, CLAP_PRESET_LOAD);
     if (!host) host = c->host->get_extension(c->host, CLAP_PRESET_LOAD_DRAFT);
-    const int bass = kind == CLAP_LOCATION_PLUGIN && key ? lb_shelf_find(i->shelf, key) : -1;
-    if (bass >= 0) {
-        for (int k = 0; k < LB_PARAMETERS; k++)
-            if (lb_parameters[k].kind >= 0) lb_set_value(i, k, lb_parameters[k].usual);
-        lb_set_value(i, LB_BASS, bass);
-        __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
-        lb_serve(i);
-        if (host) host->loaded(c->host, kind, location, key);
-        tell_values(c);
-        return true;
+    const char *why = "there is no such instrument";
+    if (kind == CLAP_LOCATION_PLUGIN && take_bass(i, key)) why = 0;
+    if (kind == CLAP_LOCATION_FILE && location) why = lb_take_sound(i, location);
+    if (why) {
+        if (host) host->on_error(c->host, kind, location, key, 0, why);
+        return false;
     }
-    if (host) host->on_error(c->host, kind, location, key, 0, "there is no such instrument");
-    return false;
+    lb_serve(i);
+    if (host) host->loaded(c->host, kind, location, key);
+    tell_values(c);
+    return true;
 }
 
 /* --- the window --- */
@@ -580,28 +590,53 @@ static const void *extension(const clap_plugin *p, const char *id) {
     return 0;
 }
 
-/* --- presets in the host's browser: the instruments --- */
+/* --- presets in the host's browser: the instruments, and the user's sounds --- */
 
 static bool provider_init(const clap_preset_provider *p) {
     const clap_preset_indexer *to = p->data;
     const clap_preset_location here = {CLAP_FACTORY_CONTENT, "livebass", CLAP_LOCATION_PLUGIN, 0};
-    return to->declare_location(to, &here);
+    const clap_preset_filetype sounds = {"livebass sound", "", LB_SOUND_ENDING};
+    char own[LB_PATH];
+    if (!to->declare_location(to, &here)) return false;
+    if (!lb_users_folder(own) || !to->declare_filetype(to, &sounds)) return true;
+    const clap_preset_location there = {CLAP_USER_CONTENT, "livebass", CLAP_LOCATION_FILE, own};
+    to->declare_location(to, &there); /* a host may refuse a folder that is not there yet */
+    return true;
 }
 
 static void provider_destroy(const clap_preset_provider *p) { free((void *)p); }
 
+static const clap_universal_id users[] = {{"clap", MONO}, {"clap", APART}};
+
+static void describe(const clap_preset_receiver *to) {
+    to->add_plugin_id(to, &users[0]);
+    to->add_plugin_id(to, &users[1]);
+    to->add_feature(to, "bass");
+}
+
+/* A sound in a file, by the file's name. */
+static bool provide_sound(const char *path, const clap_preset_receiver *to) {
+    char name[LB_PATH];
+    lb_kept kept;
+    const char *slash = strrchr(path, '/'), *other = strrchr(path, '\\'), *end = other > slash ? other : slash;
+    snprintf(name, sizeof name, "%s", end ? end + 1 : path);
+    char *dot = strrchr(name, '.');
+    if (dot) *dot = 0;
+    const char *why = lb_read_sound(lb_best_kernels(), path, &kept);
+    if (why) to->on_error(to, 0, why);
+    else if (to->begin_preset(to, name, 0)) describe(to);
+    return !why;
+}
+
 static bool provide(const clap_preset_provider *p, uint32_t kind, const char *location,
                     const clap_preset_receiver *to) {
-    static const clap_universal_id users[] = {{"clap", MONO}, {"clap", APART}};
     (void)p;
-    (void)location;
+    if (kind == CLAP_LOCATION_FILE) return location && provide_sound(location, to);
     lb_shelf *shelf = kind == CLAP_LOCATION_PLUGIN ? lb_open_shelf(folder) : 0;
     if (!shelf) return false;
     for (int k = 0; k < lb_shelf_count(shelf); k++) {
         if (!to->begin_preset(to, lb_shelf_title(shelf, k), lb_shelf_name(shelf, k))) break;
-        to->add_plugin_id(to, &users[0]);
-        to->add_plugin_id(to, &users[1]);
-        to->add_feature(to, "bass");
+        describe(to);
     }
     lb_close_shelf(shelf);
     return true;

@@ -311,7 +311,7 @@ typedef struct {
 
 /* --- presets in the host's browser --- */
 
-enum { CLAP_LOCATION_PLUGIN = 1, CLAP_FACTORY_CONTENT = 1 };
+enum { CLAP_LOCATION_FILE = 0, CLAP_LOCATION_PLUGIN = 1, CLAP_FACTORY_CONTENT = 1, CLAP_USER_CONTENT = 2 };
 
 typedef struct {
     bool (*from_location)(const clap_plugin *, uint32_t kind, const char *location, const char *key);
@@ -348,11 +348,15 @@ typedef struct {
     const char *location;
 } clap_preset_location;
 
+typedef struct {
+    const char *name, *description, *ending; /* without its dot */
+} clap_preset_filetype;
+
 typedef struct clap_preset_indexer {
     clap_version version;
     const char *name, *vendor, *url, *release;
     void *data;
-    bool (*declare_filetype)(const struct clap_preset_indexer *, const void *);
+    bool (*declare_filetype)(const struct clap_preset_indexer *, const clap_preset_filetype *);
     bool (*declare_location)(const struct clap_preset_indexer *, const clap_preset_location *);
     bool (*declare_soundpack)(const struct clap_preset_indexer *, const void *);
     const void *(*get_extension)(const struct clap_preset_indexer *, const char *id);

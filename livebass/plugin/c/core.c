@@ -1,6 +1,7 @@
 /* Holds what the kernels work on: files, pools that basses share, basses, synths. Nothing here computes sound. */
 #define LB_TABLES
 #include "core.h"
+#include "files.h"
 #include "lock.h"
 
 #include <math.h>
@@ -8,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #ifndef _WIN32
-#include <dirent.h>
 #include <time.h>
 #include <unistd.h>
 #endif
@@ -103,19 +103,9 @@ static uint64_t checksum(const file *f) {
     return sum;
 }
 
-/* Opens a file to read it; its path is UTF-8. */
-static FILE *open_file(const char *path) {
-#ifdef _WIN32
-    wchar_t wide[1300];
-    return MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 1300) ? _wfopen(wide, L"rb") : 0;
-#else
-    return fopen(path, "rb");
-#endif
-}
-
 /* Reads all bytes of a file; 0 after writing one line into `error`. */
 static int read_bytes(file *f, const char *path, char *error, size_t room) {
-    FILE *in = open_file(path);
+    FILE *in = lb_open_file(path, "rb");
     long size = 0;
     f->words = 0;
     if (!in || fseek(in, 0, SEEK_END) || (size = ftell(in)) < 0 || fseek(in, 0, SEEK_SET)) {
@@ -563,7 +553,7 @@ void lb_relieve(lb_synth *s, int on) {
 
 /* --- the shelf --- */
 
-enum { NAME = 64, PATH = 1200 };
+enum { NAME = 64, PATH = LB_PATH };
 typedef struct {
     char name[NAME], title[2 * NAME + 4], path[PATH];
     LB_PLAYER player;
@@ -616,7 +606,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     strcpy(p->name, name);
     strcpy(p->title, name);
     LB_FILE head;
-    FILE *in = open_file(p->path);
+    FILE *in = lb_open_file(p->path, "rb");
     memset(p->switches, 0, sizeof p->switches);
     if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
@@ -632,7 +622,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
 /* Adds the files that the list of a folder names, a line each; behind a name there may be the quality to begin in. */
 static void add_listed(lb_shelf *s, const char *folder) {
     char line[PATH];
-    FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? open_file(line) : 0;
+    FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? lb_open_file(line, "rb") : 0;
     while (in && fgets(line, sizeof line, in)) {
         const int before = s->count;
         line[strcspn(line, "\r\n")] = 0;
@@ -647,60 +637,7 @@ static void add_listed(lb_shelf *s, const char *folder) {
 
 static int by_name(const void *a, const void *b) { return strcmp(((const place *)a)->name, ((const place *)b)->name); }
 
-/* Adds the file of an entry of a folder, if it is an instrument's by its name. */
-static void add_entry(lb_shelf *s, const char *folder, const char *entry) {
-    char name[NAME];
-    const size_t length = strlen(entry), ending = strlen(ENDING);
-    if (length <= ending || length - ending >= NAME || strcmp(entry + length - ending, ENDING)) return;
-    memcpy(name, entry, length - ending);
-    name[length - ending] = 0;
-    add(s, folder, name);
-}
-
-#ifdef _WIN32
-static void add_all(lb_shelf *s, const char *folder) {
-    char pattern[PATH], entry[PATH];
-    wchar_t wide[PATH];
-    WIN32_FIND_DATAW found;
-    if (snprintf(pattern, sizeof pattern, "%s\\*" ENDING, folder) >= PATH) return;
-    if (!MultiByteToWideChar(CP_UTF8, 0, pattern, -1, wide, PATH)) return;
-    HANDLE search = FindFirstFileW(wide, &found);
-    if (search == INVALID_HANDLE_VALUE) return;
-    do
-        if (WideCharToMultiByte(CP_UTF8, 0, found.cFileName, -1, entry, sizeof entry, 0, 0)) add_entry(s, folder, entry);
-    while (FindNextFileW(search, &found));
-    FindClose(search);
-}
-#else
-static void add_all(lb_shelf *s, const char *folder) {
-    DIR *open = opendir(folder);
-    for (const struct dirent *e; open && (e = readdir(open));) add_entry(s, folder, e->d_name);
-    if (open) closedir(open);
-}
-#endif
-
-/* The user's folder of instruments; returns 0 if there is none. */
-static int users_folder(char folder[PATH]) {
-#ifdef _WIN32
-    wchar_t wide[PATH];
-    const DWORD length = GetEnvironmentVariableW(L"APPDATA", wide, PATH);
-    if (!length || length >= PATH || !WideCharToMultiByte(CP_UTF8, 0, wide, -1, folder, PATH - 10, 0, 0)) return 0;
-    strcat(folder, "\\livebass");
-    return 1;
-#else
-    const char *home = getenv("HOME");
-#ifdef __APPLE__
-    const char *within = "/Library/Application Support/livebass";
-#else
-    const char *within = "/.local/share/livebass", *data = getenv("XDG_DATA_HOME");
-    if (data && *data == '/') {
-        home = data;
-        within = "/livebass";
-    }
-#endif
-    return home && *home && snprintf(folder, PATH, "%s%s", home, within) < PATH;
-#endif
-}
+static void add_own(void *shelf, const char *folder, const char *name) { add(shelf, folder, name); }
 
 /* Tells basses of one title apart: all but the first get their name behind it, in brackets. bundle.py does the same. */
 static void tell_apart(lb_shelf *s) {
@@ -721,7 +658,7 @@ lb_shelf *lb_open_shelf(const char *folder) {
     if (!s) return 0;
     add_listed(s, folder);
     const int listed = s->count;
-    if (users_folder(users)) add_all(s, users);
+    if (lb_users_folder(users)) lb_each_file(users, ENDING, add_own, s);
     qsort(s->places + listed, (size_t)(s->count - listed), sizeof *s->places, by_name);
     tell_apart(s);
     return s;

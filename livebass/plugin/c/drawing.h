@@ -14,6 +14,7 @@ enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 
 /* Pixels at scale 1. */
 enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
+enum { SAVE_WIDTH = 44 };
 enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
 #define FLOOR_DB -48.0 /* where the meter begins */
 #define SMALL 11.0 /* letters */
@@ -26,7 +27,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -47,7 +48,11 @@ struct lb_picture {
     uint64_t laid_out; /* what the parts' places were made of */
     part parts[MOST_PARTS];
     int count, board; /* parts; the place of the neck among them */
-    int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck */
+    int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck, and sounds behind them */
+    int columns;                   /* of the list that have no room, at its end */
+    int sounds, doomed, lists;     /* how many; the one that the next press deletes, -1: none; lists that were read so far */
+    char notice[MOST_TEXT];        /* what is said in place of the title ... */
+    double noticed;                /* ... and since when */
     uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
     double values[LB_PARAMETERS];
     /* the pointer */

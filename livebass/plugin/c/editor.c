@@ -64,19 +64,40 @@ static const lb_switch *switched(void *instance, int key) {
     return bass < lb_shelf_count(i->shelf) ? lb_shelf_switch(i->shelf, bass, key) : 0;
 }
 
-/* Does what changes several values, and tells the host which are others than before. */
-static void change(lb_instance *i, void (*what)(lb_instance *)) {
-    double before[LB_PARAMETERS];
-    for (int k = 0; k < LB_PARAMETERS; k++) before[k] = lb_value(i, k);
-    what(i);
+/* Tells the host which values are others than before. */
+static void tell_changes(lb_instance *i, const double before[LB_PARAMETERS]) {
     for (int k = 0; k < LB_PARAMETERS; k++)
         for (int phase = LB_BEGIN; lb_value(i, k) != before[k] && phase <= LB_END; phase++)
             lb_put_move(&i->moves, k, phase, lb_value(i, k));
     i->moved(i->owner);
 }
-static void undo(void *i) { change(i, lb_undo); }
-static void swap(void *i) { change(i, lb_swap_sides); }
-static int side(void *i) { return ((const lb_instance *)i)->side; }
+static void note_values(const lb_instance *i, double to[LB_PARAMETERS]) {
+    for (int k = 0; k < LB_PARAMETERS; k++) to[k] = lb_value(i, k);
+}
+static void undo(void *i) {
+    double before[LB_PARAMETERS];
+    note_values(i, before);
+    lb_undo(i);
+    tell_changes(i, before);
+}
+static void swap(void *i) {
+    double before[LB_PARAMETERS];
+    note_values(i, before);
+    lb_swap_sides(i);
+    tell_changes(i, before);
+}
+static int side(void *i) { return lb_side(i); }
+static int list(void *i) { return lb_list_sounds(i); }
+static const char *sound(void *i, int k) { return lb_sound_name(i, k); }
+static int save(void *i, char *name, size_t room) { return lb_save_sound(i, name, room); }
+static int load(void *i, int k) {
+    double before[LB_PARAMETERS];
+    note_values(i, before);
+    if (!lb_load_sound(i, k)) return 0;
+    tell_changes(i, before);
+    return 1;
+}
+static void discard(void *i, int k) { lb_remove_sound(i, k); }
 static int controller(void *i, int parameter) {
     if (lb_learning(i) == parameter) return LB_WAITS;
     int k = LB_CONTROLLERS - 1;
@@ -92,6 +113,7 @@ static void learn(void *i, int parameter) {
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {
     const lb_face face = {.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
                           .note = note, .switched = switched, .undo = undo, .swap = swap, .side = side,
-                          .learn = i->learns ? learn : 0, .controller = controller};
+                          .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
+                          .save = save, .load = load, .remove = discard};
     return lb_open_editor(&face, &i->look, parent, width, height, scale);
 }

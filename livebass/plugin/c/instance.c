@@ -7,8 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAGIC "LBSTATE\n"
-enum { VERSION = 1, WITH_LEARNED = 2, LINE = 1600 };
+enum { LINE = 1600 };
 
 /* --- values --- */
 
@@ -37,11 +36,13 @@ double lb_usual(const lb_instance *i, int parameter) {
     return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
 }
 
+static int is_built(int parameter) { return parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT; }
+
 double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
     if (!(value == value)) value = lb_usual(i, parameter);
     value = fmin(fmax(value, p->least), lb_most(i, parameter));
-    if (parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT) return lb_hundredths(value);
+    if (is_built(parameter)) return lb_hundredths(value);
     return p->whole ? rint(value) : value;
 }
 
@@ -50,8 +51,20 @@ void lb_set_value(lb_instance *i, int parameter, double value) {
     __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
+/* Offline the bass is changed where the value is, within the block (lb_play_block); without places all so far at once. */
+static void turn_at(lb_instance *i, int64_t offset, int parameter, double value) {
+    for (int k = 0; i->turn_count == LB_TURNS && k < LB_TURNS; k++)
+        lb_set_value(i, i->turns[k].parameter, i->turns[k].value);
+    i->turn_count %= LB_TURNS;
+    i->turns[i->turn_count++] = (lb_turn){offset, parameter, value};
+}
+
 void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
     value = lb_allowed(i, parameter, value);
+    if (is_built(parameter) && __atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
+        turn_at(i, offset, parameter, value);
+        return;
+    }
     keep(i, parameter, value);
     if (lb_parameters[parameter].kind < 0 || !lb_set(i->synth, offset, parameter, value))
         __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
@@ -116,6 +129,7 @@ static void forget_notes(lb_instance *i) {
     memset(i->unbent, 0, sizeof i->unbent);
     memset(i->unvibrated, 0, sizeof i->unvibrated);
     for (int k = 0; k < LB_KEYS; k++) i->note_ids[k] = -1;
+    memset(&i->taps, 0, sizeof i->taps);
 }
 
 int lb_open_instance(lb_instance *i, const char *folder) {
@@ -123,7 +137,8 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     i->kernels = lb_best_kernels();
     forget_notes(i);
     i->shelf = lb_open_shelf(folder);
-    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = i->aside[k] = lb_usual(i, k);
+    for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_usual(i, k);
+    lb_begin_sides(i);
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
     snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
     i->complain(i->owner, line);
@@ -135,6 +150,7 @@ void lb_close_instance(lb_instance *i) {
     lb_deactivate_instance(i);
     if (i->shelf) lb_close_shelf(i->shelf);
     i->shelf = 0;
+    lb_forget_sounds(i);
 }
 
 static int64_t seed_of(const lb_instance *i) {
@@ -202,7 +218,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
     } else lb_free_bass(b);
     forget_notes(i);
     i->programs = 0;
-    i->changed = ~0ull;
+    __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE); /* a window may be moving values */
     return i->synth != 0;
 }
 
@@ -272,14 +288,58 @@ int lb_take_touch(lb_touches *t, lb_touch *to) {
     return 1;
 }
 
-void lb_play_touch(lb_synth *s, const lb_touch *t) {
-    if (t->velocity && t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string);
-    lb_send(s, 0, (const uint8_t[]){t->velocity ? 0x90 : 0x80, t->key, t->velocity ? t->velocity : 64}, 3);
+static void let_go(lb_synth *s, int key) { lb_send(s, 0, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3); }
+
+/* Ends the first `count` notes of those that wait. */
+static void end_first(lb_synth *s, lb_taps *t, int count) {
+    for (int k = 0; k < count; k++) let_go(s, t->keys[k]);
+    t->count -= count;
+    memmove(t->keys, t->keys + count, (size_t)t->count * sizeof *t->keys);
+    memmove(t->due, t->due + count, (size_t)t->count * sizeof *t->due);
+}
+
+void lb_end_taps(lb_synth *s, lb_taps *t) {
+    int count = 0;
+    while (count < t->count && t->due[count] <= s->record.frame) count++;
+    end_first(s, t, count);
+}
+
+/* They end in the order in which they were let go: notes that are bound end after the next one has begun. */
+static void end_later(lb_synth *s, lb_taps *t, int key) {
+    const int64_t due = t->began[key] + (int64_t)(LB_SHORTEST * s->record.rate);
+    const int64_t before = t->count ? t->due[t->count - 1] : s->record.frame;
+    if (due <= s->record.frame && !t->count) {
+        let_go(s, key);
+        return;
+    }
+    if (t->count == LB_BY_HAND) end_first(s, t, 1);
+    t->keys[t->count] = (uint8_t)key;
+    t->due[t->count++] = due > before ? due : before;
+}
+
+void lb_play_touch(lb_synth *s, lb_taps *taps, const lb_touch *t) {
+    const int of_string = t->string < LB_STRINGS; /* else of a key that switches */
+    if (!t->velocity) {
+        if (of_string) end_later(s, taps, t->key);
+        else let_go(s, t->key);
+        return;
+    }
+    if (of_string) {
+        int last = taps->count; /* of those that wait, if the key begins anew */
+        while (last && taps->keys[last - 1] != t->key) last--;
+        end_first(s, taps, last);
+        taps->began[t->key] = s->record.frame;
+        lb_choose_string(s, 0, t->key, t->string);
+    }
+    lb_send(s, 0, (const uint8_t[]){0x90, t->key, t->velocity}, 3);
 }
 
 void lb_move_value(lb_instance *i, int parameter, double value, int phase) {
+    const double quality = lb_value(i, LB_QUALITY);
     if (phase == LB_MOVE) lb_set_value(i, parameter, value);
     lb_put_move(&i->moves, parameter, phase, lb_value(i, parameter));
+    for (int p = LB_BEGIN; parameter == LB_BASS && lb_value(i, LB_QUALITY) != quality && p <= LB_END; p++)
+        lb_put_move(&i->moves, LB_QUALITY, p, lb_value(i, LB_QUALITY)); /* it has followed: LV2 hears it from here alone */
     i->moved(i->owner);
 }
 
@@ -310,7 +370,8 @@ void lb_begin_block(lb_instance *i) {
         if (i->unvibrated[k]) vibrate(i, 0, k, i->vibratos[k]);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
-    for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &t);
+    lb_end_taps(i->synth, &i->taps);
+    for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &i->taps, &t);
 }
 
 /* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */
@@ -397,7 +458,7 @@ void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, doubl
 int lb_may_sleep(const lb_instance *i) {
     if (__atomic_load_n(&i->changed, __ATOMIC_RELAXED) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
     if (__atomic_load_n(&i->done, __ATOMIC_RELAXED) || wants_other(i)) return 0;
-    if (__atomic_load_n(&i->touches.put, __ATOMIC_RELAXED) != i->touches.taken) return 0;
+    if (__atomic_load_n(&i->touches.put, __ATOMIC_RELAXED) != i->touches.taken || i->taps.count) return 0;
     return lb_is_still(i->synth);
 }
 
@@ -410,10 +471,26 @@ static void answer_program(lb_instance *i) {
     if (bass >= 0) lb_set_value(i, LB_BASS, bass);
 }
 
-void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {
+/* Plays frames from `from` to below `end` of a block. */
+static void play(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t from, int64_t end) {
+    float *at[LB_STRINGS];
+    for (int k = 0; k < LB_STRINGS; k++) at[k] = outs[k] ? outs[k] + from : 0;
     change_bass(i);
-    if (outs[0] && !apart) lb_play(i->synth, outs[0], n);
-    else lb_play_strings(i->synth, outs, n);
+    if (at[0] && !apart) lb_play(i->synth, at[0], end - from);
+    else lb_play_strings(i->synth, at, end - from);
+}
+
+void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t n) {
+    int64_t done = 0;
+    for (int k = 0; k < i->turn_count; k++) {
+        const lb_turn *t = &i->turns[k];
+        const int64_t at = t->offset < n ? t->offset : n;
+        if (at > done) play(i, apart, outs, done, at);
+        if (at > done) done = at;
+        lb_set_value(i, t->parameter, t->value);
+    }
+    i->turn_count = 0;
+    play(i, apart, outs, done, n);
     answer_program(i);
     lb_take_look(&i->look, i->synth, outs[0] && !apart ? outs[0] : i->synth->mix, n < LB_CHUNK ? n : LB_CHUNK);
 }
@@ -428,101 +505,4 @@ int lb_switch_key(const lb_instance *i, uint32_t *index) {
 
 const char *lb_switch_name(const lb_instance *i, int key) {
     return lb_shelf_switch(i->shelf, (int)lb_value(i, LB_BASS), key)->name;
-}
-
-/* --- A and B, undo --- */
-
-/* What the processor does is no part of a sound. */
-static int is_of_sides(int parameter) {
-    return parameter != LB_BASS && strcmp(lb_parameters[parameter].group, "Processor") != 0;
-}
-
-void lb_swap_sides(lb_instance *i) {
-    for (int k = 0; k < LB_PARAMETERS; k++) {
-        const double other = i->aside[k];
-        i->aside[k] = lb_value(i, k);
-        if (is_of_sides(k)) lb_set_value(i, k, other);
-    }
-    i->side = !i->side;
-}
-
-void lb_keep_values(lb_instance *i) {
-    i->undone = (i->undone + 1) % LB_UNDONE;
-    if (i->undoable < LB_UNDONE) i->undoable++;
-    for (int k = 0; k < LB_PARAMETERS; k++) i->before[i->undone][k] = lb_value(i, k);
-}
-
-void lb_undo(lb_instance *i) {
-    if (!i->undoable) return;
-    for (int k = 0; k < LB_PARAMETERS; k++) lb_set_value(i, k, i->before[i->undone][k]);
-    i->undone = (i->undone + LB_UNDONE - 1) % LB_UNDONE;
-    i->undoable--;
-}
-
-/* --- state --- */
-
-/* The checksum of the first bytes of a state, a multiple of 8. */
-static uint64_t checksum(const lb_instance *i, const lb_state *s, size_t count) {
-    return i->kernels->checksum((int64_t)(intptr_t)s, (int64_t)(count / 8));
-}
-
-size_t lb_save_state(const lb_instance *i, lb_state *s) {
-    memset(s, 0, sizeof *s);
-    memcpy(s->magic, MAGIC, sizeof s->magic);
-    s->version = VERSION;
-    s->seed = seed_of(i);
-    s->count = LB_PARAMETERS;
-    for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_value(i, k);
-    const int number = (int)s->values[LB_BASS];
-    const char *name = lb_shelf_name(i->shelf, number < lb_shelf_count(i->shelf) ? number : 0);
-    if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) name = i->missing_name;
-    snprintf(s->bass, sizeof s->bass, "%s", name);
-    const int learned = lb_write_learned(i, s->rest);
-    if (learned) s->version = WITH_LEARNED;
-    const size_t count = offsetof(lb_state, rest) + (learned ? LB_CONTROLLERS : 0);
-    const uint64_t sum = checksum(i, s, count);
-    memcpy((char *)s + count, &sum, sizeof sum);
-    return count + sizeof sum;
-}
-
-/* Why a state is none; 0 if it is one. */
-static const char *fault(const lb_instance *i, const lb_state *s, size_t count) {
-    uint64_t sum;
-    const size_t head = offsetof(lb_state, values);
-    static const char *const damaged = "the session's state is damaged";
-    if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic))
-        return "the session's state is not one of this plugin";
-    if (s->version != VERSION && s->version != WITH_LEARNED)
-        return "the session's state was written by another version of the plugin";
-    const size_t learned = s->version == WITH_LEARNED ? LB_CONTROLLERS : 0;
-    if (s->count < 1 || s->count > 1000 || count != head + 8 * ((size_t)s->count + 1) + learned) return damaged;
-    memcpy(&sum, (const char *)s + count - 8, 8);
-    if (sum != checksum(i, s, count - 8) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
-    for (int k = 0; k < LB_PARAMETERS && k < s->count; k++)
-        if (!isfinite(s->values[k])) return damaged;
-    return 0;
-}
-
-int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
-    const lb_state *s = bytes;
-    char line[LINE];
-    const char *why = fault(i, s, count);
-    if (why) {
-        i->complain(i->owner, why);
-        return 0;
-    }
-    const int number = lb_shelf_find(i->shelf, s->bass), missing = number < 0;
-    if (missing && !(i->missing && !strcmp(i->missing_name, s->bass))) { /* hosts may bring a state several times */
-        snprintf(line, sizeof line, LB_NOT_INSTALLED, s->bass);
-        i->complain(i->owner, line);
-    }
-    const int64_t seed = s->seed;
-    __atomic_store_n(&i->seed, seed, __ATOMIC_RELAXED);
-    if (!missing) lb_set_value(i, LB_BASS, number); /* the quality may follow: the state has its own */
-    for (int k = 0; k < LB_PARAMETERS; k++)
-        if (k != LB_BASS) lb_set_value(i, k, k < s->count ? s->values[k] : lb_parameters[k].usual);
-    lb_read_learned(i, s->version == WITH_LEARNED ? (const uint8_t *)bytes + count - 8 - LB_CONTROLLERS : 0);
-    if (missing) memcpy(i->missing_name, s->bass, sizeof i->missing_name);
-    __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
-    return 1;
 }

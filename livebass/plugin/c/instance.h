@@ -26,7 +26,22 @@ typedef struct { /* such notes on their way to the audio thread */
 } lb_touches;
 void lb_put_touch(lb_touches *, int on, int string, int key, double velocity); /* velocity 0 to 1. [one thread] */
 int lb_take_touch(lb_touches *, lb_touch *);                                   /* 0: there is none. [one thread] */
-void lb_play_touch(lb_synth *, const lb_touch *);                              /* [audio thread] */
+#define LB_SHORTEST 0.05 /* s that a note of a string by hand lasts, however soon it is let go: one that ends in the frame
+                            in which it begins has no sound */
+typedef struct { /* what the audio thread knows of them: frames at which strings' notes began, and ends that wait */
+    int64_t began[LB_KEYS], due[LB_BY_HAND];
+    uint8_t keys[LB_BY_HAND];
+    int count;
+} lb_taps; /* begins as zeros, as the synth does */
+void lb_play_touch(lb_synth *, lb_taps *, const lb_touch *); /* at the next block's first frame. [audio thread] */
+void lb_end_taps(lb_synth *, lb_taps *);                     /* those that are due; before the above. [audio thread] */
+enum { LB_TURNS = 8 };
+typedef struct { /* offline: a value that the bass is built by, from a frame of a block on */
+    int64_t offset;
+    int parameter;
+    double value;
+} lb_turn;
+typedef struct lb_sound lb_sound;
 typedef struct {
     int wanted;                 /* 1 + the parameter that the next controller is for; 0: none */
     uint8_t of[LB_CONTROLLERS]; /* 1 + the parameter that a controller moves; 0: what the key map says */
@@ -34,16 +49,23 @@ typedef struct {
 } lb_learned;
 
 _Static_assert(LB_PARAMETERS <= 64, "a bit each");
-typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values` */
+typedef struct { /* of A and B: the one that counts, 0 or 1, and the values of the other one */
+    int64_t side;
+    double aside[LB_PARAMETERS];
+} lb_sides;
+typedef struct { /* all numbers little-endian; a later version with more parameters has them at the end of `values`, and of
+                    lb_sides.aside */
     char magic[8];
     int64_t version, seed, count;
     char bass[LB_STATE_NAME];
     double values[LB_PARAMETERS];
-    uint8_t rest[LB_CONTROLLERS + sizeof(uint64_t)]; /* lb_learned.of, if the version says so; the checksum of all words
-                                                        before */
+    /* lb_learned.of and lb_sides, as far as the version says so; the checksum of all words before */
+    uint8_t rest[LB_CONTROLLERS + sizeof(lb_sides) + sizeof(uint64_t)];
 } lb_state;
-_Static_assert(sizeof(lb_state) == 8 + 3 * 8 + LB_STATE_NAME + LB_PARAMETERS * 8 + LB_CONTROLLERS + 8, "lb_state");
+_Static_assert(sizeof(lb_state) ==
+                   8 + 3 * 8 + LB_STATE_NAME + LB_PARAMETERS * 8 + LB_CONTROLLERS + sizeof(lb_sides) + 8, "lb_state");
 _Static_assert(LB_CONTROLLERS % sizeof(uint64_t) == 0, "the checksum is of words");
+_Static_assert(sizeof(lb_sides) == 8 + LB_PARAMETERS * 8, "lb_sides");
 
 typedef struct {
     void *owner;
@@ -58,9 +80,12 @@ typedef struct {
     int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
     char missing_name[LB_STATE_NAME];
     uint64_t changed; /* parameters that the synth has not been told yet, a bit each */
-    double aside[LB_PARAMETERS], before[LB_UNDONE][LB_PARAMETERS]; /* the other side, and what lb_undo brings back */
+    lb_sides sides;
+    double before[LB_UNDONE][LB_PARAMETERS]; /* what lb_undo brings back */
     int undone, undoable; /* where the last of these is, in a ring, and how many there are */
-    int offline;      /* the host does not play in real time: a change of bass may be waited for */
+    lb_sound *sounds;     /* of the user, as they were listed last */
+    int sound_count;
+    int offline;               /* the host does not play in real time: a change of bass may be waited for */
     int helpers;               /* threads of its own that play strings, or that the system refused */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
     lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
@@ -75,7 +100,10 @@ typedef struct {
     lb_look look;              /* for windows ... */
     lb_moves moves;            /* ... and what is done in them */
     lb_touches touches;
-    int learns, side;           /* its MIDI goes through lb_take_midi; A (0) or B is what counts */
+    lb_taps taps;
+    lb_turn turns[LB_TURNS];   /* of the block that is about to be played */
+    int turn_count;
+    int learns;                 /* its MIDI goes through lb_take_midi */
     void (*moved)(void *owner); /* there is something to take. [the window's thread] */
     lb_learned learned;
 } lb_instance;
@@ -99,7 +127,8 @@ double lb_usual(const lb_instance *, int parameter);
 /* Sets a value that the next block begins with. With another bass the quality becomes what the list of instruments says
    of that one, if it was what the list says of the one before. [any thread] */
 void lb_set_value(lb_instance *, int parameter, double value);
-/* Sets a value from the frame `offset` of the next block on. [audio thread] */
+/* Sets a value from the frame `offset` of the next block on: offline one that the bass is built by, too; else those count
+   from the next block on, or later. Of a flood of these the first ones come early. [audio thread] */
 void lb_set_value_at(lb_instance *, int64_t offset, int parameter, double value);
 /* Says that the host plays in real time, or does not. [any thread] */
 void lb_set_offline(lb_instance *, int on);
@@ -153,16 +182,62 @@ void lb_forget(lb_instance *, int parameter);           /* it has no controller 
 int lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
 void lb_read_learned(lb_instance *, const uint8_t *from);
 
-/* A and B: puts aside all values but the bass and those of the processor, and takes those that were. [main thread] */
+/* --- of state.c --- */
+
+/* What the processor does, and which bass it is, belong to no side. */
+int lb_is_of_sides(int parameter);
+void lb_begin_sides(lb_instance *); /* A counts, and nothing of B was moved. [not while there is a window] */
+/* A and B: puts aside all values but the bass and those of the processor, and takes those that were.
+   [the window's thread] */
 void lb_swap_sides(lb_instance *);
-/* Keeps these values for lb_undo: before a hand moves one. [main thread] */
+int lb_side(const lb_instance *); /* [any thread] */
+void lb_read_sides(lb_instance *, lb_sides *);        /* [any thread but the audio thread] */
+void lb_write_sides(lb_instance *, const lb_sides *); /* likewise; the values stay */
+/* Keeps these values for lb_undo: before a hand moves one. [the window's thread] */
 void lb_keep_values(lb_instance *);
-/* Brings back the values that were kept last, if any are left. [main thread] */
+/* Sets the bass and all values, or those of a side alone, together. [any thread but the audio thread] */
+void lb_set_values(lb_instance *, const double values[LB_PARAMETERS], int all);
+/* Brings back the values that were kept last, if any are left. [the window's thread] */
 void lb_undo(lb_instance *);
 
 /* Returns the number of bytes. */
-size_t lb_save_state(const lb_instance *, lb_state *);
+size_t lb_save_state(lb_instance *, lb_state *);
 /* Takes over a state; returns 0 after a line in the log, and changes nothing, if it is none. If its bass is not on the
    shelf, a line in the log says so, the bass stays, and all else is taken over. [main thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);
+
+typedef struct { /* what bytes of a state say: what an older one does not have is as in a new instance */
+    char bass[LB_STATE_NAME];
+    int64_t seed;
+    double values[LB_PARAMETERS];
+    lb_sides sides;
+    uint8_t learned[LB_CONTROLLERS];
+} lb_kept;
+/* Reads such bytes, aligned to 8; returns what is wrong with them, behind a name: "is damaged"; 0: nothing. */
+const char *lb_parse_state(const lb_kernels *, const void *bytes, size_t count, const char *magic, lb_kept *);
+/* Writes what is set now as a sound: a state with a bass and the values of a side alone. Returns the number of bytes. */
+#define LB_SOUND_MAGIC "LBSOUND\n"
+#define LB_SOUND_ENDING "lbsound" /* of its file, behind a dot */
+size_t lb_write_sound(const lb_instance *, lb_state *);
+
+/* --- of sounds.c: a file each in the user's folder, with a bass by name and all values of a side --- */
+
+/* Reads a file; returns what is wrong with it as lb_parse_state does. [not the audio thread] */
+const char *lb_read_sound(const lb_kernels *, const char *path, lb_kept *);
+/* Takes a file over; returns the same, and changes nothing, if it cannot. [not the audio thread] */
+const char *lb_take_sound(lb_instance *, const char *path);
+/* The rest is for windows. [the window's thread] */
+
+/* Reads the folder anew; returns how many there are, by name. What is none, or has a bass that is not on the shelf, is
+   left out after a line in the log. */
+int lb_list_sounds(lb_instance *);
+const char *lb_sound_name(const lb_instance *, int sound); /* of its file, without the ending */
+void lb_forget_sounds(lb_instance *);                      /* frees the list */
+/* Keeps what is set now, under the title of the bass and a number, and says that name; returns 0 after a line in the log
+   if the folder cannot be written. */
+int lb_save_sound(lb_instance *, char *name, size_t room);
+/* Takes one over, so that lb_undo brings back what was; returns 0, as lb_list_sounds, and changes nothing, if it cannot. */
+int lb_load_sound(lb_instance *, int sound);
+/* Deletes its file. */
+void lb_remove_sound(lb_instance *, int sound);
 #endif

@@ -51,10 +51,14 @@ typedef struct {
     lb_look look;
     uint64_t looks;         /* that were sent */
     double watched;         /* s until there is no window, unless it says again that there is one */
-    uint32_t sequence, look_atom, watch_atom, touch_atom;
+    lb_sides sides[2];      /* the one that counts, and the next: save() may read while run() is called */
+    int sides_at, sides_asked; /* the window is to be told of them */
+    lb_taps taps;           /* what was played in it */
+    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom;
     int64_t programs; /* program changes that have been answered */
     float sent[LB_PARAMETERS]; /* what the synth was told last; NaN: nothing */
-    uint32_t midi_event, string, whole, error, key_bass, key_quality, key_seed;
+    uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side;
+    uint32_t key_aside[LB_PARAMETERS]; /* of the other side's values; 0: it has none of its own */
     const lv2_schedule *worker;
     const lv2_log *log;
     const lv2_midnam_host *names; /* takes notice of the names of other key switches */
@@ -85,8 +89,21 @@ static void cleanup(void *handle) {
     free(p);
 }
 
+/* Changes A and B. [one thread] */
+static void set_sides(plugin *p, const lb_sides *to) {
+    const int other = !p->sides_at;
+    p->sides[other] = *to;
+    __atomic_store_n(&p->sides_at, other, __ATOMIC_RELEASE);
+}
+
+static void begin_sides(lb_sides *s) {
+    s->side = 0;
+    for (int k = 0; k < LB_PARAMETERS; k++) s->aside[k] = lb_parameters[k].usual;
+}
+
 static void forget_ports(plugin *p) {
     p->programs = 0; /* the synth is as new */
+    memset(&p->taps, 0, sizeof p->taps);
     p->cores = 1;
     p->seen = (choice){-1, -1, -1, {0}};
     for (int k = 0; k < LB_BUILT; k++) p->seen.built[k] = NAN;
@@ -116,11 +133,20 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
     p->look_atom = map->map(map->handle, LOOK_ATOM);
     p->watch_atom = map->map(map->handle, WATCH_ATOM);
     p->touch_atom = map->map(map->handle, TOUCH_ATOM);
+    p->sides_atom = map->map(map->handle, SIDES_ATOM);
     p->string = map->map(map->handle, LV2_STRING);
     p->whole = map->map(map->handle, LV2_LONG);
+    p->real = map->map(map->handle, LV2_FLOAT);
     p->key_bass = map->map(map->handle, URI "#bass");
     p->key_quality = map->map(map->handle, URI "#quality");
     p->key_seed = map->map(map->handle, URI "#seed");
+    p->key_side = map->map(map->handle, URI "#side");
+    for (int k = 0; k < LB_PARAMETERS; k++) {
+        char key[LINE];
+        snprintf(key, sizeof key, URI "#aside-%s", lb_parameters[k].symbol);
+        if (lb_is_of_sides(k)) p->key_aside[k] = map->map(map->handle, key);
+    }
+    begin_sides(&p->sides[0]);
     p->shelf = lb_open_shelf(folder);
     lb_bass *b = 0;
     if (!p->shelf || !lb_shelf_count(p->shelf)) {
@@ -219,30 +245,44 @@ static void send_parameters(plugin *p) {
 /* Takes what a window says. */
 static void take_atom(plugin *p, const lv2_atom *atom) {
     lb_touch touch;
-    if (atom->type == p->watch_atom) p->watched = WATCHED;
+    lb_sides sides;
+    if (atom->type == p->watch_atom) {
+        int32_t asks = 0;
+        if (atom->size == sizeof asks) memcpy(&asks, atom + 1, sizeof asks);
+        if (asks) p->sides_asked = 1;
+        p->watched = WATCHED;
+    }
+    if (atom->type == p->sides_atom && atom->size == sizeof sides) {
+        memcpy(&sides, atom + 1, sizeof sides);
+        set_sides(p, &sides);
+    }
     if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
     memcpy(&touch, atom + 1, sizeof touch);
-    if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->synth, &touch);
+    if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->synth, &p->taps, &touch);
 }
 
-/* Sends a window what is to be seen, if there is one, and something new. */
+/* Sends a window what is to be seen, or A and B if it asks for them, if there is one and something new. */
 static void send_look(plugin *p, const float *out, uint32_t frames) {
     const int watched = p->watched > 0;
     if (watched != p->look.watchers) lb_watch(&p->look, watched);
     p->watched = watched ? p->watched - frames / p->rate : 0;
     lb_take_look(&p->look, p->synth, out, frames < LB_CHUNK ? frames : LB_CHUNK);
     if (!p->shown) return;
-    const uint32_t size = (uint32_t)(sizeof(lv2_event) + sizeof(LB_LOOK)), head = sizeof(lv2_sequence) - sizeof(lv2_atom);
-    const uint32_t room = p->shown->atom.size;
+    const uint32_t room = p->shown->atom.size, head = sizeof(lv2_sequence) - sizeof(lv2_atom);
+    const int sides = p->sides_asked;
+    const lv2_atom body = {sides ? sizeof(lb_sides) : sizeof(LB_LOOK), sides ? p->sides_atom : p->look_atom};
+    const uint32_t size = (uint32_t)sizeof(lv2_event) + (body.size + 7) / 8 * 8;
     p->shown->atom = (lv2_atom){head, p->sequence};
     p->shown->unit = p->shown->pad = 0;
     lv2_event *e = (lv2_event *)(p->shown + 1);
-    if (!watched || p->looks == lb_looks_taken(&p->look) || room < head + size) return;
-    if (!lb_read_look(&p->look, 0, (LB_LOOK *)(e + 1))) return;
-    p->looks = lb_looks_taken(&p->look);
+    if (!watched || room < head + size || (!sides && p->looks == lb_looks_taken(&p->look))) return;
+    if (sides) memcpy(e + 1, &p->sides[p->sides_at], sizeof(lb_sides));
+    else if (!lb_read_look(&p->look, 0, (LB_LOOK *)(e + 1))) return;
+    if (sides) p->sides_asked = 0;
+    else p->looks = lb_looks_taken(&p->look);
     e->frame = 0;
-    e->body = (lv2_atom){sizeof(LB_LOOK), p->look_atom};
-    p->shown->atom.size = head + (size + 7) / 8 * 8;
+    e->body = body;
+    p->shown->atom.size = head + size;
 }
 
 static void send_midi(plugin *p) {
@@ -290,6 +330,7 @@ static void run(void *handle, uint32_t frames) {
     follow_ports(p);
     send_parameters(p);
     follow_cores(p);
+    lb_end_taps(p->synth, &p->taps);
     send_midi(p);
     if (p->outputs > 1) lb_play_strings(p->synth, p->outs, frames);
     else if (p->outs[0]) lb_play(p->synth, p->outs[0], frames);
@@ -355,6 +396,13 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     const int64_t quality = p->playing.quality;
     store(to, p->key_seed, &p->seed, sizeof p->seed, p->whole, LV2_PLAIN);
     store(to, p->key_quality, &quality, sizeof quality, p->whole, LV2_PLAIN);
+    const lb_sides *sides = &p->sides[__atomic_load_n(&p->sides_at, __ATOMIC_ACQUIRE)];
+    if (sides->side) store(to, p->key_side, &sides->side, sizeof sides->side, p->whole, LV2_PLAIN);
+    for (int k = 0; k < LB_PARAMETERS; k++) {
+        const float value = (float)sides->aside[k];
+        if (p->key_aside[k] && value != (float)lb_parameters[k].usual)
+            store(to, p->key_aside[k], &value, sizeof value, p->real, LV2_PLAIN);
+    }
     return store(to, p->key_bass, name, strlen(name) + 1, p->string, LV2_PLAIN);
 }
 
@@ -365,6 +413,24 @@ static int64_t kept(const plugin *p, lv2_retrieve get, void *from, uint32_t key,
     const void *value = get(from, key, &size, &type, &flags);
     if (value && size == sizeof otherwise && type == p->whole) memcpy(&otherwise, value, size);
     return otherwise;
+}
+
+/* A and B of a state, of which it has what is not as in a new instance. */
+static void restore_sides(plugin *p, lv2_retrieve get, void *from) {
+    lb_sides sides;
+    begin_sides(&sides);
+    sides.side = kept(p, get, from, p->key_side, 0) == 1;
+    for (int k = 0; k < LB_PARAMETERS; k++) {
+        size_t size = 0;
+        uint32_t type = 0, flags = 0;
+        float value;
+        const void *at = p->key_aside[k] ? get(from, p->key_aside[k], &size, &type, &flags) : 0;
+        if (!at || type != p->real || size != sizeof value) continue;
+        memcpy(&value, at, sizeof value);
+        if (isfinite(value)) sides.aside[k] = value;
+    }
+    set_sides(p, &sides);
+    p->sides_asked = 1;
 }
 
 static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, const lv2_feature *const *features) {
@@ -392,6 +458,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     p->playing = p->wanted = c;
     p->missing = missing; /* all else is as the state says */
     if (missing) snprintf(p->missing_name, NAME, "%s", name);
+    restore_sides(p, get, from);
     p->restored = 1;
     void_jobs(p);
     forget_ports(p);

@@ -53,6 +53,7 @@ typedef struct {
 #define LV2_MIDI_EVENT "http://lv2plug.in/ns/ext/midi#MidiEvent"
 #define LV2_STRING "http://lv2plug.in/ns/ext/atom#String"
 #define LV2_LONG "http://lv2plug.in/ns/ext/atom#Long"
+#define LV2_FLOAT "http://lv2plug.in/ns/ext/atom#Float"
 typedef struct {
     uint32_t size, type; /* of what follows */
 } lv2_atom;

@@ -7,10 +7,13 @@
 #define URI "urn:livebass:bass"
 /* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling; overload and looks, outputs. */
 enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
-/* Atoms. LOOK_ATOM: an LB_LOOK, to the window; to the plugin WATCH_ATOM: a window is open, for another WATCHED seconds, and
-   TOUCH_ATOM: an lb_touch. */
+/* Atoms. LOOK_ATOM: an LB_LOOK, to the window; to the plugin WATCH_ATOM: a window is open, for another WATCHED seconds, an
+   int32 that is not 0 if it does not know the sides yet, and TOUCH_ATOM: an lb_touch. SIDES_ATOM: an lb_sides, which the
+   plugin's state keeps, to the window that asks and from the one that changes them. */
 #define LOOK_ATOM URI "#look"
 #define WATCH_ATOM URI "#watch"
 #define TOUCH_ATOM URI "#touch"
+#define SIDES_ATOM URI "#sides"
 enum { WATCHED = 3 /* s */ };
+_Static_assert(sizeof(lb_sides) <= sizeof(LB_LOOK), "a port for looks has room for it");
 #endif

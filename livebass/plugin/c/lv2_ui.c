@@ -14,8 +14,10 @@ typedef struct {
     void *controller;
     const lv2_ui_touch *touch;
     double scale;
-    uint32_t outputs, event_transfer, look, watch, touched;
-    time_t told; /* when the plugin was told last that there is a window */
+    uint32_t outputs, event_transfer, look, watch, touched, sides_atom;
+    time_t told;    /* when the plugin was told last that there is a window */
+    lb_sides sides; /* that the plugin knows ... */
+    int32_t asks;   /* ... if it has said so */
 } ui;
 
 static void complain(void *owner, const char *line) {
@@ -49,13 +51,17 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->look = map->map(map->handle, LOOK_ATOM);
     u->watch = map->map(map->handle, WATCH_ATOM);
     u->touched = map->map(map->handle, TOUCH_ATOM);
+    u->sides_atom = map->map(map->handle, SIDES_ATOM);
+    u->asks = 1;
     u->instance.owner = u;
     u->instance.complain = complain;
     u->instance.moved = nothing; /* `idle` asks */
     u->scale = lb_system_scale();
     const int width = (int)(LB_WIDTH * u->scale), height = (int)(LB_HEIGHT * u->scale);
-    if (lb_open_instance(&u->instance, folder))
+    if (lb_open_instance(&u->instance, folder)) {
+        lb_read_sides(&u->instance, &u->sides);
         u->editor = lb_edit_instance(&u->instance, (uintptr_t)parent, width, height, u->scale);
+    }
     if (!u->editor) {
         lb_close_instance(&u->instance);
         free(u);
@@ -82,11 +88,17 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
         lb_set_value(&u->instance, (int)(port - first), value);
     }
     const lv2_atom *atom = data;
-    if (format != u->event_transfer || size < sizeof *atom || atom->type != u->look) return;
-    if (atom->size == sizeof(LB_LOOK) && size >= sizeof *atom + sizeof(LB_LOOK)) {
+    if (format != u->event_transfer || size < sizeof *atom || size < sizeof *atom + atom->size) return;
+    if (atom->type == u->look && atom->size == sizeof(LB_LOOK)) {
         LB_LOOK look;
         memcpy(&look, atom + 1, sizeof look);
         if (look.strings >= 0 && look.strings <= LB_STRINGS) lb_put_look(&u->instance.look, &look);
+    }
+    if (atom->type == u->sides_atom && atom->size == sizeof u->sides) {
+        memcpy(&u->sides, atom + 1, sizeof u->sides);
+        lb_write_sides(&u->instance, &u->sides);
+        lb_read_sides(&u->instance, &u->sides); /* within limits */
+        u->asks = 0;
     }
 }
 
@@ -94,16 +106,16 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
 static void send(const ui *u, uint32_t type, const void *body, uint32_t size) {
     struct {
         lv2_atom atom;
-        uint8_t body[8];
+        uint8_t body[sizeof(lb_sides)];
     } message = {{size, type}, {0}};
     memcpy(message.body, body, size);
-    u->write(u->controller, MIDI, sizeof message.atom + size, u->event_transfer, &message);
+    u->write(u->controller, MIDI, (uint32_t)sizeof message.atom + size, u->event_transfer, &message);
 }
 
 static int idle(void *handle) {
     ui *u = handle;
     const time_t now = time(0);
-    const int32_t on = 1;
+    lb_sides sides;
     for (lb_move m; lb_take_move(&u->instance.moves, &m);) {
         const uint32_t port = FIRST_OUT + u->outputs + (uint32_t)m.parameter;
         const float value = (float)m.value;
@@ -111,7 +123,13 @@ static int idle(void *handle) {
         else if (u->touch) u->touch->touch(u->touch->handle, port, m.phase == LB_BEGIN);
     }
     for (lb_touch t; lb_take_touch(&u->instance.touches, &t);) send(u, u->touched, &t, sizeof t);
-    if (now != u->told) send(u, u->watch, &on, sizeof on);
+    lb_read_sides(&u->instance, &sides);
+    if (memcmp(&sides, &u->sides, sizeof sides)) {
+        send(u, u->sides_atom, &sides, sizeof sides);
+        u->sides = sides;
+        u->asks = 0;
+    }
+    if (now != u->told) send(u, u->watch, &u->asks, sizeof u->asks);
     u->told = now;
     return 0;
 }

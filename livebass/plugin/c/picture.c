@@ -7,7 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define FALL 20.0 /* dB/s of the meter */
+#define FALL 20.0  /* dB/s of the meter */
+#define NOTICE 4.0 /* s for which a notice is seen */
 
 static const theme themes[2] = {
     {0xFFF1ECE4, 0xFFFCFAF6, 0xFFCFC4B5, 0xFF2A2119, 0xFF776A5B, 0xFFD08A1C, 0xFF221503, 0xFFDDD3C5, 0xFFD23A22,
@@ -20,7 +21,7 @@ lb_picture *lb_new_picture(const lb_face *face) {
     lb_picture *p = calloc(1, sizeof *p);
     if (!p) return 0;
     p->face = *face;
-    p->hovered = p->held = p->string = -1;
+    p->hovered = p->held = p->string = p->doomed = -1;
     p->zoom = 1;
     p->level = FLOOR_DB;
     p->shapes = calloc(LB_LOOKS, sizeof *p->shapes);
@@ -108,12 +109,13 @@ static int group_size(int group) {
 }
 
 static void lay_out_header(lb_picture *p, double width) {
-    const double y = px(p, 9), h = px(p, 28), left = px(p, 122), wide = fmin(px(p, 330), width * 0.36);
+    const double y = px(p, 9), h = px(p, 28), left = px(p, 122), right = width - px(p, EDGE);
+    const double room = right - px(p, 236 + 6 + SAVE_WIDTH + 6) - left, wide = fmin(fmin(px(p, 330), width * 0.36), room);
     add(p, WORDMARK, 0, px(p, EDGE), y, px(p, 100), h);
     add(p, PREVIOUS, 0, left, y, h, h);
-    add(p, TITLE, 0, left + h, y, wide - 2 * h, h);
+    add(p, TITLE, 0, left + h + px(p, 2), y, wide - 2 * h - px(p, 4), h); /* each clears a little around itself */
     add(p, NEXT, 0, left + wide - h, y, h, h);
-    const double right = width - px(p, EDGE);
+    if (p->face.save) add(p, SAVE, 0, left + wide + px(p, 6), y, px(p, SAVE_WIDTH), h);
     add(p, OVERLOAD, 0, right - px(p, 82), y, px(p, 82), h);
     add(p, LOAD, 0, right - px(p, 160), y, px(p, 72), h);
     add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
@@ -232,12 +234,21 @@ static void lay_out_lamps(lb_picture *p, double width, double top) {
     }
 }
 
+/* Column by column: basses, then, from a new column on, sounds. Where there is no room for all, the last place is for
+   the button that goes on by a column. */
 static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
-    const int count = basses(p), rows = (int)fmax(h / px(p, 24), 1), columns = (int)fmax(w / px(p, 200), 1);
-    if (p->scrolled * columns >= count) p->scrolled = 0;
-    for (int k = 0; k < rows * columns && k + p->scrolled * rows < count; k++)
-        add(p, ITEM, k + p->scrolled * rows, x + k / rows * w / columns, y + k % rows * px(p, 24),
-            w / columns - px(p, 6), px(p, 22));
+    const int rows = (int)fmax(h / px(p, 24), 1), columns = (int)fmax(w / px(p, 200), 1), room = rows * columns;
+    const int count = basses(p), first = (count + rows - 1) / rows * rows; /* place of the sounds' heading */
+    const int places = p->sounds ? first + 1 + p->sounds : count, full = places > room;
+    p->columns = full ? (places + rows) / rows - columns : 0;
+    if (p->scrolled > p->columns) p->scrolled = 0;
+    for (int k = 0; k < room; k++) {
+        const int at = k + p->scrolled * rows, more = full && k == room - 1;
+        const int kind = more ? MORE : at < count ? ITEM : at < first || at >= places ? NOTHING : at == first ? SOUNDS : SOUND;
+        if (kind != NOTHING)
+            add(p, kind, kind == SOUND ? at - first - 1 : at, x + k / rows * w / columns, y + k % rows * px(p, 24),
+                w / columns - px(p, 6), px(p, 22));
+    }
 }
 
 /* The rows of cells that a height has room for. */
@@ -422,6 +433,27 @@ static void draw_lamp(lb_picture *p, const part *q, int hot) {
     if (gap) lb_text(&p->ground, end + lb_text_width(size, "  "), y, size, dim, gap + 2, q->w);
 }
 
+static void draw_heading(lb_picture *p, const part *q, const char *name) {
+    char text[MOST_TEXT];
+    int k = 0;
+    for (; k < MOST_TEXT - 1 && name[k]; k++) text[k] = (char)(name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]);
+    text[k] = 0;
+    lb_label(p, &p->ground, q->x, q->y, q->w, q->h, 9.0, p->t->accent, text, 0);
+}
+
+/* A row of the list: `lit` is the one that plays, a doomed one asks. */
+static void draw_row(lb_picture *p, const part *q, const char *text, int lit, int hot, int doomed) {
+    const theme *t = p->t;
+    const uint32_t face = doomed ? t->hot : lit ? t->accent : t->raised, ink = doomed ? 0xFFFFFFFF : lit ? t->on_accent : t->ink;
+    if (lit || hot || doomed) lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 5), 0, face);
+    lb_label(p, &p->ground, q->x + px(p, 8), q->y, q->w - px(p, 16), q->h, MIDDLE, ink, text, 0);
+}
+
+/* True while there is something to be said in place of the title. */
+static int is_noticed(const lb_picture *p) {
+    return *p->notice && p->seconds >= p->noticed && p->seconds < p->noticed + NOTICE;
+}
+
 /* Draws a part onto the ground. */
 static void draw_part(lb_picture *p, const part *q, int hot, int held) {
     const theme *t = p->t;
@@ -438,7 +470,8 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
         break;
     case TITLE:
         button(p, q, p->listing, hot);
-        text_of(p, LB_BASS, p->values[LB_BASS], text);
+        if (is_noticed(p)) snprintf(text, sizeof text, "%s", p->notice);
+        else text_of(p, LB_BASS, p->values[LB_BASS], text);
         lb_label(p, s, q->x + px(p, 10), q->y, q->w - px(p, 30), q->h, MIDDLE, colour, text, 0);
         arrow(p, &(part){.x = q->x + q->w - q->h, .y = q->y, .w = q->h, .h = q->h}, 2, colour);
         break;
@@ -465,16 +498,14 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
             lb_box(s, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), t->accent);
         break;
     case UNDO:
+    case SAVE:
     case SIDE:
-        snprintf(text, sizeof text, "%s", q->kind == UNDO ? "Undo" : q->number ? "B" : "A");
+        snprintf(text, sizeof text, "%s", q->kind == UNDO ? "Undo" : q->kind == SAVE ? "Save" : q->number ? "B" : "A");
         button(p, q, q->kind == SIDE && q->number == p->face.side(p->face.owner), hot);
         lb_label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, text, 1);
         break;
-    case HEAD:
-        for (int k = 0; (text[k] = group_names[q->number][k]); k++)
-            if (text[k] >= 'a' && text[k] <= 'z') text[k] = (char)(text[k] - 32);
-        lb_label(p, s, q->x, q->y, q->w, q->h, 9.0, t->accent, text, 0);
-        break;
+    case HEAD: draw_heading(p, q, group_names[q->number]); break;
+    case SOUNDS: draw_heading(p, &(part){.x = q->x + px(p, 8), .y = q->y, .w = q->w, .h = q->h}, "Your sounds"); break;
     case SLIDER:
         draw_cell_text(p, q, hot);
         draw_slider(p, q, hot, held);
@@ -483,13 +514,18 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
         draw_cell_text(p, q, hot);
         draw_stepper(p, q, hot);
         break;
-    case ITEM: {
-        const int now = (int)p->values[LB_BASS] == q->number;
-        if (now || hot) lb_round(s, q->x, q->y, q->w, q->h, px(p, 5), 0, now ? t->accent : t->raised);
+    case ITEM:
         text_of(p, LB_BASS, q->number, text);
-        lb_label(p, s, q->x + px(p, 8), q->y, q->w - px(p, 16), q->h, MIDDLE, now ? t->on_accent : t->ink, text, 0);
+        draw_row(p, q, text, (int)p->values[LB_BASS] == q->number, hot, 0);
+        break;
+    case SOUND: {
+        const int doomed = p->doomed == q->number;
+        draw_row(p, q, doomed ? "Press again to delete" : p->face.sound(p->face.owner, q->number), 0, hot, doomed);
         break;
     }
+    case MORE:
+        draw_row(p, q, p->scrolled < p->columns ? "More" : "Back", 0, 1, 0);
+        break;
     case NAME:
         lb_note_name((int)look_of(p)->string[q->number].open, text);
         lb_draw_name(p, s, q->x + q->w / 2, q->y + q->h / 2, text, lb_fret_held(p, q->number) == 0);
@@ -517,6 +553,7 @@ static uint64_t layout_state(const lb_picture *p) {
     mix(&hash, p->scale);
     mix(&hash, p->t == &themes[1]);
     mix(&hash, p->page * 4 + p->listing * 2 + p->scrolled * 1000);
+    mix(&hash, p->lists);
     mix(&hash, (double)l->strings);
     for (int i = 0; i < l->strings; i++) mix(&hash, l->string[i].length);
     mix(&hash, p->values[LB_BASS]);
@@ -534,6 +571,8 @@ static uint64_t part_state(const lb_picture *p, int k) {
     if (q->kind == SLIDER) mix(&hash, most(p, q->number) + 1000.0 * controller_of(p, q->number));
     if (q->kind == SIDE) mix(&hash, p->face.side(p->face.owner));
     if (q->kind == TITLE || q->kind == ITEM) mix(&hash, p->values[LB_BASS]);
+    if (q->kind == TITLE) mix(&hash, is_noticed(p) ? p->noticed + 1 : 0);
+    if (q->kind == SOUND) mix(&hash, p->doomed == q->number);
     if (q->kind == LOAD) mix(&hash, rint(100 * p->told_load));
     if (q->kind == OVERLOAD) mix(&hash, l->strings && l->overload > 0);
     if (q->kind == LAMP) mix(&hash, lamp_is_on(p, q->number / 2));
@@ -624,7 +663,7 @@ static int hit(const lb_picture *p, double x, double y) {
 }
 
 static int is_live(int kind) {
-    return kind != NOTHING && kind != WORDMARK && kind != LOAD && kind != OVERLOAD && kind != HEAD;
+    return kind != NOTHING && kind != WORDMARK && kind != LOAD && kind != OVERLOAD && kind != HEAD && kind != SOUNDS;
 }
 
 /* The string and the fret at a place of the neck. */
@@ -680,6 +719,8 @@ static void step_bass(lb_picture *p, int way) {
     if (count > 1) change(p, LB_BASS, (now + way + count) % count);
 }
 
+static int is_row(int kind) { return kind == ITEM || kind == SOUND || kind == SOUNDS || kind == MORE; }
+
 static void wheel(lb_picture *p, const part *q, int way, int modifiers) {
     if (q->kind == SLIDER) {
         const lb_parameter *k = &lb_parameters[q->number];
@@ -688,7 +729,7 @@ static void wheel(lb_picture *p, const part *q, int way, int modifiers) {
     } else if (q->kind == PLUCK) change(p, q->number, value(p, q->number) + way * -0.05);
     else if (q->kind == STEPPER || q->kind == QUALITY) step(p, q->number, way);
     else if (q->kind == TITLE || q->kind == PREVIOUS || q->kind == NEXT) step_bass(p, -way);
-    else if (q->kind == ITEM) p->scrolled = p->scrolled - way > 0 ? p->scrolled - way : 0;
+    else if (is_row(q->kind)) p->scrolled = (int)fmin(fmax(p->scrolled - way, 0), p->columns);
 }
 
 /* Presses the key of a lamp's switch: one that acts while it is held stays down until the next press. */
@@ -702,13 +743,51 @@ static void press_lamp(lb_picture *p, int lamp) {
     if (!p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
 }
 
+/* --- the user's sounds --- */
+
+static void read_list(lb_picture *p) {
+    p->sounds = p->face.list ? p->face.list(p->face.owner) : 0;
+    p->doomed = -1;
+    p->lists++;
+}
+
+static void notice(lb_picture *p, const char *form, const char *what) {
+    snprintf(p->notice, sizeof p->notice, form, what);
+    p->noticed = p->seconds;
+}
+
+static void save_sound(lb_picture *p) {
+    char name[MOST_TEXT - 16];
+    if (p->face.save(p->face.owner, name, sizeof name)) notice(p, "Saved: %s", name);
+    else notice(p, "Not saved: see the log of the host%s", "");
+    if (p->listing) read_list(p);
+}
+
+/* Takes it over; by the right button deletes it, once that was pressed twice. */
+static void press_sound(lb_picture *p, int sound, int modifiers) {
+    if (!(modifiers & LB_RIGHT) && p->doomed != sound) {
+        p->listing = 0;
+        if (!p->face.load(p->face.owner, sound)) notice(p, "Not loaded: see the log of the host%s", "");
+    } else if (!(modifiers & LB_RIGHT)) p->doomed = -1;
+    else if (p->doomed != sound) p->doomed = sound;
+    else {
+        p->face.remove(p->face.owner, sound);
+        read_list(p);
+    }
+}
+
 static void press(lb_picture *p, int k, double x, double y, int modifiers) {
     const part *q = &p->parts[k];
     p->held = k;
     switch (q->kind) {
     case PREVIOUS: step_bass(p, -1); break;
     case NEXT: step_bass(p, 1); break;
-    case TITLE: p->listing = !p->listing; break;
+    case TITLE:
+        if ((p->listing = !p->listing)) read_list(p);
+        break;
+    case SAVE: save_sound(p); break;
+    case SOUND: press_sound(p, q->number, modifiers); break;
+    case MORE: p->scrolled = p->scrolled < p->columns ? p->scrolled + 1 : 0; break;
     case ITEM:
         change(p, LB_BASS, q->number);
         p->listing = 0;
@@ -763,6 +842,7 @@ int lb_point(lb_picture *p, int kind, double x, double y, int modifiers) {
     if (kind == LB_POINT_RELEASE || kind == LB_POINT_LEAVE) let_go(p);
     if (p->held >= 0 && kind == LB_POINT_MOVE) drag(p, x, y, modifiers);
     if (p->held < 0) p->hovered = at;
+    if (at < 0 || p->parts[at].kind != SOUND || p->parts[at].number != p->doomed) p->doomed = -1;
     if (kind == LB_POINT_UP || kind == LB_POINT_DOWN) {
         if (at >= 0 && p->held < 0) wheel(p, &p->parts[at], kind == LB_POINT_UP ? 1 : -1, modifiers);
     } else if (kind == LB_POINT_DOUBLE && at >= 0 && (p->parts[at].kind == SLIDER || p->parts[at].kind == PLUCK)) {

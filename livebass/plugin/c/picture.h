@@ -31,6 +31,13 @@ typedef struct {
        LB_WAITS for it. 0: this window cannot. */
     void (*learn)(void *owner, int parameter);
     int (*controller)(void *owner, int parameter);
+    /* Sounds of the user: reads anew which there are, and says how many; the name of one. 0: this window has none. */
+    int (*list)(void *owner);
+    const char *(*sound)(void *owner, int sound);
+    /* Keeps what is set, and says under which name; takes one over; both return 0 if that cannot be done. */
+    int (*save)(void *owner, char *name, size_t);
+    int (*load)(void *owner, int sound);
+    void (*remove)(void *owner, int sound);
 } lb_face;
 enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 

@@ -53,6 +53,7 @@ typedef struct {
     int stereo;
     double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN]; /* what the host's controls say */
     int overload, quality; /* the host was told so last, or has said so */
+    int switched;          /* the bass whose key switches the host knows */
     vst3_handler **handler; /* the host's; 0: none */
     int timed;              /* its timer asks what was done in the window */
     lb_instance instance;
@@ -225,6 +226,14 @@ static void show_all(vst3 *v) {
     v->quality = (int)v->shown[LB_QUALITY];
 }
 
+/* Tells the host that another bass has other key switches. [main thread] */
+static void tell_switches(vst3 *v) {
+    const int bass = (int)lb_value(&v->instance, LB_BASS);
+    if (bass == v->switched) return;
+    v->switched = bass;
+    if (v->handler) (*v->handler)->restart(v->handler, VST3_SWITCHES_CHANGED);
+}
+
 /* --- the object --- */
 
 static const vst3_id interface_ids[] = {
@@ -290,6 +299,7 @@ static vst3_result initialize(void *self, void *context) {
     find_folder(folder, sizeof folder);
     if (!lb_open_instance(&v->instance, folder)) return VST3_NO;
     show_all(v);
+    v->switched = (int)lb_value(&v->instance, LB_BASS);
     return VST3_OK;
 }
 
@@ -370,6 +380,7 @@ static vst3_result set_state(void *self, vst3_stream **from) {
     if (!good) return VST3_NO;
     show_all(v);
     lb_serve(&v->instance);
+    tell_switches(v);
     return VST3_OK;
 }
 
@@ -610,7 +621,10 @@ static vst3_result process(void *self, vst3_process_data *d) {
         if (d->outputs[k].channels > 0 && d->outputs[k].data) outs[k] = d->outputs[k].data[0];
         d->outputs[k].silence = 0;
     }
-    if (d->frames <= 0) return VST3_OK; /* the host wanted to tell parameters */
+    if (d->frames <= 0) { /* the host wanted to tell parameters */
+        lb_play_block(i, v->apart, outs, 0);
+        return VST3_OK;
+    }
     lb_play_block(i, v->apart, outs, d->frames);
     tell_changes(v, d);
     for (int32_t k = 0; k < d->output_count && k < LB_STRINGS; k++) {
@@ -750,9 +764,11 @@ static vst3_result set_value(void *self, uint32_t id, double x) {
     if (is_own(id)) v->own[id - CHANNELS] = x;
     if (id >= LB_PARAMETERS) return is_controller(id) || is_own(id) || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
-    if (v->instance.synth) return VST3_OK; /* process() is told */
+    if (v->instance.synth && id != LB_BASS) return VST3_OK; /* process() is told */
     lb_set_value(&v->instance, (int)id, v->shown[id]);
-    v->quality = (int)(v->shown[LB_QUALITY] = lb_value(&v->instance, LB_QUALITY)); /* it may follow the bass */
+    if (!v->instance.synth) /* the quality may follow the bass; else process() tells */
+        v->quality = (int)(v->shown[LB_QUALITY] = lb_value(&v->instance, LB_QUALITY));
+    if (id == LB_BASS) tell_switches(v);
     return VST3_OK;
 }
 
@@ -781,9 +797,18 @@ static void tell_moves(void *owner) {
     }
 }
 
+/* [main thread] */
+static void tell_by_hand(void *owner) {
+    tell_moves(owner);
+    tell_switches(owner);
+}
+
+/* Where no timer asks: with X11 in the window's own thread, which is not the main one. */
 static void moved(void *owner) {
     vst3 *v = owner;
-    if (!__atomic_load_n(&v->timed, __ATOMIC_RELAXED)) tell_moves(v);
+    if (__atomic_load_n(&v->timed, __ATOMIC_RELAXED)) return;
+    if (strcmp(LB_WINDOWS, "x11")) tell_by_hand(v);
+    else tell_moves(v);
 }
 
 static void take_owner(void *owner) { take(owner); }
@@ -791,7 +816,7 @@ static void drop_owner(void *owner) { drop(owner); }
 
 static void *create_view(void *self, const char *name) {
     vst3 *v = of(self, CONTROLLER);
-    const lb_view_owner owner = {v, &v->instance, take_owner, drop_owner, tell_moves, &v->timed};
+    const lb_view_owner owner = {v, &v->instance, take_owner, drop_owner, tell_by_hand, &v->timed};
     return strcmp(name, "editor") || !v->instance.shelf ? 0 : lb_new_vst3_view(&owner);
 }
 

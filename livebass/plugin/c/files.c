@@ -1,0 +1,160 @@
+/* Files and folders, of Windows and of the others. */
+#include "files.h"
+
+#include <stdlib.h>
+#include <string.h>
+#ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+#else
+#include <dirent.h>
+#include <errno.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#endif
+
+enum { MOST_NUMBERS = 9999 };
+enum { MOVED, TAKEN, REFUSED }; /* what becomes of a file that is to get a name: the name is another's */
+
+#ifdef _WIN32
+static int widen(const char *path, wchar_t wide[LB_PATH]) {
+    return MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, LB_PATH) != 0;
+}
+
+FILE *lb_open_file(const char *path, const char *how) {
+    wchar_t wide[LB_PATH];
+    return widen(path, wide) ? _wfopen(wide, *how == 'w' ? L"wb" : L"rb") : 0;
+}
+
+int lb_remove_file(const char *path) {
+    wchar_t wide[LB_PATH];
+    return widen(path, wide) && DeleteFileW(wide);
+}
+
+int lb_users_folder(char folder[LB_PATH]) {
+    wchar_t wide[LB_PATH];
+    const DWORD length = GetEnvironmentVariableW(L"APPDATA", wide, LB_PATH);
+    if (!length || length >= LB_PATH || !WideCharToMultiByte(CP_UTF8, 0, wide, -1, folder, LB_PATH - 10, 0, 0)) return 0;
+    strcat(folder, "\\livebass");
+    return 1;
+}
+
+static void make_folder(const char *path) {
+    wchar_t wide[LB_PATH];
+    if (widen(path, wide)) CreateDirectoryW(wide, 0);
+}
+
+static int is_written(FILE *f) { return !fflush(f); }
+
+static int move(const char *from, const char *to) {
+    wchar_t wide_from[LB_PATH], wide_to[LB_PATH];
+    if (!widen(from, wide_from) || !widen(to, wide_to)) return REFUSED;
+    if (MoveFileExW(wide_from, wide_to, MOVEFILE_WRITE_THROUGH)) return MOVED;
+    const DWORD why = GetLastError();
+    return why == ERROR_ALREADY_EXISTS || why == ERROR_FILE_EXISTS ? TAKEN : REFUSED;
+}
+
+static unsigned long process_number(void) { return GetCurrentProcessId(); }
+#else
+FILE *lb_open_file(const char *path, const char *how) { return fopen(path, how); }
+
+int lb_remove_file(const char *path) { return !unlink(path); }
+
+int lb_users_folder(char folder[LB_PATH]) {
+    const char *home = getenv("HOME");
+#ifdef __APPLE__
+    const char *within = "/Library/Application Support/livebass";
+#else
+    const char *within = "/.local/share/livebass", *data = getenv("XDG_DATA_HOME");
+    if (data && *data == '/') {
+        home = data;
+        within = "/livebass";
+    }
+#endif
+    return home && *home && snprintf(folder, LB_PATH, "%s%s", home, within) < LB_PATH;
+}
+
+/* Makes a folder and those above it, where they are missing. */
+static void make_folder(const char *path) {
+    char part[LB_PATH];
+    for (size_t k = 1; k < LB_PATH && path[k - 1]; k++) {
+        if (path[k] && path[k] != '/') continue;
+        memcpy(part, path, k);
+        part[k] = 0;
+        mkdir(part, 0777);
+    }
+}
+
+static int is_written(FILE *f) { return !fflush(f) && !fsync(fileno(f)); }
+
+/* By a link: rename would put it over another's file. Not all disks have links. */
+static int move(const char *from, const char *to) {
+    struct stat there;
+    if (!link(from, to)) {
+        unlink(from);
+        return MOVED;
+    }
+    if (errno == EEXIST || !stat(to, &there)) return TAKEN;
+    return rename(from, to) ? REFUSED : MOVED;
+}
+
+static unsigned long process_number(void) { return (unsigned long)getpid(); }
+#endif
+
+/* Hands on the name of a file without its ending, if that is what it ends in. */
+static void take_entry(const char *folder, const char *ending, const char *entry,
+                       void (*take)(void *, const char *, const char *), void *to) {
+    char name[LB_FILE_NAME];
+    const size_t length = strlen(entry), end = strlen(ending);
+    if (length <= end || length - end >= sizeof name || strcmp(entry + length - end, ending)) return;
+    memcpy(name, entry, length - end);
+    name[length - end] = 0;
+    take(to, folder, name);
+}
+
+void lb_each_file(const char *folder, const char *ending, void (*take)(void *to, const char *folder, const char *name),
+                  void *to) {
+#ifdef _WIN32
+    char pattern[LB_PATH], entry[LB_PATH];
+    wchar_t wide[LB_PATH];
+    WIN32_FIND_DATAW found;
+    if (snprintf(pattern, sizeof pattern, "%s\\*%s", folder, ending) >= LB_PATH || !widen(pattern, wide)) return;
+    HANDLE search = FindFirstFileW(wide, &found);
+    if (search == INVALID_HANDLE_VALUE) return;
+    do
+        if (WideCharToMultiByte(CP_UTF8, 0, found.cFileName, -1, entry, sizeof entry, 0, 0))
+            take_entry(folder, ending, entry, take, to);
+    while (FindNextFileW(search, &found));
+    FindClose(search);
+#else
+    DIR *open = opendir(folder);
+    for (const struct dirent *e; open && (e = readdir(open));) take_entry(folder, ending, e->d_name, take, to);
+    if (open) closedir(open);
+#endif
+}
+
+/* Writes a file; returns 0, and leaves none, if that cannot be done. */
+static int write_file(const char *path, const void *bytes, size_t count) {
+    FILE *out = lb_open_file(path, "wb");
+    if (!out) return 0;
+    const int written = fwrite(bytes, 1, count, out) == count && is_written(out);
+    if (!fclose(out) && written) return 1;
+    lb_remove_file(path);
+    return 0;
+}
+
+int lb_write_numbered(const char *folder, const char *stem, const char *ending, const void *bytes, size_t count,
+                      char name[LB_FILE_NAME]) {
+    char temporary[LB_PATH], path[LB_PATH];
+    int how = TAKEN;
+    make_folder(folder);
+    if (snprintf(temporary, LB_PATH, "%s/%s.%lu.part", folder, stem, process_number()) >= LB_PATH) return 0;
+    if (!write_file(temporary, bytes, count)) return 0;
+    for (int number = 1; how == TAKEN && number <= MOST_NUMBERS; number++) {
+        if (snprintf(name, LB_FILE_NAME, "%s %d", stem, number) >= LB_FILE_NAME) break;
+        if (snprintf(path, LB_PATH, "%s/%s%s", folder, name, ending) >= LB_PATH) break;
+        how = move(temporary, path);
+    }
+    if (how != MOVED) lb_remove_file(temporary);
+    return how == MOVED;
+}

@@ -1,0 +1,153 @@
+/* Sounds of the user: each a file of its own, in the folder of the user's own instruments. */
+#include "files.h"
+#include "instance.h"
+#include "lock.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#define ENDING "." LB_SOUND_ENDING
+enum { LINE = 1600, MOST_SOUNDS = 4096, MOST_BYTES = 1 << 15, TITLE = LB_FILE_NAME - 16 };
+
+struct lb_sound {
+    char name[LB_FILE_NAME];
+};
+
+/* The path of a sound's file; returns 0 if there is no room for it. */
+static int path_of(const char *name, char path[LB_PATH]) {
+    char folder[LB_PATH];
+    return lb_users_folder(folder) && snprintf(path, LB_PATH, "%s/%s" ENDING, folder, name) < LB_PATH;
+}
+
+static void say(const lb_instance *i, const char *path, const char *why) {
+    char line[LINE];
+    snprintf(line, sizeof line, "%s: the sound %s", path, why);
+    i->complain(i->owner, line);
+}
+
+const char *lb_read_sound(const lb_kernels *kernels, const char *path, lb_kept *to) {
+    static uint64_t bytes[MOST_BYTES / sizeof(uint64_t)];
+    enter(); /* the bytes */
+    FILE *in = lb_open_file(path, "rb");
+    const size_t count = in ? fread(bytes, 1, sizeof bytes, in) : 0;
+    if (in) fclose(in);
+    const char *why = in ? lb_parse_state(kernels, bytes, count, LB_SOUND_MAGIC, to) : "cannot be read";
+    leave();
+    return why;
+}
+
+/* Reads one that can be taken over, its bass as a number; returns what is wrong with it, 0: nothing. */
+static const char *read_known(const lb_instance *i, const char *path, lb_kept *to) {
+    const char *why = lb_read_sound(i->kernels, path, to);
+    const int bass = why ? 0 : lb_shelf_find(i->shelf, to->bass);
+    if (!why) to->values[LB_BASS] = bass;
+    return bass < 0 ? "has a bass that is not installed" : why;
+}
+
+/* The same, by its name; returns 0 after a line in the log. */
+static int read_named(const lb_instance *i, const char *name, lb_kept *to) {
+    char path[LB_PATH];
+    if (!path_of(name, path)) return 0;
+    const char *why = read_known(i, path, to);
+    if (why) say(i, path, why);
+    return !why;
+}
+
+static void set(lb_instance *i, const lb_kept *kept) {
+    lb_set_values(i, kept->values, 0);
+    __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
+}
+
+const char *lb_take_sound(lb_instance *i, const char *path) {
+    lb_kept kept;
+    const char *why = read_known(i, path, &kept);
+    if (!why) set(i, &kept);
+    return why;
+}
+
+/* --- the list --- */
+
+/* As file managers sort: numbers in names by what they are. */
+static int by_name(const void *one, const void *other) {
+    const char *a = one, *b = other; /* a sound begins with its name */
+    while (*a && *b) {
+        const size_t digits_a = strspn(a, "0123456789"), digits_b = strspn(b, "0123456789");
+        if (digits_a && digits_b) {
+            const unsigned long long m = strtoull(a, 0, 10), n = strtoull(b, 0, 10);
+            if (m != n) return m < n ? -1 : 1;
+            a += digits_a;
+            b += digits_b;
+        } else if (*a != *b) return (unsigned char)*a < (unsigned char)*b ? -1 : 1;
+        else a++, b++;
+    }
+    return *a || *b ? (*a ? 1 : -1) : strcmp(one, other);
+}
+
+static void add(void *to, const char *folder, const char *name) {
+    lb_instance *i = to;
+    lb_kept kept;
+    (void)folder;
+    if (i->sound_count == MOST_SOUNDS || !read_named(i, name, &kept)) return;
+    if (i->sound_count % 64 == 0) { /* there is no room for more */
+        lb_sound *more = realloc(i->sounds, (size_t)(i->sound_count + 64) * sizeof *more);
+        if (!more) return;
+        i->sounds = more;
+    }
+    strcpy(i->sounds[i->sound_count++].name, name);
+}
+
+int lb_list_sounds(lb_instance *i) {
+    char folder[LB_PATH];
+    i->sound_count = 0;
+    if (lb_users_folder(folder)) lb_each_file(folder, ENDING, add, i);
+    if (i->sound_count) qsort(i->sounds, (size_t)i->sound_count, sizeof *i->sounds, by_name);
+    return i->sound_count;
+}
+
+const char *lb_sound_name(const lb_instance *i, int sound) { return i->sounds[sound].name; }
+
+void lb_forget_sounds(lb_instance *i) {
+    free(i->sounds);
+    i->sounds = 0;
+    i->sound_count = 0;
+}
+
+/* --- one of them --- */
+
+/* The title of a bass as a name of a file, for any system. */
+static void name_file(const char *title, char stem[TITLE]) {
+    size_t n = 0;
+    for (; title[n] && n < TITLE - 1; n++)
+        stem[n] = (unsigned char)title[n] < ' ' || strchr("<>:\"/\\|?*\x7F", title[n]) ? '-' : title[n];
+    while (n && title[n] && (title[n] & 0xC0) == 0x80) n--; /* no letter is cut */
+    stem[n] = 0;
+    if (*stem == '.') *stem = '-'; /* it would not be seen */
+}
+
+int lb_save_sound(lb_instance *i, char *name, size_t room) {
+    lb_state s;
+    char folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
+    const int bass = (int)lb_value(i, LB_BASS);
+    name_file(lb_shelf_title(i->shelf, bass < lb_shelf_count(i->shelf) ? bass : 0), stem);
+    const size_t count = lb_write_sound(i, &s);
+    enter(); /* of one process one at a time */
+    const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, ENDING, &s, count, made);
+    leave();
+    if (good) snprintf(name, room, "%s", made);
+    else say(i, folder, "cannot be written");
+    return good;
+}
+
+int lb_load_sound(lb_instance *i, int sound) {
+    lb_kept kept;
+    if (sound < 0 || sound >= i->sound_count || !read_named(i, i->sounds[sound].name, &kept)) return 0;
+    lb_keep_values(i);
+    set(i, &kept);
+    return 1;
+}
+
+void lb_remove_sound(lb_instance *i, int sound) {
+    char path[LB_PATH];
+    if (sound < 0 || sound >= i->sound_count || !path_of(i->sounds[sound].name, path)) return;
+    if (!lb_remove_file(path)) say(i, path, "cannot be deleted");
+}
