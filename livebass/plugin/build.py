@@ -34,7 +34,10 @@ FLAGS = (
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
     "dylib": ("-fPIC",),
-    "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # numbers become text by the system's library, not by one of 30 kB
+    "dll": (
+        "-lgdi32",
+        "-D__USE_MINGW_ANSI_STDIO=0",
+    ),  # numbers become text by the system's library, not by one of 30 kB
 }
 LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
 EMIT = """
