@@ -104,8 +104,8 @@ C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64"
 def entries_of(level: str) -> tuple[Entry, ...]:
     """The entries that the code for a `level` of processor has.
 
-    Those that run once a bass or a message are in that for the lowest level alone, and play with all: they have the same
-    results, bit for bit, as nothing in them is reassociated or contracted.
+    Those that run once a bass or a message are in that for the lowest level alone, and serve all: their results are the
+    same, bit for bit, as nothing in them is reassociated or contracted.
     """
     return ENTRIES if level == lowest(level) else tuple(entry for entry in ENTRIES if entry.attributes != SMALL)
 

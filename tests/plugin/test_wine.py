@@ -27,7 +27,10 @@ from livebass.plugin import build, clap, vst3
 from livebass.plugin.systems import SYSTEMS as ALL
 from livebass.plugin.systems import this_system
 
-pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="Wine runs what is for its own processor")
+pytestmark = [
+    pytest.mark.slow,  # its C compiles in test_systems.py; what it plays and shows on Linux always is tested
+    pytest.mark.skipif(this_system().name != "linux-x86_64", reason="Wine runs what is for its own processor"),
+]
 LINUX = ALL["linux-x86_64"]
 SYSTEMS = (LINUX, WINDOWS)
 FILES = {"clap": dict.fromkeys((LINUX.name, WINDOWS.name), clap.BINARY), "vst3": vst3.BINARIES}  # in their bundles
