@@ -1,9 +1,9 @@
 /* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [THREADS [OUT [WINDOW]]]
 
    Plays random events of every kind in blocks of random sizes, changes basses, saves and loads states, starts anew now
-   and then. It has THREADS for the tasks of plugins, if more than 0, and declines them now and then. Writes the sound to
-   OUT unless that is -, float32, the same in every run. Opens the plugin's window in the one with the number WINDOW of
-   X11, on Windows in one of its own, and closes and opens it again now and then. Prints the number of blocks, the
+   and then. It has THREADS for the tasks of plugins, if more than 0, and declines them now and then. Writes the sound
+   to OUT unless that is -, float32, the same in every run. Opens the plugin's window in the one with the number WINDOW
+   of X11, on Windows in one of its own, and closes and opens it again now and then. Prints the number of blocks, the
    allocations made and locks taken within process() and tasks (counted when compiled with -DCOUNT), and the greatest
    sample. With -DWITHIN the plugin is linked to it. */
 #ifdef COUNT

@@ -1,9 +1,9 @@
 /* A host of VST3 plugins for tests: vst3host FILE SECONDS SEED OUT [WINDOW]
 
-   Plays random notes and changes of parameters offline, in blocks of random sizes, and writes the sound to OUT, float32,
-   the same in every run. The plugin is that with a mono output, or with an output a string for an odd SEED. With WINDOW, on
-   Windows, its view is open meanwhile, in a window of the host's own, and closed and opened again now and then. Prints the
-   number of blocks and the greatest sample. */
+   Plays random notes and changes of parameters offline, in blocks of random sizes, and writes the sound to OUT,
+   float32, the same in every run. The plugin is that with a mono output, or with an output a string for an odd SEED.
+   With WINDOW, on Windows, its view is open meanwhile, in a window of the host's own, and closed and opened again now
+   and then. Prints the number of blocks and the greatest sample. */
 #include "vst3_abi.h"
 
 #include <math.h>
@@ -179,8 +179,8 @@ int main(int count, char **words) {
             buffers[k] = (vst3_buffers){1, 0, &channels[k]};
         }
         vst3_process_data block = {
-            .mode = VST3_OFFLINE, .sample_size = VST3_SAMPLE_32, .frames = n, .output_count = outputs, .outputs = buffers,
-            .changes = (vst3_changes **)&changes, .events = (vst3_events **)&in,
+            .mode = VST3_OFFLINE, .sample_size = VST3_SAMPLE_32, .frames = n, .output_count = outputs,
+            .outputs = buffers, .changes = (vst3_changes **)&changes, .events = (vst3_events **)&in,
         };
         if ((*p)->process(p, &block) != VST3_OK) return 6;
         for (int k = 0; k < outputs; k++) {

@@ -1,9 +1,10 @@
 /* A host of CLAP plugins on Windows, for tests of the window: winhost FILE.clap [SCALE]
 
-   Opens the plugin's window in one of its own, which stands in the corner of the screen and has the size that the plugin
-   asks for; without SCALE the plugin takes that of the system. Plays by the clock until its input ends. Lines of input:
-   "size W H" resizes, "again" closes the window and opens it anew. Lines of output: "open W H" and "closed", "begin K",
-   "value K V" and "end K" as the plugin tells of its parameters, "loud" and "still" when its sound becomes so. */
+   Opens the plugin's window in one of its own, which stands in the corner of the screen and has the size that the
+   plugin asks for; without SCALE the plugin takes that of the system. Plays by the clock until its input ends. Lines of
+   input: "size W H" resizes, "again" closes the window and opens it anew. Lines of output: "open W H" and "closed",
+   "begin K", "value K V" and "end K" as the plugin tells of its parameters, "loud" and "still" when its sound becomes
+   so. */
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 
@@ -59,7 +60,9 @@ static bool told(const clap_out_events *l, const clap_event *e) {
 
 /* --- the window --- */
 
-static void place(uint32_t width, uint32_t height) { SetWindowPos(frame, 0, 0, 0, (int)width, (int)height, SWP_NOZORDER); }
+static void place(uint32_t width, uint32_t height) {
+    SetWindowPos(frame, 0, 0, 0, (int)width, (int)height, SWP_NOZORDER);
+}
 
 static int open_window(void) {
     const clap_window parent = {"win32", (uintptr_t)frame};
