@@ -33,7 +33,7 @@ FLAGS = (
 )  # fmt: skip
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
-    "dylib": ("-fPIC",),
+    "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else it names the folder that it was built in
     "dll": (
         "-lgdi32",
         "-D__USE_MINGW_ANSI_STDIO=0",
