@@ -22,7 +22,7 @@ from pathlib import Path
 
 from livebass.compiling import emitter, store
 from livebass.extras import install
-from livebass.plugin.header import header
+from livebass.plugin.header import entries_of, header
 from livebass.plugin.systems import System, this_system
 
 BUILD_TIME = 45  # s, about
@@ -31,19 +31,26 @@ FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
     "-Wall", "-Wextra", "-Werror",
 )  # fmt: skip
-LINKING = {"so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"), "dylib": ("-fPIC",), "dll": ("-lgdi32",)}
+LINKING = {
+    "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
+    "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else it names the folder that it was built in
+    "dll": (
+        "-lgdi32",
+        "-D__USE_MINGW_ANSI_STDIO=0",
+    ),  # numbers become text by the system's library, not by one of 30 kB
+}
 LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
 EMIT = """
 import re, sys
 from pathlib import Path
 from livebass.compiling import emitter
-from livebass.plugin.header import ENTRIES, suffix
-called = {entry.name for entry in ENTRIES}
+from livebass.plugin.header import entries_of, suffix
 text = emitter.program()
 for asked in sys.argv[2:]:
     use, level, triple = asked.split(",")
     given = text
     if use == "plugin":  # several levels in one binary, which exports none of them, and has no others than it calls
+        called = {entry.name for entry in entries_of(level)}
         given = re.sub(r"@lb_(\\w+)", lambda m: f"@lb_{m[1]}{suffix(level)}" if m[1] in called else f"@{m[1]}", text)
         given = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", given, flags=re.MULTILINE)
     Path(sys.argv[1], f"{use}-{level}-{triple}.o").write_bytes(emitter.emit(given, level, triple)[0])
@@ -149,7 +156,9 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
     """
     from llvmlite import binding
 
-    place = store.directory(f"objects-{hashlib.sha256((store.digest() + EMIT).encode()).hexdigest()[:16]}")
+    names = [f"{level} {entry.name}" for level in emitter.LEVELS for entry in entries_of(level)]
+    made_of = "\n".join([store.digest(), EMIT, *names])
+    place = store.directory(f"objects-{hashlib.sha256(made_of.encode()).hexdigest()[:16]}")
     kernels = store.directory(f"kernels-{store.digest()}")
 
     def kept(use: str, level: str, system: System) -> Path | None:

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from livebass import __version__, parts, techniques
-from livebass.compiling import Entry
+from livebass.compiling import SMALL, Entry, emitter
 from livebass.kernels.bass import change, check, instrument, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
@@ -101,6 +101,21 @@ C_TYPES = {"i8": "int64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1"
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
 
+def entries_of(level: str) -> tuple[Entry, ...]:
+    """The entries that the code for a `level` of processor has.
+
+    Those that run once a bass or a message are in that for the lowest level alone, and serve all: their results are the
+    same, bit for bit, as nothing in them is reassociated or contracted.
+    """
+    return ENTRIES if level == lowest(level) else tuple(entry for entry in ENTRIES if entry.attributes != SMALL)
+
+
+def lowest(level: str) -> str:
+    """The lowest level of the kind of processor that a `level` is of."""
+    machine = emitter.LEVELS[level].machine
+    return next(name for name, other in emitter.LEVELS.items() if other.machine == machine)
+
+
 def suffix(level: str) -> str:
     """Returns the end of the entries' names in code for a `level` of processor."""
     return f"_{level.replace('-', '_')}"
@@ -125,9 +140,9 @@ def header(levels: Iterable[str]) -> str:
         lines += _struct(name, record)
     lines += ["typedef struct {", *(f"    {_function(e, f'(*{e.name})')};" for e in ENTRIES), "} lb_kernels;"]
     for level in levels:
-        end = suffix(level)
-        lines += [f"extern {_function(e, f'lb_{e.name}{end}')};" for e in ENTRIES]
-        members = ", ".join(f"lb_{e.name}{end}" for e in ENTRIES)
+        end, own = suffix(level), entries_of(level)
+        lines += [f"extern {_function(e, f'lb_{e.name}{end}')};" for e in own]
+        members = ", ".join(f"lb_{e.name}{end if e in own else suffix(lowest(level))}" for e in ENTRIES)
         lines += ["#ifdef LB_TABLES", f"static const lb_kernels kernels{end} = {{{members}}};", "#endif"]
     return "\n".join([*lines, "#endif", ""])
 

@@ -32,3 +32,16 @@ def test_the_c_compiles(name: str, tmp_path: Path) -> None:
         ]
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.skipif(not importlib.util.find_spec("ziglang"), reason="needs ziglang")
+@pytest.mark.parametrize("name", [name for name, system in SYSTEMS.items() if system.ending == "dylib"])
+def test_a_binary_does_not_tell_where_it_was_built(name: str, tmp_path: Path) -> None:
+    made = []
+    for place in ("one", "two"):
+        (tmp_path / place).mkdir()
+        (tmp_path / place / "a.c").write_text('__attribute__((visibility("default"))) int a(void) { return 1; }\n')
+        command = [*build.zig(SYSTEMS[name]), *build.FLAGS, "a.c", *build.LINKING["dylib"]]
+        subprocess.run([*command, "-o", tmp_path / place / "a.dylib"], check=True, cwd=tmp_path / place)
+        made.append((tmp_path / place / "a.dylib").read_bytes())
+    assert made[0] == made[1] and str(tmp_path).encode() not in made[0]

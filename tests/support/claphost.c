@@ -1,11 +1,11 @@
 /* A host of CLAP plugins for tests: claphost FILE.clap SECONDS SEED [THREADS [OUT [WINDOW]]]
 
    Plays random events of every kind in blocks of random sizes, changes basses, saves and loads states, starts anew now
-   and then. It has THREADS for the tasks of plugins, if more than 0, and declines them now and then. Writes the sound to
-   OUT unless that is -, float32, the same in every run. Opens the plugin's window in the one with the number WINDOW of
-   X11, and closes and opens it again now and then. Prints the number of blocks, the allocations made and locks taken
-   within process() and tasks (counted when compiled with -DCOUNT), and the greatest sample. With -DWITHIN the plugin is
-   linked to it. */
+   and then. It has THREADS for the tasks of plugins, if more than 0, and declines them now and then. Writes the sound
+   to OUT unless that is -, float32, the same in every run. Opens the plugin's window in the one with the number WINDOW
+   of X11, on Windows in one of its own, and closes and opens it again now and then. Prints the number of blocks, the
+   allocations made and locks taken within process() and tasks (counted when compiled with -DCOUNT), and the greatest
+   sample. With -DWITHIN the plugin is linked to it. */
 #ifdef COUNT
 #define _GNU_SOURCE
 #endif
@@ -207,9 +207,29 @@ static void invent(event *e, const clap_plugin *p, const clap_params *params, ui
     }
 }
 
+/* The window that the word WINDOW is for. */
+static uintptr_t parent_of(const char *word) {
+#ifdef _WIN32
+    (void)word;
+    return (uintptr_t)CreateWindowExW(0, L"STATIC", L"claphost", WS_POPUP | WS_VISIBLE, 0, 0, 900, 460, 0, 0, 0, 0);
+#else
+    return (uintptr_t)strtoull(word, 0, 10);
+#endif
+}
+
+/* Has windows draw themselves that have no thread of their own. */
+static void draw_windows(void) {
+#ifdef _WIN32
+    for (MSG message; PeekMessageW(&message, 0, 0, 0, PM_REMOVE);) DispatchMessageW(&message);
+#endif
+}
+
 /* Opens the window in the one called `parent`. */
 static int open_window(const clap_plugin *p, const clap_gui *gui, uintptr_t parent) {
-    const clap_window window = {"x11", parent};
+    const char *api;
+    bool floating;
+    if (!gui->get_preferred_api(p, &api, &floating)) return 0;
+    const clap_window window = {api, parent};
     return gui->create(p, window.api, false) && gui->set_parent(p, &window) && gui->show(p);
 }
 
@@ -226,7 +246,7 @@ int main(int count, char **words) {
     seed = (uint32_t)atoi(words[3]);
     threads = count > 4 ? atoi(words[4]) : 0;
     FILE *out = count > 5 && strcmp(words[5], "-") ? fopen(words[5], "wb") : 0;
-    const uintptr_t parent = count > 6 ? (uintptr_t)strtoull(words[6], 0, 10) : 0;
+    const uintptr_t parent = count > 6 ? parent_of(words[6]) : 0;
     quiet = out != 0;
     const clap_plugin_factory *factory = entry->get_factory(CLAP_PLUGIN_FACTORY);
     const clap_host host = {CLAP_VERSION, 0, "claphost", "", "", "1", extension, nothing, nothing, ask};
@@ -295,6 +315,7 @@ int main(int count, char **words) {
         }
         done += frames;
         blocks++;
+        draw_windows();
         if (parent && blocks % 500 == 0) {
             gui->destroy(p);
             if (!open_window(p, gui, parent)) return 9;

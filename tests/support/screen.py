@@ -46,10 +46,10 @@ def running_screen() -> Iterator[str]:
             server.wait(PATIENCE)
 
 
-class Screen:
-    """A connection to the screen, and a window of the host's on it."""
+class WholeScreen:
+    """A connection to the screen, and what is seen on it."""
 
-    def __init__(self, width: int, height: int, top: int = 0) -> None:
+    def __init__(self) -> None:
         self._x = c.CDLL("libX11.so.6")
         for name in ("XOpenDisplay", "XGetImage"):
             getattr(self._x, name).restype = c.c_void_p
@@ -57,13 +57,34 @@ class Screen:
             getattr(self._x, name).restype = c.c_ulong
         self._display = c.c_void_p(self._x.XOpenDisplay(None))
         assert self._display
-        root = c.c_ulong(self._x.XDefaultRootWindow(self._display))
-        self.window: int = self._x.XCreateSimpleWindow(self._display, root, 0, top, width, height, 0, 0, 0)
-        self._x.XMapWindow(self._display, c.c_ulong(self.window))
-        self._x.XSync(self._display, 0)
+        self.window: int = self._x.XDefaultRootWindow(self._display)
 
     def close(self) -> None:
         self._x.XCloseDisplay(self._display)
+
+    def picture(self, width: int, height: int) -> NDArray[np.uint8]:
+        """What is seen of the window, (height, width, 3)."""
+        image = self._x.XGetImage(
+            self._display, c.c_ulong(self.window), 0, 0, width, height, c.c_ulong(0xFFFFFFFF), 2
+        )  # fmt: skip
+        assert image
+        data = c.c_void_p.from_address(image + 16).value
+        assert data
+        pixels = np.ctypeslib.as_array((c.c_uint8 * (width * height * 4)).from_address(data)).copy()
+        self._x.XFree(c.c_void_p(data))
+        self._x.XFree(c.c_void_p(image))
+        return pixels.reshape(height, width, 4)[:, :, 2::-1]
+
+
+class Screen(WholeScreen):
+    """A connection to the screen, and a window of the host's on it."""
+
+    def __init__(self, width: int, height: int, top: int = 0) -> None:
+        super().__init__()
+        root = c.c_ulong(self.window)
+        self.window = self._x.XCreateSimpleWindow(self._display, root, 0, top, width, height, 0, 0, 0)
+        self._x.XMapWindow(self._display, c.c_ulong(self.window))
+        self._x.XSync(self._display, 0)
 
     def destroy_window(self) -> None:
         """Takes the host's window away, with all that is in it."""
@@ -77,19 +98,6 @@ class Screen:
             self._display, c.c_ulong(self.window), *map(c.byref, (root, parent, list_, count))
         )  # fmt: skip
         return count.value
-
-    def picture(self, width: int, height: int) -> NDArray[np.uint8]:
-        """What is seen of the host's window, (height, width, 3)."""
-        image = self._x.XGetImage(
-            self._display, c.c_ulong(self.window), 0, 0, width, height, c.c_ulong(0xFFFFFFFF), 2
-        )  # fmt: skip
-        assert image
-        data = c.c_void_p.from_address(image + 16).value
-        assert data
-        pixels = np.ctypeslib.as_array((c.c_uint8 * (width * height * 4)).from_address(data)).copy()
-        self._x.XFree(c.c_void_p(data))
-        self._x.XFree(c.c_void_p(image))
-        return pixels.reshape(height, width, 4)[:, :, 2::-1]
 
 
 def hand(*commands: Any) -> None:

@@ -1,0 +1,73 @@
+"""Programs for Windows: compiled by ziglang, run by Wine in a prefix of their own."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from livebass.plugin import build
+from livebass.plugin.systems import SYSTEMS
+
+WINDOWS = SYSTEMS["windows-x86_64"]
+PATIENCE = 60.0  # s
+
+
+def needs_wine() -> None:
+    """Skips a test where Wine or ziglang is not installed, but not where CI says that they are."""
+    if not (shutil.which("wine") and importlib.util.find_spec("ziglang")) and not os.environ.get("LIVEBASS_NEEDS_WINE"):
+        pytest.skip("needs Wine and ziglang")
+
+
+def program(name: str, folder: Path) -> Path:
+    """Compiles the host NAME.c beside this file for Windows, into `folder`."""
+    made, source = folder / f"{name}.exe", Path(__file__).parent / f"{name}.c"
+    flags = (
+        "-std=gnu11",
+        "-Os",
+        "-s",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        f"-I{build.C}",
+    )  # as the plugins: by one C library
+    subprocess.run([*build.zig(WINDOWS), *flags, source, *build.LINKING["dll"], "-o", made], check=True)
+    return made
+
+
+@contextmanager
+def running_wine(folder: Path) -> Iterator[None]:
+    """A prefix in `folder`; all that runs in it is ended with the block."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("WINEPREFIX", str(folder))
+        patch.setenv("WINEARCH", "win64")
+        patch.setenv("WINEDLLOVERRIDES", "mscoree,mshtml,winemenubuilder.exe=")  # no .NET, no browser, no menus
+        patch.setenv("WINEDEBUG", "-all")
+        try:
+            run("wine", "wineboot", "--init")
+            run("wineserver", "--wait")
+            yield
+        finally:
+            subprocess.run(["wineserver", "--kill"], timeout=PATIENCE, check=False)
+            subprocess.run(["wineserver", "--wait"], timeout=PATIENCE, check=False)
+            shutil.rmtree(folder)  # 0.7 GB
+
+
+def run(*command: object) -> str:
+    """Runs a program; returns what it printed."""
+    done = subprocess.run(
+        [*map(str, command)], capture_output=True, text=True, timeout=PATIENCE, stdin=subprocess.DEVNULL
+    )
+    assert done.returncode == 0, f"{command}: {done.returncode}: {done.stderr[-2000:]}"
+    return done.stdout
+
+
+def place(path: Path) -> str:
+    """What programs for Windows call a file of this system."""
+    return f"Z:{path}"
