@@ -104,7 +104,7 @@ static uint64_t checksum(const file *f) {
 }
 
 /* Opens a file to read it; its path is UTF-8. */
-static FILE *open_file(const char *path) {
+FILE *lb_open_file(const char *path) {
 #ifdef _WIN32
     wchar_t wide[1300];
     return MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, 1300) ? _wfopen(wide, L"rb") : 0;
@@ -115,7 +115,7 @@ static FILE *open_file(const char *path) {
 
 /* Reads all bytes of a file; 0 after writing one line into `error`. */
 static int read_bytes(file *f, const char *path, char *error, size_t room) {
-    FILE *in = open_file(path);
+    FILE *in = lb_open_file(path);
     long size = 0;
     f->words = 0;
     if (!in || fseek(in, 0, SEEK_END) || (size = ftell(in)) < 0 || fseek(in, 0, SEEK_SET)) {
@@ -167,7 +167,7 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     if (!change.bytes) snprintf(error, room, "%s: is of another file than that of the bass: export it anew", beside);
     else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
     else if ((state = kernels->make_change(ADDRESS(&change))) != LB_MADE)
-        snprintf(error, room, "the strings lie on the neck: raise action, relief or nut");
+        snprintf(error, room, "the strings would lie on the neck: change action, relief or nut");
     else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
         snprintf(error, room, "a bass built like this cannot be played");
     if (made.words) {
@@ -616,7 +616,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     strcpy(p->name, name);
     strcpy(p->title, name);
     LB_FILE head;
-    FILE *in = open_file(p->path);
+    FILE *in = lb_open_file(p->path);
     memset(p->switches, 0, sizeof p->switches);
     if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
@@ -632,7 +632,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
 /* Adds the files that the list of a folder names, a line each; behind a name there may be the quality to begin in. */
 static void add_listed(lb_shelf *s, const char *folder) {
     char line[PATH];
-    FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? open_file(line) : 0;
+    FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? lb_open_file(line) : 0;
     while (in && fgets(line, sizeof line, in)) {
         const int before = s->count;
         line[strcspn(line, "\r\n")] = 0;

@@ -3,6 +3,8 @@
 #define LB_CORE_H
 #include "kernels.h"
 
+#include <stdio.h>
+
 /* The line in a host's log about a session whose instrument is missing. */
 #define LB_NOT_INSTALLED "the session's instrument is not installed: %.63s"
 
@@ -23,6 +25,9 @@ typedef struct {
 
 /* The kernels for this processor; LIVEBASS_LEVEL may name a lower level. [any thread] */
 const lb_kernels *lb_best_kernels(void);
+
+/* Opens a file, by a path in UTF-8, to be read. [not the audio thread] */
+FILE *lb_open_file(const char *path);
 
 /* --- basses --- */
 
