@@ -7,23 +7,20 @@ and notes are told once they are heard, as before that they may be taken back.
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.records import (
     HAMMER,
-    MOST_NEAR,
     PLUCK,
     PULL_OFF,
     STRIKE_EVENT,
     THROW,
 )
 from livebass.live.synth import LiveBass
-from livebass.live.thread.sight import SIGHT, see_bass
+from livebass.live.thread.sight import SIGHT, see_bass, see_contact
 
 TRIES = 8  # to read a bass between two of its frames
 STRUCK = (STRIKE_EVENT, THROW, HAMMER, PULL_OFF)  # events that begin a note at once
@@ -81,22 +78,14 @@ class Onlooker:
         first = max(min(self._contacts[i], logged), logged - len(log) // 2)  # the rest may be written over meanwhile
         steps = int(voice["numerator"]) / int(voice["denominator"])
         for k in range(first, logged):
-            contact = log[k % len(log)].copy()
-            at = began + int(contact["step"]) / steps
+            contact = log[k % len(log) :][:1].copy()
+            at = began + int(contact["step"][0]) / steps
             if at > end:
                 logged = k
                 break
-            found.append((i, self._place(i, int(contact["fret"]), int(contact["point"])), at, float(contact["speed"])))
+            place = see_contact(self.bass.address, i, contact.ctypes.data)
+            found.append((i, place, at, float(contact["speed"][0])))
         self._contacts[i] = logged
-
-    def _place(self, i: int, stop: int, point: int) -> float:
-        """The fret of a contact point of a string that is stopped; over a board its place, m from the nut."""
-        coarse = int(self.bass.record["coarse"][0]) >> i & 1
-        ops = self.bass.engine.pools[coarse].records[i]
-        if int(ops[stop]["points"]) <= MOST_NEAR:
-            return float(stop + 1 + point)
-        from_stop = ctypes.c_double.from_address(int(ops[stop]["positions"]) + DOUBLE * point).value
-        return float(ops[0]["length"] - ops[stop]["length"]) + from_stop
 
     def _take_notes(self, i: int, began: int, end: int, found: list[tuple[int, int, int]]) -> None:
         voice, (told, events) = self._voices[i], self._told[i]

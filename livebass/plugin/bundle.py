@@ -11,8 +11,9 @@ import platformdirs
 from livebass import __version__
 from livebass.files import Transaction, whole_directory
 from livebass.model.instrument import Instrument
+from livebass.plugin.build import binary
 from livebass.plugin.instrument import ENDING, SLIDERS_ENDING, instrument_file, sliders_file
-from livebass.plugin.systems import System
+from livebass.plugin.systems import System, this_system
 from livebass.techniques import MOST_BASSES
 
 LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
@@ -20,6 +21,8 @@ LIST = "instruments.txt"
 STUDIO = "studio"  # in the list, behind a name
 Qualities = Mapping[str, str]  # in which the plugins begin, by short name of a bass
 LIVE: Qualities = {}  # all in that
+NONE: Mapping[str, bytes] = {}
+EDITOR = "livebass.html"  # beside the instruments of CLAP: the page of c/page.h
 RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instruments
 
 
@@ -57,6 +60,30 @@ def write_files(folder: Path, files: dict[str, bytes], replaceable: Callable[[li
             written.write(temporary / name, data)
 
 
+class BundleWriter:
+    """Writes the bundles of a format, by what files are in one, and by which entries of a folder are one."""
+
+    def __init__(
+        self,
+        bundle_files: Callable[[dict[str, Instrument], dict[str, bytes], bytes, System], dict[str, bytes]],
+        is_bundle: Callable[[list[Path]], bool],
+    ) -> None:
+        self._files, self._replaceable = bundle_files, is_bundle
+
+    def __call__(
+        self, basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE,
+        more: Mapping[str, bytes] = NONE,
+    ) -> None:  # fmt: skip
+        """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
+
+        `system`: the one that it is for, None: this one; `qualities`: those to begin in; `more`: files beside the
+        instruments. Raises ValueError for names or basses that do not fit, OutputError, BuildError.
+        """
+        system = system or this_system()
+        files = self._files(basses, instrument_files(basses, qualities) | dict(more), binary(system), system)
+        write_files(folder, files, self._replaceable)
+
+
 def own_instruments() -> Path:
     """The directory of the user's own instrument files, in which every installed plugin looks."""
     return Path(platformdirs.user_data_path("livebass", appauthor=False, roaming=True))
@@ -80,9 +107,9 @@ def with_name(title: str, name: str) -> str:
 
 
 def are_instruments(entries: list[Path]) -> bool:
-    """True if these are a list of instruments and their files, and nothing else."""
+    """True if these are a list of instruments and what may lie beside it, and nothing else."""
     names = [entry.name for entry in entries]
-    return LIST in names and all(name == LIST or name.endswith((ENDING, SLIDERS_ENDING)) for name in names)
+    return LIST in names and all(name in (LIST, EDITOR) or name.endswith((ENDING, SLIDERS_ENDING)) for name in names)
 
 
 def is_macos(system: System) -> bool:

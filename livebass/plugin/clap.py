@@ -10,33 +10,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from livebass.model.instrument import Instrument
-from livebass.plugin.build import binary
-from livebass.plugin.bundle import (
-    LIVE,
-    RESOURCES,
-    Qualities,
-    are_instruments,
-    instrument_files,
-    is_macos,
-    macos_files,
-    write_files,
-)
-from livebass.plugin.systems import System, this_system
+from livebass.plugin.bundle import RESOURCES, BundleWriter, are_instruments, is_macos, macos_files
+from livebass.plugin.systems import System
 
 BINARY = "livebass.clap"
 IDENTIFIER = "org.livebass.clap"
-
-
-def write_bundle(
-    basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
-) -> None:
-    """Writes a folder of `basses`, by short name; it appears complete, over an older one, or not at all.
-
-    `system`: the one that it is for, None: this one; `qualities`: those to begin in. Raises ValueError for names
-    or basses that do not fit, OutputError, BuildError.
-    """
-    system = system or this_system()
-    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
 
 
 def bundle_files(
@@ -53,3 +31,6 @@ def is_bundle(entries: list[Path]) -> bool:
     if [entry.name for entry in entries] == [BINARY] and (resources := entries[0] / RESOURCES).is_dir():
         return are_instruments(list(resources.iterdir()))
     return BINARY in [entry.name for entry in entries] and are_instruments([e for e in entries if e.name != BINARY])
+
+
+write_bundle = BundleWriter(bundle_files, is_bundle)

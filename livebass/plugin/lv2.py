@@ -10,19 +10,9 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
-from livebass.plugin.build import binary
-from livebass.plugin.bundle import (
-    LIST,
-    LIVE,
-    Qualities,
-    checked_name,
-    distinct_titles,
-    instrument_files,
-    with_name,
-    write_files,
-)
+from livebass.plugin.bundle import LIST, BundleWriter, checked_name, distinct_titles, with_name, write_files
 from livebass.plugin.instrument import ENDING, SLIDERS_ENDING
-from livebass.plugin.systems import SYSTEMS, System, this_system
+from livebass.plugin.systems import SYSTEMS, System
 from livebass.techniques import BUILT_ROWS
 
 URI = "urn:livebass:bass"
@@ -130,18 +120,6 @@ def _control(symbol: str, name: str, usual: float, least: float, most: float) ->
     return f'a lv2:InputPort , lv2:ControlPort ; lv2:symbol "{symbol}" ; lv2:name "{name}" ; {limits}'
 
 
-def write_bundle(
-    basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
-) -> None:
-    """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
-
-    `system`: the one that it is for, None: this one; `qualities`: those to begin in. Raises ValueError for names
-    or basses that do not fit, OutputError, BuildError.
-    """
-    system = system or this_system()
-    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
-
-
 def bundle_files(
     basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
 ) -> dict[str, bytes]:
@@ -172,6 +150,9 @@ def is_bundle(entries: list[Path]) -> bool:
     return always <= names and all(
         name in always | binaries or name.endswith((ENDING, SLIDERS_ENDING)) for name in names
     )
+
+
+write_bundle = BundleWriter(bundle_files, is_bundle)
 
 
 def binary_name(system: System) -> str:

@@ -9,18 +9,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from livebass.model.instrument import Instrument
-from livebass.plugin.build import binary
-from livebass.plugin.bundle import (
-    LIVE,
-    RESOURCES,
-    Qualities,
-    are_instruments,
-    instrument_files,
-    is_macos,
-    macos_files,
-    write_files,
-)
-from livebass.plugin.systems import System, this_system
+from livebass.plugin.bundle import RESOURCES, BundleWriter, are_instruments, is_macos, macos_files
+from livebass.plugin.systems import System
 
 IDENTIFIER = "org.livebass.vst3"
 BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle of its own
@@ -28,14 +18,6 @@ BINARIES = {  # within the bundle, by the name of the system; macOS has a bundle
     "linux-aarch64": "Contents/aarch64-linux/livebass.so",
     "windows-x86_64": "Contents/x86_64-win/livebass.vst3",
 }
-
-
-def write_bundle(
-    basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
-) -> None:
-    """Writes a bundle of `basses`, by short name, as `clap.write_bundle` does its folder."""
-    system = system or this_system()
-    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
 
 
 def bundle_files(
@@ -53,3 +35,6 @@ def is_bundle(entries: list[Path]) -> bool:
     if [entry.name for entry in entries] != ["Contents"] or not resources.is_dir():
         return False
     return are_instruments(list(resources.iterdir()))
+
+
+write_bundle = BundleWriter(bundle_files, is_bundle)

@@ -26,7 +26,6 @@ from livebass.kernels.string.records import (
     EVENT,
     HAMMER,
     LINE,
-    MOST_NEAR,
     OPERATOR,
     PLUCK,
     PULL_OFF,
@@ -51,7 +50,7 @@ RECORDS = {
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
-    "SEEN": sight.SEEN, "MOST_NEAR": MOST_NEAR, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
+    "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "PLUCK": PLUCK, "STRIKE_EVENT": STRIKE_EVENT,
     "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM,
     "OTHER_PLACES": OTHER_PLACES, "CROWN_ABOVE": CROWN_ABOVE, "MOST_PICKUPS": MOST_PICKUPS, "TIERS": TIERS,
@@ -69,8 +68,8 @@ WAYS = {
 CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets, over_board)  # by kernels, by address
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
-    ring.push_message, ring.push_event, block.relieve, sight.see_bass, begin_again, run_string,
-    set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, *CALLED,
+    ring.push_message, ring.push_event, block.relieve, sight.see_bass, sight.see_contact, begin_again,
+    run_string, set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, *CALLED,
 )  # fmt: skip
 
 

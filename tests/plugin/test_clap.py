@@ -834,7 +834,7 @@ def test_the_binary_is_small_and_exports_its_entries_alone(folder: Path) -> None
 
 def test_folders_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """On Linux, and as macOS wants it."""
-    monkeypatch.setattr(clap, "binary", lambda system: b"code")
+    monkeypatch.setattr("livebass.plugin.bundle.binary", lambda system: b"code")
     basses = {"paper-g": load_preset("paper-g")}
     for system in ("linux-x86_64", "macos-arm64", "linux-x86_64"):
         clap.write_bundle(basses, tmp_path / "livebass", SYSTEMS[system])

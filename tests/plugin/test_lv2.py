@@ -485,6 +485,40 @@ def test_instances_share_their_pool(bundle: Path) -> None:
     assert int(done.stdout) < 300_000 * 19 / 20  # kB
 
 
+RESTORING = """
+import sys, threading
+from pathlib import Path
+import numpy as np
+from support.lv2 import Plugin
+plugin, ended, sounds = Plugin(Path(sys.argv[1])), threading.Event(), []
+def play():
+    for k in range(10**9):
+        sounds.append(plugin.block(2048, [(5, bytes([0x90, 28 + k % 30, 127]))]))
+        if ended.is_set():
+            return
+first = plugin.save()
+thread = threading.Thread(target=play)
+thread.start()
+name, (text, kind) = next((key, value) for key, value in first.items() if b"jazz-finger" in value[0])
+for k in range(60):
+    assert plugin.restore(first | {name: ((b"slap", b"jazz-finger")[k % 2] + b"\\0", kind)}) == 0
+ended.set()
+thread.join()
+sound = np.concatenate(sounds)
+assert np.isfinite(sound).all() and np.abs(sound).max() > 0.1 and not plugin.logged, plugin.logged
+plugin.close()
+"""
+
+
+def test_a_host_may_restore_while_it_plays(bundle: Path) -> None:
+    """It is not to, but Ardour does when a preset is chosen."""
+    done = subprocess.run(
+        [sys.executable, "-c", RESTORING, bundle], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )  # fmt: skip
+    assert done.returncode == 0, (done.returncode, done.stderr)
+
+
 TRAP = """
 #define _GNU_SOURCE
 #include <dlfcn.h>

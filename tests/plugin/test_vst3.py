@@ -585,7 +585,7 @@ def test_stereo_is_twice_the_same(bundle: Path) -> None:
 
 
 def test_bundles_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vst3, "binary", lambda system: b"code")
+    monkeypatch.setattr("livebass.plugin.bundle.binary", lambda system: b"code")
     folder, basses = tmp_path / "livebass.vst3", {"paper-g": load_preset("paper-g")}
     binaries: dict[str, str] = vst3.BINARIES | dict.fromkeys(("macos-arm64", "macos-x86_64"), "Contents/MacOS/livebass")
     for name, system in SYSTEMS.items():

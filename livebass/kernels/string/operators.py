@@ -13,6 +13,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, samples_at
+from livebass.kernels.string.records import MOST_NEAR
 
 DOUBLE, SINGLE = 8, 4  # bytes
 
@@ -159,6 +160,15 @@ def hand_heights(op):
 def positions(op):
     """Positions of the contact points, (points,), m from the stop."""
     return floats_at(op.positions, op.points)
+
+
+@jit
+def place_of(contact, ops):
+    """Where a CONTACT is: the fret that is hit, or over a board m from the nut. `ops`: operators of its string."""
+    op = ops[contact.fret]
+    if op.points <= MOST_NEAR:
+        return np.float64(contact.fret + 1 + contact.point)
+    return ops[0].length - op.length + positions(op)[min(contact.point, op.points - 1)]
 
 
 @inlined

@@ -13,7 +13,7 @@ from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.elementary import exp, log2
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.kernels.string.operators import positions
+from livebass.kernels.string.operators import place_of
 from livebass.kernels.string.records import CONTACT, MOST_NEAR
 from livebass.live.thread.records import operators_of, performer_of, string_of, synth_at
 from livebass.live.thread.sight import SIGHT, see_string
@@ -177,7 +177,7 @@ def see_contacts(voice, ops, lane):
     log = contacts_at(voice.log, voice.log_room)
     for k in range(max(min(lane.counted, voice.logged), voice.logged - voice.log_room), voice.logged):
         contact = log[k % voice.log_room]
-        place = place_of(contact, ops)
+        place = light_of(contact, ops)
         hard = min(1.0, np.sqrt(max(contact.speed, 0.0) / FULL_SPEED))
         light = hard * exp(min(0.0, (contact.step - voice.step) * ops[contact.fret].fine / GLOW))
         if 0 <= place < PLACES:
@@ -186,10 +186,9 @@ def see_contacts(voice, ops, lane):
 
 
 @jit
-def place_of(contact, ops):
-    """The fret that a contact hits, or the one that would be nearest to it on a board."""
-    op = ops[contact.fret]
-    if op.points <= MOST_NEAR:
-        return contact.fret + 1 + contact.point
-    left = op.length - positions(op)[min(contact.point, op.points - 1)]
-    return np.int64(np.rint(12.0 * log2(ops[0].length / max(left, 1e-3))))
+def light_of(contact, ops):
+    """The place that a contact lights: the fret that it hits, or the one that would be nearest to it on a board."""
+    place, length = place_of(contact, ops), ops[0].length
+    if ops[contact.fret].points <= MOST_NEAR:
+        return np.int64(place)
+    return np.int64(np.rint(12.0 * log2(length / max(length - place, 1e-3))))

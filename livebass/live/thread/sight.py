@@ -1,18 +1,19 @@
 """What is drawn of a bass: the amplitudes of the lowest modes of each string, as they are between two blocks.
 
-`see_bass` reads, and changes nothing. A slot has the shape u(x) = sqrt(2 / length) sum_j u[j - 1] sin(j pi x / length)
-+ stop (1 - x / length), m, x from its stop to the saddle, over the line of rest from there; v likewise. Contacts and
-events are told elsewhere (kernels/string/told.py). [audio thread]
+`see_bass` and `see_contact` read, and change nothing. A slot has the shape u(x) = sqrt(2 / length) sum_j u[j - 1]
+sin(j pi x / length) + stop (1 - x / length), m, x from its stop to the saddle, over the line of rest from there; v
+likewise. Contacts and events are told elsewhere (kernels/string/told.py). [audio thread]
 """
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.records import bass_at
 from livebass.kernels.hands.pulling import pull_profile
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import glide, modal
-from livebass.kernels.string.records import VOICE_SLOTS
+from livebass.kernels.string.operators import place_of
+from livebass.kernels.string.records import CONTACT, VOICE_SLOTS
 from livebass.live.thread.records import operators_of, string_of
 
 SEEN = 96  # modes at most: of the paper's case B 20 um are missing at 5 ms, and less before
@@ -41,6 +42,7 @@ SIGHT = np.dtype(
 )
 SIGHT_BYTES = SIGHT.itemsize
 sight_at = record_at(SIGHT)
+contact_at = record_at(CONTACT)
 
 
 @entry("void(int64, int64)")
@@ -49,6 +51,13 @@ def see_bass(bass, sights):
     b = bass_at(bass)
     for i in range(b.strings):
         see_string(string_of(b, i), operators_of(b, (b.coarse >> i) & 1)[i], sight_at(sights + SIGHT_BYTES * i))
+
+
+@entry("float64(int64, int64, int64)", SMALL)
+def see_contact(bass, i, contact):
+    """Returns where the CONTACT at an address is, of string `i` of the BASS at an address, as `place_of` does."""
+    b = bass_at(bass)
+    return place_of(contact_at(contact), operators_of(b, (b.coarse >> i) & 1)[i])
 
 
 @jit

@@ -157,7 +157,7 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     if (!change.bytes) snprintf(error, room, "%s: is of another file than that of the bass: export it anew", beside);
     else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
     else if ((state = kernels->make_change(ADDRESS(&change))) != LB_MADE)
-        snprintf(error, room, "the strings lie on the neck: raise action, relief or nut");
+        snprintf(error, room, "the strings would lie on the neck: change action, relief or nut");
     else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
         snprintf(error, room, "a bass built like this cannot be played");
     if (made.words) {

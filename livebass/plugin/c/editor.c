@@ -110,10 +110,14 @@ static void learn(void *i, int parameter) {
     else lb_learn(i, now == LB_WAITS ? -1 : parameter);
 }
 
+lb_face lb_face_of(lb_instance *i) {
+    return (lb_face){.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
+                     .note = note, .switched = switched, .undo = undo, .swap = swap, .side = side,
+                     .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
+                     .save = save, .load = load, .remove = discard};
+}
+
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {
-    const lb_face face = {.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
-                          .note = note, .switched = switched, .undo = undo, .swap = swap, .side = side,
-                          .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
-                          .save = save, .load = load, .remove = discard};
+    const lb_face face = lb_face_of(i);
     return lb_open_editor(&face, &i->look, parent, width, height, scale);
 }

@@ -9,6 +9,7 @@ typedef struct lb_editor lb_editor;
 lb_editor *lb_open_editor(const lb_face *, lb_look *, uintptr_t parent, int width, int height, double scale);
 /* The same for an instance, which is told of what is done in it. */
 lb_editor *lb_edit_instance(lb_instance *, uintptr_t parent, int width, int height, double scale);
+lb_face lb_face_of(lb_instance *); /* what its window shows, and whom it calls */
 void lb_close_editor(lb_editor *); /* may be 0 */
 void lb_resize_editor(lb_editor *, int width, int height, double scale);
 uintptr_t lb_editor_handle(const lb_editor *);

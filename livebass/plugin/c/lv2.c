@@ -10,6 +10,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
+#include <windows.h>
+static void rest(void) { Sleep(1); }
+#else
+#include <time.h>
+static void rest(void) { nanosleep(&(struct timespec){0, 1000000}, 0); }
+#endif
 
 enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 enum { LOAD, FREE, HELP };
@@ -38,6 +46,8 @@ typedef struct {
     int missing;    /* the state named a bass that is not there, `missing_name`: saved until another is chosen */
     char missing_name[NAME];
     int restored;   /* a state said what to play: the ports `bass` and `quality` count once they move */
+    int running;    /* the audio thread is in run() or work_response() ... */
+    int held;       /* ... and must stay out, as restore() changes what plays */
     int loading;    /* a job of this generation is under way */
     int generation; /* changed by restore() and activate(): jobs before are void, the host may have dropped them */
     lb_bass *faded; /* waits for the worker to free it */
@@ -179,6 +189,23 @@ static void connect_port(void *handle, uint32_t port, void *data) {
     else if (port == first_control + CONTROLS + 1) p->shown = data;
 }
 
+/* A host is not to call run() while it calls restore(), as no state:threadSafeRestore is declared, but Ardour does, for
+   presets: then nothing plays meanwhile. Returns 0 if the audio thread must stay out. */
+static int begin_run(plugin *p) {
+    __atomic_store_n(&p->running, 1, __ATOMIC_SEQ_CST);
+    if (!__atomic_load_n(&p->held, __ATOMIC_SEQ_CST)) return 1;
+    __atomic_store_n(&p->running, 0, __ATOMIC_SEQ_CST);
+    return 0;
+}
+static void end_run(plugin *p) { __atomic_store_n(&p->running, 0, __ATOMIC_SEQ_CST); }
+
+/* Keeps the audio thread out, once it is through with its block, and lets it in again. */
+static void hold(plugin *p) {
+    __atomic_store_n(&p->held, 1, __ATOMIC_SEQ_CST);
+    while (__atomic_load_n(&p->running, __ATOMIC_SEQ_CST)) rest();
+}
+static void let_in(plugin *p) { __atomic_store_n(&p->held, 0, __ATOMIC_SEQ_CST); }
+
 /* Makes the answers that are still to come stale. [not while run() is called] */
 static void void_jobs(plugin *p) {
     __atomic_fetch_add(&p->generation, 1, __ATOMIC_RELEASE);
@@ -261,6 +288,14 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
     if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->synth, &p->taps, &touch);
 }
 
+/* Writes an empty sequence of looks; returns the bytes that its head takes. */
+static uint32_t clear_looks(const plugin *p) {
+    const uint32_t head = sizeof(lv2_sequence) - sizeof(lv2_atom);
+    p->shown->atom = (lv2_atom){head, p->sequence};
+    p->shown->unit = p->shown->pad = 0;
+    return head;
+}
+
 /* Sends a window what is to be seen, or A and B if it asks for them, if there is one and something new. */
 static void send_look(plugin *p, const float *out, uint32_t frames) {
     const int watched = p->watched > 0;
@@ -268,12 +303,10 @@ static void send_look(plugin *p, const float *out, uint32_t frames) {
     p->watched = watched ? p->watched - frames / p->rate : 0;
     lb_take_look(&p->look, p->synth, out, frames < LB_CHUNK ? frames : LB_CHUNK);
     if (!p->shown) return;
-    const uint32_t room = p->shown->atom.size, head = sizeof(lv2_sequence) - sizeof(lv2_atom);
+    const uint32_t room = p->shown->atom.size, head = clear_looks(p);
     const int sides = p->sides_asked;
     const lv2_atom body = {sides ? sizeof(lb_sides) : sizeof(LB_LOOK), sides ? p->sides_atom : p->look_atom};
     const uint32_t size = (uint32_t)sizeof(lv2_event) + (body.size + 7) / 8 * 8;
-    p->shown->atom = (lv2_atom){head, p->sequence};
-    p->shown->unit = p->shown->pad = 0;
     lv2_event *e = (lv2_event *)(p->shown + 1);
     if (!watched || room < head + size || (!sides && p->looks == lb_looks_taken(&p->look))) return;
     if (sides) memcpy(e + 1, &p->sides[p->sides_at], sizeof(lb_sides));
@@ -325,8 +358,19 @@ static void answer_program(plugin *p) {
     __atomic_store_n(&p->missing, 0, __ATOMIC_RELAXED);
 }
 
+/* Plays nothing. */
+static void be_silent(const plugin *p, uint32_t frames) {
+    for (int k = 0; k < p->outputs; k++)
+        if (p->outs[k]) memset(p->outs[k], 0, frames * sizeof *p->outs[k]);
+    if (p->shown) clear_looks(p);
+}
+
 static void run(void *handle, uint32_t frames) {
     plugin *p = handle;
+    if (!begin_run(p)) {
+        be_silent(p, frames);
+        return;
+    }
     follow_ports(p);
     send_parameters(p);
     follow_cores(p);
@@ -341,6 +385,7 @@ static void run(void *handle, uint32_t frames) {
     if (p->faded && free_elsewhere(p, p->faded)) p->faded = 0;
     if (p->names && p->named != p->playing.bass) p->names->update(p->names->handle);
     p->named = p->playing.bass;
+    end_run(p);
 }
 
 static void deactivate(void *handle) {
@@ -372,9 +417,11 @@ static int work_response(void *handle, uint32_t size, const void *data) { /* aud
     job j;
     if (size != sizeof j) return LV2_UNKNOWN;
     memcpy(&j, data, sizeof j);
-    if (is_stale(p, &j)) {
+    const int in = begin_run(p); /* else restore() makes all answers stale */
+    if (!in || is_stale(p, &j)) {
         if (!p->faded) p->faded = j.bass;
         else if (!free_elsewhere(p, j.bass)) lb_free_bass(j.bass); /* a host that drops jobs: rather late than never */
+        if (in) end_run(p);
         return LV2_SUCCESS;
     }
     p->loading = 0;
@@ -384,6 +431,7 @@ static int work_response(void *handle, uint32_t size, const void *data) { /* aud
     } else if (!memcmp(&j.of, &p->wanted, sizeof j.of)) {
         p->wanted = p->playing; /* it cannot be loaded: not tried again until a port moves */
     }
+    end_run(p);
     return LV2_SUCCESS;
 }
 
@@ -434,7 +482,7 @@ static void restore_sides(plugin *p, lv2_retrieve get, void *from) {
 }
 
 static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, const lv2_feature *const *features) {
-    (void)features; /* run() is not called meanwhile: no state:threadSafeRestore is declared */
+    (void)features;
     plugin *p = handle;
     size_t size = 0;
     uint32_t type = 0;
@@ -453,6 +501,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     p->seed = kept(p, get, from, p->key_seed, 0);
     lb_bass *b = load(p, c);
     if (!b) return LV2_UNKNOWN;
+    hold(p);
     lb_put_on(p->synth, b);
     lb_begin_looks(&p->look, p->synth);
     p->playing = p->wanted = c;
@@ -462,6 +511,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     p->restored = 1;
     void_jobs(p);
     forget_ports(p);
+    let_in(p);
     return LV2_SUCCESS;
 }
 

@@ -131,15 +131,15 @@ class Engine {
   // Adds to `list` the contacts that began since the last time, of which `taken` counts those of each string: string,
   // fret (over a board, m from the nut), frame, speed (m/s).
   takeContacts(bass, taken, list) {
-    const began = this.get("BASS", bass, "frame"), board = this.get("BASS", bass, "frets") + 1;
+    const began = this.get("BASS", bass, "frame");
     for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
       const voice = this.voice(bass, i), logged = this.get("VOICE", voice, "logged");
       if (logged === taken[i]) continue;
       const steps = this.get("VOICE", voice, "numerator") / this.get("VOICE", voice, "denominator");
       for (let k = Math.max(taken[i] || 0, logged - CONTACTS); k < logged; k++) {
         const at = this.get("VOICE", voice, "log") + (k % CONTACTS) * RECORDS.CONTACT.bytes;
-        const of = name => this.get("CONTACT", at, name), stop = of("fret"), point = of("point");
-        list.push(i, this.placeOf(bass, board * i + stop, stop, point), began + of("step") / steps, of("speed"));
+        const place = this.x.lb_see_contact(BigInt(bass), BigInt(i), BigInt(at));
+        list.push(i, place, began + this.get("CONTACT", at, "step") / steps, this.get("CONTACT", at, "speed"));
       }
       taken[i] = logged;
     }
@@ -237,14 +237,6 @@ class Engine {
       sound[k] = this.view.getFloat64(this.sound, true);
     }
     return {rows, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
-  }
-
-  // The fret of a contact point of an operator; over a board its place, m from the nut.
-  placeOf(bass, index, stop, point) {
-    const op = this.get("BASS", bass, "operators") + RECORDS.OPERATOR.bytes * index;
-    if (this.get("OPERATOR", op, "points") <= N.MOST_NEAR) return stop + 1 + point;
-    const open = op - RECORDS.OPERATOR.bytes * stop, length = this.get("OPERATOR", op, "length");
-    return this.get("OPERATOR", open, "length") - length + this.view.getFloat64(this.get("OPERATOR", op, "positions") + 8 * point, true);
   }
 
   // Copies what is seen of the strings of a bass into `buffer`, an ArrayBuffer as large as that, or a new one.

@@ -1,0 +1,126 @@
+"""The LV2 and the VST3 plugin in Ardour: on tracks of a session that it saves, loads and exports."""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.ardour import RATE, Ardour, needs_ardour, put_notes
+from support.lv2 import Plugin
+from support.plugins import mono
+
+from livebass import load_preset, score_of
+from livebass.live.parameters import PARAMETERS
+from livebass.plugin import lv2, vst3
+from livebass.plugin.systems import this_system
+
+pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="Ardour of Debian")
+BASSES = ("jazz-finger", "slap")
+NOTES = [(0.25 * k, 0.4, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(8)]
+SECONDS = 3
+MOVED = {"tone": -0.5, "action": 0.5}
+VST3_ID = "6C697665626173739D3F0C5100000001"
+NO_PROGRAM = {"bass", "cores"}  # parameters that VST3 hosts show as programs, or not at all
+# A track that is panned hard comes out of one side of the master bus, by this in place of 1
+PANNED = np.nextafter(np.float32(1), np.float32(0))
+MAKE = """
+local function tell(...)
+  local words = {"TOLD", ...}
+  for k, word in ipairs(words) do words[k] = tostring(word) end
+  print(table.concat(words, "|"))
+end
+AudioEngine:set_backend("None (Dummy)", "", "")
+AudioEngine:set_buffer_size(1024)
+local session = create_session(arg[1], "plain", 48000)
+for plugin in ARDOUR.LuaAPI.list_plugins():iter() do
+  if plugin.name:find("livebass") then
+    tell("plugin", ARDOUR.PluginType.name(plugin.type, true), plugin.name, plugin:is_instrument())
+  end
+end
+local sound = ARDOUR.ChanCount(ARDOUR.DataType("audio"), 1)
+local notes = ARDOUR.ChanCount(ARDOUR.DataType("midi"), 1)
+local inserted = {}
+for k, kind in ipairs({"LV2", "VST3"}) do
+  local info = ARDOUR.LuaAPI.new_plugin_info(arg[k + 1], ARDOUR.PluginType[kind])
+  assert(not info:isnil(), kind)
+  local track = session:new_midi_track(notes, sound, true, info, nil, nil, 1, kind,
+                                       ARDOUR.PresentationInfo.max_order, ARDOUR.TrackMode.Normal, true):front()
+  track:pan_azimuth_control():set_value(k - 1, PBD.GroupControlDisposition.NoGroup)
+  inserted[k] = track:nth_plugin(0):to_insert()
+end
+session:save_state("")
+for k, kind in ipairs({"LV2", "VST3"}) do
+  local plugin = inserted[k]:plugin(0)
+  local preset = plugin:preset_by_label("Slap")
+  tell("preset", kind, preset.valid, plugin:load_preset(preset))
+  sleep(1) -- Ardour tells the plugin of it in a thread of its own
+  local input = 0
+  for i = 0, plugin:parameter_count() - 1 do
+    if plugin:parameter_is_control(i) then
+      local name = plugin:parameter_label(i)
+      tell(kind, name, plugin:parameter_is_input(i))
+      if name == "Tone" then ARDOUR.LuaAPI.set_plugin_insert_param(inserted[k], input, -0.5) end
+      if name == "Action" then ARDOUR.LuaAPI.set_plugin_insert_param(inserted[k], input, 0.5) end
+      input = input + 1
+    end
+  end
+end
+sleep(1)
+session:save_state("moved")
+close_session()
+"""
+AGAIN = """
+AudioEngine:set_backend("None (Dummy)", "", "")
+AudioEngine:set_buffer_size(256)
+local session = load_session(arg[1], "moved")
+session:save_state("")
+close_session()
+"""
+
+
+def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_path: Path) -> None:
+    needs_ardour()
+    basses = {name: load_preset(name) for name in BASSES}
+    lv2.write_bundle(basses, bundle := tmp_path / ".lv2" / "livebass.lv2")
+    vst3.write_bundle(basses, tmp_path / ".vst3" / "livebass.vst3")
+    ardour, session = Ardour(tmp_path), tmp_path / "song"
+    assert "Found Plugin: livebass strings" in ardour.scan(tmp_path / ".vst3" / "livebass.vst3")
+
+    told = ardour.make(session, MAKE, lv2.URI, VST3_ID)
+    assert sorted(row[1:] for row in told if row[0] == "plugin") == [
+        [kind, name, "true"] for kind in ("LV2", "VST3") for name in ("livebass", "livebass strings")
+    ]
+    assert [row[1:] for row in told if row[0] == "preset"] == [[kind, "true", "true"] for kind in ("LV2", "VST3")]
+    names = [p.name for p in PARAMETERS]
+    automatic = [p.name for p in PARAMETERS if p.symbol not in NO_PROGRAM]
+    for kind, inputs in (("LV2", [*names, "Freewheeling"]), ("VST3", automatic)):
+        found = [row[1:] for row in told if row[0] == kind]
+        assert found == [*([name, "true"] for name in inputs), ["Overload", "false"]]
+
+    for snapshot in ("plain", "moved"):
+        put_notes(session, snapshot, NOTES, SECONDS)
+    score = score_of(NOTES, RATE)
+    plain = ardour.export(session, "plain")
+    wanted = mono("jazz-finger", score)[: SECONDS * RATE] * PANNED
+    assert plain.shape[1] == SECONDS * RATE and np.abs(wanted).max() > 0.2
+    for channel in plain:
+        assert np.array_equal(channel[: len(wanted)], wanted)
+
+    moved = ardour.export(session, "moved")
+    with closing(Plugin(bundle)) as host:
+        host.controls["bass"].value = 1
+        for symbol, value in MOVED.items():
+            host.controls[symbol].value = value
+        for _ in range(3):  # the bass it began with must have begun
+            host.block(64)
+            host.work()
+        host.block(RATE)
+        wanted = host.play(score, SECONDS * RATE) * PANNED
+    for channel in moved:
+        assert np.array_equal(channel, wanted)
+    before = (session / "moved.ardour").stat().st_mtime_ns
+    ardour.lua(AGAIN, session)
+    assert (session / "moved.ardour").stat().st_mtime_ns > before
+    assert np.array_equal(ardour.export(session, "moved"), moved)

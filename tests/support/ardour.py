@@ -1,0 +1,127 @@
+"""Ardour 7 without its window: its Lua makes sessions, its own tool exports them."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import mido
+import numpy as np
+import pytest
+import soundfile
+
+from livebass.arrays import Floats
+
+LUA, EXPORT = "ardour7-lua", "ardour7-export"
+LIBRARIES = Path("/usr/lib/ardour7")
+SCANNER = LIBRARIES / "ardour-vst3-scanner"
+PATIENCE = 180.0  # s
+RACE = "Port already exists"  # of one that it has just made itself: one start in twenty under load, then it aborts
+RATE = 48000
+TICKS, BEATS_A_SECOND = 1920, 2  # a beat; of a new session
+SUPERCLOCK = 282240000  # ticks a second of its other clock
+
+
+def needs_ardour() -> None:
+    """Skips a test where Ardour is not installed, but not where CI says that it is."""
+    if not (shutil.which(LUA) and shutil.which(EXPORT) and SCANNER.exists()):
+        assert not os.environ.get("LIVEBASS_NEEDS_ARDOUR"), "Ardour 7 is missing"
+        pytest.skip("there is no Ardour 7 here")
+
+
+class Ardour:
+    """An Ardour of a user who has nothing in `home` but what the test has put there."""
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+        self.environment = {key: value for key, value in os.environ.items() if not key.startswith(("XDG_", "LV2_"))}
+        self.environment |= {"HOME": str(home), "XDG_RUNTIME_DIR": str(home)}
+
+    def run(self, *command: object, **more: str) -> str:
+        """Runs a program to its end; returns what it said."""
+        done = subprocess.run(
+            [str(word) for word in command], env=self.environment | more, stdin=subprocess.DEVNULL, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE, errors="replace",
+        )  # fmt: skip
+        assert done.returncode == 0, (done.returncode, done.stdout[-2000:])
+        return done.stdout
+
+    def scan(self, bundle: Path) -> str:
+        """Has its scanner look at a VST3 bundle, as its dialog does; returns what that said."""
+        for file in bundle.rglob("*"):  # of a file as young as the list of what was found it would look again
+            os.utime(file, (0, 0))
+        return self.run(SCANNER, "-f", bundle, LD_LIBRARY_PATH=str(LIBRARIES))
+
+    def lua(self, script: str, *arguments: object) -> list[list[str]]:
+        """Runs a script; returns the fields of the lines that it printed behind "TOLD|"."""
+        file = self.home / "script.lua"
+        file.write_text(script)
+        lines = [line.split("|") for line in self.run(LUA, file, *arguments).splitlines()]
+        return [line[1:] for line in lines if line[0] == "TOLD"]
+
+    def make(self, session: Path, script: str, *arguments: object) -> list[list[str]]:
+        """The same for a script that makes a session: once more where Ardour's threads stood in each other's way."""
+        for last in (False, False, True):
+            try:
+                return self.lua(script, session, *arguments)
+            except AssertionError as error:
+                if last or RACE not in str(error):
+                    raise
+                shutil.rmtree(session)
+        raise AssertionError
+
+    def export(self, session: Path, snapshot: str) -> Floats:
+        """The sound of the whole session, of what comes out of its master bus: (2, frames)."""
+        made = self.home / f"{snapshot}.wav"
+        self.run(EXPORT, "-b", "float", "-o", made, session, snapshot)
+        sound, rate = soundfile.read(made, dtype="float32", always_2d=True)
+        assert rate == RATE
+        return np.ascontiguousarray(sound.T)
+
+
+def put_notes(session: Path, snapshot: str, notes: list[tuple[float, float, int, int]], seconds: int) -> None:
+    """Puts notes, (start and length, s; key; velocity), on every MIDI track of a snapshot, which lasts so long.
+
+    Its Lua can add no MIDI region: the snapshot's file can. Frames are exact where times are whole 1/1920 s.
+    """
+    file = session / f"{snapshot}.ardour"
+    tree = ElementTree.parse(file)
+    root = tree.getroot()
+    number = int(root.get("id-counter", "0"))
+    folder = session / "interchange" / session.name / "midifiles"
+    folder.mkdir(parents=True, exist_ok=True)
+    write_midi(folder / "notes.mid", notes)
+    sources, locations = root.find("Sources"), root.find("Locations")
+    assert sources is not None and locations is not None
+    source = {"name": "notes.mid", "type": "midi", "id": str(number), "flags": "", "origin": "", "take-id": ""}
+    ElementTree.SubElement(sources, "Source", source)
+    whole = f"b{seconds * BEATS_A_SECOND * TICKS}@b0"
+    for playlist in root.findall("Playlists/Playlist"):
+        number += 1
+        region = {
+            "name": "notes", "id": str(number), "type": "midi", "start": "b0", "length": whole, "channels": "1",
+            "source-0": source["id"], "master-source-0": source["id"], "opaque": "1", "muted": "0", "hidden": "0",
+            "whole-file": "0", "first-edit": "nothing", "sync-position": "b0", "ancestral-start": "b0",
+            "ancestral-length": whole, "stretch": "1", "shift": "1", "layer": "0", "layering-index": "0",
+        }  # fmt: skip
+        ElementTree.SubElement(playlist, "Region", region)
+    ElementTree.SubElement(
+        locations, "Location", {"id": str(number + 1), "name": "session", "start": "a0",
+                                "end": f"a{seconds * SUPERCLOCK}", "flags": "IsSessionRange"},
+    )  # fmt: skip
+    root.set("id-counter", str(number + 2))
+    tree.write(file, encoding="UTF-8", xml_declaration=True)
+
+
+def write_midi(path: Path, notes: list[tuple[float, float, int, int]]) -> None:
+    events = [(start, 1, key, velocity) for start, _, key, velocity in notes]
+    events += [(start + length, 0, key, 64) for start, length, key, _ in notes]
+    track, now = mido.MidiTrack(), 0
+    for time, on, key, velocity in sorted(events):
+        tick = round(time * BEATS_A_SECOND * TICKS)
+        track.append(mido.Message("note_on" if on else "note_off", note=key, velocity=velocity, time=tick - now))
+        now = tick
+    mido.MidiFile(type=0, ticks_per_beat=TICKS, tracks=[track]).save(path)
