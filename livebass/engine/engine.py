@@ -65,15 +65,18 @@ class Playing(ABC):
 
     @abstractmethod
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
-        """Takes channel messages (n, 3) at absolute frames (n,), in order, none before `frame`. [main thread]"""
+        """Takes channel messages (n, 3) at frames (n,) from the start, in order, none before `frame`.
+
+        [one thread at a time]
+        """
 
     @abstractmethod
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
-        """Computes the next `count` frames of every string, (strings, count). [main thread]"""
+        """Computes the next `count` frames of every string, (strings, count). [one thread at a time]"""
 
     @abstractmethod
     def process_with_mix(self, count: int, pool: ThreadPoolExecutor | None = None) -> Block:
-        """As `process`, and the mix behind the effects, (count,); None: there are no effects. [main thread]"""
+        """As `process`, and the mix behind the effects, (count,); None: there are no effects. [one thread at a time]"""
 
     @abstractmethod
     def sounding(self) -> bool:
@@ -105,7 +108,10 @@ class Playing(ABC):
         check_tail(tail)
 
     def _play(self, score: Score, tail: float | None, process: Process) -> Iterator[Block]:
-        """Yields block after block; while the caller has one, the next is computed, if it is needed for sure."""
+        """Yields block after block; while the caller has one, the next is computed, unless that was the last.
+
+        A caller that breaks off waits for the one that is being computed.
+        """
         chunk = max(1, int(CHUNK * self.rate))
         longest = LONGEST_TAIL if tail is None else tail
         frames, end = score.frames + self.frame, score.end_frame + self.frame

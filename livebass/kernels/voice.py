@@ -105,7 +105,7 @@ def run(string, ops, events, count, out, across):
                 across[i] = taps[1]
         else:
             held = hold_sample(string, held)
-            if held == BATCH or (voice.frame + 1) % REST_EVERY == 0:
+            if held == BATCH or is_time_to_rest(voice, voice.frame + 1):
                 held = filter_batch(string, out, i + 1, held)
         move_string(string, ops)
         i += 1
@@ -132,6 +132,14 @@ def skip_to(voice, end):
     voice.step = end * voice.numerator
     if voice.denominator > 1:
         voice.step = -(-voice.step // voice.denominator)
+
+
+@jit
+def is_time_to_rest(voice, frame):
+    """True if dead modes are looked for at `frame`: counted from the event that woke the string, so that it sounds the
+    same at any time.
+    """
+    return (frame - voice.woken) % REST_EVERY == 0
 
 
 @jit
@@ -168,6 +176,8 @@ def at_rest(string):
 def handle_event(string, ops, event):
     """Has the string do what one event says."""
     voice, slots = string.voice, string.slots
+    if voice.still:
+        voice.woken = voice.frame
     voice.still = 0
     if event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER):
         voice.cut = 0
@@ -408,7 +418,7 @@ def move_string(string, ops):
         answers.move_answers(string, ops, after)
     voice.step = after
     voice.frame += 1
-    if voice.frame % REST_EVERY == 0:
+    if is_time_to_rest(voice, voice.frame):
         answers.drop_dead_answers(string)
         for k in range(2):
             slot = string.slots[k]

@@ -157,6 +157,19 @@ def test_an_output_a_string(folder: Path) -> None:
     plugin.close()
 
 
+def test_a_preset_has_every_value_as_its_bass_has_it(folder: Path) -> None:
+    """What the bass is built by, too; the processor's values stay."""
+    with closing(Plugin(folder, active=False)) as plugin:
+        moved = [p for p in PARAMETERS if p.symbol not in ("bass", "cores")]
+        for p in moved:
+            plugin.set(p.number, p.least if p.least != p.usual else p.most)
+        assert plugin.load_preset("slap")
+        stay = {"quality", "running_ahead", "relief"}
+        other = {p.symbol for p in moved if plugin.value(p.number) != p.usual}
+        assert other == {p.symbol for p in moved if p.symbol in stay and plugin.value(p.number) != p.usual}
+        assert {"running_ahead", "relief"} <= other
+
+
 def test_two_plugins_and_their_presets_are_listed(folder: Path) -> None:
     library = Library(folder)
     assert library.plugins() == [(MONO, "livebass"), (STRINGS, "livebass strings")]

@@ -155,6 +155,19 @@ def test_what_is_done_on_the_page_is_told_to_the_host(plugin: Plugin) -> None:
     assert say(plugin, SWAP) and seen(plugin)[0]["side"] == 1
 
 
+def test_a_page_that_is_closed_lets_go(plugin: Plugin) -> None:
+    """Of keys that are held, and of a slider in the middle of a move."""
+    tone, gui = NUMBERS["tone"], opened(plugin)
+    assert (
+        say(plugin, NOTE, 1, 0, 33, 0.9) and say(plugin, MOVE, tone, 0.0, BEGIN) and say(plugin, MOVE, tone, 0.5, MOVED)
+    )
+    sound = play(plugin, 40)
+    gui.destroy(plugin.handle)
+    ended = play(plugin, 40)
+    assert np.abs(ended[-BLOCK:]).max() < 0.01 * np.abs(sound[-BLOCK:]).max()
+    assert plugin.gestures == [(tone, GESTURE_BEGIN), (tone, GESTURE_END)] and plugin.value(tone) == 0.5
+
+
 def test_what_it_does_not_understand_changes_nothing(plugin: Plugin) -> None:
     wrong: list[tuple[float, ...]] = [
         (), (5.0,), (-1.0,), (0.5,), (np.nan,), (SEE,), (MOVE, 0, 0), (MOVE, -1, 0, MOVED), (MOVE, 99, 0, MOVED),

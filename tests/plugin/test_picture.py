@@ -480,6 +480,23 @@ def test_a_long_list_goes_on(host: Host, own: Path) -> None:
     picture.close()
 
 
+def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -> None:
+    """However many sounds there are, lamps, tabs and sliders below stay; the last place goes on."""
+    assert host.save_sound() == "Slap 1"
+    for k in range(2, 400):
+        (own / f"Slap {k}.lbsound").write_bytes((own / "Slap 1.lbsound").read_bytes())
+    picture = Picture(host, (1920, 1080), optional=["list", "sound", "save", "load", "remove"])
+    picture.draw()
+    before = seen(picture, 0, 850, 1920, 230)
+    press(picture, 200, 23)
+    listed = seen(picture, 0, 50, 1920, 700)
+    assert np.array_equal(seen(picture, 0, 850, 1920, 230), before)
+    picture.point(DOWN, 30, 60)
+    picture.draw()
+    assert not np.array_equal(seen(picture, 0, 50, 1920, 700), listed)
+    picture.close()
+
+
 def test_lamps_press_keys(host: Host) -> None:
     """A switch that is held stays down until the next press, or until the picture is gone."""
     picture = Picture(host)

@@ -376,6 +376,7 @@ VOICE = np.dtype(
         ("level", "f8", (4,)),  # ... and as the bass has it
         ("blend_wanted", "f8"),  # -1, the neck's pickup alone, to 1, the bridge's; 0: as the bass has it ...
         ("blend", "f8"),  # ... and the blend that `mix` has got to
+        ("woken", "i8"),  # frame of the first event since the string was still
         ("still", "i8"),  # 1: at rest, and the same sample comes out frame after frame until there is an event
         ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: there is one filter
         ("tone_wanted", "f8"),  # -1 to 1 ...

@@ -32,6 +32,7 @@ typedef struct {
     int overload, bass, quality; /* the host was told so last, or has said so */
     lb_editor *editor;
     int paged;         /* the window is the page, in a web view of the host's */
+    lb_page page;      /* what is held there */
     int width, height; /* of the window, pixels (Cocoa: points) ... */
     double scale;      /* ... and its scale; 0: that of the system */
     lb_instance instance;
@@ -429,7 +430,7 @@ static int take_bass(lb_instance *i, const char *name) {
     const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
     if (bass < 0) return 0;
     for (int k = 0; k < LB_PARAMETERS; k++)
-        if (lb_parameters[k].kind >= 0) lb_set_value(i, k, lb_parameters[k].usual);
+        if (lb_is_of_sides(k)) lb_set_value(i, k, lb_parameters[k].usual);
     lb_set_value(i, LB_BASS, bass);
     __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
     return 1;
@@ -472,6 +473,7 @@ static bool create_window(const clap_plugin *p, const char *api, bool floating) 
     if (!has_windows(p, api, floating)) return false;
     c->paged = strcmp(api, LB_WINDOWS) != 0;
     if (c->paged) lb_watch(&c->instance.look, 1);
+    if (c->paged) lb_open_page(&c->page);
     if (c->paged) c->scale = 1; /* pages have a scale of their own */
     if (c->scale <= 0) c->scale = lb_system_scale();
     c->width = (int)(LB_WIDTH * c->scale);
@@ -483,6 +485,7 @@ static void destroy_window(const clap_plugin *p) {
     clap *c = of(p);
     lb_close_editor(c->editor);
     if (c->paged) lb_watch(&c->instance.look, 0);
+    if (c->paged) lb_close_page(&c->instance, &c->page);
     c->editor = 0;
     c->paged = 0;
     c->scale = 0;
@@ -584,7 +587,7 @@ static void answer_page(void *to, const void *bytes, size_t size) {
 }
 
 static bool hear_page(const clap_plugin *p, const void *bytes, uint32_t size) {
-    return lb_hear_page(&of(p)->instance, bytes, size, answer_page, of(p));
+    return lb_hear_page(&of(p)->instance, &of(p)->page, bytes, size, answer_page, of(p));
 }
 
 /* Has the host take what was done in the window, and play it. [the window's thread] */

@@ -384,8 +384,10 @@ static void change_bass(lb_instance *i) {
         __atomic_store_n(&i->done, faded, __ATOMIC_RELEASE);
     }
     if (busy || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED)) {
-        if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) lb_serve(i);
-        else i->ask(i->owner);
+        if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
+            lb_serve(i);
+            if (busy) lb_free_bass(lb_take_faded(s)); /* another one that has faded since */
+        } else i->ask(i->owner);
     }
     if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
     __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* one that would be changed before it began */

@@ -85,7 +85,9 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
     if (!format && port >= first && port < first + LB_PARAMETERS && size == sizeof(float)) {
         float value;
         memcpy(&value, data, sizeof value);
+        const double quality = lb_value(&u->instance, LB_QUALITY); /* which follows a bass that is chosen here alone */
         lb_set_value(&u->instance, (int)(port - first), value);
+        if (port - first == LB_BASS) lb_set_value(&u->instance, LB_QUALITY, quality);
     }
     const lv2_atom *atom = data;
     if (format != u->event_transfer || size < sizeof *atom || size < sizeof *atom + atom->size) return;

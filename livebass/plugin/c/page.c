@@ -22,7 +22,11 @@ size_t lb_page_address(const char *folder, char *to, size_t room) {
     for (const char *c = head; *c; c++, n++)
         if (n < room) to[n] = *c;
     for (const char *c = path; *c; c++) {
+#ifdef _WIN32
         char one[4] = {*c == '\\' ? '/' : *c, 0};
+#else
+        char one[4] = {*c, 0};
+#endif
         if (!strchr(plain, one[0])) snprintf(one, sizeof one, "%%%02X", (unsigned char)*c);
         for (const char *d = one; *d; d++, n++)
             if (n < room) to[n] = *d;
@@ -70,7 +74,19 @@ static void send_seen(const lb_instance *i, void (*send)(void *, const void *, s
 /* True if a number is whole, from `least` to below `end`. */
 static int is_whole(double x, int least, int end) { return x >= least && x < end && x == rint(x); }
 
-int lb_hear_page(lb_instance *i, const void *bytes, size_t size, void (*send)(void *to, const void *, size_t), void *to) {
+void lb_open_page(lb_page *p) { memset(p, 0, sizeof *p); }
+
+void lb_close_page(lb_instance *i, lb_page *p) {
+    const lb_face face = lb_face_of(i);
+    for (int k = 0; k < LB_KEYS; k++)
+        if (p->keys[k]) face.note(i, 0, -1, k, 0);
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        if (p->moved[k]) face.set(i, k, lb_value(i, k), LB_END);
+    lb_open_page(p);
+}
+
+int lb_hear_page(lb_instance *i, lb_page *p, const void *bytes, size_t size,
+                 void (*send)(void *to, const void *, size_t), void *to) {
     static const size_t counts[] = {[LB_PAGE_SEE] = 2, [LB_PAGE_MOVE] = 4, [LB_PAGE_NOTE] = 5, [LB_PAGE_UNDO] = 1,
                                     [LB_PAGE_SWAP] = 1};
     double said[WORDS];
@@ -85,10 +101,12 @@ int lb_hear_page(lb_instance *i, const void *bytes, size_t size, void (*send)(vo
         return 1;
     case LB_PAGE_MOVE:
         if (!is_whole(said[1], 0, LB_PARAMETERS) || !isfinite(said[2]) || !is_whole(said[3], LB_BEGIN, LB_END + 1)) return 0;
+        if ((int)said[3] != LB_MOVE) p->moved[(int)said[1]] = (int)said[3] == LB_BEGIN;
         face.set(i, (int)said[1], said[2], (int)said[3]);
         return 1;
     case LB_PAGE_NOTE:
         if (!is_whole(said[2], -1, LB_STRINGS) || !is_whole(said[3], 0, LB_KEYS) || !(said[4] >= 0 && said[4] <= 1)) return 0;
+        p->keys[(int)said[3]] = said[1] == 1;
         face.note(i, said[1] == 1, (int)said[2], (int)said[3], said[4]);
         return 1;
     case LB_PAGE_UNDO:

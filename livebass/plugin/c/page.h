@@ -24,7 +24,17 @@ enum {
 /* Writes the file: address of the page in `folder`, where plugins have their instruments, (room) bytes, which may be 0;
    returns its length with the 0 behind it, or 0 if there is no page. */
 size_t lb_page_address(const char *folder, char *to, size_t room);
+/* What is held on the page, so that it can be let go when the page is closed: the view may go away without a word. */
+typedef struct {
+    uint8_t keys[LB_KEYS];         /* that sound */
+    uint8_t moved[LB_PARAMETERS];  /* 1: its move has begun */
+} lb_page;
+
+void lb_open_page(lb_page *);
+void lb_close_page(lb_instance *, lb_page *); /* [main thread] */
+
 /* Does what the page says; answers by `send`, with `to`. Returns 0, and does nothing, if that is not understood. [main
    thread] */
-int lb_hear_page(lb_instance *, const void *bytes, size_t size, void (*send)(void *to, const void *, size_t), void *to);
+int lb_hear_page(lb_instance *, lb_page *, const void *bytes, size_t size,
+                 void (*send)(void *to, const void *, size_t), void *to);
 #endif

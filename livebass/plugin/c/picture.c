@@ -237,7 +237,9 @@ static void lay_out_lamps(lb_picture *p, double width, double top) {
 /* Column by column: basses, then, from a new column on, sounds. Where there is no room for all, the last place is for
    the button that goes on by a column. */
 static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
-    const int rows = (int)fmax(h / px(p, 24), 1), columns = (int)fmax(w / px(p, 200), 1), room = rows * columns;
+    enum { MOST_PLACES = MOST_PARTS / 2 }; /* what is laid out behind the list needs parts, too */
+    const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_PLACES / 2);
+    const int columns = (int)fmin(fmax(w / px(p, 200), 1), MOST_PLACES / rows), room = rows * columns;
     const int count = basses(p), first = (count + rows - 1) / rows * rows; /* place of the sounds' heading */
     const int places = p->sounds ? first + 1 + p->sounds : count, full = places > room;
     p->columns = full ? (places + rows) / rows - columns : 0;

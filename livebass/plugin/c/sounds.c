@@ -104,7 +104,9 @@ int lb_list_sounds(lb_instance *i) {
     return i->sound_count;
 }
 
-const char *lb_sound_name(const lb_instance *i, int sound) { return i->sounds[sound].name; }
+const char *lb_sound_name(const lb_instance *i, int sound) {
+    return sound < i->sound_count ? i->sounds[sound].name : ""; /* another view may have listed fewer */
+}
 
 void lb_forget_sounds(lb_instance *i) {
     free(i->sounds);

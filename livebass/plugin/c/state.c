@@ -51,7 +51,9 @@ void lb_write_sides(lb_instance *i, const lb_sides *from) {
 void lb_keep_values(lb_instance *i) {
     i->undone = (i->undone + 1) % LB_UNDONE;
     if (i->undoable < LB_UNDONE) i->undoable++;
+    enter();
     for (int k = 0; k < LB_PARAMETERS; k++) i->before[i->undone][k] = lb_value(i, k);
+    leave();
 }
 
 void lb_set_values(lb_instance *i, const double values[LB_PARAMETERS], int all) {
@@ -125,8 +127,10 @@ size_t lb_save_state(lb_instance *i, lb_state *s) {
 
 size_t lb_write_sound(const lb_instance *i, lb_state *s) {
     begin(s, LB_SOUND_MAGIC);
+    enter();
     for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_is_of_sides(k) ? lb_value(i, k) : lb_parameters[k].usual;
     snprintf(s->bass, sizeof s->bass, "%s", name_of(i, lb_value(i, LB_BASS)));
+    leave();
     return seal(i, s);
 }
 

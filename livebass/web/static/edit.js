@@ -222,6 +222,7 @@ function makeKnob(parameter, number) {
     if (knob.held) moveKnob(number, +slider.value, "end");
     knob.held = false;
   };
+  slider.onpointerup = slider.onkeyup = slider.onblur = slider.onchange; // no change where it is back at its old value
   slider.ondblclick = () => {
     slider.value = usual;
     slider.oninput();
