@@ -35,6 +35,7 @@ SHELLS = (
     "instance.c",
     "state.c",
     "sounds.c",
+    "page.c",
     "learn.c",
     "clap.c",
     "editor.c",
