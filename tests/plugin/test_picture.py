@@ -31,6 +31,7 @@ from support.picture import (
     library,
     made_look,
     number,
+    shelf,
 )
 from support.plugins import RATE
 
@@ -55,11 +56,7 @@ SLOWER = 4  # than usual, a machine on which others work
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("picture")
-    for name in NAMES:
-        write_instrument(load_preset(name), made / f"{name}.lbass")
-    (made / "instruments.txt").write_text("\n".join(NAMES) + "\n")
-    return made
+    return shelf(tmp_path_factory.mktemp("picture"), NAMES)
 
 
 @pytest.fixture

@@ -12,16 +12,14 @@ import numpy as np
 import pytest
 from support import lv2, vst3
 from support.clap import Plugin
-from support.picture import Host, library, number
+from support.picture import Host, library, number, shelf
 from support.plugins import written
 
-from livebass import load_preset
 from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap
 from livebass.plugin import lv2 as lv2_plugin
 from livebass.plugin import vst3 as vst3_plugin
-from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import URI
 from livebass.plugin.systems import this_system
 from livebass.techniques import CHANNEL_MODES
@@ -34,10 +32,7 @@ TONE, GAIN, QUALITY = number("tone"), number("gain"), number("quality")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("sides")
-    write_instrument(load_preset("slap"), made / "slap.lbass")
-    (made / "instruments.txt").write_text("slap\n")
-    return made
+    return shelf(tmp_path_factory.mktemp("sides"), ["slap"])
 
 
 @pytest.fixture
@@ -140,19 +135,13 @@ def test_values_of_a_side_are_held_within_their_limits(host: Host) -> None:
 # --- in hosts ---
 
 
-def test_clap_keeps_them(tmp_path: Path) -> None:
-    folder = written(clap, tmp_path / "livebass")
-    with closing(Plugin(folder)) as plugin:
-        plain = plugin.save()
-        state = with_sides(plain, 1, {GAIN: -6.0})
-        assert version(plain) == 1 and plugin.load(state) and plugin.save() == state
-        assert not plugin.load(state[:-8]) and plugin.save() == state
-        assert plugin.load(plain) and plugin.save() == plain
-
-
-def test_vst3_keeps_them(tmp_path: Path) -> None:
-    bundle = written(vst3_plugin, tmp_path / "livebass.vst3")
-    with closing(vst3.Plugin(bundle)) as plugin:
+@pytest.mark.parametrize(
+    ("module", "name", "host"),
+    [(clap, "livebass", Plugin), (vst3_plugin, "livebass.vst3", vst3.Plugin)],
+    ids=["clap", "vst3"],
+)
+def test_clap_and_vst3_keep_them(tmp_path: Path, module: Any, name: str, host: Any) -> None:
+    with closing(host(written(module, tmp_path / name))) as plugin:
         plain = plugin.save()
         state = with_sides(plain, 1, {GAIN: -6.0})
         assert version(plain) == 1 and plugin.load(state) and plugin.save() == state

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from support.clap import Plugin
-from support.picture import Host, library, number
+from support.picture import Host, library, number, shelf
 
 from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
@@ -26,11 +26,7 @@ GAIN, BASS, QUALITY = number("gain"), number("bass"), number("quality")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    made = tmp_path_factory.mktemp("sounds")
-    for name in NAMES:
-        write_instrument(load_preset(name), made / f"{name}.lbass")
-    (made / "instruments.txt").write_text("\n".join(NAMES) + "\n")
-    return made
+    return shelf(tmp_path_factory.mktemp("sounds"), NAMES)
 
 
 @pytest.fixture

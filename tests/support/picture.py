@@ -6,17 +6,19 @@ import ctypes as c
 import functools
 import subprocess
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK, PLACES
 from livebass.plugin import build
 from livebass.plugin.header import header
+from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
 
 SOURCES = (
@@ -111,6 +113,14 @@ def library() -> Any:
         function = getattr(found, name)
         function.restype, function.argtypes = result, arguments
     return found
+
+
+def shelf(folder: Path, names: Sequence[str]) -> Path:
+    """Writes instruments and their list into `folder`, as a plugin finds them; returns it."""
+    for name in names:
+        write_instrument(load_preset(name), folder / f"{name}.lbass")
+    (folder / "instruments.txt").write_text("\n".join(names) + "\n")
+    return folder
 
 
 class Move(c.Structure):

@@ -164,7 +164,7 @@ def positions(op):
 
 @jit
 def place_of(contact, ops):
-    """Where a CONTACT is: the fret that is hit, or over a board m from the nut. `ops`: operators of its string."""
+    """Returns where a CONTACT is: its fret, or over a board m from the nut. `ops`: operators of its string."""
     op = ops[contact.fret]
     if op.points <= MOST_NEAR:
         return np.float64(contact.fret + 1 + contact.point)

@@ -472,9 +472,10 @@ static bool create_window(const clap_plugin *p, const char *api, bool floating) 
     clap *c = of(p);
     if (!has_windows(p, api, floating)) return false;
     c->paged = strcmp(api, LB_WINDOWS) != 0;
-    if (c->paged) lb_watch(&c->instance.look, 1);
-    if (c->paged) lb_open_page(&c->page);
-    if (c->paged) c->scale = 1; /* pages have a scale of their own */
+    if (c->paged) {
+        lb_open_page(&c->instance, &c->page);
+        c->scale = 1; /* pages have a scale of their own */
+    }
     if (c->scale <= 0) c->scale = lb_system_scale();
     c->width = (int)(LB_WIDTH * c->scale);
     c->height = (int)(LB_HEIGHT * c->scale);
@@ -484,7 +485,6 @@ static bool create_window(const clap_plugin *p, const char *api, bool floating) 
 static void destroy_window(const clap_plugin *p) {
     clap *c = of(p);
     lb_close_editor(c->editor);
-    if (c->paged) lb_watch(&c->instance.look, 0);
     if (c->paged) lb_close_page(&c->instance, &c->page);
     c->editor = 0;
     c->paged = 0;

@@ -74,7 +74,10 @@ static void send_seen(const lb_instance *i, void (*send)(void *, const void *, s
 /* True if a number is whole, from `least` to below `end`. */
 static int is_whole(double x, int least, int end) { return x >= least && x < end && x == rint(x); }
 
-void lb_open_page(lb_page *p) { memset(p, 0, sizeof *p); }
+void lb_open_page(lb_instance *i, lb_page *p) {
+    memset(p, 0, sizeof *p);
+    lb_watch(&i->look, 1);
+}
 
 void lb_close_page(lb_instance *i, lb_page *p) {
     const lb_face face = lb_face_of(i);
@@ -82,7 +85,7 @@ void lb_close_page(lb_instance *i, lb_page *p) {
         if (p->keys[k]) face.note(i, 0, -1, k, 0);
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (p->moved[k]) face.set(i, k, lb_value(i, k), LB_END);
-    lb_open_page(p);
+    lb_watch(&i->look, 0);
 }
 
 int lb_hear_page(lb_instance *i, lb_page *p, const void *bytes, size_t size,

@@ -30,7 +30,7 @@ typedef struct {
     uint8_t moved[LB_PARAMETERS];  /* 1: its move has begun */
 } lb_page;
 
-void lb_open_page(lb_page *);
+void lb_open_page(lb_instance *, lb_page *); /* has looks taken. [main thread] */
 void lb_close_page(lb_instance *, lb_page *); /* [main thread] */
 
 /* Does what the page says; answers by `send`, with `to`. Returns 0, and does nothing, if that is not understood. [main
