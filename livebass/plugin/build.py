@@ -34,10 +34,7 @@ FLAGS = (
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
     "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else it names the folder that it was built in
-    "dll": (
-        "-lgdi32",
-        "-D__USE_MINGW_ANSI_STDIO=0",
-    ),  # numbers become text by the system's library, not by one of 30 kB
+    "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # numbers become text by the system's library, not by its own
 }
 LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
 EMIT = """

@@ -839,12 +839,18 @@ def add_strike(w, weight, n):
 
 
 @jit
+def square_speed(rows, kappa, omega, j):
+    """The squared velocity amplitude of mode `j`, m^3/s^2."""
+    v = rows.p[j] / kappa[j]
+    d = omega[j] * rows.q[j]
+    return v * v + d * d
+
+
+@jit
 def speed_square_of(rows, kappa, omega, n):
     e = 0.0
     for j in range(n):
-        v = rows.p[j] / kappa[j]
-        d = omega[j] * rows.q[j]
-        e += v * v + d * d
+        e += square_speed(rows, kappa, omega, j)
     return e
 
 
@@ -916,8 +922,7 @@ def is_dead(rows, kappa, omega, n, silence):
     """True if the last BLOCK of `n` modes is below `silence` (m^1.5/s); sets it to exact zero."""
     most = 0.0
     for j in range(n - BLOCK, n):
-        v, d = rows.p[j] / kappa[j], omega[j] * rows.q[j]
-        most = max(most, v * v + d * d)
+        most = max(most, square_speed(rows, kappa, omega, j))
     if most > silence * silence:
         return False
     for j in range(n - BLOCK, n):
