@@ -36,6 +36,12 @@ LINKING = {
     "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else it names the folder that it was built in
     "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # numbers become text by the system's library, not by its own
 }
+# What Windows has and the compiler would take from a library of its own, 47 kB in one piece; stack_win32.c is the rest
+OF_WINDOWS = {
+    "api-ms-win-crt-private-l1-1-0": ("memcmp", "memcpy", "memmove"),
+    "api-ms-win-crt-string-l1-1-0": ("memset", "strlen", "strncmp"),
+    "api-ms-win-crt-math-l1-1-0": ("ceil", "floor", "floorf", "log10", "sin"),
+}
 LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
 EMIT = """
 import re, sys
@@ -187,9 +193,20 @@ def link(folder: Path, system: System, using: list[str]) -> bytes:
     objects = [str(folder / object_name(PLUGIN, level, system)) for level in system.levels]
     sources = [str(source) for source in sorted(C.glob("*.c"))]
     made = folder / f"plugin.{system.ending}"
+    if system.ending == "dll":
+        objects += [str(imports(folder, library, names)) for library, names in OF_WINDOWS.items()]
     command = [*using, *FLAGS, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
     run(command, "the plugins do not compile")
     return made.read_bytes()
+
+
+def imports(folder: Path, library: str, names: Sequence[str]) -> Path:
+    """Writes an import library for functions of a DLL of Windows into `folder`. Raises BuildError."""
+    listed, made = folder / f"{library}.def", folder / f"{library}.lib"
+    listed.write_text("\n".join([f"LIBRARY {library}.dll", "EXPORTS", *names]) + "\n")
+    tool = [sys.executable, "-m", "ziglang", "dlltool", "-m", "i386:x86-64"]
+    run([*tool, "-d", str(listed), "-l", str(made)], "an import library for Windows cannot be made")
+    return made
 
 
 def run(command: list[str], failed: str) -> None:

@@ -1,0 +1,31 @@
+/* On Windows a stack grows by the page below it that is touched. So the compiler has functions whose frame is a page or
+   more call this with its size in rax: it touches every page of the frame to be, from above, and changes no register. */
+#if defined _WIN32 && defined __x86_64__
+
+enum { PAGE = 4096, SAVED = 3 * 8 }; /* bytes: a page; what lies below the frame: the return address, rcx, rax */
+
+__attribute__((naked)) void frame_is_touched(void) __asm__("___chkstk_ms");
+
+__attribute__((naked)) void frame_is_touched(void) {
+    __asm__(
+        "pushq %%rcx\n\t"
+        "pushq %%rax\n\t"
+        "leaq %c1(%%rsp), %%rcx\n"
+        "1:\n\t"
+        "cmpq %0, %%rax\n\t"
+        "jbe 2f\n\t"
+        "subq %0, %%rcx\n\t"
+        "subq %0, %%rax\n\t"
+        "orl $0, (%%rcx)\n\t"
+        "jmp 1b\n"
+        "2:\n\t"
+        "subq %%rax, %%rcx\n\t"
+        "orl $0, (%%rcx)\n\t"
+        "popq %%rax\n\t"
+        "popq %%rcx\n\t"
+        "retq"
+        :
+        : "i"(PAGE), "i"(SAVED));
+}
+
+#endif
