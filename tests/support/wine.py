@@ -49,6 +49,8 @@ def running_wine(folder: Path) -> Iterator[None]:
         patch.setenv("WINEARCH", "win64")
         patch.setenv("WINEDLLOVERRIDES", "mscoree,mshtml,winemenubuilder.exe=")  # no .NET, no browser, no menus
         patch.setenv("WINEDEBUG", "-all")
+        folder.mkdir(parents=True, exist_ok=True)
+        prefix = folder.stat()
         try:
             run("wine", "wineboot", "--init")
             run("wineserver", "--wait")
@@ -56,6 +58,8 @@ def running_wine(folder: Path) -> Iterator[None]:
         finally:
             subprocess.run(["wineserver", "--kill"], timeout=PATIENCE, check=False)
             subprocess.run(["wineserver", "--wait"], timeout=PATIENCE, check=False)
+            for left in Path("/tmp").glob(f"wine-*/server-{prefix.st_dev:x}-{prefix.st_ino:x}"):
+                shutil.rmtree(left.parent)  # the socket of the server that is gone
             shutil.rmtree(folder)  # 0.7 GB
 
 
