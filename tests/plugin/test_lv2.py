@@ -456,8 +456,31 @@ def test_a_damaged_instrument_is_refused_with_one_line(bundle: Path, tmp_path: P
         Plugin(copy)
 
 
+def test_a_state_whose_instrument_is_damaged_changes_nothing(tmp_path: Path) -> None:
+    copy = tmp_path / "livebass.lv2"
+    write_bundle({"jazz-finger": load_preset("jazz-finger"), "slap": load_preset("slap")}, copy)
+    (copy / "slap.lbass").write_bytes((copy / "slap.lbass").read_bytes()[:-8])
+    plugin = Plugin(copy)
+    before = plugin.save()
+    assert plugin.restore(state_of(plugin, "slap", quality=1, seed=7)) != 0
+    assert len(plugin.logged) == 1 and "slap.lbass" in plugin.logged[0]
+    assert plugin.save() == before
+    plugin.close()
+
+
 def test_the_binary_is_small_and_exports_what_hosts_ask_for(bundle: Path) -> None:
     plugins.check_binary(bundle / "livebass.so")
+
+
+def in_python(script: str, bundle: Path, **environment: str) -> str:
+    """What a script prints that has a process of its own, and the bundle as its argument."""
+    paths = os.pathsep.join(filter(None, sys.path))
+    done = subprocess.run(
+        [sys.executable, "-c", script, bundle], capture_output=True, text=True,
+        env=os.environ | {"PYTHONPATH": paths} | environment,
+    )  # fmt: skip
+    assert done.returncode == 0, (done.returncode, done.stderr)
+    return done.stdout
 
 
 SHARING = """
@@ -477,12 +500,7 @@ for plugin in [first, *more]:
 
 
 def test_instances_share_their_pool(bundle: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", SHARING, bundle], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout) < 300_000 * 19 / 20  # kB
+    assert int(in_python(SHARING, bundle)) < 300_000 * 19 / 20  # kB
 
 
 RESTORING = """
@@ -512,11 +530,7 @@ plugin.close()
 
 def test_a_host_may_restore_while_it_plays(bundle: Path) -> None:
     """It is not to, but Ardour does when a preset is chosen."""
-    done = subprocess.run(
-        [sys.executable, "-c", RESTORING, bundle], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
-    )  # fmt: skip
-    assert done.returncode == 0, (done.returncode, done.stderr)
+    in_python(RESTORING, bundle)
 
 
 TRAP = """
@@ -568,12 +582,7 @@ def test_run_allocates_nothing(bundle: Path, tmp_path: Path) -> None:
     (tmp_path / "trap.c").write_text(TRAP)
     trap = tmp_path / "trap.so"
     subprocess.run([*compiler(this_system()), "-shared", "-fPIC", "-o", trap, tmp_path / "trap.c"], check=True)
-    done = subprocess.run(
-        [sys.executable, "-c", TRAPPED, bundle], capture_output=True, text=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "LD_PRELOAD": str(trap)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == "0\n"
+    assert in_python(TRAPPED, bundle, LD_PRELOAD=str(trap)) == "0\n"
 
 
 @NO_THREADS
@@ -592,6 +601,16 @@ def test_the_worker_starts_threads_that_play_strings(bundle: Path) -> None:
         assert helpers() == there
     assert plugin.restore(plugin.save()) == 0  # as new, and they help still
     assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
+    assert helpers() == 1
+    plugin.controls["cores"].value = 1.0
+    assert plugin.restore(plugin.save()) == 0  # and hosts restore ports as well
+    plugin.block(64)
+    plugin.work()
+    assert helpers() == 0
+    plugin.controls["cores"].value = 2.0
+    plugin.block(64)
+    plugin.work()
+    assert helpers() == 1
     plugin.controls["freewheeling"].value = 1.0
     plugin.block(64)
     plugin.work()

@@ -658,8 +658,10 @@ static void describe(const clap_preset_receiver *to) {
 static bool provide_sound(const char *path, const clap_preset_receiver *to) {
     char name[LB_PATH];
     lb_kept kept;
-    const char *slash = strrchr(path, '/'), *other = strrchr(path, '\\'), *end = other > slash ? other : slash;
-    snprintf(name, sizeof name, "%s", end ? end + 1 : path);
+    const char *last = path;
+    for (const char *at = path; *at; at++)
+        if (*at == '/' || *at == '\\') last = at + 1;
+    snprintf(name, sizeof name, "%s", last);
     char *dot = strrchr(name, '.');
     if (dot) *dot = 0;
     const char *why = lb_read_sound(lb_best_kernels(), path, &kept);

@@ -28,7 +28,7 @@ typedef struct {
 } choice;
 
 typedef struct {
-    int kind, generation; /* the answer is stale if p->generation has changed since */
+    int kind, generation; /* void if p->generation, of HELP p->activation, has changed since */
     choice of;
     lb_bass *bass;
     int cores;
@@ -49,7 +49,8 @@ typedef struct {
     int running;    /* the audio thread is in run() or work_response() ... */
     int held;       /* ... and must stay out, as restore() changes what plays */
     int loading;    /* a job of this generation is under way */
-    int generation; /* changed by restore() and activate(): jobs before are void, the host may have dropped them */
+    int generation; /* changed by restore(): jobs before that are void but those of threads, which outlast it ... */
+    int activation; /* ... and by activate() and deactivate(), as this: all are, the host may have dropped them */
     lb_bass *faded; /* waits for the worker to free it */
     int cores;      /* that the worker was asked for last */
     int outputs;
@@ -114,7 +115,6 @@ static void begin_sides(lb_sides *s) {
 static void forget_ports(plugin *p) {
     p->programs = 0; /* the synth is as new */
     memset(&p->taps, 0, sizeof p->taps);
-    p->cores = 1;
     p->seen = (choice){-1, -1, -1, {0}};
     for (int k = 0; k < LB_BUILT; k++) p->seen.built[k] = NAN;
     for (int k = 0; k < LB_PARAMETERS; k++) p->sent[k] = NAN;
@@ -212,16 +212,23 @@ static void void_jobs(plugin *p) {
     p->loading = 0;
 }
 
+/* Has no threads that play strings, and makes all jobs stale. [not while run() is called] */
+static void end_help(plugin *p) {
+    void_jobs(p);
+    __atomic_fetch_add(&p->activation, 1, __ATOMIC_RELEASE);
+    lb_set_helpers(p->synth, 0);
+    p->cores = 1;
+}
+
 static int is_stale(const plugin *p, const job *j) {
-    return j->generation != __atomic_load_n(&p->generation, __ATOMIC_ACQUIRE);
+    return j->generation != __atomic_load_n(j->kind == HELP ? &p->activation : &p->generation, __ATOMIC_ACQUIRE);
 }
 
 static void activate(void *handle) {
     plugin *p = handle;
-    lb_set_helpers(p->synth, 0);
+    end_help(p);
     lb_reset_synth(p->synth);
     lb_begin_looks(&p->look, p->synth);
-    void_jobs(p);
     forget_ports(p);
 }
 
@@ -343,7 +350,7 @@ static void follow_cores(plugin *p) {
     const int asked = chosen(p, LB_CORES, (int)lb_parameters[LB_CORES].most + 1, 1);
     const int cores = asked && !p->synth->offline ? asked : 1;
     if (cores == p->cores || !p->worker) return;
-    const job j = {HELP, p->generation, {0, 0, 0, {0}}, 0, cores};
+    const job j = {HELP, p->activation, {0, 0, 0, {0}}, 0, cores};
     if (p->worker->schedule(p->worker->handle, sizeof j, &j) == LV2_SUCCESS) p->cores = cores;
 }
 
@@ -389,9 +396,7 @@ static void run(void *handle, uint32_t frames) {
 }
 
 static void deactivate(void *handle) {
-    plugin *p = handle;
-    void_jobs(p);
-    lb_set_helpers(p->synth, 0);
+    end_help(handle);
 }
 
 static int work(void *handle, lv2_respond respond, void *to, uint32_t size, const void *data) {
@@ -498,9 +503,13 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
         snprintf(line, sizeof line, LB_NOT_INSTALLED, name);
         complain(p, line);
     }
+    const int64_t seed = p->seed;
     p->seed = kept(p, get, from, p->key_seed, 0);
     lb_bass *b = load(p, c);
-    if (!b) return LV2_UNKNOWN;
+    if (!b) {
+        p->seed = seed; /* all stays as it was */
+        return LV2_UNKNOWN;
+    }
     hold(p);
     lb_put_on(p->synth, b);
     lb_begin_looks(&p->look, p->synth);
