@@ -567,7 +567,9 @@ def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
     """However soon it is let go: as a note of 50 ms. A longer one ends with the hand, and so does one struck anew."""
     fifty = RATE // 20
 
-    def played(touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True, bound: bool = False) -> Floats:
+    def played(
+        touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True, bound: bool = False, keyboard: bool = False
+    ) -> Floats:
         host, sound = Host(folder), []
         host.set("relief", 0.0)  # a test is no real time
         if bound:
@@ -575,7 +577,7 @@ def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
         for block in range(60):
             for on, key in touches.get(block, ()):
                 if by_hand:
-                    host.touch(on, (key - 28) // 5, key)
+                    host.touch(on, -1 if keyboard else (key - 28) // 5, key)
                 else:
                     host.note(on, key, 95 / 127)
             sound.append(host.play(240, 240))
@@ -588,6 +590,7 @@ def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
         touched = {0: [(True, 28)]}
         touched.setdefault(end, []).append((False, 28))
         assert np.array_equal(played(touched), wanted), end
+        assert np.array_equal(played(touched, keyboard=True), wanted), end
     longer = {0: [(True, 28)], 30: [(False, 28)]}
     assert np.array_equal(played(longer), played(longer, by_hand=False))
     twice = played({0: [(True, 28), (False, 28)], 3: [(True, 28)], 30: [(False, 28)]})

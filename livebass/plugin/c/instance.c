@@ -318,19 +318,15 @@ static void end_later(lb_synth *s, lb_taps *t, int key) {
 }
 
 void lb_play_touch(lb_synth *s, lb_taps *taps, const lb_touch *t) {
-    const int of_string = t->string < LB_STRINGS; /* else of a key that switches */
     if (!t->velocity) {
-        if (of_string) end_later(s, taps, t->key);
-        else let_go(s, t->key);
+        end_later(s, taps, t->key);
         return;
     }
-    if (of_string) {
-        int last = taps->count; /* of those that wait, if the key begins anew */
-        while (last && taps->keys[last - 1] != t->key) last--;
-        end_first(s, taps, last);
-        taps->began[t->key] = s->record.frame;
-        lb_choose_string(s, 0, t->key, t->string);
-    }
+    int last = taps->count; /* of those that wait, if the key begins anew */
+    while (last && taps->keys[last - 1] != t->key) last--;
+    end_first(s, taps, last);
+    taps->began[t->key] = s->record.frame;
+    if (t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string); /* else of the keyboard, or it switches */
     lb_send(s, 0, (const uint8_t[]){0x90, t->key, t->velocity}, 3);
 }
 

@@ -47,14 +47,10 @@ function askPlugin(opened = 0) {
   toPlugin(SAID.see, plugin.basses.length ? opened : 1);
 }
 
-function tellPlugin({midi, string = -1, parameter, effect}) {
+function tellPlugin({midi, string = -1, parameter}) {
   if (midi && (midi[0] & 0xe0) === 0x80)
     doInPlugin(SAID.note, midi[0] >= 0x90 && midi[2] > 0 ? 1 : 0, string, midi[1], midi[2] / 127);
   if (parameter) moveKnob(parameter[0], parameter[1], "begin", "move", "end");
-  if (effect) {
-    const {number} = Object.values(PAGE.parameters).find(one => one.effect === effect[0]);
-    moveKnob(number, effect[1], "begin", "move", "end");
-  }
 }
 
 function hearPlugin(data) {
