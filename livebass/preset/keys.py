@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import unicodedata
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -168,7 +169,8 @@ def allowed(key: Key, unit: str | None = None) -> str:
     if kind == "note":
         return 'a note such as "E1" or "Bb0", or a MIDI number from 0 to 127'
     if kind == "text":
-        return f"text of {key.least} to {key.most} characters" + (", several" if key.kind != kind else "")
+        lines = " in one line" if _has_one_line(key) else ""
+        return f"text of {key.least} to {key.most} characters{lines}" + (", several" if key.kind != kind else "")
     if kind == "tuning":
         return tuning.ALLOWED
     if kind == "temperament":
@@ -222,6 +224,7 @@ def checked(key: Key, raw: Any) -> Any:
         value, good = raw, isinstance(raw, str) and bool(raw.strip())
     elif kind == "text":
         value, good = raw, isinstance(raw, str) and int(key.least) <= len(raw.strip()) <= int(key.most)
+        good = good and not (_has_one_line(key) and any(unicodedata.category(c) == "Cc" for c in raw))
     elif "|" in kind:
         value, good = raw, isinstance(raw, str) and raw in kind.split("|")
     else:
@@ -232,6 +235,11 @@ def checked(key: Key, raw: Any) -> Any:
     if not good:
         raise ValueError(f"allowed: {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
     return float(value) if kind == "number" or (kind == "curve" and isinstance(value, int)) else value
+
+
+def _has_one_line(key: Key) -> bool:
+    """True of a name, which has no tab, line break or other control character: it stands in lists, a line each."""
+    return key.name != "description"
 
 
 def _curve(key: Key, raw: Any) -> tuple[Any, bool]:
