@@ -64,6 +64,24 @@ def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Ho
     other.close()
 
 
+def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path, tmp_path: Path, own: Path) -> None:
+    """What was taken in its place is not saved for it."""
+    (tmp_path / "more").mkdir()
+    for file in folder.iterdir():
+        (tmp_path / "more" / file.name).write_bytes(file.read_bytes())
+    (tmp_path / "more" / "slap.lbass").rename(tmp_path / "more" / "lost.lbass")
+    listed = (folder / "instruments.txt").read_text()
+    (tmp_path / "more" / "instruments.txt").write_text(listed.replace("slap", "lost"))
+    there = Host(tmp_path / "more")
+    state = there.save()
+    there.close()
+    assert b"lost\0" in state and host.save_sound() and host.load(state) and host.save() == state
+    assert host.sounds() and library().lb_load_sound(host.address, 0)
+    assert b"slap\0" in host.save()
+    library().lb_undo(host.address)
+    assert host.save() == state
+
+
 def test_names_are_the_basss_title_and_the_next_number(host: Host, own: Path) -> None:
     """Nothing is written over; files that the user renames are listed by their names, numbers in order."""
     assert [host.save_sound() for _ in range(3)] == ["Slap 1", "Slap 2", "Slap 3"]

@@ -239,6 +239,9 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
         with closing(Screen(900, 460)) as screen:
             assert view.call(4, P(screen.window), b"X11EmbedWindowID") == 0
             assert len(timers) == timed and screen.children() == 1
+            other = vst3.Object(plugin.controller.call(17, b"editor", result=P))
+            assert other.call(4, P(screen.window), b"X11EmbedWindowID") != 0  # one at a time
+            assert len(timers) == timed and screen.children() == 1 and other.call(2) == 0
             wait_for(lambda: len(np.unique(screen.picture(900, 460).reshape(-1, 3), axis=0)) > 50)
             hand(*DRAG)
 
@@ -263,6 +266,7 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
             box[:] = [0, 0, 100, 100]
             assert view.call(14, box) == 0 and list(box) == [0, 0, 640, 320]
             assert view.call(5) == 0 and not timers and screen.children() == 0
+            assert view.call(4, P(screen.window), b"X11EmbedWindowID") == 0 and view.call(5) == 0
         assert view.call(2) == 0
 
 

@@ -81,7 +81,8 @@ typedef struct {
     char missing_name[LB_STATE_NAME];
     uint64_t changed; /* parameters that the synth has not been told yet, a bit each */
     lb_sides sides;
-    double before[LB_UNDONE][LB_PARAMETERS]; /* what lb_undo brings back */
+    double before[LB_UNDONE][LB_PARAMETERS]; /* what lb_undo brings back ... */
+    char missing_before[LB_UNDONE][LB_STATE_NAME]; /* ... and the name that was missing; "": none was */
     int undone, undoable; /* where the last of these is, in a ring, and how many there are */
     lb_sound *sounds;     /* of the user, as they were listed last */
     int sound_count;

@@ -53,6 +53,17 @@ void lb_keep_values(lb_instance *i) {
     if (i->undoable < LB_UNDONE) i->undoable++;
     enter();
     for (int k = 0; k < LB_PARAMETERS; k++) i->before[i->undone][k] = lb_value(i, k);
+    char *missing = i->missing_before[i->undone];
+    memset(missing, 0, LB_STATE_NAME);
+    if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) memcpy(missing, i->missing_name, LB_STATE_NAME);
+    leave();
+}
+
+/* Notes that the bass of a name is not there; "": all is. */
+static void note_missing(lb_instance *i, const char name[LB_STATE_NAME]) {
+    enter();
+    if (name[0]) memcpy(i->missing_name, name, LB_STATE_NAME);
+    __atomic_store_n(&i->missing, name[0] != 0, __ATOMIC_RELAXED);
     leave();
 }
 
@@ -67,6 +78,7 @@ void lb_set_values(lb_instance *i, const double values[LB_PARAMETERS], int all) 
 void lb_undo(lb_instance *i) {
     if (!i->undoable) return;
     lb_set_values(i, i->before[i->undone], 1);
+    note_missing(i, i->missing_before[i->undone]);
     i->undone = (i->undone + LB_UNDONE - 1) % LB_UNDONE;
     i->undoable--;
 }
@@ -119,9 +131,9 @@ size_t lb_save_state(lb_instance *i, lb_state *s) {
     for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_value(i, k);
     if (has_sides(i)) s->version = WITH_SIDES;
     memcpy(s->rest + LB_CONTROLLERS, &i->sides, sizeof i->sides);
-    leave();
     const int missing = __atomic_load_n(&i->missing, __ATOMIC_RELAXED);
     snprintf(s->bass, sizeof s->bass, "%s", missing ? i->missing_name : name_of(i, s->values[LB_BASS]));
+    leave();
     return seal(i, s);
 }
 
@@ -186,7 +198,6 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     lb_set_values(i, kept.values, 1);
     lb_write_sides(i, &kept.sides);
     lb_read_learned(i, kept.learned);
-    if (missing) memcpy(i->missing_name, kept.bass, sizeof i->missing_name);
-    __atomic_store_n(&i->missing, missing, __ATOMIC_RELAXED);
+    note_missing(i, missing ? kept.bass : "");
     return 1;
 }

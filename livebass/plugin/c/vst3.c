@@ -55,6 +55,7 @@ typedef struct {
     int overload, quality; /* the host was told so last, or has said so */
     int switched;          /* the bass whose key switches the host knows */
     vst3_handler **handler; /* the host's; 0: none */
+    int attached;           /* a view of it is in a window */
     int timed;              /* its timer asks what was done in the window */
     lb_instance instance;
     change changes[CHANGES];
@@ -816,7 +817,7 @@ static void drop_owner(void *owner) { drop(owner); }
 
 static void *create_view(void *self, const char *name) {
     vst3 *v = of(self, CONTROLLER);
-    const lb_view_owner owner = {v, &v->instance, take_owner, drop_owner, tell_by_hand, &v->timed};
+    const lb_view_owner owner = {v, &v->instance, take_owner, drop_owner, tell_by_hand, &v->attached, &v->timed};
     return strcmp(name, "editor") || !v->instance.shelf ? 0 : lb_new_vst3_view(&owner);
 }
 

@@ -49,6 +49,7 @@ static void stop_timer(view *v) {
 }
 
 static void shut(view *v) {
+    if (v->editor) *v->of.attached = 0;
     lb_close_editor(v->editor);
     v->editor = 0;
     v->of.tell(v->of.owner); /* the end of what was held */
@@ -93,10 +94,13 @@ static void start_timer(view *v) {
 
 static vst3_result attached(void *self, void *parent, const char *type) {
     view *v = at(self, VIEW);
-    if (v->editor || supported(self, type) != VST3_OK) return VST3_NO;
+    if (*v->of.attached || supported(self, type) != VST3_OK) return VST3_NO;
     start_timer(v);
     v->editor = lb_edit_instance(v->of.instance, (uintptr_t)parent, v->width, v->height, v->scale);
-    if (v->editor) return VST3_OK;
+    if (v->editor) {
+        *v->of.attached = 1;
+        return VST3_OK;
+    }
     stop_timer(v);
     return VST3_NO;
 }

@@ -8,6 +8,7 @@ typedef struct { /* whose window it is; it lives as long */
     lb_instance *instance;
     void (*take)(void *owner), (*drop)(void *owner);
     void (*tell)(void *owner); /* tells the host of what was done in the window. [the host's thread of windows] */
+    int *attached;             /* becomes 1 while one of its views is in a window: there is one at most */
     int *timed;                /* becomes 1 while the host's timer calls that, else the window's own thread has to */
 } lb_view_owner;
 
