@@ -17,6 +17,7 @@ from livebass.comparison.rows import ROWS
 GROWLY = Path(__file__).parent / "recordings" / "growlybass"
 
 
+@pytest.mark.slow
 def test_shipped_notes_beside_a_preset(run: Run, tmp_path: Path) -> None:
     """Every row has a value, or a dash with a reason; the same command gives the same files."""
     page, figures = tmp_path / "compared.html", tmp_path / "compared.json"

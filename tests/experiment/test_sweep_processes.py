@@ -106,6 +106,7 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
     same(directory, undisturbed)
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_loses_nothing(undisturbed: Path, tmp_path: Path) -> None:
     directory = tmp_path / "d"
     with sweeping(directory, "--workers", "2") as process:

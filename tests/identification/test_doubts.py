@@ -110,6 +110,7 @@ def test_noise_after_it(tmp_path: Path) -> None:
     assert doubt.endswith("has no clear pitch: left out")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("other", quick(["A", "D"], ["D"]))
 def test_two_notes_at_once(run: Run, tmp_path: Path, other: str) -> None:
     """Both notes are refused; beside a take of the string alone the two are left out."""
@@ -168,6 +169,7 @@ def test_no_doubt_about_a_clean_note(tmp_path: Path, preset: str, string: str) -
     assert identify([path], bass, string=string, modes=20, only_string=True).doubts == ()
 
 
+@pytest.mark.slow
 def test_recordings_of_a_real_bass() -> None:
     """The G has a line of -61 dB, 13 Hz below its partial 37, whose neighbours have -42 dB; the E one of -44 dB."""
     folder, bass = Path(__file__).parent / "recordings", load_preset("jazz-finger")

@@ -99,7 +99,7 @@ def errors(result: Identified, s: Speaking | None = None) -> tuple[dict[int, flo
             (0.64, 40, 52, 2e-4, 10e-2),
             (0.64, 20, 28, 2e-4, 30e-2),
         ],
-        always=[(0.02, 60, 78, 1e-6, 0.2e-2), (0.64, 20, 28, 2e-4, 30e-2)],
+        always=[(0.64, 20, 28, 2e-4, 30e-2)],
     ),
 )
 def test_modes_of_the_measured_string(
@@ -115,6 +115,7 @@ def test_modes_of_the_measured_string(
     assert result.string.name == "G"
 
 
+@pytest.mark.slow
 def test_the_uncertainty_of_one_take_is_that_of_its_noise() -> None:
     """Of the 95 % intervals, about that many hold the true value."""
     sound, s = pluck(seconds=3.0), paper_g()
@@ -199,7 +200,9 @@ def test_several_takes(tmp_path: Path) -> None:
     assert all(0 < p.damping_u < 0.1 * p.damping for p in result.partials)
 
 
-@pytest.mark.parametrize(("rate", "kind"), [(44_100, "PCM_16"), (48_000, "PCM_24"), (96_000, "FLOAT")])
+@pytest.mark.parametrize(
+    ("rate", "kind"), quick([(44_100, "PCM_16"), (48_000, "PCM_24"), (96_000, "FLOAT")], [(48_000, "PCM_24")])
+)
 def test_rates_formats_and_channels(tmp_path: Path, rate: int, kind: str) -> None:
     left = noisy(pluck(seconds=3.0, rate=rate), 60, lead=rate // 4)
     left -= left.mean()
@@ -212,7 +215,9 @@ def test_rates_formats_and_channels(tmp_path: Path, rate: int, kind: str) -> Non
     assert max(off_frequency.values()) < 1e-5 and max(off_damping.values()) < 1e-2
 
 
-@pytest.mark.parametrize(("law", "fundamental"), [("paper", 1e-5), ("hinged", 2e-5)])  # the neck draws partials aside
+@pytest.mark.parametrize(
+    ("law", "fundamental"), quick([("paper", 1e-5), ("hinged", 2e-5)], [("paper", 1e-5)])
+)  # the neck draws partials aside
 def test_the_lowest_string(tmp_path: Path, law: str, fundamental: float) -> None:
     """An E, whose periods are 24 ms, with neither string nor note given."""
     bass = load_preset("jazz-finger")
@@ -227,6 +232,7 @@ def test_the_lowest_string(tmp_path: Path, law: str, fundamental: float) -> None
     assert result.law.inharmonicity == pytest.approx(s.inharmonicity, rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_take_of_something_else_is_left_out(run: Run, tmp_path: Path) -> None:
     paths = [save(tmp_path / f"{k}.wav", noisy(pluck(seconds=2.0), 50, k)) for k in range(2)]
     other = ring([1, 1, 1], [130.8, 261.6, 392.4], [1, 1, 1], 2.0)
@@ -335,6 +341,7 @@ def test_a_preset_that_plays(run: Run, tmp_path: Path) -> None:
     assert said["partials"][0]["t60_s"] == pytest.approx(3 * math.log(10) / DAMPINGS[0], rel=1e-2)
 
 
+@pytest.mark.slow
 def test_a_neck_of_resonances(run: Run, tmp_path: Path) -> None:
     """Resonances replace a table in the preset, and a table replaces resonances."""
     save(tmp_path / "g.wav", noisy(pluck(), 60))
@@ -355,7 +362,7 @@ def test_a_neck_of_resonances(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "base", quick(["paper-g", "paper-bass", "precision-finger", "flatwound", "slap", "muted"], ["paper-g", "muted"])
+    "base", quick(["paper-g", "paper-bass", "precision-finger", "flatwound", "slap", "muted"], ["paper-g"])
 )
 def test_every_preset_takes_a_measured_string(run: Run, tmp_path: Path, base: str) -> None:
     """With or without a neck table, core, conductance or mute; the new file must be valid TOML."""
@@ -369,6 +376,7 @@ def test_every_preset_takes_a_measured_string(run: Run, tmp_path: Path, base: st
     assert len(load_preset(str(mine)).strings[-1].measured_dampings) == 8
 
 
+@pytest.mark.slow
 def test_another_tuning(run: Run, tmp_path: Path) -> None:
     bass = load_preset("jazz-finger")
     low = replace(bass.strings[0], open_note=26, tension=142.4)  # D1

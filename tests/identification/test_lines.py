@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from support.costs import quick
 from support.strings import DAMPINGS, FREQUENCIES
 
 from livebass import load_preset
@@ -45,7 +46,9 @@ def straight_line(lines: list[tuple[float, float, float]], down: float = 30.0) -
     return float(-np.polyfit(t[:last], level[:last], 1)[0] * math.log(10) / 20)
 
 
-@pytest.mark.parametrize(("faster", "level", "apart"), [(5.0, -10, 0.1), (6.0, -20, 0.4), (3.0, 0, 0.3)])
+@pytest.mark.parametrize(
+    ("faster", "level", "apart"), quick([(5.0, -10, 0.1), (6.0, -20, 0.4), (3.0, 0, 0.3)], [(6.0, -20, 0.4)])
+)
 def test_the_t60_of_two_lines_is_that_heard(tmp_path: Path, faster: float, level: float, apart: float) -> None:
     """The louder line dies at once; what is heard is mostly the other one."""
     slow = 10 ** (level / 20)
@@ -76,6 +79,7 @@ def test_a_glide_is_no_second_line(tmp_path: Path) -> None:
     assert found is not None and found.cents == pytest.approx(glide.cents, rel=0.1)
 
 
+@pytest.mark.slow
 def test_two_lines_that_glide(tmp_path: Path) -> None:
     """Both are told apart: those of one partial, and the glide of all."""
     glide = Glide(((0.002, 0.5),))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, cli_text
+from support.costs import quick
 
 from livebass import load_preset
 from livebass.engine.solve import heard
@@ -80,7 +81,7 @@ def found(case: str, folder: Path) -> Identified:
     return identify(path, usual_bass(), modes=40)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", quick(CASES, ["near the bridge"]))
 def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
     _, place, rounding, pickups, tone = CASES[case]
     onset = found(case, tmp_path).onset
@@ -103,6 +104,7 @@ def test_a_finger_may_be_as_dark_as_a_tone(tmp_path: Path) -> None:
     assert any("a tone of 0.02 under a finger of 7 mm is as dark as" in doubt for doubt in onset.doubts)
 
 
+@pytest.mark.slow
 def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
     """The preset that is written plays the note of the other bass, and keeps all else."""
     string, place, rounding, pickups, tone = CASES["near the bridge"]
@@ -163,6 +165,7 @@ def test_what_the_preset_cannot_have() -> None:
     assert not can_be_fitted(load_preset("paper-g"), "G")
 
 
+@pytest.mark.slow
 def test_one_pickup_leaves_a_choice(tmp_path: Path) -> None:
     """The comb of a lone pickup is that of the pluck: which is which is a doubt."""
     bass = usual_bass()

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import BASS, NOTE, song
+from support.costs import quick
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 
 from livebass.analysis.sound import fundamental
@@ -139,7 +140,7 @@ def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
         assert_in_tune(file)
 
 
-@pytest.mark.parametrize("server", ["pulseaudio", "pipewire-pulse"])
+@pytest.mark.parametrize("server", quick(["pulseaudio", "pipewire-pulse"], ["pipewire-pulse"]))
 def test_a_sound_server_that_ends_is_waited_for(server: str, tmp_path: Path) -> None:
     """By PortAudio and alsa-lib, which would say much on stderr. The song goes on, and ends the session."""
     log, take, tune = tmp_path / "log", tmp_path / "take.wav", steady_song(tmp_path / "song.mid", 6)

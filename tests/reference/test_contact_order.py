@@ -22,6 +22,7 @@ def tool() -> Any:
         return importlib.import_module("contact_order")
 
 
+@pytest.mark.slow
 def test_steps_come_near_the_scheme_with_their_order(tool: Any) -> None:
     trial = strings.tiny(contact_rate=8e6, output_rate=tool.OUTPUT, duration=0.004)
     best = tool.moved(trial, 4e6, tool.PARTS["fivefold "])

@@ -7,6 +7,14 @@ from typing import Any
 
 import pytest
 
+KINDS = {"jazz-finger", "precision-pick", "slap", "fretless", "six-string", "paper-g"}  # a preset of each
+
+
+def of_each_kind(names: Iterable[str]) -> list[Any]:
+    """Returns the presets `names` for `parametrize`, of which one of each kind always runs, and the others are slow."""
+    names = sorted(names)
+    return quick(names, KINDS & set(names))
+
 
 def quick(cases: Iterable[Any], always: Collection[Any]) -> list[Any]:
     """Returns `cases` for `parametrize`, of which those in `always` always run and the others are slow.

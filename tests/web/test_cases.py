@@ -38,6 +38,7 @@ def replayed(page: Any, says: str) -> dict[str, Any]:
     return made
 
 
+@pytest.mark.slow
 def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
     made = replayed(page, "Case B: 3.6 mm")
     assert page.execute_script("return [$('bass').value, sounding]") == [PRESET, False]

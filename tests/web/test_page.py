@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.browser import chromium, firefox, open_page, served, wait
+from support.costs import quick
 from support.song import midi_file, song_of
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
@@ -857,7 +858,7 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
             assert seen[0] != seen[1], button.get_attribute("outerHTML")
 
 
-@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("width", quick(WIDTHS, [360, 2560]))
 def test_it_fits_the_width(page: Any, width: int) -> None:
     with sized(page, width, 800):
         for name in PINNED:

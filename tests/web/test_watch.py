@@ -172,6 +172,7 @@ def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, 
         assert page.execute_script("return typeof context") == "undefined"
 
 
+@pytest.mark.slow
 def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: Path) -> None:
     """`livebass play --watch` prints an address; the page there says what each string of the song does, and the end."""
     song = tmp_path / "song.mid"

@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 import pytest
-from support.costs import quick
+from support.costs import KINDS, of_each_kind, quick
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
 from livebass.analysis.sound import loudness
@@ -33,7 +33,7 @@ def line(name: str, velocity: int) -> np.ndarray:
     return render_to_array(load_preset(name), score_of(notes, RATE), QUALITIES["live"], tail=0.5).sum(axis=0)
 
 
-@pytest.mark.parametrize("name", quick(preset_names(), QUICK))
+@pytest.mark.parametrize("name", of_each_kind(preset_names()))
 def test_levels(name: str) -> None:
     peak = decibels(np.abs(line(name, HARD)).max())
     assert LOUDEST[0] <= peak <= LOUDEST[1], f"{name}: a hard line peaks at {peak:.1f} dBFS, allowed {LOUDEST}"
@@ -47,7 +47,7 @@ def test_basses_are_as_loud_as_one_another(names: set[str]) -> None:
     assert max(found.values()) - min(found.values()) <= APART, found
 
 
-@pytest.mark.parametrize("name", quick(preset_names(), set(preset_names()) - {"fretless"}))
+@pytest.mark.parametrize("name", quick(preset_names(), KINDS - {"fretless"}))
 def test_nothing_beyond_full_scale(name: str) -> None:
     """A chromatic run, each note struck hard while the one before still sounds."""
     bass = load_preset(name)

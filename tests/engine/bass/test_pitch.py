@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from support.costs import of_each_kind
 from support.messages import control, on
 from support.pitch import pitch
 from support.quiet import without_noise
@@ -35,7 +36,7 @@ def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:
         assert not engine.sounding()
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", of_each_kind(preset_names()))
 def test_within_some_cents_of_equal_temperament(name: str) -> None:
     bass = without_noise(name)
     assert len(bass.strings) <= MOST_STRINGS

@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from support.costs import of_each_kind
 from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
@@ -318,7 +319,7 @@ def swinging(sound: Floats, near: float, rate: float) -> tuple[float, float]:
     return float(rates[np.argmax(swings)]), float(8 * max(swings) / len(track))
 
 
-@pytest.mark.parametrize("preset", [p for p in preset_names() if p not in ("muted", "upright")])  # over before; beats
+@pytest.mark.parametrize("preset", of_each_kind(set(preset_names()) - {"muted", "upright"}))  # over before; beats
 def test_rate_and_depth_of_a_vibrato(preset: str) -> None:
     """5.6 Hz to 5 % and up to 40 cents to 12 %, as partials of two lines beat."""
     sound = play([(0.0, 0x90, 19, 100), (0.01, 0xB0, 1, 100), on(0.1, 50, 90)], 2.0, preset)

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.costs import KINDS, of_each_kind, quick
 from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
@@ -170,7 +171,7 @@ def attack_over_fundamental(x: Floats, fundamental: float) -> tuple[float, float
     return band(x, 0.75 * fundamental, 1.4 * fundamental), band(x[: round(0.02 * RATE)], 2000, 8000)
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "fretless")) for n in PLAYERS])
+@pytest.mark.parametrize("name", quick(PLAYERS, KINDS & set(PLAYERS) - {"fretless"}))
 def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> None:
     """At any velocity, of any hand: over the finger's note, a softer one, that has as loud a fundamental.
 
@@ -241,7 +242,7 @@ def motion(hand: Hand, i: int, fret: int, starts: tuple[float, ...], until: floa
     return complex(q, (pace * p - sigma * q) / float(w["omega"][0]))
 
 
-@pytest.mark.parametrize("name", preset_names())
+@pytest.mark.parametrize("name", of_each_kind(preset_names()))
 @pytest.mark.parametrize("fret", [0, 2, 5, 9, 12])
 def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
     """What is left of it on any string: the difference between a note that is plucked again and one out of silence."""

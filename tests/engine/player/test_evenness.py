@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from support.costs import quick
+from support.costs import KINDS, of_each_kind, quick
 from support.quiet import without_noise
 
 from livebass import QUALITIES, preset_names
@@ -35,11 +35,15 @@ SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for h
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
 SLAPPED = ("slap", "slap-impulse")
 # Over a board; and strokes that the preset does not begin with, but on one bass of each kind
-DEAR = {("own", "paper-fretless"), ("thumb and pops", "fretless")} | {
-    (stroke, name)
-    for stroke in ("pick", "thumb and pops")
-    for name in set(preset_names()) - {"jazz-finger", "precision-finger", "six-string", "muted"}
-}
+DEAR = (
+    {("own", "paper-fretless"), ("thumb and pops", "fretless")}
+    | {
+        (stroke, name)
+        for stroke in ("pick", "thumb and pops")
+        for name in set(preset_names()) - {"jazz-finger", "precision-finger", "six-string", "muted"}
+    }
+    | {("own", name) for name in set(preset_names()) - KINDS}
+)
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody takes a pick to an upright, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
@@ -174,7 +178,7 @@ def hammered(name: str, i: int, first: int, second: int, after: float, velocity:
     return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
 
 
-@pytest.mark.parametrize("name", quick(HAMMERED, set(HAMMERED) - {"fretless"}))
+@pytest.mark.parametrize("name", quick(HAMMERED, KINDS & set(HAMMERED) - {"fretless"}))
 def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) -> None:
     """Whatever the string does as the finger lands; a tap, out of silence, likewise."""
     strings = range(len(engine(name).instrument.strings))
@@ -215,7 +219,7 @@ def test_a_note_is_as_loud_on_a_string_that_hands_have_just_ended(name: str, str
             assert abs(change) < ANEW, (name, stroke, i, before, fret, change)
 
 
-@pytest.mark.parametrize("name", sorted(set(PLAYED) - {"fretless"}))  # over a board key 7 is a ghost note
+@pytest.mark.parametrize("name", of_each_kind(sorted(set(PLAYED) - {"fretless"})))  # over a board key 7 is a ghost note
 def test_ghost_notes_and_left_hand_slaps_are_alike(name: str) -> None:
     notes = [(i, fret) for i in range(len(engine(name).instrument.strings)) for fret in (0, 5, 12)]
     for velocity in (60, 80, 100):

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from support.agreement import assert_agree
+from support.costs import quick
 from support.motion import energies
 from support.quiet import without_noise
 from support.strings import case_b, g_neck, g_string, losing, oblique, random_trial, with_own_across
@@ -28,7 +29,7 @@ LEFT = (
 LOSSES = tuple(pair[:2] for pair in LEFT[1:-1])
 
 
-@pytest.mark.parametrize(("stiffness", "loss"), LOSSES)
+@pytest.mark.parametrize(("stiffness", "loss"), quick(LOSSES, LOSSES[::2]))
 def test_engine_and_brute_force_agree(stiffness: float, loss: float) -> None:
     trial = losing(case_b(duration=0.04), stiffness, loss)
     assert assert_agree(trial, f"K {stiffness:g}, c {loss:g}"), "contact that loses is not chaotic"
@@ -54,7 +55,7 @@ def test_random_losses(seed: int) -> None:
     assert_agree(trial, f"seed {seed}, v of its own", least=0.1, touches=False)
 
 
-@pytest.mark.parametrize(("stiffness", "loss", "left"), LEFT)
+@pytest.mark.parametrize(("stiffness", "loss", "left"), quick(LEFT, LEFT[::2]))
 def test_frets_only_take_energy(stiffness: float, loss: float, left: float) -> None:
     trial = losing(case_b(duration=0.08, lossless=True, contact_rate=4e6), stiffness, loss)
     motion = solve(trial, energy_every=1)
