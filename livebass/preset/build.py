@@ -265,7 +265,7 @@ class Builder:
         Returns the two as the file has them, and the places of both tables, for messages.
         """
         where = f"string[{number}]"
-        if isinstance(raw, dict) and isinstance(raw.get("name"), str) and raw["name"].isprintable():
+        if isinstance(raw, dict) and isinstance(raw.get("name"), str):
             where = f"string[{raw['name'][:20]}]"
         own = raw.get("neck", {}) if isinstance(raw, dict) else {}
         rest = {k: v for k, v in raw.items() if k != "neck"} if isinstance(raw, dict) else raw

@@ -261,7 +261,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
     ),
     ('name = "Test"', 'name = "Te\\tst"', ["name = ", "1 to 80 characters in one line"]),
     ('name = "Test"', 'name = """Te\nst"""', ["name = ", "1 to 80 characters in one line"]),
-    ('name = "A"', 'name = "A\\u001b"', ["string[1].name", "1 to 20 characters in one line"]),
+    ('name = "A"', 'name = "A\\u001b"', ["string[A\\x1b].name", "1 to 20 characters in one line"]),
     (PICKUP, PICKUP + 'strings = ["A", "B"]\n', ["pickup[1].strings", '"B"', "this bass has A, G"]),
     (PICKUP, PICKUP + 'strings = ["A"]\n', ["pickup", "0 of them sense string G", "1 to 4"]),
     ("[[pickup]]\n" + PICKUP, 5 * ("[[pickup]]\n" + PICKUP), ["5 of them sense string A", "1 to 4"]),
