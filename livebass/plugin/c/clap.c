@@ -658,10 +658,7 @@ static void describe(const clap_preset_receiver *to) {
 static bool provide_sound(const char *path, const clap_preset_receiver *to) {
     char name[LB_PATH];
     lb_kept kept;
-    const char *last = path;
-    for (const char *at = path; *at; at++)
-        if (*at == '/' || *at == '\\') last = at + 1;
-    snprintf(name, sizeof name, "%s", last);
+    snprintf(name, sizeof name, "%s", lb_file_name(path));
     char *dot = strrchr(name, '.');
     if (dot) *dot = 0;
     const char *why = lb_read_sound(lb_best_kernels(), path, &kept);
@@ -758,9 +755,8 @@ static bool entry_init(const char *path) {
 #else
     if (strlen(path) >= sizeof folder) return false;
     strcpy(folder, path);
-    char *end = strrchr(folder, '/'), *other = strrchr(folder, '\\');
-    if (other > end) end = other;
-    if (end) *end = 0;
+    const size_t behind = (size_t)(lb_file_name(folder) - folder);
+    if (behind) folder[behind - 1] = 0;
     else strcpy(folder, ".");
     return true;
 #endif

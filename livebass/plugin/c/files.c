@@ -16,6 +16,13 @@
 enum { MOST_NUMBERS = 9999 };
 enum { MOVED, TAKEN, REFUSED }; /* what becomes of a file that is to get a name: the name is another's */
 
+const char *lb_file_name(const char *path) {
+    const char *name = path;
+    for (const char *at = path; *at; at++)
+        if (*at == '/' || *at == '\\') name = at + 1;
+    return name;
+}
+
 #ifdef _WIN32
 static int widen(const char *path, wchar_t wide[LB_PATH]) {
     return MultiByteToWideChar(CP_UTF8, 0, path, -1, wide, LB_PATH) != 0;

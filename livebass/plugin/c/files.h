@@ -8,6 +8,7 @@ enum { LB_PATH = 1200, LB_FILE_NAME = 160 }; /* bytes of paths, and of names wit
 
 FILE *lb_open_file(const char *path, const char *how); /* as fopen: "rb" or "wb" */
 int lb_remove_file(const char *path);                  /* 0: it stays */
+const char *lb_file_name(const char *path); /* what stands behind the last / or \ of it */
 /* The user's folder of instruments and sounds; returns 0 if there is none. */
 int lb_users_folder(char folder[LB_PATH]);
 /* Calls `take` with the name, without its ending, of each file in a folder that ends so. */

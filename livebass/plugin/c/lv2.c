@@ -81,13 +81,13 @@ static void complain(const plugin *p, const char *line) {
     else fprintf(stderr, "livebass: %s\n", line);
 }
 
-/* Loads a bass of the shelf; says why if it cannot. [not the audio thread] */
-static lb_bass *load(const plugin *p, choice c) {
+/* Loads a bass of the shelf, with a seed; says why if it cannot. [not the audio thread] */
+static lb_bass *load(const plugin *p, choice c, int64_t seed) {
     char why[LINE];
     double built[LB_BUILT];
     for (int k = 0; k < LB_BUILT; k++) built[k] = c.built[k];
     const char *path = lb_shelf_path(p->shelf, c.bass);
-    lb_bass *b = lb_load_bass(path, c.quality, p->rate, p->seed, c.ahead, built, p->kernels, why, sizeof why);
+    lb_bass *b = lb_load_bass(path, c.quality, p->rate, seed, c.ahead, built, p->kernels, why, sizeof why);
     if (!b) complain(p, why);
     return b;
 }
@@ -165,7 +165,7 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
         complain(p, line);
     } else {
         p->playing.quality = p->wanted.quality = lb_shelf_quality(p->shelf, 0);
-        b = load(p, p->playing);
+        b = load(p, p->playing, p->seed);
     }
     p->synth = b ? lb_new_synth(rate, p->kernels) : 0;
     if (!p->synth) {
@@ -413,7 +413,7 @@ static int work(void *handle, lv2_respond respond, void *to, uint32_t size, cons
         if (!lb_set_helpers(p->synth, j.cores - 1)) complain(p, LB_NO_HELPERS);
         return LV2_SUCCESS;
     }
-    j.bass = load(p, j.of);
+    j.bass = load(p, j.of, p->seed);
     return respond(to, sizeof j, &j);
 }
 
@@ -503,17 +503,14 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
         snprintf(line, sizeof line, LB_NOT_INSTALLED, name);
         complain(p, line);
     }
-    const int64_t seed = p->seed;
-    p->seed = kept(p, get, from, p->key_seed, 0);
-    lb_bass *b = load(p, c);
-    if (!b) {
-        p->seed = seed; /* all stays as it was */
-        return LV2_UNKNOWN;
-    }
+    const int64_t seed = kept(p, get, from, p->key_seed, 0);
+    lb_bass *b = load(p, c, seed);
+    if (!b) return LV2_UNKNOWN;
     hold(p);
     lb_put_on(p->synth, b);
     lb_begin_looks(&p->look, p->synth);
     p->playing = p->wanted = c;
+    p->seed = seed;
     p->missing = missing; /* all else is as the state says */
     if (missing) snprintf(p->missing_name, NAME, "%s", name);
     restore_sides(p, get, from);
