@@ -602,28 +602,22 @@ def test_the_worker_starts_threads_that_play_strings(bundle: Path) -> None:
     assert plugin.restore(plugin.save()) == 0  # as new, and they help still
     assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
     assert helpers() == 1
+
+    def helping() -> int:
+        """How many help once the worker has done what the ports ask."""
+        plugin.block(64)
+        plugin.work()
+        return helpers()
+
     plugin.controls["cores"].value = 1.0
     assert plugin.restore(plugin.save()) == 0  # and hosts restore ports as well
-    plugin.block(64)
-    plugin.work()
-    assert helpers() == 0
-    plugin.controls["cores"].value = 2.0
-    plugin.block(64)
-    plugin.work()
-    assert helpers() == 1
-    plugin.controls["freewheeling"].value = 1.0
-    plugin.block(64)
-    plugin.work()
-    assert helpers() == 0
-    plugin.controls["freewheeling"].value = 0.0
-    plugin.block(64)
-    plugin.work()
-    assert helpers() == 1
+    assert helping() == 0
+    for control, value, there in (("cores", 2.0, 1), ("freewheeling", 1.0, 0), ("freewheeling", 0.0, 1)):
+        plugin.controls[control].value = value
+        assert helping() == there
     plugin.plugin.deactivate(plugin.handle)
     assert helpers() == 0
     plugin.plugin.activate(plugin.handle)
-    plugin.block(64)
-    plugin.work()
-    assert helpers() == 1
+    assert helping() == 1
     plugin.close()
     assert helpers() == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import resource
+import shutil
 import signal
 from collections.abc import Iterator
 from contextlib import closing
@@ -66,13 +67,10 @@ def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Ho
 
 def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path, tmp_path: Path, own: Path) -> None:
     """What was taken in its place is not saved for it."""
-    (tmp_path / "more").mkdir()
-    for file in folder.iterdir():
-        (tmp_path / "more" / file.name).write_bytes(file.read_bytes())
-    (tmp_path / "more" / "slap.lbass").rename(tmp_path / "more" / "lost.lbass")
-    listed = (folder / "instruments.txt").read_text()
-    (tmp_path / "more" / "instruments.txt").write_text(listed.replace("slap", "lost"))
-    there = Host(tmp_path / "more")
+    other = shutil.copytree(folder, tmp_path / "other")
+    (other / "slap.lbass").rename(other / "lost.lbass")
+    (other / "instruments.txt").write_text("lost\n")
+    there = Host(other)
     state = there.save()
     there.close()
     assert b"lost\0" in state and host.save_sound() and host.load(state) and host.save() == state

@@ -10,10 +10,13 @@ import pytest
 KINDS = {"jazz-finger", "precision-pick", "slap", "fretless", "six-string", "paper-g"}  # a preset of each
 
 
-def of_each_kind(names: Iterable[str]) -> list[Any]:
-    """Returns the presets `names` for `parametrize`, of which one of each kind always runs, and the others are slow."""
+def of_each_kind(names: Iterable[str], dear: str = "") -> list[Any]:
+    """Returns the presets `names` for `parametrize`, of which one of each kind always runs, and the others are slow.
+
+    So is `dear`, which takes long.
+    """
     names = sorted(names)
-    return quick(names, KINDS & set(names))
+    return quick(names, KINDS & set(names) - {dear})
 
 
 def quick(cases: Iterable[Any], always: Collection[Any]) -> list[Any]:

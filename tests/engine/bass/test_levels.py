@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 import pytest
-from support.costs import KINDS, of_each_kind, quick
+from support.costs import of_each_kind
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
 from livebass.analysis.sound import loudness
@@ -47,7 +47,7 @@ def test_basses_are_as_loud_as_one_another(names: set[str]) -> None:
     assert max(found.values()) - min(found.values()) <= APART, found
 
 
-@pytest.mark.parametrize("name", quick(preset_names(), KINDS - {"fretless"}))
+@pytest.mark.parametrize("name", of_each_kind(preset_names(), dear="fretless"))
 def test_nothing_beyond_full_scale(name: str) -> None:
     """A chromatic run, each note struck hard while the one before still sounds."""
     bass = load_preset(name)

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.costs import KINDS, of_each_kind, quick
+from support.costs import of_each_kind
 from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
@@ -171,7 +171,7 @@ def attack_over_fundamental(x: Floats, fundamental: float) -> tuple[float, float
     return band(x, 0.75 * fundamental, 1.4 * fundamental), band(x[: round(0.02 * RATE)], 2000, 8000)
 
 
-@pytest.mark.parametrize("name", quick(PLAYERS, KINDS & set(PLAYERS) - {"fretless"}))
+@pytest.mark.parametrize("name", of_each_kind(PLAYERS, dear="fretless"))
 def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> None:
     """At any velocity, of any hand: over the finger's note, a softer one, that has as loud a fundamental.
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from support.costs import KINDS, of_each_kind, quick
+from support.costs import KINDS, of_each_kind
 from support.quiet import without_noise
 
 from livebass import QUALITIES, preset_names
@@ -34,16 +34,9 @@ STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
 SLAPPED = ("slap", "slap-impulse")
-# Over a board; and strokes that the preset does not begin with, but on one bass of each kind
-DEAR = (
-    {("own", "paper-fretless"), ("thumb and pops", "fretless")}
-    | {
-        (stroke, name)
-        for stroke in ("pick", "thumb and pops")
-        for name in set(preset_names()) - {"jazz-finger", "precision-finger", "six-string", "muted"}
-    }
-    | {("own", name) for name in set(preset_names()) - KINDS}
-)
+# What always runs: the stroke that the preset begins with, and two others, each on one bass of each kind
+OTHERS = {"jazz-finger", "precision-finger", "six-string", "muted"}
+ALWAYS = {"own": KINDS, "pick": OTHERS, "thumb and pops": OTHERS}
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody takes a pick to an upright, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
@@ -109,7 +102,7 @@ def is_last_of_thumb(name: str, stroke: str, i: int) -> bool:
 @pytest.mark.parametrize(
     ("stroke", "name"),
     [
-        pytest.param(stroke, name, marks=pytest.mark.slow if (stroke, name) in DEAR else ())
+        pytest.param(stroke, name, marks=() if name in ALWAYS[stroke] else pytest.mark.slow)
         for stroke, name in itertools.product(STROKES, preset_names())
         if stroke != "thumb and pops" or name not in (*PAPER, *SLAPPED, "upright")  # a slapped bass begins with them
     ],
@@ -178,7 +171,7 @@ def hammered(name: str, i: int, first: int, second: int, after: float, velocity:
     return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
 
 
-@pytest.mark.parametrize("name", quick(HAMMERED, KINDS & set(HAMMERED) - {"fretless"}))
+@pytest.mark.parametrize("name", of_each_kind(HAMMERED, dear="fretless"))
 def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) -> None:
     """Whatever the string does as the finger lands; a tap, out of silence, likewise."""
     strings = range(len(engine(name).instrument.strings))
