@@ -1,26 +1,54 @@
 """Standard MIDI Files: from bytes to mido's messages with ticks.
 
-mido knows messages; chunks, lengths and running status are read here, as its own reader stops at what the format allows
-(time in SMPTE frames, unknown chunks, escapes, odd texts and key signatures), and does not say at which byte of which
-track a file is damaged. Errors here do. A header that promises more tracks than there are, and a last track that claims
-to go on beyond the file, are read as far as they go, with a warning.
+mido knows messages. Chunks, lengths and running status are read here: mido's own reader stops at much of what real
+files contain, and does not say at which byte of which track a file is damaged. Errors here do.
+
+Real files are damaged in ways that do not matter, and these are read with a warning: a header that counts other tracks
+than there are, track lengths that are off, stray bytes before the header or between chunks, data bytes above 0x7F,
+real-time messages within a track, impossible tempos. A RIFF file (.rmi) is read as the file in it.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from mido import Message
 
+from livebass.tracknames import decode
+
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
-META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_END, META_TEMPO = 0x01, 0x03, 0x04, 0x2F, 0x51
+META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_CHANNEL, META_PORT = 0x01, 0x03, 0x04, 0x20, 0x21
+META_END, META_TEMPO = 0x2F, 0x51
 LONGEST_NAME = 40  # characters of a track's name that are kept
 CHUNK_HEAD = 8  # bytes: name and length
+HEADER, TRACK = b"MThd", b"MTrk"
+MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
+NO_CHANNEL = -1
+SYSTEM_COMMON = {0xF1: 1, 0xF2: 2, 0xF3: 1}  # data bytes; system messages from 0xF4 on have none
 
 
 class SmfError(ValueError):
     """Bytes that are not a Standard MIDI File, or not one that can be played. The message names the place."""
+
+
+class SmfMessage(NamedTuple):
+    """A channel message of a file."""
+
+    tick: int
+    message: Message
+    track: int  # from 0
+    port: int  # from 0
+
+
+class SystemExclusive(NamedTuple):
+    """A system exclusive message of a file."""
+
+    tick: int
+    data: bytes  # without F0 and F7
+    port: int  # from 0
 
 
 @dataclass(frozen=True)
@@ -29,11 +57,12 @@ class Smf:
 
     ticks_per_quarter: int  # 0 if time is in SMPTE frames
     ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) if time is in quarter notes
-    messages: tuple[
-        tuple[int, Message, int], ...
-    ]  # (tick, message, track from 0) by tick, track and place in the track
+    messages: tuple[SmfMessage, ...]  # by tick, track and place in the track
     tempos: tuple[tuple[int, int], ...]  # (tick, us per quarter note) by tick
     names: tuple[str, ...]  # of the tracks; "": it has none
+    instruments: tuple[str, ...]  # the tracks' instruments by name; "": it has none
+    channel_names: dict[tuple[int, int], str]  # by (track, channel), both from 0, where a channel prefix says so
+    exclusive: tuple[SystemExclusive, ...]  # by tick
     end_tick: int  # of the track that ends last
     warnings: tuple[str, ...]  # each a line about damage that did not matter
     texts: frozenset[str] = frozenset()  # at tick 0, beside the names
@@ -73,47 +102,96 @@ class _Bytes:
         raise self.fail(f"{what} longer than the 4 bytes allowed", start)
 
 
-class _Tracks:
-    """The tracks as far as they have been read."""
+class _Track:
+    """What has been read of a track."""
 
     def __init__(self) -> None:
-        self.messages: list[tuple[int, Message, int]] = []
+        self.at = 0  # the byte behind what has been read
+        self.ended = False  # by its End of Track
+        self.tick = 0  # of what has been read last
+        self.messages: list[SmfMessage] = []
+        self.exclusive: list[SystemExclusive] = []
         self.tempos: list[tuple[int, int]] = []
-        self.names: list[str] = []
-        self.texts: set[str] = set()
-        self.end = 0  # tick
+        self.names: dict[tuple[int, int], bytes] = {}  # by channel or NO_CHANNEL, and kind of meta event
+        self.texts: list[bytes] = []
+        self.oddities: list[tuple[str, int]] = []  # what, where {} is how many there are, and the byte
 
 
 def parse_smf(data: bytes) -> Smf:
-    """Parses a Standard MIDI File of type 0 or 1. Raises SmfError, with track and byte, for anything else."""
+    """Parses a Standard MIDI File. Raises SmfError, with track and byte, for bytes that are none, or too damaged."""
     if not data:
         raise SmfError("the file is empty (0 bytes)")
-    if data[:4] != b"MThd":
+    warnings = []
+    if data[:4] == b"RIFF" and data[8:12] == b"RMID":
+        data = _in_riff(data)
+    start = data.find(HEADER, 0, MOST_BEFORE)
+    if start < 0:
         raise SmfError("not a Standard MIDI File (it does not begin with MThd)")
-    head = _Bytes(data, 4, len(data), "header")
-    size = int.from_bytes(head.take(4, "header length"))
+    if start > 0:
+        warnings.append(f"skipped {start} bytes before the header")
+        data = data[start:]
+    file = _Bytes(data, 4, len(data), "header")
+    size = int.from_bytes(file.take(4, "header length"))
     if size < 6:
         raise SmfError(f"header, byte 4: header length {size}, allowed: 6 or more")
-    body = head.take(size, "header")
+    body = file.take(size, "header")
     kind, count, division = (int.from_bytes(body[i : i + 2]) for i in (0, 2, 4))
-    if kind not in (0, 1):
-        raise SmfError(f"type {kind} MIDI file, allowed: type 0 (one track) or 1 (tracks together)")
+    if kind not in (0, 1, 2):
+        raise SmfError(f"type {kind} MIDI file, allowed: 0 (one track), 1 (tracks together) and 2 (patterns)")
     per_quarter, per_second = _division(division)
-    tracks, warnings = _Tracks(), []
-    for number in range(1, count + 1):
-        if number > 1 and _no_more_chunks(head):
-            warnings.append(f"has {number - 1} of the {count} tracks that its header promises")
-            break
-        short = _read_next_track(head, number, count, tracks)
-        if short:
-            warnings.append(short)
-            break
-    tracks.messages.sort(key=lambda m: m[0])
-    tracks.tempos.sort(key=lambda t: t[0])
+    tracks: list[_Track] = []
+    odd: dict[str, list[str]] = defaultdict(list)  # places of harmless oddities, by kind
+    while _seek_track(file, len(tracks) + 1, count, odd):
+        tracks.append(_read_next_track(file, len(tracks)))
+        for what, at in tracks[-1].oddities:
+            odd[what].append(f"{file.place}, byte {at}")
+    if not tracks:
+        file.at = 8 + size
+        file.take(4, "chunk name")
+        raise file.fail("no track chunk (MTrk) behind it: the file is damaged")
+    for what, places in odd.items():
+        count_of = what.format(len(places), s="s" * (len(places) > 1))
+        where = f"{'first at ' * (len(places) > 1)}{places[0]}"
+        warnings.append(f"{count_of} ({where})" if "{}" in what else what)
+    if len(tracks) < count:
+        warnings.append(f"has {len(tracks)} of the {count} tracks that its header promises")
+    elif len(tracks) > count:
+        warnings.append(f"has {len(tracks)} tracks, not {count} as its header says: plays all")
+    if kind == 2 and len(tracks) > 1:
+        played = next((number for number, track in enumerate(tracks) if track.messages), 0)
+        warnings.append(f"has {len(tracks)} patterns (type 2): plays number {played + 1}")
+        tracks = [track if number == played else _Track() for number, track in enumerate(tracks)]
+    names = [(number, *which) for number, track in enumerate(tracks) for which in track.names]
+    texts = decode([*(data for t in tracks for data in t.names.values()), *(data for t in tracks for data in t.texts)])
+    called = dict(zip(names, map(_shown, texts[: len(names)]), strict=True))
+    titles, instruments = (
+        [called.get((number, NO_CHANNEL, meta), "") for number in range(len(tracks))]
+        for meta in (META_TRACK_NAME, META_INSTRUMENT)
+    )
     return Smf(
-        per_quarter, per_second, tuple(tracks.messages), tuple(tracks.tempos), tuple(tracks.names), tracks.end,
-        tuple(warnings), frozenset(tracks.texts),
-    )  # fmt: skip
+        ticks_per_quarter=per_quarter,
+        ticks_per_second=per_second,
+        messages=tuple(sorted((m for t in tracks for m in t.messages), key=lambda m: m.tick)),
+        tempos=tuple(sorted((m for t in tracks for m in t.tempos), key=lambda m: m[0])),
+        names=tuple(title or instrument for title, instrument in zip(titles, instruments, strict=True)),
+        instruments=tuple(instruments),
+        channel_names={(n, channel): text for (n, channel, _), text in called.items() if channel != NO_CHANNEL},
+        exclusive=tuple(sorted((m for t in tracks for m in t.exclusive), key=lambda m: m.tick)),
+        end_tick=max(track.tick for track in tracks),
+        warnings=tuple(warnings),
+        texts=frozenset(map(_shown, texts[len(names) :])),
+    )
+
+
+def _in_riff(data: bytes) -> bytes:
+    """The Standard MIDI File in a RIFF file: its chunk "data"."""
+    at = 12
+    while at + CHUNK_HEAD <= len(data):
+        size = int.from_bytes(data[at + 4 : at + CHUNK_HEAD], "little")
+        if data[at : at + 4] == b"data":
+            return data[at + CHUNK_HEAD : at + CHUNK_HEAD + size]
+        at += CHUNK_HEAD + size + size % 2
+    raise SmfError("RIFF file without a chunk of MIDI data: the file is truncated or damaged")
 
 
 def _division(word: int) -> tuple[int, tuple[int, int]]:
@@ -130,93 +208,117 @@ def _division(word: int) -> tuple[int, tuple[int, int]]:
     return 0, (over * ticks, under)
 
 
-def _no_more_chunks(file: _Bytes) -> bool:
-    """True if no MTrk chunk begins in the rest of the file."""
-    at = file.at
-    while at + CHUNK_HEAD <= file.end:
-        if file.data[at : at + 4] == b"MTrk":
-            return False
-        at += CHUNK_HEAD + int.from_bytes(file.data[at + 4 : at + CHUNK_HEAD])
+def _is_chunk(data: bytes, at: int) -> bool:
+    """True if a chunk may begin here: with four printable characters and a length."""
+    return at + CHUNK_HEAD <= len(data) and all(0x20 <= byte < 0x7F for byte in data[at : at + 4])
+
+
+def _seek_track(file: _Bytes, number: int, count: int, odd: dict[str, list[str]]) -> bool:
+    """Moves to the next track chunk, `number` of the `count` promised; past other chunks and stray bytes.
+
+    False if there is none, or another file begins before it.
+    """
+    file.place = f"track {number} of {max(number, count)}"
+    at, data = file.at, file.data
+    while _is_chunk(data, at) and data[at : at + 4] not in (HEADER, TRACK):
+        at += CHUNK_HEAD + int.from_bytes(data[at + 4 : at + CHUNK_HEAD])
+    if data[at : at + 4] != TRACK:
+        another = data.find(HEADER, file.at)
+        at = data.find(TRACK, file.at, another if another >= 0 else len(data))
+        if at >= 0:
+            odd["skipped {} run{s} of stray bytes"].append(f"{file.place}, byte {file.at}")
+    if at < 0 or at + CHUNK_HEAD > file.end:
+        return False
+    file.at = at
     return True
 
 
-def _read_next_track(file: _Bytes, number: int, count: int, tracks: _Tracks) -> str:
-    """Reads the next MTrk chunk into `tracks`, passing over other chunks, as the format asks.
+def _read_next_track(file: _Bytes, number: int) -> _Track:
+    """Reads the track chunk at which `file` is, and leaves `file` behind it. `number` counts tracks from 0.
 
-    Returns a warning if the chunk claims to go on beyond the file although its events end within it; or "".
+    A track ends with its chunk. Where the chunk's length cannot be right, since neither a chunk nor the end of the file
+    follows it, the track ends at its End of Track, or where the next track begins.
     """
-    file.place = f"track {number} of {count}"
-    while True:
-        kind = file.take(4, "chunk name")
-        size = int.from_bytes(file.take(4, "chunk length"))
-        start = file.at
-        missing = start + size - file.end
-        if kind == b"MTrk":
-            break
-        file.take(size, "chunk")
-    track = _Bytes(file.data, start, min(start + size, file.end), file.place)
-    if missing <= 0:
-        file.at = start + size
-        _read_track(track, number - 1, tracks)
-        return ""
+    start = file.at + CHUNK_HEAD
+    end = start + int.from_bytes(file.data[start - 4 : start])
+    if end == file.end or _is_chunk(file.data, end):
+        track = _read_track(_Bytes(file.data, start, end, file.place), number)
+        early = track.ended and file.data[track.at : track.at + 4] == TRACK
+        file.at = track.at if early else end
+    else:
+        track = _read_to_its_mark(file, start, end, number)
+        file.at = track.at
+    if file.at != end:
+        off = f"{end - file.at} bytes shorter" if file.at < end else f"{file.at - end} bytes longer"
+        track.oddities.append((f"{file.place} is {off} than it says", start - CHUNK_HEAD))
+    return track
+
+
+def _read_to_its_mark(file: _Bytes, start: int, end: int, number: int) -> _Track:
+    """Reads a track from `start` whose chunk claims to reach to `end`, which cannot be right."""
+    following = file.data.find(TRACK, start)
+    limit = following if following >= 0 else file.end
     try:
-        _read_track(track, number - 1, tracks)
+        track = _read_track(_Bytes(file.data, start, limit, file.place), number)
+        if track.ended or following >= 0 or end > file.end:
+            return track
     except SmfError:
-        file.take(size, "chunk")  # raises: cut off within an event
-    return f"track {number} of {count} is {missing} bytes shorter than it says"
+        if end > file.end:
+            file.at = start
+            file.take(end - start, "chunk")  # raises: cut off within an event
+    return _read_track(_Bytes(file.data, start, end, file.place), number)
 
 
-def _read_track(track: _Bytes, number: int, tracks: _Tracks) -> None:
-    """Reads the channel messages, tempos and the name of a track. Its end mark may be missing."""
-    tick, running = 0, 0
-    names: dict[int, str] = {}
-    while track.at < track.end:
-        tick += track.number("delta time")
-        start = track.at
-        status = track.take(1, "event")[0]
+def _read_track(cursor: _Bytes, number: int) -> _Track:
+    """Reads a track up to its End of Track, which may be missing."""
+    track, running, port, prefix = _Track(), 0, 0, NO_CHANNEL
+    while cursor.at < cursor.end and not track.ended:
+        track.tick += cursor.number("delta time")
+        start = cursor.at
+        status = cursor.take(1, "event")[0]
         if status == 0xFF:
-            kind = track.take(1, "meta event")[0]
-            data = track.take(track.number("meta event length"), "meta event")
+            kind = cursor.take(1, "meta event")[0]
+            data = cursor.take(cursor.number("meta event length"), "meta event")
             if kind == META_END:
-                break
-            if kind == META_TEMPO:
-                tracks.tempos.append((tick, _tempo(track, data, start)))
-            if kind == META_TEXT and tick == 0:
-                tracks.texts.add(_text(data))
-            if kind in (META_TRACK_NAME, META_INSTRUMENT):
-                names.setdefault(kind, _text(data))
+                track.ended = True
+            elif kind == META_TEMPO:
+                if len(data) == 3 and any(data):
+                    track.tempos.append((track.tick, int.from_bytes(data)))
+                else:
+                    track.oddities.append(("ignored {} tempo event{s} of 0 us or other than 3 bytes", start))
+            elif kind == META_TEXT and track.tick == 0:
+                track.texts.append(data)
+            elif kind in (META_TRACK_NAME, META_INSTRUMENT):
+                track.names.setdefault((prefix, kind), data)
+            elif kind == META_CHANNEL and data and data[0] < 16:
+                prefix = data[0]
+            elif kind == META_PORT and data:
+                port = data[0]
         elif status in (0xF0, 0xF7):
-            track.take(track.number("system exclusive length"), "system exclusive")
+            data = cursor.take(cursor.number("system exclusive length"), "system exclusive")
+            if status == 0xF0:
+                track.exclusive.append(SystemExclusive(track.tick, data.removesuffix(b"\xf7"), port))
         elif status > 0xEF:
-            raise track.fail(f"status byte 0x{status:02X} is not allowed in a file", start)
+            cursor.take(SYSTEM_COMMON.get(status, 0), "system message")
+            track.oddities.append(("skipped {} system message{s} that files cannot have", start))
         else:
             if status < 0x80:
                 if running == 0:
-                    raise track.fail(f"data byte 0x{status:02X} without a status byte before it", start)
-                track.at = start
+                    raise cursor.fail(f"data byte 0x{status:02X} without a status byte before it", start)
+                cursor.at = start
             else:
                 running = status
-            data = track.take(1 if running >> 4 in (0xC, 0xD) else 2, "message")
+                prefix = NO_CHANNEL
+            data = cursor.take(1 if running >> 4 in (0xC, 0xD) else 2, "message")
             if max(data) > 0x7F:
-                raise track.fail(f"data byte 0x{max(data):02X} in a message, allowed: 0 to 0x7F", start)
-            tracks.messages.append((tick, message(bytes([running]) + data), number))
-    tracks.names.append(names.get(META_TRACK_NAME) or names.get(META_INSTRUMENT) or "")
-    tracks.end = max(tracks.end, tick)
+                track.oddities.append(("took {} data byte{s} above 0x7F for 0x7F", start))
+                data = bytes(min(byte, 0x7F) for byte in data)
+            track.messages.append(SmfMessage(track.tick, message(bytes([running]) + data), number, port))
+    track.at = cursor.at
+    return track
 
 
-def _tempo(track: _Bytes, data: bytes, start: int) -> int:
-    """Reads a tempo, us per quarter note."""
-    tempo = int.from_bytes(data)
-    if len(data) != 3 or tempo == 0:
-        raise track.fail(f"tempo {tempo} in {len(data)} bytes, allowed: 1 to 16777215 us in 3 bytes", start)
-    return tempo
-
-
-def _text(data: bytes) -> str:
-    """The printable text of a meta event, in UTF-8 or else Latin-1, cut to LONGEST_NAME."""
-    try:
-        text = data.decode()
-    except UnicodeDecodeError:
-        text = data.decode("latin-1")
+def _shown(text: str) -> str:
+    """The printable text of a meta event, cut to LONGEST_NAME."""
     text = "".join(c if c.isprintable() else " " for c in text).strip()
     return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 3]}..."

@@ -166,6 +166,7 @@ def play(**options: Any) -> None:
     from livebass.live.session import Session, Settings
     from livebass.live.synth import decibels
     from livebass.preset.load import load_preset
+    from livebass.score.low_keys import with_low_notes
     from livebass.score.reading import read_score
 
     check_together(options)
@@ -190,6 +191,9 @@ def play(**options: Any) -> None:
         score = read_score(song, rate)
         return score.on_one_bass() if options["preset"] else score
 
+    def read_for_bass(rate: int) -> Score:
+        return with_low_notes(read_song(rate), bass)
+
     score = read_song(options["rate"]) if song else None  # errors in the file are reported now
     preset, bass = first_bass(options["preset"] or preset_of(score, DEFAULT_PRESET), load, tuning, memory)
     if score:
@@ -197,7 +201,7 @@ def play(**options: Any) -> None:
             say(f"{song}: {remark}")
     read: Callable[[int], Score] | None = None
     if song:
-        read = read_song
+        read = read_for_bass
     elif demo:
         read = functools.partial(demo_for, bass, demo=demo)
     settings = Settings(

@@ -115,8 +115,8 @@ GROUPS = {
     type=Channel(),
     default="auto",
     show_default=True,
-    help="MIDI channel to play. auto: all notes with a bass program, 33 to 40, or else tracks called bass, or else the "
-    "channels of an MPE controller or MIDI guitar; all: every channel but 10, the drums.",
+    help="MIDI channel to play. auto: the notes with a bass program, 33 to 40; or else tracks called bass; or else the "
+    "only part, or the lowest without a program; all: everything but drums.",
 )
 @click.option(
     "--list", "listing", is_flag=True, help="Write no sound: list what is in the MIDI file and what would be played."
@@ -161,7 +161,7 @@ def render(
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
 
-    MIDI files are of type 0 or 1; - reads one from standard input.
+    MIDI files may be of any type; - reads one from standard input.
 
     An existing file is replaced. Files appear when they are complete; an interrupted render leaves nothing behind.
 
@@ -375,6 +375,8 @@ def summary(report: RenderReport, wanted: float | None = None) -> str:
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
     moved = f" ({report.transposed} transposed, {report.dropped} dropped"
     moved += f", {report.stolen} cut short for another)" if report.stolen else ")"
+    if report.switches:
+        moved += f", {report.switches} key switch{'es' * (report.switches != 1)}"
     speed = report.duration_s / report.wall_s if report.wall_s else 0.0
     line = (
         f"{report.files[0]}: {notes}{moved}, {report.duration_s:.2f} s, {speed:.2g} times real time, "

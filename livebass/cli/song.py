@@ -13,6 +13,7 @@ from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
 from livebass.report.text import columns
+from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import LEAST_RATE, NOTE_ON, Score
 from livebass.units import note_name
@@ -64,12 +65,6 @@ def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
     return lines
 
 
-def switches(bass: Instrument) -> set[int]:
-    """The keys that switch on `bass`, and are no notes: those of its map that it has no notes for, or go first."""
-    keys = bass.player.keys
-    return {key for key, *_ in keys.keys if keys.over_notes or key < bass.note_range[0]}
-
-
 def check_range(bass: Instrument, note: int, usual: str) -> None:
     """Raises UsageError for a note that `bass` does not have, and names a preset that has it, if possible `usual`."""
     lowest, highest = bass.note_range
@@ -82,9 +77,11 @@ def check_range(bass: Instrument, note: int, usual: str) -> None:
 
 def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     """A line about the notes of a file below the lowest string, if any, and which preset plays them."""
-    notes = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
     lowest = bass.note_range[0]
-    below = sorted(notes[(notes < lowest) & ~np.isin(notes, list(switches(bass)))].tolist())
+    notes = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
+    if not with_low_notes(score, bass).raised:
+        notes = notes[~np.isin(notes, list(bass.switches))]
+    below = sorted(notes[notes < lowest].tolist())
     if not below:
         return []
     one = len(below) == 1
@@ -102,27 +99,42 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
 
 
 def parts_table(midi: Path, channel: str | int, preset: str | None, load: Callable[[str], Instrument]) -> str:
-    """The parts of a MIDI file as a table: channel, track, programs, notes, range, and what `channel` would play.
+    """The parts of a MIDI file as a table: what was read of each, and whether `channel` would play it, and why.
 
-    Lines below say which keys switch, on the bass that it begins with, and which basses play it, if several do.
-    `preset` is the one that was asked for; None: those that its programs choose.
+    Switches are keys that switch on the bass that the file begins with. A last line says which basses play it, if
+    several do. `preset` is the one that was asked for; None: those that its programs choose.
     """
     try:
         score: Score | None = read_score(midi, LEAST_RATE, channel)
     except ScoreError:  # no bass in it, or it cannot be read at all, as `read_parts` says
         score = None
     first = preset or preset_of(score, DEFAULT_PRESET)
-    parts = read_parts(midi, channel, switches(load(first)))
-    rows = [("channel", "track", "program", "notes", "range", "played")]
+    bass = load(first)
+    are_notes = score is not None and with_low_notes(score, bass).raised > 0
+    parts = read_parts(midi, channel, () if are_notes else bass.switches)
+    ports, banks = len({part.port for part in parts}) > 1, any(part.banks for part in parts)
+    heading = [
+        *["port"] * ports,
+        "channel",
+        "track",
+        *["bank"] * banks,
+        "program",
+        "notes",
+        "switches",
+        "range",
+        "played",
+    ]
+    rows = [(*heading, "")]
     for part in parts:
-        programs = "drums" if part.is_drums else " ".join(map(str, part.programs)) or "-"
+        programs = " ".join(map(str, part.programs)) or "-"
         whole = part.chosen == part.notes
         played = ("yes" if whole else f"{part.chosen} of them") if part.chosen else "no"
-        rows.append((str(part.channel), part.name or "-", programs, str(part.notes), part.range or "-", played))
+        rows.append((
+            *[str(part.port)] * ports, str(part.channel), part.name or "-",
+            *[" ".join(map(str, part.banks)) or "-"] * banks, programs, str(part.notes), str(part.switches or "-"),
+            part.range or "-", played, part.why,
+        ))  # fmt: skip
     lines = columns(rows, left=len(rows[0]))
-    for part in parts:
-        if part.switches:
-            lines.append(f"channel {part.channel}: {part.switches} key switch{'es' * (part.switches != 1)} beside")
     later = [] if preset or not score else [place for place in later_presets(score, DEFAULT_PRESET) if place[2]]
     if later:
         lines.append(", ".join([first, *(f"{name} from {seconds:.1f} s" for seconds, _, name in later)]))

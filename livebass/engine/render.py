@@ -22,7 +22,8 @@ from livebass.files import Transaction, checked_place, output_error
 from livebass.meter import LoudnessMeter
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
-from livebass.score.score import Score
+from livebass.score.low_keys import with_low_notes
+from livebass.score.score import NOTE_ON, Score
 
 CEILING = -1.0  # dB re full scale: normalizing brings no peak beyond
 Sound = tuple[NDArray[np.float32], NDArray[np.float32] | None]  # of each string, and the mix behind the effects
@@ -49,6 +50,7 @@ class RenderReport:
     peak_db: float  # of the mix, dB re full scale; -inf for silence
     gain_db: float = 0.0  # with which it was written
     loudness: float | None = None  # LUFS, of the mix as it was written, if it was normalized; -inf for silence
+    switches: int = 0  # note-ons of keys that switch, and are no notes
 
 
 def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None) -> list[Path]:
@@ -102,6 +104,7 @@ def render_to_file(
     kind = encoding(out, rate, format, bits)
     expected = score.end_frame + round((USUAL_TAIL if tail is None else tail) * rate)
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
+    score = with_low_notes(score, instrument)
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
     for path in (out, *paths):
         checked_place(path)  # now, not after seconds of work
@@ -135,7 +138,7 @@ def render_to_file(
     return RenderReport(
         files=(out, *paths),
         notes=report.notes,
-        transposed=report.transposed,
+        transposed=report.transposed + score.raised,
         dropped=report.dropped,
         stolen=report.stolen,
         weakened=report.weakened,
@@ -145,6 +148,7 @@ def render_to_file(
         peak_db=20 * math.log10(peak) if peak else -math.inf,
         gain_db=gain_db,
         loudness=None if meter is None else meter.loudness() + gain_db,
+        switches=_pressed(score, instrument),
     )
 
 
@@ -163,6 +167,7 @@ def render_to_array(
 
     `basses`, by General MIDI's program from 0, are those that program changes of the score choose.
     """
+    score = with_low_notes(score, instrument)
     blocks = _player(instrument, score, quality, seed, basses).play(score, tail)
     return np.concatenate([np.zeros((len(instrument.strings), 0)), *blocks], axis=1)
 
@@ -174,6 +179,12 @@ def _player(
     engine = Engine(instrument, quality, score.rate, seed)
     chosen = {program: basses[program] for _, program in score.changes if program in basses} if basses else {}
     return Basses(engine, chosen) if chosen else engine
+
+
+def _pressed(score: Score, instrument: Instrument) -> int:
+    """How many note-ons of `score` press key switches of the bass."""
+    struck = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
+    return int(np.count_nonzero(np.isin(struck, list(instrument.switches))))
 
 
 @contextmanager

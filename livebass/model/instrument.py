@@ -197,6 +197,12 @@ class Instrument:
     grazed: tuple[Neck, ...] = ()  # that force 1 of the player grazes, one under each string; empty: its own
 
     @property
+    def switches(self) -> frozenset[int]:
+        """The keys that switch, and are no notes: those of its map that it has no notes for, or that go first."""
+        keys = self.player.keys
+        return frozenset(key for key, *_ in keys.keys if keys.over_notes or key < self.note_range[0])
+
+    @property
     def note_range(self) -> tuple[int, int]:
         """The lowest and the highest MIDI note it has: every string is played up to the last fret that all have."""
         frets = min(len(neck.fret_positions) for neck in self.necks)

@@ -13,6 +13,7 @@ from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 from mido import Message
@@ -26,7 +27,14 @@ BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 
-Event = tuple[int, Message, int]  # (frame, channel message, track of the file from 0)
+
+class Event(NamedTuple):
+    """A channel message with its time. Messages of one line, which has one channel, belong together."""
+
+    frame: int
+    message: Message
+    track: int = 0  # of the file, from 0
+    line: int = 0  # a note ends by a note-off of its own line
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +53,8 @@ class Score:
     program: int | None = None  # General MIDI's, counted from 0, that a file begins with; None: the file sets none
     remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
     file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
+    foreign: bool = False  # read from a file that is no take of livebass: its low keys may be notes (low_keys.py)
+    raised: int = 0  # notes that were too low, and have been moved up by octaves
 
     @property
     def changes(self) -> list[tuple[int, int]]:
@@ -85,16 +95,16 @@ def score_of(
             raise ValueError(f"note of {length} s at {start} s: allowed are 0 to {LONGEST} s")
         first = round(start * rate)
         last = round((start + length) * rate)
-        events += [(first, message(bytes([NOTE_ON, note, velocity])), 0), (last, note_off(0, note, RELEASE), 0)]
+        events += [Event(first, message(bytes([NOTE_ON, note, velocity]))), Event(last, note_off(0, note, RELEASE))]
     for time, position in bends:
         if not (0 <= time <= LONGEST and -1 <= position <= 1):
             raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
-        events.append((round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192), 0))
+        events.append(Event(round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192)))
     for time, number, value in controls:
         if not (0 <= time <= LONGEST and 0 <= number <= 127 and 0 <= value <= 127):
             raise ValueError(f"controller {number} to {value} at {time} s: allowed are 0 to 127 and 0 to {LONGEST} s")
-        events.append((round(time * rate), Message("control_change", control=number, value=value), 0))
-    events.sort(key=lambda e: e[0])
+        events.append(Event(round(time * rate), Message("control_change", control=number, value=value)))
+    events.sort(key=lambda e: e.frame)
     return score_from(cleaned(events, 0, rate), name, rate)
 
 
@@ -119,20 +129,20 @@ def note_off(channel: int, note: int, velocity: int) -> Message:
 
 def cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
     """The events in the order of a `Score`, with exactly one note-off for each note."""
-    keys: dict[tuple[int, int], list[tuple[int, bool, int]]] = defaultdict(list)
+    keys: dict[tuple[int, int, int], list[tuple[int, bool, int]]] = defaultdict(list)
     clean: list[Event] = []
     for event in events:
-        frame, m, _ = event
+        m = event.message
         if m.type in ("note_on", "note_off"):
-            keys[m.channel, m.note].append((frame, m.type == "note_on", m.velocity))
+            keys[event.line, m.channel, m.note].append((event.frame, m.type == "note_on", m.velocity))
         if m.type != "note_off":
             clean.append(event)
-    for (channel, note), strokes in keys.items():
+    for (line, channel, note), strokes in keys.items():
         for frame, velocity in note_ends(strokes, end, max(1, round(BRIEF * rate))):
-            clean.append((frame, note_off(channel, note, velocity), 0))
+            clean.append(Event(frame, note_off(channel, note, velocity), 0, line))
     # Controllers come first: a pedal pressed as a note ends holds it, and a bend is there before the next note begins.
     rank = {"note_off": 1, "note_on": 2}
-    return sorted(clean, key=lambda e: (e[0], rank.get(e[1].type, 0)))
+    return sorted(clean, key=lambda e: (e.frame, rank.get(e.message.type, 0)))
 
 
 def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> list[tuple[int, int]]:
@@ -172,13 +182,13 @@ def score_from(
 ) -> Score:
     """The score of cleaned events, or of those of a take."""
     messages = np.zeros((len(events), 3), np.uint8)
-    for row, (_, m, _) in zip(messages, events, strict=True):
-        data = m.bytes()
+    for row, event in zip(messages, events, strict=True):
+        data = event.message.bytes()
         row[: len(data)] = data
     return Score(
-        frames=np.array([frame for frame, _, _ in events], np.int64),
+        frames=np.array([event.frame for event in events], np.int64),
         messages=messages,
-        end_frame=max((frame for frame, _, _ in events), default=0),
+        end_frame=max((event.frame for event in events), default=0),
         notes=int(np.count_nonzero(messages[:, 0] & 0xF0 == NOTE_ON)),
         name=name,
         rate=rate,

@@ -75,7 +75,7 @@ BAD_FILES = {
     "truncated": GOOD[:-7],
     "no track": HEAD,
     "no notes": song(BASS),
-    "no bass notes": song(NOTE),
+    "no bass notes": song(NOTE, b"\x00\xc1\x00\x00\x91\x48\x64\x81\x70\x81\x48\x40", b"\x00\xc0\x00"),
 }
 
 

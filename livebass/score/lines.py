@@ -1,0 +1,370 @@
+"""From the messages of a MIDI file to lines: who plays what, at which frame.
+
+A line is a channel of a port. Where tracks share a channel and each gives it a program of its own, as some programs
+write files, each of these tracks is a line. The channels of a zone, which a mode gives to the strings or the notes of
+one instrument, belong together.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from mido import Message
+
+from livebass.score.score import LONGEST, RELEASE, Event, note_off
+from livebass.smf import Smf, SmfError
+
+CHANNELS = 16
+DRUMS = 9  # channel 10, counted from 0
+BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
+DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
+LONGEST_REST = 60  # s from the last note to the end of a file: one that ends later ends with its last note
+BANK, PORTAMENTO_TIME = 0, 5  # controllers
+BEND_STARTS = 3  # value of controller 5 below which a livebass would begin to bend
+GM2_DRUMS, GM2_MELODIC, XG_DRUMS = 120, 121, (126, 127)  # values of BANK
+
+
+class Line(NamedTuple):
+    """What belongs together in a file."""
+
+    port: int  # from 0
+    channel: int  # from 0
+    track: int | None = None  # from 0; None: all tracks
+
+
+class Note(NamedTuple):
+    """A note-on among cleaned events."""
+
+    place: int  # in the list of events
+    track: int  # from 0
+    line: int
+    note: int
+    program: int | None  # of its line, or its zone, when it begins, from 0; None: not set so far
+    bank: int | None  # its most significant byte
+    drums: bool
+
+
+@dataclass
+class Lines:
+    """The messages of a file by lines."""
+
+    lines: list[Line]
+    events: list[Event]  # by time
+    exclusive: list[tuple[int, int, bytes]]  # (frame, first line of the port, data) by time
+    end: int  # frame
+    zone: frozenset[int] = frozenset()  # lines that are one instrument
+    remarks: tuple[str, ...] = ()
+
+    def notes(self, events: list[Event]) -> list[Note]:
+        """The notes among `events`, with the programs that they have.
+
+        A line with one program throughout has it from its first note on. A line of the zone without a program has the
+        zone's.
+        """
+        programs = _only_programs(events)
+        zones = {program for line, program in programs.items() if line in self.zone}
+        of_zone = zones.pop() if len(zones) == 1 and all(line in programs for line in self._changed(events)) else None
+        banks: dict[int, int] = {}
+        kits = _Kits(self)
+        found = []
+        for place, event in enumerate(events):
+            m, line = event.message, event.line
+            if m.type == "program_change":
+                programs[line] = m.program
+                of_zone = m.program if line in self.zone else of_zone
+            elif m.type == "control_change" and m.control == BANK:
+                banks[line] = m.value
+            elif m.type == "note_on":
+                program = programs.get(line)
+                if program is None and line in self.zone:
+                    program = of_zone
+                drums = line not in self.zone and kits.has(line, event.frame, banks.get(line))
+                found.append(Note(place, event.track, line, m.note, program, banks.get(line), drums))
+        return found
+
+    def _changed(self, events: list[Event]) -> set[int]:
+        """The lines of the zone whose program is set."""
+        return {e.line for e in events if e.message.type == "program_change" and e.line in self.zone}
+
+
+def _only_programs(events: list[Event]) -> dict[int, int]:
+    """The program of each line that has one throughout."""
+    found: dict[int, set[int]] = defaultdict(set)
+    for event in events:
+        if event.message.type == "program_change":
+            found[event.line].add(event.message.program)
+    return {line: next(iter(programs)) for line, programs in found.items() if len(programs) == 1}
+
+
+class _Kits:
+    """Which lines play drums: channel 10, but for what banks and system exclusive messages say.
+
+    Banks: 120 and 121 of General MIDI 2; 126 and 127, as XG has them, but not after a reset of GS. System exclusive:
+    parts for rhythm of GS, part modes of XG.
+    """
+
+    def __init__(self, lines: Lines) -> None:
+        self._lines = lines.lines
+        self._coming = list(reversed(lines.exclusive))
+        self._set: dict[int, bool] = {}  # by line
+        self._system: dict[int, str] = {}  # "gs", "xg" or "", by the first line of a port
+
+    def has(self, line: int, frame: int, bank: int | None) -> bool:
+        """True if a note of `line` at `frame`, in ascending order, sounds drums in `bank`."""
+        while self._coming and self._coming[-1][0] <= frame:
+            self._take(*self._coming.pop()[1:])
+        port, channel, _ = self._lines[line]
+        first = self._lines.index(Line(port, 0))
+        system = self._system.get(first, "")
+        if bank == GM2_DRUMS or (bank in XG_DRUMS and system != "gs"):
+            return True
+        if bank == GM2_MELODIC or (system == "xg" and bank is not None):
+            return False
+        return self._set.get(first + channel, channel == DRUMS)
+
+    def _take(self, first: int, data: bytes) -> None:
+        system = None
+        if data[:1] == b"\x7e" and data[2:3] == b"\x09":  # General MIDI
+            system = ""
+        elif data[:1] == b"\x41" and data[2:4] == b"\x42\x12":  # Roland GS
+            address = data[4:7]
+            if address == b"\x40\x00\x7f":
+                system = "gs"
+            elif len(data) > 7 and address[:1] == b"\x40" and address[1] & 0xF0 == 0x10 and address[2] == 0x15:
+                part = address[1] & 0x0F
+                self._set[first + (DRUMS if part == 0 else part - 1 if part <= DRUMS else part)] = data[7] != 0
+        elif data[:1] == b"\x43" and data[2:3] == b"\x4c":  # Yamaha XG
+            if data[3:6] == b"\x00\x00\x7e":
+                system = "xg"
+            elif len(data) > 6 and data[3] == 0x08 and data[4] < CHANNELS and data[5] == 0x07:
+                self._set[first + data[4]] = data[6] != 0
+        if system is not None:
+            self._system[first] = system
+            for channel in range(CHANNELS):
+                self._set.pop(first + channel, None)
+
+
+def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
+    """The lines of a file, at `rate` Hz. Of a take each message stays as it is. Raises SmfError if it lasts too long.
+
+    Note-ons with velocity 0 become note-offs. Controller 5 is left out: files set a portamento time by it, and only a
+    livebass bends by it. Modes of channels are left out where the file cannot mean them.
+    """
+    frame = _frame_of(smf, rate)
+    ports = sorted({m.port for m in smf.messages}) or [0]
+    lines = [Line(port, channel) for port in ports for channel in range(CHANNELS)]
+    first = {port: CHANNELS * rank for rank, port in enumerate(ports)}
+    events = []
+    for tick, m, track, port in smf.messages:
+        off = m.type == "note_on" and m.velocity == 0
+        message = note_off(m.channel, m.note, RELEASE) if off else m
+        events.append(Event(frame(tick), message, track, first[port] + m.channel))
+    end = max(frame(smf.end_tick), max((e.frame for e in events), default=0))
+    last = max((e.frame for e in events if _is_note(e.message)), default=0)
+    if last > LONGEST * rate:
+        raise SmfError(f"lasts {last / rate / 3600:.4g} hours, allowed: up to {LONGEST // 3600}")
+    if end - last > LONGEST_REST * rate:
+        events = [event for event in events if event.frame <= last + LONGEST_REST * rate]
+        end = max((event.frame for event in events), default=0)
+    exclusive = [(frame(tick), first[port], data) for tick, data, port in smf.exclusive if port in first]
+    found = Lines(lines, events, exclusive, end)
+    if take:
+        found.zone = frozenset(range(len(lines)))
+        return found
+    found.zone, found.events = _zone(found)
+    found.remarks = tuple(_tunings(smf))
+    kept = [
+        e for e in found.events if not (e.message.type == "control_change" and e.message.control == PORTAMENTO_TIME)
+    ]
+    if bends := _bends_by_portamento(found.events):
+        found.remarks += (f"ignored controller 5 (portamento time, {bends} times): it bends only in takes of livebass",)
+    found.events = _ended_by_others(_apart(found, kept))
+    return found
+
+
+def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
+    """A function from tick to nearest frame. It computes in integers, so that times do not drift over hours."""
+    if not smf.ticks_per_quarter:
+        over, under = smf.ticks_per_second
+        return lambda tick: (2 * tick * under * rate + over) // (2 * over)
+    ticks, times, tempos = [0], [0], [DEFAULT_TEMPO]  # time in us times ticks per quarter note
+    for tick, tempo in smf.tempos:
+        times.append(times[-1] + (tick - ticks[-1]) * tempos[-1])
+        ticks.append(tick)
+        tempos.append(tempo)
+    whole = smf.ticks_per_quarter * 1_000_000
+
+    def frame(tick: int) -> int:
+        k = bisect_right(ticks, tick) - 1
+        return (2 * (times[k] + (tick - ticks[k]) * tempos[k]) * rate + whole) // (2 * whole)
+
+    return frame
+
+
+def _is_note(m: Message) -> bool:
+    return m.type in ("note_on", "note_off")
+
+
+def _modes(events: list[Event]) -> dict[int, frozenset[int]]:
+    """The places of messages that give channels a meaning, as the performer takes them, and which lines each."""
+    modes: dict[int, frozenset[int]] = {}
+    rpn: dict[int, tuple[int, int]] = {}  # that is selected, by line
+    for place, (_, m, _, line) in enumerate(events):
+        if m.type != "control_change":
+            continue
+        port = line - m.channel  # its first line
+        high, low = rpn.get(port, (127, 127))
+        if m.control == 101:
+            high = m.value
+        elif m.control == 100:
+            low = m.value
+        elif m.control in (98, 99, 121):
+            high = low = 127
+        elif m.control == 126 and m.value > 1:
+            modes[place] = frozenset(range(line, port + min(m.channel + m.value, CHANNELS)))
+        elif m.control == 6 and (high, low) == (0, 6) and m.value > 1:
+            members = min(m.value, CHANNELS - 1)
+            first = port if m.channel == 0 else port + CHANNELS - 1 - members
+            modes[place] = frozenset({line, *range(first, first + members + 1)})
+        rpn[port] = high, low
+    return modes
+
+
+def _zone(lines: Lines) -> tuple[frozenset[int], list[Event]]:
+    """The lines that modes make one instrument of, and the events without the modes that are not believed.
+
+    Not believed are modes where some notes of these lines have the program of a bass, and some another.
+    """
+    modes = _modes(lines.events)
+    zone = frozenset[int]().union(*modes.values())
+    if not zone:
+        return zone, lines.events
+    one = Lines(lines.lines, lines.events, lines.exclusive, lines.end, zone)
+    programs = {note.program for note in one.notes(lines.events) if note.line in zone} - {None}
+    if len({program in BASS_PROGRAMS for program in programs}) < 2:
+        return zone, lines.events
+    return frozenset(), [event for place, event in enumerate(lines.events) if place not in modes]
+
+
+def _apart(lines: Lines, events: list[Event]) -> list[Event]:
+    """The events, those of tracks that share a channel with programs of their own on lines of their own."""
+    playing: dict[int, set[int]] = defaultdict(set)  # tracks with notes, by line
+    programs: dict[tuple[int, int], set[int]] = defaultdict(set)  # by line and track
+    for _, m, track, line in events:
+        if m.type == "note_on":
+            playing[line].add(track)
+        elif m.type == "program_change":
+            programs[line, track].add(m.program)
+    own: dict[tuple[int, int], int] = {}  # the new line of each line and track
+    for line, tracks in playing.items():
+        if line not in lines.zone and len({frozenset(p) for t in tracks if (p := programs.get((line, t)))}) > 1:
+            for track in sorted(tracks):
+                own[line, track] = len(lines.lines)
+                lines.lines.append(lines.lines[line]._replace(track=track))
+    return [each for event in events for each in _copies(event, playing, own, programs)] if own else events
+
+
+def _copies(
+    event: Event,
+    playing: dict[int, set[int]],
+    own: dict[tuple[int, int], int],
+    programs: dict[tuple[int, int], set[int]],
+) -> Iterator[Event]:
+    """The event on its line or on its track's own; one of a track without notes is of all that share the channel.
+
+    So are programs, for tracks that have none of their own.
+    """
+    tracks = [track for track in playing[event.line] if (event.line, track) in own]
+    if not tracks:
+        yield event
+    for track in tracks:
+        shared = event.track not in tracks
+        without = event.message.type == "program_change" and not programs.get((event.line, track))
+        if track == event.track or shared or without:
+            yield event._replace(line=own[event.line, track])
+
+
+def _ended_by_others(events: list[Event]) -> list[Event]:
+    """The events, with note-offs on the lines whose notes they end.
+
+    A note without a note-off of its own is ended by one of the same key on another line, which ends nothing there.
+    """
+    left: Counter[tuple[int, int]] = Counter()  # by line and key: note-offs less note-ons
+    for event in events:
+        if _is_note(event.message):
+            left[event.line, event.message.note] += 1 if event.message.type == "note_off" else -1
+    wanting: dict[int, list[int]] = defaultdict(list)  # lines with more note-ons, by key
+    for (line, key), count in left.items():
+        if count < 0:
+            wanting[key].append(line)
+    if not wanting or not any(count > 0 for count in left.values()):
+        return events
+    held: Counter[tuple[int, int]] = Counter()
+    channels = {event.line: event.message.channel for event in events}
+    mended = []
+    for event in events:
+        m, line = event.message, event.line
+        if m.type == "note_on":
+            held[line, m.note] += 1
+        elif m.type == "note_off" and held[line, m.note]:
+            held[line, m.note] -= 1
+        elif (
+            m.type == "note_off"
+            and (other := next((o for o in wanting.get(m.note, ()) if held[o, m.note]), None)) is not None
+        ):
+            held[other, m.note] -= 1
+            event = event._replace(message=note_off(channels[other], m.note, m.velocity), line=other)
+        mended.append(event)
+    return mended
+
+
+def _bends_by_portamento(events: list[Event]) -> int:
+    """How many messages of controller 5 would bend a livebass."""
+    ready: set[int] = set()
+    bends = 0
+    for event in events:
+        m = event.message
+        if m.type == "control_change" and m.control == PORTAMENTO_TIME:
+            if m.value < BEND_STARTS:
+                ready.add(event.line)
+            bends += event.line in ready and m.value >= BEND_STARTS
+    return bends
+
+
+def _tunings(smf: Smf) -> Iterator[str]:
+    """A line for each kind of tuning by system exclusive messages, which are not followed."""
+    tunings, scales = dict[float, None](), 0  # cents; how many
+    for _, data, _ in smf.exclusive:
+        cents = 0.0
+        if data[:1] == b"\x7f" and data[2:4] == b"\x04\x03" and len(data) >= 6:  # master fine tuning
+            cents = (data[4] + 128 * data[5] - 8192) / 8192 * 100
+        elif data[:1] == b"\x7f" and data[2:4] == b"\x04\x04" and len(data) >= 6:  # master coarse tuning
+            cents = 100.0 * (data[5] - 64)
+        elif (data[:1], data[2:7]) == (b"\x41", b"\x42\x12\x40\x00\x00") and len(data) >= 11:  # of GS ...
+            cents = (_nibbles(data[7:11]) - 1024) / 10
+        elif (data[:1], data[2:6]) == (b"\x43", b"\x4c\x00\x00\x00") and len(data) >= 10:  # ... and of XG
+            cents = (_nibbles(data[6:10]) - 1024) / 10
+        scales += data[:1] in (b"\x7e", b"\x7f") and data[2:3] == b"\x08"
+        if cents:
+            tunings[cents] = None
+    if len(tunings) == 1:
+        (cents,) = tunings
+        a4 = 440 * 2 ** (cents / 1200)
+        yield f"ignored a master tuning of {cents:+.0f} cents (system exclusive); --a4 {a4:.1f} tunes the bass so"
+    elif tunings:
+        least, most = min(tunings), max(tunings)
+        yield f"ignored {len(tunings)} master tunings (system exclusive), {least:+.0f} to {most:+.0f} cents"
+    if scales:
+        yield "ignored a tuning of single notes (system exclusive); --temperament tunes the bass"
+
+
+def _nibbles(data: bytes) -> int:
+    """The number in the lower halves of these bytes."""
+    value = 0
+    for byte in data:
+        value = value << 4 | byte & 0x0F
+    return value

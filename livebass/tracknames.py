@@ -1,0 +1,91 @@
+"""Names of tracks: what their bytes say, in whatever encoding, and whether they call the track a bass or drums.
+
+The patterns are those of Python and JavaScript alike: the page reads names by the same ones.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Sequence
+
+from charset_normalizer import from_bytes
+
+# "Bass", "E-Bass", "bass 2", "BassGtr", "Contrabbasso", "FINGERED BS", and what people elsewhere call it
+BASS_WORD = "|".join(
+    (
+        r"[a-z]*bass(?:es|[eio]|lines?|guit\w*|git\w*|gtr?|ist[ae]?|okitara|zus\w*)?(?![a-z])",
+        r"(?<![a-z])(?:contra|kontra|el|e)?(?:bas|bajo|baixo)s?(?:[gģ]\w*|ov[aáeé]?|ow[aey])?(?![a-z])",
+        r"(?<![a-z])(?:bs|bss|bsgtr?|b\.\s?g(?:ui)?ta?r)(?![a-z])",
+        r"(?<![a-z])fretless(?![a-z])",
+        r"(?<![а-яёії])(?:контра|суб|синт|электро)?бас(?:[\W_]?г[иі]тар[а-яії]*|ов[а-яії]*\sг[иі]тар[а-яії]*)?(?![а-яёії])",
+        "μπάσο|μπασο|באס|ベース|ベイス|コントラバス|贝斯|貝斯|贝司|貝司|低音吉他|低音提琴|베이스|เบส",
+    )
+)
+# Instruments and voices whose low member is called bass, too; basses are none of them
+OTHER_WORD = (
+    r"drum|kick|bassoon|basson(?![a-z])|fagot|clarin|klarin|clarone|trom|tbn|posaun|fl[uû]|flaut|flöt|sax|tuba|oboe|hautb|recorder|horn|cor\W|gamb"
+    r"|viol|marimba|harmonica|vo[ciz]|voix|(?<![a-z])sing(?:er|in|en)|chor(?!us|d)|choir|(?<![a-z])coro(?![a-z])|accord|кларн|бараб|тромб|флейт|саксо|голос"
+    r"|ドラム|クラリネット|トロンボーン|鼓|드럼|클라리넷"
+)
+DRUM_WORD = (
+    r"drum|perc|kick|snare|cymbal|hi-?hat|(?<![a-z])(?:kit|hats?|toms?|batt?erie|bater[ií]a|schlagzeug|slagwerk)(?![a-z])"
+    r"|удар|бараб|ドラム|鼓|드럼"
+)
+# Words that tell the encoding of a name
+_TELLING = re.compile(
+    "ピアノ|ギター|ドラム|メロディ|トラック|ボーカル|ストリングス|音轨|音軌|钢琴|鋼琴|吉他|架子鼓|旋律|主音|鼓组"
+    "|пианино|фортепиано|гитара|ударные|барабаны|соло|вокал|피아노|기타|드럼|πιάνο",
+    re.IGNORECASE,
+)
+_BASS, _OTHER, _DRUMS = (re.compile(words, re.IGNORECASE) for words in (BASS_WORD, OTHER_WORD, DRUM_WORD))
+ENCODINGS = ("cp932", "gb18030", "big5", "euc_kr", "cp1251", "koi8_r", "cp1253", "cp1255", "cp874")  # tried in turn
+
+
+def is_bass(name: str) -> bool:
+    """True if a track of this name plays a bass."""
+    name = unicodedata.normalize("NFKC", name)
+    return bool(_BASS.search(name)) and not is_other(name)
+
+
+def is_other(name: str) -> bool:
+    """True if a track of this name plays a low instrument or voice that is no bass."""
+    return bool(_OTHER.search(unicodedata.normalize("NFKC", name)))
+
+
+def is_drums(name: str) -> bool:
+    """True if a track of this name plays drums."""
+    return bool(_DRUMS.search(unicodedata.normalize("NFKC", name)))
+
+
+def decode(texts: Sequence[bytes]) -> list[str]:
+    """The texts of one file, which are of one encoding.
+
+    UTF-8 where all of them are, else the encoding in which one of them names an instrument, else the one that they look
+    most like, else Latin-1.
+    """
+    doubtful = [text for text in texts if not _is(text, "utf-8")]
+    if not doubtful:
+        return [text.decode() for text in texts]
+    encoding = next((e for e in ENCODINGS if any(_tells(text, e) for text in doubtful)), None)
+    if encoding is None:
+        best = from_bytes(b"\n".join(doubtful)).best()
+        encoding = best.encoding if best is not None else "latin-1"
+    return [text.decode() if _is(text, "utf-8") else text.decode(encoding, "replace") for text in texts]
+
+
+def _is(text: bytes, encoding: str) -> bool:
+    try:
+        text.decode(encoding)
+    except UnicodeError:
+        return False
+    return True
+
+
+def _tells(text: bytes, encoding: str) -> bool:
+    """True if the text, in this encoding, has a word for an instrument in letters that ASCII does not have."""
+    if not _is(text, encoding):
+        return False
+    name = unicodedata.normalize("NFKC", text.decode(encoding))
+    found = _BASS.search(name)
+    return bool(_TELLING.search(name)) or (found is not None and not found[0].isascii())
