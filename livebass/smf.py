@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from mido import Message
 
+from livebass.kinds import HEAD, kind_of
 from livebass.tracknames import decode
 
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
@@ -27,6 +28,7 @@ CHUNK_HEAD = 8  # bytes: name and length
 HEADER, TRACK = b"MThd", b"MTrk"
 MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 NO_CHANNEL = -1
+SCORES = ("Guitar", "Tab", "MusicXML", "MuseScore", "LilyPond", "ABC", "MEI")  # in kinds that programs export as MIDI
 SYSTEM_COMMON = {0xF1: 1, 0xF2: 2, 0xF3: 1}  # data bytes; system messages from 0xF4 on have none
 
 
@@ -126,7 +128,7 @@ def parse_smf(data: bytes) -> Smf:
         data = _in_riff(data)
     start = data.find(HEADER, 0, MOST_BEFORE)
     if start < 0:
-        raise SmfError("not a Standard MIDI File (it does not begin with MThd)")
+        raise SmfError(_other_kind(data))
     if start > 0:
         warnings.append(f"skipped {start} bytes before the header")
         data = data[start:]
@@ -183,6 +185,16 @@ def parse_smf(data: bytes) -> Smf:
     )
 
 
+def _other_kind(data: bytes) -> str:
+    """Says what bytes are that are no MIDI file, and what to do."""
+    kind = kind_of(data[:HEAD])
+    if kind is None:
+        return "not a Standard MIDI File (it does not begin with MThd)"
+    if any(word in kind for word in SCORES):
+        return f"is {kind}, not a MIDI file: export MIDI from the program that wrote it"
+    return f"is {kind}, not a MIDI file"
+
+
 def _in_riff(data: bytes) -> bytes:
     """The Standard MIDI File in a RIFF file: its chunk "data"."""
     at = 12
@@ -209,8 +221,10 @@ def _division(word: int) -> tuple[int, tuple[int, int]]:
 
 
 def _is_chunk(data: bytes, at: int) -> bool:
-    """True if a chunk may begin here: with four printable characters and a length."""
-    return at + CHUNK_HEAD <= len(data) and all(0x20 <= byte < 0x7F for byte in data[at : at + 4])
+    """True if a chunk may begin here: a track, or four printable characters and a length that the file has."""
+    name, size = data[at : at + 4], int.from_bytes(data[at + 4 : at + CHUNK_HEAD])
+    fits = at + CHUNK_HEAD + size <= len(data)
+    return name == TRACK or (len(name) == 4 and fits and all(0x20 <= byte < 0x7F for byte in name))
 
 
 def _seek_track(file: _Bytes, number: int, count: int, odd: dict[str, list[str]]) -> bool:
@@ -272,6 +286,7 @@ def _read_to_its_mark(file: _Bytes, start: int, end: int, number: int) -> _Track
 def _read_track(cursor: _Bytes, number: int) -> _Track:
     """Reads a track up to its End of Track, which may be missing."""
     track, running, port, prefix = _Track(), 0, 0, NO_CHANNEL
+    ports: set[int] = set()
     while cursor.at < cursor.end and not track.ended:
         track.tick += cursor.number("delta time")
         start = cursor.at
@@ -294,6 +309,7 @@ def _read_track(cursor: _Bytes, number: int) -> _Track:
                 prefix = data[0]
             elif kind == META_PORT and data:
                 port = data[0]
+                ports.add(port)
         elif status in (0xF0, 0xF7):
             data = cursor.take(cursor.number("system exclusive length"), "system exclusive")
             if status == 0xF0:
@@ -315,6 +331,10 @@ def _read_track(cursor: _Bytes, number: int) -> _Track:
                 data = bytes(min(byte, 0x7F) for byte in data)
             track.messages.append(SmfMessage(track.tick, message(bytes([running]) + data), number, port))
     track.at = cursor.at
+    if len(ports) == 1:  # it holds for the whole track, wherever it stands
+        (port,) = ports
+        track.messages = [m._replace(port=port) for m in track.messages]
+        track.exclusive = [m._replace(port=port) for m in track.exclusive]
     return track
 
 

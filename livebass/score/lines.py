@@ -23,6 +23,7 @@ DRUMS = 9  # channel 10, counted from 0
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
 LONGEST_REST = 60  # s from the last note to the end of a file: one that ends later ends with its last note
+LAST_NOTE = 10  # s that a note is held there which has no end
 BANK, PORTAMENTO_TIME = 0, 5  # controllers
 BEND_STARTS = 3  # value of controller 5 below which a livebass would begin to bend
 GM2_DRUMS, GM2_MELODIC, XG_DRUMS = 120, 121, (126, 127)  # values of BANK
@@ -169,7 +170,9 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
         raise SmfError(f"lasts {last / rate / 3600:.4g} hours, allowed: up to {LONGEST // 3600}")
     if end - last > LONGEST_REST * rate:
         events = [event for event in events if event.frame <= last + LONGEST_REST * rate]
-        end = max((event.frame for event in events), default=0)
+        left = Counter(e.message.type for e in events)
+        rings = LAST_NOTE * rate if left["note_on"] > left["note_off"] else 0
+        end = max((event.frame for event in events), default=0) + rings
     exclusive = [(frame(tick), first[port], data) for tick, data, port in smf.exclusive if port in first]
     found = Lines(lines, events, exclusive, end)
     if take:

@@ -1,0 +1,366 @@
+"""MIDI files as people have them, a kind after the other: each is made here, and read as its owner expects."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.smf import BASS, END, chunk, events, named, note_of, smf, struck, variable
+
+from livebass import tracknames
+from livebass.score.reading import ScoreError, read_parts, read_score
+from livebass.score.score import Score
+
+RATE = 48000
+LINE = (28, 33, 35, 40)  # E1 A1 B1 E2
+Rows = list[tuple[int, tuple[int, ...]]]
+
+
+def read(folder: Path, data: bytes, channel: str | int = "auto") -> Score:
+    path = folder / "song.mid"
+    path.write_bytes(data)
+    return read_score(path, RATE, channel)
+
+
+def line(channel: int, keys: tuple[int, ...] = LINE, program: int | None = None, start: int = 0) -> Rows:
+    """Notes of 200 ticks, one every 240."""
+    rows: Rows = [] if program is None else [(start, (0xC0 | channel, program))]
+    for k, key in enumerate(keys):
+        rows += note_of(channel, key, start + 240 * k, start + 240 * k + 200)
+    return rows
+
+
+def meta(kind: int, data: bytes) -> tuple[int, ...]:
+    return (0xFF, kind, len(data), *data)
+
+
+def exclusive(data: bytes) -> tuple[int, ...]:
+    return (0xF0, len(data) + 1, *data, 0xF7)
+
+
+PIANO = events((0, meta(3, b"Piano")), *line(0, (60, 64, 67, 72), 0))
+BASS_TRACK = events((0, meta(3, b"Line")), *line(1, LINE, 33))
+
+
+# ---- a clip, and parts without programs
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize("channel", [0, 4, 15])
+def test_the_only_part_is_played(tmp_path: Path, kind: int, channel: int) -> None:
+    score = read(tmp_path, smf(events((0, meta(3, b"Take 3")), *line(channel)), kind=kind))
+    assert struck(score) == list(LINE) and score.program is None
+    assert f'plays the only part, channel {channel + 1} "Take 3"' in score.remarks[0]
+
+
+def test_drums_beside_the_only_part_are_none(tmp_path: Path) -> None:
+    """By their channel or by their name."""
+    for drums in (line(9, (36, 38)), [(0, meta(3, b"Drum Loop")), *line(0, (36, 38, 42))]):
+        assert struck(read(tmp_path, smf(events(*line(0)), events(*drums)))) == list(LINE)
+
+
+def test_of_several_parts_without_programs_the_one_in_a_basss_range_is_played(tmp_path: Path) -> None:
+    """Also on one channel, with the volume of its own track alone."""
+    lead, keys = (0, 64, 67, 71), (48, 55, 60, 64)
+    for channels in ((0, 1, 2), (0, 0, 0)):
+        tracks = [
+            events((0, (0xB0 | channel, 7, volume)), *line(channel, notes))
+            for channel, notes, volume in zip(channels, (lead[1:], LINE, keys), (10, 90, 20), strict=True)
+        ]
+        score = read(tmp_path, smf(*tracks))
+        assert struck(score) == list(LINE) and "in a bass's range" in score.remarks[0]
+        assert [m[2] for m in score.messages.tolist() if m[0] & 0xF0 == 0xB0] == [90]
+
+
+def test_parts_with_programs_that_are_no_bass_are_not_guessed_at(tmp_path: Path) -> None:
+    data = smf(events(*line(0, (40, 43), 0)), events(*line(1, (60, 64), 48)))
+    with pytest.raises(ScoreError, match="no bass notes"):
+        read(tmp_path, data)
+    assert struck(read(tmp_path, data, "all")) == [40, 60, 43, 64]
+
+
+# ---- ports, shared channels, kits
+
+
+def test_programs_and_controllers_count_by_port(tmp_path: Path) -> None:
+    for place in (0, 3):  # of the port in the track: it holds for all of it
+        one, two = line(1, program=33), line(1, (72, 74), program=56)
+        one.insert(place and 1, (0, meta(0x21, b"\x00")))
+        two.insert(place and 1, (0, meta(0x21, b"\x01")))
+        two.append((900, (0xB1, 7, 0)))
+        score = read(tmp_path, smf(events(*one), events(*two)))
+        assert struck(score) == list(LINE) and score.program == 33
+        assert all(m[0] & 0xF0 != 0xB0 for m in score.messages.tolist())
+    ports = [(p.port, p.programs, p.chosen) for p in read_parts(tmp_path / "song.mid")]
+    assert ports == [(1, (34,), 4), (2, (57,), 0)]
+
+
+def test_two_basses_on_one_channel_of_two_ports_get_channels_of_their_own(tmp_path: Path) -> None:
+    tracks = [events((0, meta(0x21, bytes([port]))), *line(3, keys, 33)) for port, keys in ((0, LINE), (5, (43, 45)))]
+    score = read(tmp_path, smf(*tracks))
+    channels: dict[int, set[int]] = {}
+    for status, key, _ in score.messages.tolist():
+        if status & 0xF0 == 0x90:
+            channels.setdefault(status & 0x0F, set()).add(key)
+    assert sorted(map(sorted, channels.values())) == [sorted(LINE), [43, 45]] and 3 in channels
+
+
+def test_tracks_that_share_a_channel_have_their_own_programs(tmp_path: Path) -> None:
+    """One more sets nothing; the conductor's volume is everybody's, the organ's is not."""
+    tracks = (
+        events((0, (0xB0, 7, 77))),
+        events((0, (0xB0, 10, 20)), *line(0, (60, 64), 16)),
+        events(*line(0, LINE, 33)),
+    )
+    for order in ((0, 1, 2), (2, 0, 1)):
+        score = read(tmp_path, smf(*(tracks[k] for k in order)))
+        assert struck(score) == list(LINE) and score.program == 33
+        assert [m[1:] for m in score.messages.tolist() if m[0] & 0xF0 == 0xB0] == [[7, 77]]
+    parts = read_parts(tmp_path / "song.mid")
+    assert sorted((p.programs, p.chosen) for p in parts) == [((17,), 0), ((34,), 4)]
+
+
+KITS: dict[str, tuple[Rows, int]] = {
+    # name: (what makes the channel of the kit one, that channel)
+    "channel 10": ([], 9),
+    "bank of General MIDI 2": ([(0, (0xBA, 0, 120)), (0, (0xBA, 32, 0))], 10),
+    "bank of XG": ([(0, exclusive(b"\x43\x10\x4c\x00\x00\x7e\x00")), (0, (0xBA, 0, 127))], 10),
+    "bank of XG, effects": ([(0, exclusive(b"\x43\x10\x4c\x00\x00\x7e\x00")), (0, (0xBA, 0, 126))], 10),
+    "part mode of XG": ([(0, exclusive(b"\x43\x10\x4c\x08\x0c\x07\x02"))], 12),
+    "rhythm part of GS, channel 11": ([(0, exclusive(b"\x41\x10\x42\x12\x40\x1a\x15\x02\x0f"))], 10),
+    "rhythm part of GS, channel 3": ([(0, exclusive(b"\x41\x10\x42\x12\x40\x13\x15\x01\x17"))], 2),
+}
+
+
+@pytest.mark.parametrize("name", KITS)
+def test_kits_are_not_played(tmp_path: Path, name: str) -> None:
+    setting, channel = KITS[name]
+    data = smf(events(*setting, *line(channel, (36, 38), 33)), events(*line(1, program=33)))
+    assert struck(read(tmp_path, data)) == list(LINE)
+    assert [p.is_drums for p in read_parts(tmp_path / "song.mid")].count(True) == 1
+
+
+MELODIC: dict[str, Rows] = {
+    "bank of General MIDI 2": [(0, (0xB9, 0, 121))],
+    "bank of XG": [(0, exclusive(b"\x43\x10\x4c\x00\x00\x7e\x00")), (0, (0xB9, 0, 0))],
+    "part of GS": [(0, exclusive(b"\x41\x10\x42\x12\x40\x10\x15\x00\x1b"))],
+}
+
+
+@pytest.mark.parametrize("name", MELODIC)
+def test_channel_10_may_be_melodic(tmp_path: Path, name: str) -> None:
+    assert struck(read(tmp_path, smf(events(*MELODIC[name], *line(9, program=33))))) == list(LINE)
+
+
+def test_a_bank_127_of_gs_is_no_kit_and_a_reset_makes_kits_as_they_were(tmp_path: Path) -> None:
+    reset = exclusive(b"\x41\x10\x42\x12\x40\x00\x7f\x00\x41")
+    kit = exclusive(b"\x41\x10\x42\x12\x40\x11\x15\x01\x19")
+    rows = [(0, kit), (0, reset), (1, (0xB0, 0, 127)), *line(0, program=33, start=2)]
+    assert struck(read(tmp_path, smf(events(*rows)))) == list(LINE)
+
+
+def test_a_program_after_the_first_note_is_its_program(tmp_path: Path) -> None:
+    rows = sorted([*line(2), (260, (0xC2, 34))], key=lambda row: row[0])
+    score = read(tmp_path, smf(events(*line(0, (60, 64, 67, 72), 0)), events(*rows)))
+    assert struck(score) == list(LINE) and (score.program, score.changes) == (34, [])
+
+
+# ---- damage that does not matter
+
+
+def damaged(data: bytes, at: int, new: bytes) -> bytes:
+    return data[:at] + new + data[at + len(new) :]
+
+
+GOOD = smf(PIANO, BASS_TRACK)
+SECOND = GOOD.index(b"MTrk", 20)  # the bass's chunk
+FIRST_LENGTH = 18
+HIGH = (0, (0xB1, 7, 0xFF))  # a data byte above 0x7F
+
+DAMAGE = {
+    # name: (bytes, what the only warning says)
+    "header promises fewer": (damaged(GOOD, 10, b"\x00\x01"), "has 2 tracks, not 1"),
+    "header promises none": (damaged(GOOD, 10, b"\x00\x00"), "has 2 tracks, not 0"),
+    "track claims 5 bytes more": (damaged(GOOD, FIRST_LENGTH, (len(PIANO) + 5).to_bytes(4)), "5 bytes shorter"),
+    "track claims all bytes": (damaged(GOOD, FIRST_LENGTH, b"\x7f\xff\xff\xff"), "bytes shorter"),
+    "track claims the next one": (
+        damaged(GOOD, FIRST_LENGTH, (len(GOOD) - FIRST_LENGTH - 4).to_bytes(4)), "bytes shorter",
+    ),
+    "track claims 9 bytes less": (damaged(GOOD, FIRST_LENGTH, (len(PIANO) - 9).to_bytes(4)), "9 bytes longer"),
+    "track claims nothing": (damaged(GOOD, FIRST_LENGTH, bytes(4)), "bytes longer"),
+    "track without an end claims too much": (
+        damaged(smf(PIANO[:-4], BASS_TRACK), FIRST_LENGTH, (len(PIANO)).to_bytes(4)), "4 bytes shorter",
+    ),
+    "stray bytes between tracks": (GOOD[:SECOND] + bytes(7) + GOOD[SECOND:], "stray bytes"),
+    "a line's end between tracks": (GOOD[:SECOND] + b"\r\n" + GOOD[SECOND:], "stray bytes"),
+    "stray bytes before the tracks": (GOOD[:14] + b"\xff\x00" + GOOD[14:], "stray bytes"),
+    "MacBinary": (b"\x00\x08song.mid".ljust(128, b"\x00") + GOOD + bytes(40), "skipped 128 bytes before the header"),
+    "active sensing": (
+        smf(PIANO, events((0, (0xFE,)), (0, (0xF8,)), *line(1, program=33))), "skipped 2 system messages",
+    ),
+    "song position": (smf(PIANO, events((0, (0xF2, 1, 2)), *line(1, program=33))), "skipped 1 system message "),
+    "data above 0x7F": (smf(PIANO, events(HIGH, *line(1, program=33))), "1 data byte above 0x7F for 0x7F (track 2"),
+    "the same in another part": (
+        smf(events((0, (0xB0, 0xC8, 3)), (9, (0xE0, 0, 0x80)), *line(0, (60, 64), 0, 9)), BASS_TRACK),
+        "took 2 data bytes above 0x7F for 0x7F (first at track 1",
+    ),
+    "tempo 0": (smf(events((0, meta(0x51, bytes(3)))), BASS_TRACK), "ignored 1 tempo"),
+    "tempo of 4 bytes": (smf(events((0, meta(0x51, b"\x00\x07\xa1\x20"))), BASS_TRACK), "ignored 1 tempo"),
+    "tempo of 2 bytes": (smf(events((0, meta(0x51, b"\xa1\x20"))), BASS_TRACK), "ignored 1 tempo"),
+    "patterns": (smf(BASS_TRACK, BASS_TRACK, kind=2), "plays number 1"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_damage_that_does_not_matter_is_read_with_one_warning(tmp_path: Path, name: str) -> None:
+    data, says = DAMAGE[name]
+    score = read(tmp_path, data)
+    assert struck(score) == list(LINE) and score.program == 33
+    (warning,) = score.remarks
+    assert says in warning, warning
+    if name == "data above 0x7F":
+        assert [0xB1, 7, 127] in score.messages.tolist()
+
+
+def test_files_by_the_book_are_read_without_a_word(tmp_path: Path) -> None:
+    riff = b"RIFF" + (len(GOOD) + 12).to_bytes(4, "little") + b"RMID" + b"data" + len(GOOD).to_bytes(4, "little") + GOOD
+    info = b"RIFF" + bytes(4) + b"RMID" + b"DISP" + (3).to_bytes(4, "little") + b"abc\x00" + riff[12:]
+    for data in (
+        GOOD,
+        smf(PIANO, BASS_TRACK[:-4]),
+        riff,
+        info,
+        smf(BASS_TRACK, kind=2),
+        GOOD + chunk(b"XFKM", b"text"),
+    ):
+        score = read(tmp_path, data)
+        assert struck(score) == list(LINE) and score.remarks == ()
+
+
+def test_a_second_file_behind_the_first_is_another_file(tmp_path: Path) -> None:
+    assert struck(read(tmp_path, GOOD + GOOD)) == list(LINE)
+
+
+@pytest.mark.parametrize("rest", [20 * 60, 20 * 3600, 70 * 3600])
+def test_a_file_ends_with_its_last_note(tmp_path: Path, rest: int) -> None:
+    """A note without an end rings on for some seconds there."""
+    track = events(*line(1, program=33))[: -len(END)]
+    far = variable(rest * 960) + END[1:]
+    score = read(tmp_path, smf(track + far))
+    assert score.file_end == score.end_frame == (3 * 240 + 200) * 50
+    hanging = read(tmp_path, smf(BASS + b"\x00\x90\x28\x64" + far))
+    assert 5 * RATE < hanging.end_frame < 60 * RATE
+    near = read(tmp_path, smf(track + variable(30 * 960) + END[1:]))
+    assert near.file_end == near.end_frame + 30 * RATE
+
+
+# ---- controllers that mean something else
+
+
+def test_portamento_time_bends_nothing(tmp_path: Path) -> None:
+    score = read(tmp_path, smf(events((0, (0xB1, 5, 0)), (1, (0xB1, 5, 64)), *line(1, program=33, start=2))))
+    assert struck(score) == list(LINE) and all(m[1] != 5 for m in score.messages.tolist())
+    assert "controller 5" in score.remarks[0]
+    assert read(tmp_path, smf(events((0, (0xB1, 5, 64)), *line(1, program=33)))).remarks == (), "it would bend nothing"
+    take = events((0, meta(1, b"as played by livebass")), (0, (0xB0, 5, 0)), (9, (0xB0, 5, 64)), *line(0, start=9))
+    assert [m[1:] for m in read(tmp_path, smf(take)).messages.tolist() if m[0] == 0xB0] == [[5, 0], [5, 64]]
+
+
+TUNINGS = {
+    b"\x7f\x7f\x04\x03\x00\x50": "+25 cents (system exclusive); --a4 446.4",
+    b"\x7f\x7f\x04\x04\x00\x3f": "-100 cents",
+    b"\x41\x10\x42\x12\x40\x00\x00\x00\x04\x00\x0a\x32": "+1 cents",
+    b"\x43\x10\x4c\x00\x00\x00\x00\x03\x0f\x06": "-1 cents",
+    b"\x7f\x7f\x08\x02\x00\x01\x28\x28\x00\x00": "single notes",
+}
+
+
+@pytest.mark.parametrize("data", TUNINGS)
+def test_tunings_by_system_exclusive_are_told(tmp_path: Path, data: bytes) -> None:
+    score = read(tmp_path, smf(events((0, exclusive(data)), *line(1, program=33))))
+    (remark,) = score.remarks
+    assert TUNINGS[data] in remark and struck(score) == list(LINE)
+
+
+# ---- keys
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_a_key_that_ends_on_another_channel_ends(tmp_path: Path, order: int) -> None:
+    ends = [(240, (0x82, 40, 0)), (480, (0x81, 43, 0))][:: 1 - 2 * order]
+    rows = [(0, (0xC1, 33)), (0, (0xC2, 33)), (0, (0x91, 40, 90)), (0, (0x92, 43, 90)), *ends]
+    score = read(tmp_path, smf(events(*sorted(rows, key=lambda row: row[0]))))
+    ended = {
+        m[1]: (f, m[0] & 15) for f, m in zip(score.frames.tolist(), score.messages.tolist(), strict=True) if m[0] < 0x90
+    }
+    assert ended == {40: (12000, 1), 43: (24000, 2)}
+
+
+def test_a_take_keeps_its_note_offs_on_channels_without_notes(tmp_path: Path) -> None:
+    rows = [(0, meta(1, b"as played by livebass")), (0, (0x90, 40, 90)), (240, (0x83, 40, 10)), (960, (0x80, 40, 64))]
+    assert [m[0] for m in read(tmp_path, smf(events(*rows))).messages.tolist()] == [0x90, 0x83, 0x80]
+
+
+# ---- names
+
+NAMES = (
+    "Basse", "Baixo", "Bajo", "Basso", "Bas", "Contrabass", "Kontrabass", "Contrebasse", "Contrabajo", "BassGtr",
+    "JazzBass", "SlapBass", "Fretless", "FINGERED BS", "ベース", "エレキベース", "贝斯", "貝斯", "低音吉他", "Бас",
+    "Бас-гитара", "Контрабас", "베이스", "Gitara basowa", "Basgitaar", "Basszusgitár", "Syn.Bass 2", "5-str. E-Bass",
+)  # fmt: skip
+NO_NAMES = (
+    "Bassoon", "Basson", "Clarinette basse", "Bass Trombone", "Bass Drum", "Bass Tuba", "Trabajo", "Database", "Abs",
+    "Бассейн", "バスドラム", "Voix basse", "Basset Horn", "",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_of_basses_in_the_languages_of_people(tmp_path: Path, name: str) -> None:
+    score = read(tmp_path, smf(named(b"Keys", 0, 60, 64), named(name.encode(), 1, 72, 74)))
+    assert struck(score) == [72, 74] and score.remarks[0].endswith(f'called "{name}"')
+
+
+@pytest.mark.parametrize("name", NO_NAMES)
+def test_names_of_other_instruments(name: str) -> None:
+    assert not tracknames.is_bass(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "encoding"),
+    [("ベース", "cp932"), ("贝斯", "gbk"), ("貝斯", "big5"), ("Бас", "cp1251"), ("Бас", "koi8_r"), ("베이스", "euc_kr"),
+     ("Basse électrique", "latin-1"), ("Basová kytara", "cp1250")],
+)  # fmt: skip
+def test_names_in_the_encodings_of_people(tmp_path: Path, name: str, encoding: str) -> None:
+    score = read(tmp_path, smf(named(b"Keys", 0, 60), named(name.encode(encoding), 1, 72)))
+    assert struck(score) == [72] and f'called "{name[:3]}' in score.remarks[0]
+
+
+def test_an_instruments_name_counts_beside_the_tracks(tmp_path: Path) -> None:
+    rows = [(0, meta(3, b"Track 3")), (0, meta(4, b"Electric Bass")), *line(1, (72, 74))]
+    score = read(tmp_path, smf(events(*line(0, (60, 64))), events(*rows)))
+    assert struck(score) == [72, 74] and 'called "Electric Bass"' in score.remarks[0]
+    prefixed = [
+        (0, meta(3, b"Song")),
+        (0, meta(0x20, b"\x02")),
+        (0, meta(3, b"Bass")),
+        *line(0, (60,)),
+        *line(2, (72,), start=300),
+    ]
+    assert struck(read(tmp_path, smf(events(*prefixed), kind=0))) == [72], "a name behind a channel prefix"
+
+
+# ---- what is no MIDI file
+
+OTHERS = {
+    b"\x18FICHIER GUITAR PRO v5.00\x00\x00": "is a Guitar Pro 5 file, not a MIDI file: export MIDI",
+    b'<?xml version="1.0"?>\n<score-partwise version="3.1">': "is a MusicXML file, not a MIDI file: export MIDI",
+    b"RIFF\x24\x00\x00\x00WAVEfmt ": "is a WAV file, not a MIDI file",
+    b"hello, world": "not a Standard MIDI File",
+}
+
+
+@pytest.mark.parametrize("data", OTHERS)
+def test_other_kinds_of_files_are_named(tmp_path: Path, data: bytes) -> None:
+    with pytest.raises(ScoreError) as error:
+        read(tmp_path, data)
+    assert OTHERS[data] in str(error.value)
