@@ -179,12 +179,9 @@ def render(
     """
     load = loader(rest)
     options = Options(**rest)
-    if options.normalize is not None:
-        if click.get_current_context().get_parameter_source("gain") is click.core.ParameterSource.COMMANDLINE:
-            raise click.UsageError("--normalize sets the gain itself: leave out --gain")
-        from livebass.meter import LoudnessMeter
-
-        LoudnessMeter(options.rate)  # raises now if there is nothing to measure with
+    source = click.get_current_context().get_parameter_source("gain")
+    if options.normalize is not None and source is click.core.ParameterSource.COMMANDLINE:
+        raise click.UsageError("--normalize sets the gain itself: leave out --gain")
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
     if output == STREAM and sys.stdout.isatty():
