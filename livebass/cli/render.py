@@ -358,12 +358,24 @@ def have_kernels() -> None:
 @contextmanager
 def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
     """Shows a progress bar if stderr is a terminal; yields a function that takes the fraction done, or None."""
+    with shown_steps(label) as (progress, _):
+        yield progress
+
+
+@contextmanager
+def shown_steps(label: str) -> Iterator[tuple[Callable[[float], None] | None, Callable[[str], None]]]:
+    """As `shown_progress`, and yields with it a function that tells of a step: in front of the bar, or as a line."""
     if not sys.stderr.isatty():
-        yield None
+        yield None, say
         return
     steps = 1000
     with click.progressbar(length=steps, label=label, show_eta=True, file=sys.stderr) as bar:
-        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos)
+
+        def tell(line: str) -> None:
+            bar.label = line
+            bar.render_progress()
+
+        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos), tell
         bar.update(steps - bar.pos)
 
 
