@@ -236,14 +236,26 @@ class Transaction:
                 made.clear()
 
 
+class _Undone(Exception):
+    """Ends a transaction that was only tried."""
+
+
 def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> list[Path]:
-    """Returns what is in the directory `path`, which need not exist. Raises OutputError if it may not be replaced."""
+    """Returns what is in the directory `path`, which need not exist.
+
+    Raises OutputError if it may not be replaced, or cannot be made or written to.
+    """
     with _said_of(path, "directory"):
         place = Path(os.path.realpath(path))
         if not place.exists():
+            with suppress(_Undone), Transaction() as trial:
+                trial.directory(path)
+                raise _Undone
             return []
         if not place.is_dir():
             raise OutputError(f"{path}: is not a directory")
+        if not os.access(place, os.W_OK):
+            raise OutputError(f"{path}: is read-only")
         there = [entry for entry in sorted(place.iterdir()) if not _LEFT.fullmatch(entry.name)]
     if there and not replaceable(there):
         raise OutputError(f"{path}: holds other files, such as {there[0].name}; name a new or empty directory")

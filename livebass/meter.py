@@ -1,7 +1,7 @@
-"""Integrated loudness by ITU-R BS.1770-4, of sound that comes in blocks: pyloudnorm's filters and blocks of 400 ms.
+"""Integrated loudness by ITU-R BS.1770-4, of sound that comes in blocks.
 
-pyloudnorm takes a sound as a whole. Here it gets pieces of a minute that overlap, and the loudness of their blocks is
-gated together, as section 5.1 of the recommendation has it: first at -70 LUFS, then 10 LU below the mean of the rest.
+The sound is weighted (K) in pieces of half a minute that overlap, and the loudness of their blocks of 400 ms is gated
+together, as section 5.1 of the recommendation says: first at -70 LUFS, then 10 LU below the mean of the rest.
 """
 
 from __future__ import annotations
@@ -12,23 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.extras import install
-
-LEAD, PIECE = 1, 60  # s: what the filters settle in, and a piece with it
+LEAD, PIECE = 1, 30  # s: what the filters settle in, and a piece with it
 BLOCK, STEP = 0.4, 0.1  # s, of BS.1770
 SILENCE, BELOW = -70.0, 10.0  # LUFS; LU: the two gates
+FULL = -0.691  # LUFS of a mean square of 1 after K-weighting
+SHELF = 1500.0, 1 / math.sqrt(2), 4.0  # Hz, Q, dB: the head
+LOW_CUT = 38.0, 0.5  # Hz, Q
 
 
 class LoudnessMeter:
-    """Measures mono sound of `rate` Hz. Raises ValueError, with how to install it, if there is no pyloudnorm."""
+    """Measures mono sound of `rate` Hz."""
 
     def __init__(self, rate: int) -> None:
-        try:
-            import pyloudnorm
-        except ImportError as error:
-            raise ValueError(f"loudness: {error}; {install('loudness')}") from None
         self.rate = rate
-        self._meter: Any = pyloudnorm.Meter(rate, block_size=BLOCK, overlap=1 - STEP / BLOCK)
         self._held = [np.zeros(LEAD * rate)]  # not measured yet, after a LEAD that was
         self._count = LEAD * rate  # samples in it
         self._blocks: list[float] = []  # LUFS
@@ -48,8 +44,15 @@ class LoudnessMeter:
 
     def _measured(self, piece: NDArray[np.float64]) -> list[float]:
         """The loudness of the blocks of a piece that begin after its LEAD."""
-        self._meter.integrated_loudness(piece)
-        return [float(block) for block in self._meter.blockwise_loudness[round(LEAD / STEP) :]]
+        weighted = k_weighted(piece, self.rate)[LEAD * self.rate :]
+        energy = np.concatenate([[0.0], np.cumsum(weighted**2)])
+        count = round((len(weighted) / self.rate - BLOCK) / STEP) + 1
+        times = np.arange(count) * STEP
+        begins, ends = ((at * self.rate + 1e-6).astype(int) for at in (times, times + BLOCK))
+        ends = np.minimum(ends, len(weighted))
+        powers = (energy[ends] - energy[begins]) / (BLOCK * self.rate)
+        with np.errstate(divide="ignore"):
+            return [float(block) for block in FULL + 10 * np.log10(np.maximum(powers, 0.0))]
 
     def loudness(self) -> float:
         """Integrated loudness so far, LUFS; -inf for silence. A sound shorter than a block counts as one."""
@@ -60,6 +63,41 @@ class LoudnessMeter:
         blocks = np.array(self._blocks + self._measured(held))
         blocks = blocks[blocks >= SILENCE]
         return _mean(blocks[blocks > _mean(blocks) - BELOW])
+
+
+def k_weighted(sound: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+    """Returns `sound` (n,) of `rate` Hz through the K-weighting: a shelf for the head, and a low cut.
+
+    The filters are applied in the frequency domain, so that what rings on at the end, a tenth of a second, wraps round
+    to the beginning.
+    """
+    spectrum = np.fft.rfft(sound)
+    z = np.exp(-2j * np.pi * np.arange(len(spectrum)) / max(1, len(sound)))
+    for b, a in (_shelf(rate, *SHELF), _low_cut(rate, *LOW_CUT)):
+        spectrum *= (b[0] + z * (b[1] + z * b[2])) / (a[0] + z * (a[1] + z * a[2]))
+    return np.fft.irfft(spectrum, len(sound)) if len(sound) else sound
+
+
+Biquad = tuple[tuple[float, float, float], tuple[float, float, float]]  # numerator and denominator, in powers of 1 / z
+
+
+def _shelf(rate: float, frequency: float, q: float, gain_db: float) -> Biquad:
+    """A high shelf, by R. Bristow-Johnson's cookbook."""
+    turn = 2 * math.pi * frequency / rate
+    c, alpha, gain = math.cos(turn), math.sin(turn) / (2 * q), 10 ** (gain_db / 40)
+    root = 2 * math.sqrt(gain) * alpha
+    up, down = gain + 1, gain - 1
+    return (
+        (gain * (up + down * c + root), -2 * gain * (down + up * c), gain * (up + down * c - root)),
+        (up - down * c + root, 2 * (down - up * c), up - down * c - root),
+    )
+
+
+def _low_cut(rate: float, frequency: float, q: float) -> Biquad:
+    """A high pass, by R. Bristow-Johnson's cookbook."""
+    turn = 2 * math.pi * frequency / rate
+    c, alpha = math.cos(turn), math.sin(turn) / (2 * q)
+    return ((1 + c) / 2, -(1 + c), (1 + c) / 2), (1 + alpha, -2 * c, 1 - alpha)
 
 
 def _mean(blocks: NDArray[np.float64]) -> float:

@@ -218,7 +218,7 @@ def partial(sound: ArrayLike, rate: float, near: float) -> tuple[float, float]:
 def loudness(sound: ArrayLike, rate: int) -> float:
     """Integrated loudness of `sound` (n,), full scale 1, by ITU-R BS.1770-4: LUFS, -inf for silence.
 
-    Raises ValueError for more dimensions than one, and without pyloudnorm: pip install 'livebass[loudness]'.
+    Raises ValueError for more dimensions than one.
     """
     meter = LoudnessMeter(rate)
     meter.add(_one_channel(sound))

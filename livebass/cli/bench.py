@@ -13,12 +13,10 @@ import click
 from livebass.cli.render import have_kernels
 from livebass.cli.said import say
 from livebass.cli.values import Number
-from livebass.extras import install
 from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
-NEEDED = f"--plot needs matplotlib: {install('plots')}"
 PATH = click.Path(path_type=Path)
 JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Write the figures to FILE as well.")
 PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
@@ -114,7 +112,7 @@ def _report(
 ) -> None:  # fmt: skip
     """Measures, writes the files that are wanted, and prints the table."""
     from livebass.files import Transaction, checked_place
-    from livebass.report.picture import check_matplotlib
+    from livebass.report.picture import check_plots
     from livebass.report.text import json_text
 
     places = [checked_place(path) for path in (file, picture) if path is not None]  # now, not after a minute of work
@@ -123,7 +121,7 @@ def _report(
     if picture is not None:
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
-        check_matplotlib(NEEDED)
+        check_plots("--plot")
     have_kernels()
     result = measure(_say if sys.stderr.isatty() else silent)
     try:

@@ -15,12 +15,10 @@ from livebass.cli.options import count_option, file_option, preset_option
 from livebass.cli.render import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Number, Parsed
-from livebass.extras import install
 from livebass.model.quality import QUALITIES
 
 PATH = click.Path(path_type=Path)
 TECHNIQUES = ("fingers", "pick", "slap", "pop")
-NEEDED = f"-o needs matplotlib: {install('plots')}"
 GROUPS = {
     "Beside the real ones": "--preset --beside --quality --velocities --takes --seed",
     "Notes": "--technique",
@@ -95,7 +93,7 @@ def compare(
     from livebass.comparison.summary import Bass, basses
     from livebass.files import Transaction, checked_place
     from livebass.preset.load import load_preset
-    from livebass.report.picture import check_matplotlib
+    from livebass.report.picture import check_plots
 
     places = [path for path in (output, json_file) if path is not None]
     if len({checked_place(path) for path in places}) < len(places):
@@ -103,7 +101,7 @@ def compare(
     if output is not None:
         if output.suffix.lower() not in (".html", ".htm"):
             raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
-        check_matplotlib(NEEDED)
+        check_plots("-o")
     for path in places:
         if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in (*recordings, *beside)):
             raise click.UsageError(f"{path}: is a recording itself; name another file")

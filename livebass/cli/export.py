@@ -121,8 +121,11 @@ def _write_plugin(
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = (own_folder_of_plugins(kind) if install else output or Path()) / BUNDLES[kind]
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
+    missing = not build.built(system)
+    if missing:
+        build.compiler(system)  # raises now if there is none
     have_kernels()
-    if not build.built(system):
+    if missing:
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
     more = {}
     if kind == "clap":

@@ -29,7 +29,7 @@ LOOK_EVERY = 0.2  # s, for a signal that ends it
     "--port", type=Number("port", 0, 65535, whole=True), default=0, help="Serve at this port.  [default: any free one]"
 )
 @click.option(
-    "--link", metavar="LINK", default="", help="Open it as a link says: case=b, or one that its bench copied."
+    "--link", metavar="LINK", help="Open a saved link: a bass with its bench settings, or a case such as case=b."
 )
 @click.option("--no-browser", is_flag=True, help="Open no browser: the address is printed.")
 @tuning_options
@@ -38,7 +38,7 @@ def page(
     presets: tuple[str, ...],
     quality: str,
     port: int,
-    link: str,
+    link: str | None,
     no_browser: bool,
     more: tuple[str, ...],
     **options: Any,
@@ -46,7 +46,7 @@ def page(
     """Open the page that plays the bass and shows its strings, in a browser on this machine.
 
     It is the page that `livebass export web` writes, served to this machine alone until Ctrl-C. Its address is printed
-    on standard output. LINK is the address of such a page, or what stands behind the # there: a bass as its bench was,
+    on standard output. LINK is the address of such a page, or the part behind its #: a bass with its bench settings,
     or a case of the paper, a, b or c, which is shown slowly.
 
     \b
@@ -57,14 +57,21 @@ def page(
       livebass page --link case=b
     """
     from livebass.web.export import page_files
-    from livebass.web.serve import PageServer
+    from livebass.web.link import check_link
+    from livebass.web.serve import PageServer, check_port
 
     basses, sources = page_basses(presets, more, options)
+    if link is not None:
+        try:
+            check_link(link, basses, sources)
+        except ValueError as error:
+            raise click.UsageError(f"--link {link}: {error}") from None
+    check_port(port)
     page_ready()
     stop = StopFlag()
     with PageServer(page_files(basses, quality, sources), port) as server:
         stop_instead(stop, lambda: True)
-        address = server.address + (f"#{quote(link.rpartition('#')[2], safe='=&%')}" if link else "")
+        address = server.address + (f"#{quote(link.rpartition('#')[2], safe='=&%+')}" if link else "")
         click.echo(address)
         if not no_browser and not opened(address):
             say("no browser could be opened: open the address yourself")

@@ -11,7 +11,6 @@ from livebass.cli.options import file_option, preset_option
 from livebass.cli.render import DEFAULT_PRESET
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
-from livebass.extras import install
 from livebass.identification import limits
 from livebass.units import one_line
 
@@ -187,6 +186,7 @@ def identify(
             raise click.UsageError(f"{path}: is a recording itself; name another file")
     from livebass.files import Transaction, checked_place
     from livebass.preset.load import load_preset, preset_tables
+    from livebass.report.picture import check_installed
 
     bass = load_preset(preset)
     if output is not None and (keys := [key for key in TUNING_KEYS if key in preset_tables(preset)[1]]):
@@ -195,11 +195,7 @@ def identify(
         )
     for path in outputs:
         checked_place(path)
-    try:
-        import scipy  # noqa: F401
-        import tomlkit  # noqa: F401
-    except ImportError as error:
-        raise click.ClickException(f"{error}; {install('analysis')}") from None
+    check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.identification.fit import fit_neck
     from livebass.identification.identify import (
         identified_json,

@@ -179,12 +179,9 @@ def render(
     """
     load = loader(rest)
     options = Options(**rest)
-    if options.normalize is not None:
-        if click.get_current_context().get_parameter_source("gain") is click.core.ParameterSource.COMMANDLINE:
-            raise click.UsageError("--normalize sets the gain itself: leave out --gain")
-        from livebass.meter import LoudnessMeter
-
-        LoudnessMeter(options.rate)  # raises now if there is nothing to measure with
+    source = click.get_current_context().get_parameter_source("gain")
+    if options.normalize is not None and source is click.core.ParameterSource.COMMANDLINE:
+        raise click.UsageError("--normalize sets the gain itself: leave out --gain")
     if output == STREAM and options.stems:
         raise click.UsageError("-o - writes one file: leave out --stems")
     if output == STREAM and sys.stdout.isatty():
@@ -361,12 +358,24 @@ def have_kernels() -> None:
 @contextmanager
 def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
     """Shows a progress bar if stderr is a terminal; yields a function that takes the fraction done, or None."""
+    with shown_steps(label) as (progress, _):
+        yield progress
+
+
+@contextmanager
+def shown_steps(label: str) -> Iterator[tuple[Callable[[float], None] | None, Callable[[str], None]]]:
+    """As `shown_progress`, and yields with it a function that tells of a step: in front of the bar, or as a line."""
     if not sys.stderr.isatty():
-        yield None
+        yield None, say
         return
     steps = 1000
     with click.progressbar(length=steps, label=label, show_eta=True, file=sys.stderr) as bar:
-        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos)
+
+        def tell(line: str) -> None:
+            bar.label = line
+            bar.render_progress()
+
+        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos), tell
         bar.update(steps - bar.pos)
 
 

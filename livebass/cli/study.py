@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.options import CREATED, count_option, file_option, folder_option, preset_option, quality_option
-from livebass.cli.render import have_kernels, shown_progress
+from livebass.cli.render import have_kernels, shown_progress, shown_steps
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.cores import core_count
 from livebass.experiment.quantities import QUANTITIES, USUAL
-from livebass.extras import install
 from livebass.interrupts import INTERRUPTED
 from livebass.model.quality import ANGLE, APEX, AT, DURATION
 
@@ -88,13 +87,9 @@ def claims(
     texts = [] if output is None else [(output / name, name.rpartition(".")[2]) for name in FILES]
     if file is not None:
         texts.append((file, "json"))
-    try:
-        import scipy  # noqa: F401
+    from livebass.report.picture import check_installed
 
-        if output is not None:
-            import jinja2  # noqa: F401
-    except ImportError as error:
-        raise click.ClickException(f"{error}; {install('analysis')}") from None
+    check_installed("study claims", "analysis", ("scipy.signal", *(("jinja2",) if output is not None else ())))
     from livebass.paper.claims.check import WRITERS, all_hold, check, chosen, table
 
     wanted = chosen(ids)
@@ -197,8 +192,9 @@ def sweep(
     """
     from livebass.experiment import sweep as sweeping
     from livebass.experiment.grid import USAGE, Settings, grid
+    from livebass.files import Transaction
     from livebass.model.quality import quality_with
-    from livebass.report.picture import check_matplotlib
+    from livebass.report.picture import check_plots
 
     if not axes:
         raise click.UsageError(f"--vary {USAGE}")
@@ -208,12 +204,14 @@ def sweep(
     settings = Settings(quality=quality, **pluck)
     draw = picture and sweeping.drawable(axes)
     if draw:
-        check_matplotlib(sweeping.NEEDED)
+        check_plots("the picture", "; --no-picture does without")
     points = grid(settings, axes)
-    sweeping.prepare(directory, file)
-    results = sweeping.found(directory, points)
+    results: dict[str, dict[str, float]] = {}
     try:
-        _complete(directory, points, results, workers or core_count(), scheduler)
+        with Transaction() as made:  # directories, which are removed again if no point comes into them
+            sweeping.prepare(made, directory, file)
+            results |= sweeping.found(directory, points)
+            _complete(directory, points, results, workers or core_count(), scheduler)
         drawn: tuple[bytes, ...] = ()
         if draw:
             values = {name: _column(points, results, name) for name in quantities or USUAL}
@@ -221,8 +219,9 @@ def sweep(
         described = sweeping.as_json(settings, axes, points, results)
         sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
     except KeyboardInterrupt:
-        kept = f"{_found(points, results)} of {len(points)} points are kept in {directory}"
-        raise Interrupted(f"interrupted, {kept}: the same command goes on") from None
+        count = _found(points, results)
+        kept = f"{count} of {len(points)} points are kept in {directory}: the same command goes on"
+        raise Interrupted(f"interrupted, {kept if count else 'nothing written'}") from None
     if picture and not draw:
         say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
     say(f"{len(points)} points -> {directory / sweeping.TABLE}")
@@ -404,9 +403,9 @@ def run(
     have_kernels()
     if player:
         _write_player(output)
-    with shown_progress("studies") as progress:
+    with shown_steps(f"study 1 of {len(studies)}: {studies[0].name}") as (progress, tell):
         result = run_studies(
-            studies, output, duration=duration, workers=workers, progress=progress, json_file=json_file
+            studies, output, duration=duration, workers=workers, progress=progress, say=tell, json_file=json_file
         )
     count = f"{len(studies)} stud{'y' if len(studies) == 1 else 'ies'} from {result['solutions']} motions"
     say(f"{count} in {result['wall_s']:.1f} s -> {output / 'index.html'}")
@@ -415,15 +414,16 @@ def run(
 def _write_player(directory: Path) -> None:
     """Writes the page that plays the string of the paper where the studies in `directory` link to it."""
     from livebass.cli.export import page_ready
+    from livebass.files import checked_directory
     from livebass.paper.cases import PRESET
     from livebass.paper.figures.studies import PLAYER
     from livebass.preset.load import load_preset
     from livebass.web.bench import Source
-    from livebass.web.export import export_page
+    from livebass.web.export import export_page, is_page
 
-    page_ready()
     place = (directory / PLAYER).parent
-    place.mkdir(parents=True, exist_ok=True)
+    checked_directory(place, is_page)  # now, not after a minute of work
+    page_ready()
     export_page({PRESET: load_preset(PRESET)}, place, single=True, sources={PRESET: Source(PRESET)})
 
 

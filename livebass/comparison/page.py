@@ -1,4 +1,4 @@
-"""The page of a comparison: spectrograms side by side, decays, bands, and the table; one file with all in it."""
+"""The page of a comparison: notes to hear, spectrograms, decays, bands, and the table; one file with all in it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from livebass import __version__
 from livebass.analysis.sound import spectrogram_db
+from livebass.comparison import listening
 from livebass.comparison.comparing import NOTHING, Compared, Comparison
 from livebass.comparison.measures import BAND_KEYS, attack
 from livebass.comparison.ringing import OCTAVES
@@ -31,12 +32,14 @@ COLOURS = ("#1f4e79", "#c55a11", "#548235", "#7030a0")
 def page(comparison: Comparison) -> str:
     """Returns the page as HTML, its pictures in it. Needs matplotlib and Jinja2."""
     shown = _shown(comparison)
+    heard = listening.rows(shown)
     drawn = [*_spectrograms(shown), _levels(shown), _decays(shown), _bands(shown)]
     names = [each.bass.title for each in comparison.basses]
     return html_page(
         "livebass.comparison", "comparison.html",
         version=__version__, title=" beside ".join(names), names=names,
         figures=[{"png": base64.b64encode(png).decode(), "caption": caption} for png, caption in drawn],
+        heard=heard, count=sum(len(c.bass.notes) for c in shown if not c.bass.rendered), most=listening.MOST,
         rows=[_row(comparison, row) for row in ROWS],
         distances=[
             (each.bass.title, title, NOTHING if math.isnan(f.value) else f"{f.value:.1f}")

@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
-from livebass.extras import install
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.model.quality import QUALITIES, Quality
 from livebass.report.picture import figure, image
@@ -33,7 +32,6 @@ from livebass.report.text import csv_text, json_text, plain
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
 STALE = 60.0  # s after which a half-written point is left over from a killed process
-NEEDED = f"the picture needs matplotlib: {install('plots')}; --no-picture does without"
 MOST_PANELS = 12  # in a row
 MOST_AXES = 3
 MOST_WORKERS = 1024
@@ -123,13 +121,15 @@ def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, d
             raise ValueError(f"{point.name}: {error}") from None
 
 
-def prepare(directory: Path, file: Path | None = None) -> None:
-    """Make `directory` and its `points` if need be. Raises OSError where a file of the sweep could not be written."""
-    with Transaction() as files:
-        files.directory(directory / POINTS)
-        own = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
-        if file is not None and checked_place(file) in own:
-            raise OutputError(f"{file}: is one of the files a sweep writes; name another")
+def prepare(made: Transaction, directory: Path, file: Path | None = None) -> None:
+    """Make `directory` and its `points` if need be, as part of a transaction, which removes them again if it fails.
+
+    Raises OSError where a file of the sweep could not be written.
+    """
+    made.directory(directory / POINTS)
+    own = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
+    if file is not None and checked_place(file) in own:
+        raise OutputError(f"{file}: is one of the files a sweep writes; name another")
     for left in (directory / POINTS).glob(".*.tmp-*"):  # of a killed process
         if time.time() - left.stat().st_mtime > STALE:
             left.unlink(missing_ok=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 
@@ -49,24 +49,46 @@ def solve_all(
     `step` is called after each motion; there are as many as values in `shared`. Raises ValueError where a solution is
     not finite. [main thread]
     """
-    instead = shared(jobs)
-    wanted = sorted(dict.fromkeys(instead.values()), key=lambda job: -job.trial.duration * job.trial.contact_rate)
+    return next(solve_in_turn([jobs], workers, step))
+
+
+def solve_in_turn(
+    groups: Iterable[Iterable[Job]], workers: int | None = None, step: Callable[[], None] = lambda: None
+) -> Generator[dict[Job, Solved]]:
+    """Solve the jobs of each group as `solve_all`, those that groups share once; yields a group when it is solved.
+
+    The next groups are solved meanwhile. An iterator that is closed starts no other motion. [main thread]
+    """
+    asked = [list(group) for group in groups]
+    instead = shared(job for group in asked for job in group)
+    ordered = [sorted((instead[job] for job in group), key=_cost) for group in asked]
+    wanted = dict.fromkeys(job for group in ordered for job in group)
     for job in {(job.solver, bool(job.trial.speaking.surface)): job for job in wanted}.values():
         instant = replace(job.trial, duration=1 / job.trial.output_rate, states=())
         job.solver(instant)  # compiles, or loads the compiled code
     motions: dict[Job, Motion] = {}
     with ThreadPoolExecutor(workers or core_count()) as pool:
-        futures = {pool.submit(job.solve): job for job in wanted}
+        futures = {job: pool.submit(job.solve) for job in wanted}
         try:
-            for future in as_completed(futures):
-                motions[futures[future]] = future.result()
-                step()
+            for group in asked:
+                missing = {futures[instead[job]]: instead[job] for job in group if instead[job] not in motions}
+                for future in as_completed(missing):
+                    motions[missing[future]] = future.result()
+                    step()
+                yield {job: _solved(job, instead[job], motions[instead[job]]) for job in group}
         except BaseException:
             pool.shutdown(cancel_futures=True)
             raise
-    return {
-        job: Solved(job.trial, _with_states(motions[whole], whole.trial, job.trial)) for job, whole in instead.items()
-    }
+
+
+def _cost(job: Job) -> float:
+    """Sorts the longest motions first."""
+    return -job.trial.duration * job.trial.contact_rate
+
+
+def _solved(job: Job, whole: Job, motion: Motion) -> Solved:
+    """`motion`, which is that of `whole`, as `job` asks for it."""
+    return Solved(job.trial, _with_states(motion, whole.trial, job.trial))
 
 
 def _with_states(motion: Motion, solved: Trial, asked: Trial) -> Motion:

@@ -1,7 +1,7 @@
 """The binary of the plugins, one shared library for all formats: kernels for each level of processor, and the C.
 
 It depends on no preset. That of a system comes with the release wheel of the system (tools/wheels.py). Elsewhere it is
-built once, from the sources: that takes numba and a C compiler, `cc` or ziglang's; it is kept in the user's directory,
+built once, from the sources, by numba and a C compiler, the system's or ziglang's; it is kept in the user's directory,
 by the digest of all its sources. Like compiled kernels, it ends with a checksum wherever it is kept.
 """
 
@@ -126,12 +126,13 @@ def _kept(system: System) -> Path | None:
 
 def compiler(system: System) -> list[str]:
     """The C compiler for a system. Raises BuildError if there is none."""
-    found = shutil.which("cc")
+    found = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
     if found and system == this_system():
         return [found]
     if importlib.util.find_spec("ziglang"):
         return zig(system)
-    raise BuildError(f"building plugins for {system.name} needs ziglang: {install('export')}")
+    needed = "a C compiler, such as cc, or ziglang" if system == this_system() else "ziglang"
+    raise BuildError(f"building plugins for {system.name} needs {needed} (410 MB): {install('export')}")
 
 
 def zig(system: System) -> list[str]:

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import importlib
 import io
+from collections.abc import Iterable
 from typing import Any
+
+from livebass.extras import install
 
 DPI = 110
 CHANGING = {"png": "Software", "svg": "Date"}  # metadata that would differ between two files of the same figure
 
 
-def check_matplotlib(needed: str) -> None:
-    """Raise LookupError with the line `needed` where matplotlib is not installed."""
-    try:
-        import matplotlib.figure  # noqa: F401
-    except ImportError:
-        raise LookupError(needed) from None
+def check_plots(what: str, after: str = "") -> None:
+    """Raise LookupError, one line that `what` needs, and `after`, where a library of the extra `plots` is missing."""
+    check_installed(what, "plots", ("matplotlib.figure", "jinja2"), after)
+
+
+def check_installed(what: str, extras: str, modules: Iterable[str], after: str = "") -> None:
+    """Raise LookupError where one of `modules` cannot be imported: `what` needs it, and how to install `extras`."""
+    for module in modules:
+        try:
+            importlib.import_module(module)
+        except ImportError:
+            raise LookupError(f"{what} needs {module.partition('.')[0]}: {install(extras)}{after}") from None
 
 
 def figure(width: float, height: float) -> Any:

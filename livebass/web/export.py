@@ -60,7 +60,7 @@ def export_page(
 
     sources: the presets of which basses were made, for the bench; of one that is left out, that of its short name.
     The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
-    Raises ValueError for names or basses that do not fit, OutputError, BuildError where the module cannot be built.
+    Raises ValueError for names or basses that do not fit, OutputError, OSError where the module cannot be built.
     """
     files = page_files(basses, quality, sources)
     if single:

@@ -6,8 +6,10 @@ Whoever asks for another host's name is refused: a page of that name would come 
 from __future__ import annotations
 
 import hmac
+import socket
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
@@ -28,6 +30,24 @@ NO_STREAMS: Streams = {}
 
 class PageLost(OSError):
     """The port cannot be opened; one line."""
+
+
+def check_port(port: int) -> None:
+    """Raises PageLost if nothing can be served at `port` of this machine now; 0 is any that is free."""
+    with socket.socket() as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
+        with _opening(port):
+            trial.bind((HOST, port))
+            trial.listen()
+
+
+@contextmanager
+def _opening(port: int) -> Iterator[None]:
+    """Turns the system's error within the block into a PageLost about `port`."""
+    try:
+        yield
+    except OSError as error:
+        raise PageLost(f"--port {port}: {error.strerror or error}") from None
 
 
 def is_under(root: str, path: str) -> bool:
@@ -102,10 +122,8 @@ class PageServer:
             def handle_error(self, *_: object) -> None:
                 pass  # a browser that went away
 
-        try:
+        with _opening(port):
             self._server = Server((HOST, port), Handler)
-        except OSError as error:
-            raise PageLost(f"--port {port}: {error.strerror or error}") from None
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
 

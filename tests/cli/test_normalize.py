@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import subprocess
 import sys
 import tracemalloc
@@ -22,7 +21,6 @@ from livebass.arrays import Floats
 from livebass.engine import render
 from livebass.meter import LoudnessMeter
 
-pytest.importorskip("pyloudnorm")
 NOTE = ("render", "--note", "E1", "--velocity", "110", "--duration", "1s", "-q", "live")
 
 
@@ -78,15 +76,6 @@ def test_what_is_not_a_loudness_is_one_line(fake: type[FakeEngine], run: Run, ar
     status, _, err = run("render", "--note", "E1", "--normalize", *arguments)
     assert_one_clear_line(status, err, (2,))
     assert "--normalize" in err and not list(Path().iterdir())
-
-
-def test_without_pyloudnorm_it_says_what_to_install(
-    fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "pyloudnorm", None)
-    status, _, err = run("render", "--note", "E1", "--normalize", "-16")
-    assert_one_clear_line(status, err, (1,))
-    assert re.search(r"pyloudnorm.* install 'livebass\[loudness\]'", err) and not list(Path().iterdir())
 
 
 def test_a_disk_without_room_for_what_is_measured(

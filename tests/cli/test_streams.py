@@ -16,6 +16,7 @@ from support.command import GOOD, Run, assert_one_clear_line, command
 from support.engine import FakeEngine
 
 from livebass.compiling import library
+from livebass.extras import install
 from livebass.files import Transaction
 
 HOW = ("--tail", "0", "-q", "live")
@@ -176,4 +177,4 @@ def test_what_is_left_out_without_scipy_is_said(run: Run, tmp_path: Path, monkey
     status, _, err = run(*how)
     assert status == 0
     assert "without the characteristic frequency, which needs SciPy" in err
-    assert f"{sys.executable} -m pip install 'livebass[analysis]'" in err
+    assert f"needs SciPy: {install('analysis')}" in err

@@ -23,6 +23,7 @@ from livebass.experiment.grid import Point, Settings, axis, grid, names, target
 from livebass.experiment.point import measured
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.experiment.sweep import drawable, edges, pictures
+from livebass.files import Transaction
 from livebass.kernels.string.records import MOST_NEAR
 from livebass.model.instrument import Neck
 from livebass.model.modes import pluck_amplitudes
@@ -115,7 +116,25 @@ def test_bad_input_is_one_line(
     status, out, err = run("study", "sweep", *SMALL, *arguments, "-o", "d")
     assert_one_clear_line(status, err)
     assert words in err and not out
-    assert not list(tmp_path.rglob("*.json"))
+    assert [path.name for path in tmp_path.iterdir()] == ["own.toml"]
+
+
+def test_interrupted_before_the_first_point_it_leaves_no_folder(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object) -> None:
+        assert (tmp_path / "new" / "d" / "points").is_dir()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("livebass.cli.study._complete", interrupted)
+    line = "study", "sweep", "--vary", "pluck.apex=1mm:2mm:3", *SMALL, "-o", tmp_path / "new" / "d"
+    status, _, err = run(*line)
+    assert_one_clear_line(status, err, (130,))
+    assert "interrupted, nothing written" in err and not list(tmp_path.iterdir())
+    (tmp_path / "new" / "d").mkdir(parents=True)
+    (tmp_path / "new" / "mine").touch()
+    run(*line)
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["d", "mine", "new"], "what was there stays"
 
 
 @pytest.fixture
@@ -137,7 +156,7 @@ def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, 
         "study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--scheduler", f"tcp://127.0.0.1:{port}"
     )
     assert_one_clear_line(status, err, (1,))
-    assert f"scheduler tcp://127.0.0.1:{port}: does not answer" in err
+    assert f"scheduler tcp://127.0.0.1:{port}: does not answer" in err and not (tmp_path / "d").exists()
 
 
 @pytest.mark.usefixtures("impatient")
@@ -241,7 +260,8 @@ def fake(points: list[Point]) -> Iterator[tuple[Point, dict[str, float]]]:
 
 def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
     made, results = points("pluck.apex=1mm:2mm:5"), {}
-    sweep.prepare(tmp_path)
+    with Transaction() as files:
+        sweep.prepare(files, tmp_path)
     assert list(sweep.completed(tmp_path, made, results, fake)) == [1, 2, 3, 4, 5]
     axes = [axis("pluck.apex=1mm:2mm:5")]
     before = sweep.table(axes, made, results)

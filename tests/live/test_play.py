@@ -33,6 +33,7 @@ from livebass.bench.endurance import python_busy, random_playing
 from livebass.bench.jack import LostFrames, new_client
 from livebass.cli.help import page_text
 from livebass.cli.play import Console, LogFile, logged
+from livebass.extras import install
 from livebass.files import OutputError
 from livebass.live import inputs, session
 from livebass.live.desk import LEAD, Desk
@@ -915,8 +916,8 @@ NO_LIBRARY = "ctypes.util.find_library = lambda name: None"
 @pytest.mark.parametrize(
     ("code", "backend", "says"),
     [
-        (NO_EXTRA, "auto", f"{sys.executable} -m pip install 'livebass[live]'"),
-        (NO_EXTRA, "jack", f"{sys.executable} -m pip install 'livebass[live]'"),
+        (NO_EXTRA, "auto", install("live")),
+        (NO_EXTRA, "jack", install("live")),
         (NO_LIBRARY, "auto", "apt install libportaudio2"),
         (NO_LIBRARY, "jack", "apt install libjack-jackd2-0"),
         ("", "auto", "start a JACK server"),

@@ -22,6 +22,7 @@ from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass.analysis.motion import Solved
 from livebass.engine.solve import solve_trial
+from livebass.extras import install
 from livebass.model.trial import Motion
 from livebass.paper.figures.measure import case_job
 from livebass.paper.figures.section_4 import convergence, convergence_jobs
@@ -220,7 +221,23 @@ def test_a_study_that_fails_leaves_those_before_it(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
     with pytest.raises(ValueError, match="no such thing"):
         run_studies([good, replace(good, name="a", report=fail)], tmp_path / "d")
-    assert sorted(p.name for p in tmp_path.rglob("*")) == ["d", "linear", "summary.json", "t.csv"]
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["d", "index.html", "linear", "summary.json", "t.csv"]
+    assert "t.csv" in (tmp_path / "d" / "index.html").read_text()
+
+
+def test_studies_are_told_and_on_the_page_one_by_one(tmp_path: Path) -> None:
+    """Interrupted in the second, the page shows the first."""
+    lines: list[str] = []
+
+    def interrupted(motions: object) -> Findings:
+        assert "t.csv" in (tmp_path / "index.html").read_text()
+        raise KeyboardInterrupt
+
+    first = Study("linear", "T", "1", "g", lambda _: {}, lambda _: Findings(tables=[Table("t", "c", ("x",), [(1,)])]))
+    with pytest.raises(KeyboardInterrupt):
+        run_studies([first, replace(first, name="a", report=interrupted)], tmp_path, say=lines.append)
+    assert lines == ["study 1 of 2: linear", "study 2 of 2: a"]
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["index.html", "linear", "summary.json", "t.csv"]
 
 
 def test_list_and_help(run: Run) -> None:
@@ -251,7 +268,7 @@ def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     code, _, err = run("study", "linear", "-o", tmp_path / "d")
     assert_one_clear_line(code, err, (1,))
-    assert f"{sys.executable} -m pip install 'livebass[analysis,plots]'" in err and not (tmp_path / "d").exists()
+    assert err.endswith(f"study needs matplotlib: {install('analysis,plots')}\n") and not (tmp_path / "d").exists()
 
 
 def test_a_browser_shows_all_of_it(done: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:

@@ -26,6 +26,7 @@ from livebass.preset.keys import KEYS
 from livebass.units import DIMENSIONS, quantity
 from livebass.web.bench import CONTROLS, Source, bench
 from livebass.web.export import export_page
+from livebass.web.link import check_link
 
 # The preset that the page saves, and the instrument file that it builds, of a bass with these values
 MADE = """
@@ -47,6 +48,7 @@ const [name, values, done] = arguments;
 })();
 """
 BASSES = ("jazz-finger", "slap", "fretless", "paper-bass", "five-string-active")
+ON_PAGE = {name: load_preset(name) for name in BASSES}, {name: Source(name) for name in BASSES}
 
 
 @pytest.fixture(scope="module")
@@ -233,6 +235,7 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
         opened.execute_script("onBench(() => bench().setAll(arguments[0]))", values)
         link, toml = opened.execute_script("return [location.hash, bench().toml()]")
         assert link.startswith(f"#bass={name}&") and link.count("&") == len(values)
+        check_link(opened.home + link, *ON_PAGE)
         opened.get("about:blank")
         open_page(opened, opened.home + link)
         assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == [name, toml, link]
@@ -258,6 +261,8 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
     ],
 )
 def test_a_bad_link_is_told_in_a_line_and_the_preset_plays(opened: Any, link: str, says: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(says)):
+        check_link(link, *ON_PAGE)
     opened.get("about:blank")
     open_page(opened, f"{opened.home}#{link}")
     slot, values, *_, said = state(opened)

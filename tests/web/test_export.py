@@ -16,7 +16,6 @@ from livebass import load_preset
 from livebass.compiling import store
 from livebass.kernels.player.performer import CONTROLS
 from livebass.techniques import BUTTONS, GHOST, NO_SWITCH, PALM
-from livebass.web import build
 from livebass.web.export import export_page, is_page, shown
 from livebass.web.layout import WAYS
 
@@ -181,17 +180,6 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytes
     status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
     assert_one_clear_line(status, err, (1,))
     assert names(tmp_path) == []
-
-
-def test_without_a_linker_a_line_says_what_to_install(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(build, "kept", lambda: None)
-    monkeypatch.setattr(build, "BUILT", tmp_path / "none")
-    monkeypatch.setattr(build.importlib.util, "find_spec", lambda name: None)
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
-    assert_one_clear_line(status, err, (1,))
-    assert "livebass[export]" in err and names(tmp_path) == []
 
 
 def page_of(html: Path) -> dict[str, Any]:

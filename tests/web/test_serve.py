@@ -16,7 +16,9 @@ import pytest
 from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
+from livebass.web.bench import Source
 from livebass.web.export import page_files
+from livebass.web.link import check_link
 from livebass.web.serve import HOST, PageLost, PageServer
 
 FILES = {"index.html": b"<!doctype html>", "basses/a b.lbass": b"\0\1", "livebass.wasm": b"\0asm", "app.js": b"1"}
@@ -95,12 +97,41 @@ def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
         process.wait()
 
 
+@pytest.mark.parametrize(
+    ("link", "says"),
+    [
+        ("", "--link : allowed are case=b"), ("http://there/#", "allowed are case=b"),
+        ("hello", "the link names no bass of this page that can be changed: hello="),
+        ("http://there/", "the link names no bass"), ("case=d", "the link names no case of this page: case=d"),
+        ("case=b", "none of its basses has cases, as paper-g does"),
+        ("#bass=slap&action=0x2", "action = 0x2: allowed are 0.5 to 6 mm"),
+        ("bass=slap&action=1_5", "action = 1_5: allowed"), ("bass=slap&lift08=1", "does not have: lift08"),
+    ],
+)  # fmt: skip
+def test_what_is_no_link_gets_one_line_before_any_work(
+    run: Run, monkeypatch: pytest.MonkeyPatch, link: str, says: str
+) -> None:
+    monkeypatch.setattr("livebass.cli.page.page_ready", lambda: pytest.fail("it works"))
+    status, out, err = run("page", "-p", "slap", "--no-browser", "--link", link)
+    assert_one_clear_line(status, err, (2,))
+    assert says in err and not out
+
+
+def test_links_that_pages_copy_and_the_cases_are_taken() -> None:
+    basses = {name: load_preset(name) for name in ("slap", "paper-g")}
+    sources = {name: Source(name) for name in basses}
+    for link in ("bass=slap", "#bass=slap&lift7=0.12&pickup2=60&tone=0", "http://x/#case=b", "case=b&more"):
+        check_link(link, basses, sources)
+
+
 def test_a_port_that_is_taken_and_other_mistakes_get_one_line(run: Run) -> None:
     with socket.socket() as taken:
         taken.bind((HOST, 0))
         taken.listen()
         port = taken.getsockname()[1]
-        status, out, err = run("page", "-p", "slap", "--no-browser", "--port", str(port))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("livebass.cli.page.page_ready", lambda: pytest.fail("it works"))
+            status, out, err = run("page", "-p", "slap", "--no-browser", "--port", str(port))
         assert_one_clear_line(status, err)
         assert f"--port {port}" in err and not out
     for bad in (["--port", "70000"], ["-p", "none"], ["-q", "reference"], ["slap"]):

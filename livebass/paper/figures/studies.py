@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from livebass import __version__
 from livebass.analysis.motion import Solved
 from livebass.cores import core_count
-from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.paper.claims import check, runs
 from livebass.paper.figures import measure, output, section_4, section_4_1, section_4_2, sections_2_3
 from livebass.paper.figures.study import Findings, Study, Table
-from livebass.paper.solving import Job, shared, solve_all
-from livebass.report.progress import Progress, steps
+from livebass.paper.solving import Job, shared, solve_in_turn
+from livebass.report.picture import check_installed
+from livebass.report.progress import Progress, Say, silent, steps
 from livebass.report.text import json_text
 
 
@@ -119,19 +120,13 @@ def chosen(names: Iterable[str]) -> list[Study]:
     return [study for name, study in STUDIES.items() if name in asked or "all" in asked]
 
 
-NEEDED = f"study needs matplotlib, Jinja2 and SciPy: {install('analysis,plots')}"
 PAGE = "index.html"
 PLAYER = Path("page", "livebass.html")  # that plays and shows cases; links go there where it is
 
 
 def check_extras() -> None:
     """Raise LookupError, one line, where the libraries that draw, fill the page and resample are not installed."""
-    try:
-        import jinja2  # noqa: F401
-        import matplotlib.figure  # noqa: F401
-        import scipy.signal  # noqa: F401
-    except ImportError:
-        raise LookupError(NEEDED) from None
+    check_installed("study", "analysis,plots", ("jinja2", "matplotlib.figure", "scipy.signal"))
 
 
 def run_studies(
@@ -141,13 +136,14 @@ def run_studies(
     duration: float | None = None,
     workers: int | None = None,
     progress: Progress | None = None,
+    say: Say = silent,
     json_file: Path | None = None,
 ) -> dict[str, Any]:
     """Solve, draw and write `studies` into directories of their names in `directory`, and a page over all of them.
 
     `duration` s replaces each motion's own; `workers` threads solve (default: as many as cores); `progress` is called
-    with the fraction done. Returns what `json_file` holds. Raises ValueError and OSError; studies that were complete
-    then stay, no other has a file. [main thread]
+    with the fraction done, `say` with "study 7 of 12: neck" when that one is next. Returns what `json_file` holds.
+    Raises ValueError and OSError; studies that were complete then stay, and are on the page. [main thread]
     """
     check_extras()
     began = time.perf_counter()
@@ -157,18 +153,21 @@ def run_studies(
     step = steps(progress, solutions + len(studies))
     with Transaction() as files:
         _claim(files, studies, directory, json_file)
-        solved = solve_all(jobs, workers, step)
-        summaries = {}
-        for study in studies:
-            motions = {key: solved[job] for key, job in needed[study.name].items()}
-            about = {"duration_s": duration, "solved_in_s": sum(one.motion.wall_s for one in motions.values())}
-            summaries[study.name] = output.write(directory / study.name, study, study.report(motions), about)
-            step()
+        summaries: dict[str, dict[str, Any]] = {}
+        with closing(solve_in_turn((by_name.values() for by_name in needed.values()), workers, step)) as solving:
+            for number, study in enumerate(studies, 1):
+                say(f"study {number} of {len(studies)}: {study.name}")
+                solved = next(solving)
+                motions = {key: solved[job] for key, job in needed[study.name].items()}
+                about = {"duration_s": duration, "solved_in_s": sum(one.motion.wall_s for one in motions.values())}
+                summaries[study.name] = output.write(directory / study.name, study, study.report(motions), about)
+                with Transaction() as page:
+                    page.write(directory / PAGE, _page_over_all(directory, summaries).encode())
+                step()
         result = {
             "version": __version__, "duration_s": duration, "workers": workers or core_count(),
             "solutions": solutions, "studies": summaries, "wall_s": time.perf_counter() - began,
         }  # fmt: skip
-        files.write(directory / PAGE, _page_over_all(directory, summaries).encode())
         if json_file is not None:
             files.write(json_file, json_text(result).encode())
     return result

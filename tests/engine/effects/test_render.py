@@ -56,7 +56,6 @@ def test_the_gain_comes_behind_the_effects(tmp_path: Path) -> None:
 
 
 def test_normalizing_measures_what_is_heard(tmp_path: Path) -> None:
-    pytest.importorskip("pyloudnorm")
     bass = behind(JAZZ, drive=0.8, response=HALL)
     sound = written(bass, tmp_path / "a.wav", single_note(33, 110, 1.0, RATE), normalize=-25.0, stems=True)
     assert loudness(sound, RATE) == pytest.approx(-25, abs=1e-3)
