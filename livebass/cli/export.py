@@ -17,6 +17,7 @@ from livebass.cli.said import say
 from livebass.cli.tuning import given_tuning, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import AUTO, QUALITIES
+from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -165,11 +166,12 @@ def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
     """The presets that `basses_of` loads, by the names of their basses."""
     if more and not presets:
         raise click.UsageError(f"{more[0]}: name presets with -p")
+    from livebass.plugin.bundle import checked_name
     from livebass.preset.load import preset_names
 
     found: dict[str, str] = {}
     for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
-        name = Path(preset).stem
+        name = checked_name(Path(preset).stem)
         if name in found:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
         found[name] = preset
@@ -356,14 +358,12 @@ def sfz(
     there = f"{len(pack.samples)} samples at velocit{several} {', '.join(map(str, pack.velocities))}"
     expected = f"{pack.name}: {there}, about {_megabytes(estimated_size(pack))}"
     if output is None or size:
-        click.echo(expected)
+        click.echo(one_line(expected))
         return
     say(expected)
     with shown_progress(output.name) as progress:
         report = export_sfz(pack, output, progress)
-    click.echo(
-        f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}", err=True
-    )
+    say(f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}")
 
 
 def _megabytes(size: int) -> str:

@@ -299,7 +299,7 @@ def first_bass(
         del tuning[name], memory.used[name]
     try:
         bass = load(preset)
-        click.echo(f"as remembered: {problem}; {', '.join(recalled)} left out", err=True)
+        say(f"as remembered: {problem}; {', '.join(recalled)} left out")
         return preset, bass
     except ValueError:
         if "preset" not in memory.used or tuning:
@@ -395,7 +395,7 @@ class Memory:
         try:
             if now != self.before:
                 save(self.path, now)
-        except (OutputError, UnicodeError) as error:
+        except (OutputError, ValueError) as error:
             LOG.warning("not remembered: %s", error)
 
 

@@ -69,7 +69,7 @@ GROUPS = {
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@click.argument("midi", required=False, type=click.Path(path_type=Path))
+@click.argument("midi", required=False, type=PATH)
 @click.option("--note", type=NOTE, help="Play one note instead of a MIDI file: G2, C#1, 43.")
 @click.option(
     "--demo",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import io
 from typing import Any
 
+from livebass.units import one_line
+
 DPI = 110
 CHANGING = {"png": "Software", "svg": "Date"}  # metadata that would differ between two files of the same figure
 
@@ -15,6 +17,11 @@ def check_matplotlib(needed: str) -> None:
         import matplotlib.figure  # noqa: F401
     except ImportError:
         raise LookupError(needed) from None
+
+
+def shown_text(text: str) -> str:
+    """`text`, in which there may be names, for a figure: one line, and no formula between two $."""
+    return one_line(text).replace("$", r"\$")
 
 
 def figure(width: float, height: float) -> Any:

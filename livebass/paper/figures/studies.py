@@ -168,9 +168,9 @@ def run_studies(
             "version": __version__, "duration_s": duration, "workers": workers or core_count(),
             "solutions": solutions, "studies": summaries, "wall_s": time.perf_counter() - began,
         }  # fmt: skip
-        files.write(directory / PAGE, _page_over_all(directory, summaries).encode())
+        files.write_text(directory / PAGE, _page_over_all(directory, summaries))
         if json_file is not None:
-            files.write(json_file, json_text(result).encode())
+            files.write_text(json_file, json_text(result))
     return result
 
 
