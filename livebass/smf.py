@@ -15,6 +15,7 @@ from mido import Message
 
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
 META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_END, META_TEMPO = 0x01, 0x03, 0x04, 0x2F, 0x51
+MARK = "livebass plays "  # begins a text of a take that names its bass
 LONGEST_NAME = 40  # characters of a track's name that are kept
 CHUNK_HEAD = 8  # bytes: name and length
 
@@ -37,6 +38,7 @@ class Smf:
     end_tick: int  # of the track that ends last
     warnings: tuple[str, ...]  # each a line about damage that did not matter
     texts: frozenset[str] = frozenset()  # at tick 0, beside the names
+    marks: tuple[tuple[int, str], ...] = ()  # (tick, text) of those that begin with MARK, by tick
 
 
 @lru_cache(maxsize=1 << 16)
@@ -81,6 +83,7 @@ class _Tracks:
         self.tempos: list[tuple[int, int]] = []
         self.names: list[str] = []
         self.texts: set[str] = set()
+        self.marks: list[tuple[int, str]] = []
         self.end = 0  # tick
 
 
@@ -112,7 +115,7 @@ def parse_smf(data: bytes) -> Smf:
     tracks.tempos.sort(key=lambda t: t[0])
     return Smf(
         per_quarter, per_second, tuple(tracks.messages), tuple(tracks.tempos), tuple(tracks.names), tracks.end,
-        tuple(warnings), frozenset(tracks.texts),
+        tuple(warnings), frozenset(tracks.texts), tuple(sorted(tracks.marks, key=lambda m: m[0])),
     )  # fmt: skip
 
 
@@ -183,6 +186,8 @@ def _read_track(track: _Bytes, number: int, tracks: _Tracks) -> None:
                 tracks.tempos.append((tick, _tempo(track, data, start)))
             if kind == META_TEXT and tick == 0:
                 tracks.texts.add(_text(data))
+            if kind == META_TEXT and data.startswith(MARK.encode()):
+                tracks.marks.append((tick, data.decode(errors="replace")))
             if kind in (META_TRACK_NAME, META_INSTRUMENT):
                 names.setdefault(kind, _text(data))
         elif status in (0xF0, 0xF7):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.effects import effects_options
-from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
+from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
 from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
 from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
 from livebass.cli.said import say
@@ -100,7 +100,7 @@ def plugin_command(kind: str) -> click.Command:
             raise click.UsageError(
                 f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
             )
-        _write_plugin(kind, basses_of(presets, more, loader(options)), output, install, system, quality)
+        _write_plugin(kind, basses_of(presets, more, Loader(options)), output, install, system, quality)
 
     return write
 
@@ -185,7 +185,7 @@ def page_basses(
     from livebass.web.bench import Source
 
     given = given_tuning(options)
-    basses = basses_of(presets, more, loader(options))
+    basses = basses_of(presets, more, Loader(options))
     return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
 
 
@@ -270,7 +270,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
-    bass = loader(options)(preset)
+    bass = Loader(options)(preset)
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
     have_kernels()

@@ -25,6 +25,7 @@ from typing import NamedTuple
 from mido import Message
 
 from livebass.score.score import LEAST_RATE, LONGEST, RELEASE, Event, Score, checked_rate, cleaned, note_off, score_from
+from livebass.score.takes import with_basses
 from livebass.smf import Smf, SmfError, parse_smf
 from livebass.units import note_name
 
@@ -86,10 +87,10 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 
     `channel` "auto" takes the notes played while their channel's program is 33 to 40, counted from 1 (the General MIDI
     basses); if there are none, those of tracks called bass, or else of a zone without a program; of a take, which
-    `livebass play` recorded, all. "all" takes every channel but 10, the drums; 1 to 16 takes that one. Controllers are
-    taken from the channels of these notes, and from those of their zone: the channels that controller 126 gives to
-    strings or RPN 6 to notes, which have the program of any of them. Raises ScoreError if the file cannot be played,
-    and ValueError for a rate or channel that is not allowed.
+    `livebass play` recorded, all, and the basses that it names. "all" takes every channel but 10, the drums; 1 to 16
+    takes that one. Controllers are taken from the channels of these notes, and from those of their zone: the channels
+    that controller 126 gives to strings or RPN 6 to notes, which have the program of any of them. Raises ScoreError if
+    the file cannot be played, and ValueError for a rate or channel that is not allowed.
     """
     read = _read(path, rate, channel)
     if not read.chosen:
@@ -97,7 +98,7 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
     program, changes = _programs(read.events, read.chosen, read.zone)
     events = [e for place, e in enumerate(read.events) if e[1].type != "program_change" or place in changes]
     score = score_from(events, Path(path).stem, rate, program, read.remarks)
-    return replace(score, file_end=read.end)
+    return with_basses(replace(score, file_end=read.end), read.marks)
 
 
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
@@ -240,6 +241,7 @@ class _Read(NamedTuple):
     zone: frozenset[int]  # channels that are one instrument
     remarks: tuple[str, ...]
     end: int  # frame of the end of the file
+    marks: list[tuple[int, str]]  # (frame, text) of a take: which bass plays from there on
 
     @property
     def parts(self) -> tuple[Part, ...]:
@@ -285,7 +287,9 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
             for place, e in enumerate(clean)
             if place in places or (e[1].channel in (channels if _is_note(e[1]) else heard) and e[1].type != "note_on")
         ]
-    return _Read(notes, places, smf.names, kept, _notes(kept, zone), zone, remarks, end)
+    frame = _frame_of(smf, rate)
+    marks = [(frame(tick), text) for tick, text in smf.marks if taken]
+    return _Read(notes, places, smf.names, kept, _notes(kept, zone), zone, remarks, end, marks)
 
 
 def _is_note(m: Message) -> bool:

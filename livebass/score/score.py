@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import operator
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 
@@ -29,6 +29,16 @@ LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 Event = tuple[int, Message, int]  # (frame, channel message, track of the file from 0)
 
 
+@dataclass(frozen=True)
+class TakenBass:
+    """A bass that a take names, from where it plays on."""
+
+    frame: int
+    program: int  # that chooses it in the score, from 0
+    preset: str  # a name or a path, which need not exist
+    given: Mapping[str, str]  # options of `livebass play` that changed it, by name, as on the command line
+
+
 @dataclass(frozen=True, eq=False)
 class Score:
     """The notes and controllers to play, as channel messages with times.
@@ -44,6 +54,7 @@ class Score:
     rate: int  # Hz
     program: int | None = None  # General MIDI's, counted from 0, that a file begins with; None: the file sets none
     remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
+    basses: tuple[TakenBass, ...] = ()  # of a take that names them: what `program` and the program changes choose
     file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
 
     @property
@@ -53,9 +64,9 @@ class Score:
         return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
 
     def on_one_bass(self) -> Score:
-        """The score without its program changes."""
+        """The score without its program changes, and the basses that they choose."""
         kept = self.messages[:, 0] & 0xF0 != PROGRAM
-        return replace(self, frames=self.frames[kept], messages=self.messages[kept])
+        return replace(self, frames=self.frames[kept], messages=self.messages[kept], basses=())
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
