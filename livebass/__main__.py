@@ -47,6 +47,8 @@ def open_streams() -> None:
         sys.stdin = open(0)  # noqa: SIM115
     if sys.stdout is None:
         sys.stdout = open(1, "w")  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):  # names that are no text here are escapes, as on standard error
+        sys.stdout.reconfigure(errors="backslashreplace")
     encoding = sys.stderr.encoding if sys.stderr else "utf-8"
     raw = io.BufferedWriter(Messages(2, "w", closefd=False))
     sys.stderr = io.TextIOWrapper(raw, encoding, errors="backslashreplace", line_buffering=True)

@@ -59,6 +59,11 @@ def encoding(path: Path, rate: int, format: str | None = None, bits: str | None 
     return Encoding(kind, SUBTYPES[kind][bits], rate, channels)
 
 
+def sound_name(path: str | os.PathLike[str]) -> str | bytes:
+    """The name by which soundfile opens the file at `path`: as bytes where names are bytes, which may be no UTF-8."""
+    return os.fsencode(path) if os.name == "posix" else os.fspath(path)
+
+
 class AudioWriter:
     """Writes one sound file of a transaction. `close` it before the transaction ends.
 
@@ -97,7 +102,7 @@ class AudioWriter:
         """Finishes the file and checks its length. Raises OutputError."""
         try:
             self._sound.close()
-            if soundfile.info(str(self._temporary)).frames != self.frames:
+            if soundfile.info(sound_name(self._temporary)).frames != self.frames:
                 raise self._reason(OSError("the file is too short"))
             self._make_repeatable()
         except soundfile.LibsndfileError as error:
@@ -158,7 +163,7 @@ class AudioWriter:
 def _readable_frames(path: Path) -> int:
     """Returns the number of frames up to the first broken one."""
     frames = 0
-    with soundfile.SoundFile(str(path)) as file, contextlib.suppress(soundfile.LibsndfileError):
+    with soundfile.SoundFile(sound_name(path)) as file, contextlib.suppress(soundfile.LibsndfileError):
         while count := len(file.read(1024)):
             frames += count
     return frames

@@ -186,6 +186,10 @@ class Transaction:
         except OSError as error:
             raise output_error(path, error) from None
 
+    def write_text(self, path: Path, text: str) -> None:
+        """Writes a text in UTF-8; bytes of names in it that are no UTF-8 become escapes (\\udce9), as JSON has them."""
+        self.write(path, text.encode("utf-8", "backslashreplace"))
+
     def _sync(self) -> None:
         """Forces all data to disk: some disks report only now that they are full."""
         for fd, name in self._open:

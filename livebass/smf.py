@@ -28,6 +28,7 @@ CHUNK_HEAD = 8  # bytes: name and length
 HEADER, TRACK = b"MThd", b"MTrk"
 MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 NO_CHANNEL = -1
+MARK = "livebass plays "  # begins a text of a take that names its bass
 SCORES = ("Guitar", "Tab", "MusicXML", "MuseScore", "LilyPond", "ABC", "MEI")  # in kinds that programs export as MIDI
 SYSTEM_COMMON = {0xF1: 1, 0xF2: 2, 0xF3: 1}  # data bytes; system messages from 0xF4 on have none
 
@@ -68,6 +69,7 @@ class Smf:
     end_tick: int  # of the track that ends last
     warnings: tuple[str, ...]  # each a line about damage that did not matter
     texts: frozenset[str] = frozenset()  # at tick 0, beside the names
+    marks: tuple[tuple[int, str], ...] = ()  # (tick, text) of those that begin with MARK, by tick
 
 
 @lru_cache(maxsize=1 << 16)
@@ -116,6 +118,7 @@ class _Track:
         self.tempos: list[tuple[int, int]] = []
         self.names: dict[tuple[int, int], bytes] = {}  # by channel or NO_CHANNEL, and kind of meta event
         self.texts: list[bytes] = []
+        self.marks: list[tuple[int, str]] = []
         self.oddities: list[tuple[str, int]] = []  # what, where {} is how many there are, and the byte
 
 
@@ -182,6 +185,7 @@ def parse_smf(data: bytes) -> Smf:
         end_tick=max(track.tick for track in tracks),
         warnings=tuple(warnings),
         texts=frozenset(map(_shown, texts[len(names) :])),
+        marks=tuple(sorted((m for t in tracks for m in t.marks), key=lambda m: m[0])),
     )
 
 
@@ -301,6 +305,8 @@ def _read_track(cursor: _Bytes, number: int) -> _Track:
                     track.tempos.append((track.tick, int.from_bytes(data)))
                 else:
                     track.oddities.append(("ignored {} tempo event{s} of 0 us or other than 3 bytes", start))
+            elif kind == META_TEXT and data.startswith(MARK.encode()):
+                track.marks.append((track.tick, data.decode(errors="replace")))
             elif kind == META_TEXT and track.tick == 0:
                 track.texts.append(data)
             elif kind in (META_TRACK_NAME, META_INSTRUMENT):

@@ -36,7 +36,7 @@ from livebass.live.worst import HAND_NAMES, LINE, block_times, even, hand_blocks
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import QUALITIES, Quality, modes_for, quality_with
 from livebass.preset.load import load_preset
-from livebass.report.picture import figure, image
+from livebass.report.picture import figure, image, shown_text
 from livebass.report.progress import Say, silent
 from livebass.report.text import columns
 
@@ -359,5 +359,5 @@ def picture(result: Result) -> bytes:
         axis.set_visible(False)
     drawn.supxlabel("time of a block, 1: its deadline")
     drawn.supylabel("share of the blocks")
-    drawn.suptitle(f"{result['preset']}, {result['strings']} strings popped at once, then sixteenths")
+    drawn.suptitle(shown_text(f"{result['preset']}, {result['strings']} strings popped at once, then sixteenths"))
     return image(drawn)

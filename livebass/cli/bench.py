@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from livebass.cli.options import PATH
 from livebass.cli.render import have_kernels
 from livebass.cli.said import say
 from livebass.cli.values import Number
@@ -17,7 +18,6 @@ from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
-PATH = click.Path(path_type=Path)
 JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Write the figures to FILE as well.")
 PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
 
@@ -128,7 +128,7 @@ def _report(
         if places:
             with Transaction() as transaction:
                 if file is not None:
-                    transaction.write(file, json_text(result, indent=2).encode())
+                    transaction.write_text(file, json_text(result, indent=2))
                 if picture is not None and draw is not None:
                     transaction.write(picture, draw(result))
     finally:  # a full disk does not lose the figures

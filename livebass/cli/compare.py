@@ -11,13 +11,13 @@ from pathlib import Path
 import click
 
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.options import count_option, file_option, preset_option
+from livebass.cli.options import PATH, count_option, file_option, preset_option
 from livebass.cli.render import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Number, Parsed
 from livebass.model.quality import QUALITIES
+from livebass.units import one_line
 
-PATH = click.Path(path_type=Path)
 TECHNIQUES = ("fingers", "pick", "slap", "pop")
 GROUPS = {
     "Beside the real ones": "--preset --beside --quality --velocities --takes --seed",
@@ -137,11 +137,11 @@ def compare(
         if places:
             with Transaction() as transaction:
                 if json_file is not None:
-                    transaction.write(json_file, result.json().encode())
+                    transaction.write_text(json_file, result.json())
                 if output is not None:
                     from livebass.comparison.page import page
 
-                    transaction.write(output, page(result).encode())
+                    transaction.write_text(output, page(result))
     finally:  # a full disk does not lose the figures
         click.echo(result.table())
     notes_count = sum(len(bass.notes) for bass in found)
@@ -151,6 +151,6 @@ def compare(
 
 def _names(paths: Sequence[Path]) -> dict[Path, str]:
     """Names basses by the last part of their folders, files and presets, or by the whole path where two are alike."""
-    short = {path: path.resolve().name if path.is_dir() else path.stem for path in paths}
+    short = {path: one_line(path.resolve().name if path.is_dir() else path.stem) for path in paths}
     taken = Counter(short.values())
-    return {path: name if taken[name] == 1 else os.fspath(path) for path, name in short.items()}
+    return {path: name if taken[name] == 1 else one_line(os.fspath(path)) for path, name in short.items()}

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.effects import effects_options
-from livebass.cli.hands import Hands, hands_options, loader, velocity_curve_option
+from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
 from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
 from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
 from livebass.cli.said import say
 from livebass.cli.tuning import given_tuning, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import AUTO, QUALITIES
+from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -99,7 +100,7 @@ def plugin_command(kind: str) -> click.Command:
             raise click.UsageError(
                 f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
             )
-        _write_plugin(kind, basses_of(presets, more, loader(options)), output, install, system, quality)
+        _write_plugin(kind, basses_of(presets, more, Loader(options)), output, install, system, quality)
 
     return write
 
@@ -168,11 +169,12 @@ def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
     """The presets that `basses_of` loads, by the names of their basses."""
     if more and not presets:
         raise click.UsageError(f"{more[0]}: name presets with -p")
+    from livebass.plugin.bundle import checked_name
     from livebass.preset.load import preset_names
 
     found: dict[str, str] = {}
     for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
-        name = Path(preset).stem
+        name = checked_name(Path(preset).stem)
         if name in found:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
         found[name] = preset
@@ -186,7 +188,7 @@ def page_basses(
     from livebass.web.bench import Source
 
     given = given_tuning(options)
-    basses = basses_of(presets, more, loader(options))
+    basses = basses_of(presets, more, Loader(options))
     return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
 
 
@@ -271,7 +273,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 
     if output is not None and output.suffix != ENDING:
         raise click.UsageError(f"{output}: the name of an instrument file ends in {ENDING}")
-    bass = loader(options)(preset)
+    bass = Loader(options)(preset)
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
     have_kernels()
@@ -359,14 +361,12 @@ def sfz(
     there = f"{len(pack.samples)} samples at velocit{several} {', '.join(map(str, pack.velocities))}"
     expected = f"{pack.name}: {there}, about {_megabytes(estimated_size(pack))}"
     if output is None or size:
-        click.echo(expected)
+        click.echo(one_line(expected))
         return
     say(expected)
     with shown_progress(output.name) as progress:
         report = export_sfz(pack, output, progress)
-    click.echo(
-        f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}", err=True
-    )
+    say(f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}")
 
 
 def _megabytes(size: int) -> str:

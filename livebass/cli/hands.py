@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from livebass.cli.effects import NAMES as EFFECTS
 from livebass.cli.effects import Behind
-from livebass.cli.tuning import tuning_of_options
+from livebass.cli.tuning import TUNING_KEYS, tuning_of_options
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -109,12 +110,25 @@ class Hands:
         return replace(bass, player=replace(bass.player, **self.changes)) if self.changes else bass
 
 
-def loader(options: dict[str, Any]) -> Callable[[str], Instrument]:
-    """Takes hands, tuning and effects out of a command's `options`; returns what loads a preset so.
+SOUND = (*TUNING_KEYS, *NAMES, "no_noise", *EFFECTS)  # options that change a bass, as they are called in Python
 
-    Raises PresetError.
-    """
-    from livebass.preset.load import load_preset
 
-    hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
-    return lambda preset: behind.put(hands.play(load_preset(preset, **tuning)))
+class Loader:
+    """Loads presets in the hands and the tuning, and with the effects, of a command's options."""
+
+    def __init__(self, options: dict[str, Any]) -> None:
+        """Takes its part out of `options`. Raises PresetError for a bad file among them."""
+        self._asked = {name: options.pop(name) for name in SOUND}
+        self._usual = self._with({})
+
+    def __call__(self, preset: str, given: Mapping[str, Any] | None = None) -> Instrument:
+        """Loads a preset; options `given` with it hold where the command has none. Raises PresetError."""
+        return (self._with(given) if given else self._usual)(preset)
+
+    def _with(self, given: Mapping[str, Any]) -> Callable[[str], Instrument]:
+        """What loads presets with these options besides."""
+        from livebass.preset.load import load_preset
+
+        options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._asked.items()}
+        hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
+        return lambda preset: behind.put(hands.play(load_preset(preset, **tuning)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,18 @@ from livebass.cli.values import Number
 from livebass.model.quality import QUALITIES
 
 Decorator = Callable[[Any], Any]
-PATH = click.Path(path_type=Path)
+
+
+class FileName(click.Path):
+    """The path of a file or a folder; an empty one, as of a variable of the shell that is not set, is none."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not os.fspath(value):
+            self.fail("'': is not a file name", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+PATH = FileName(path_type=Path)
 CREATED = "Directory to write to; created if missing."
 
 

@@ -71,7 +71,9 @@ def page(
     stop = StopFlag()
     with PageServer(page_files(basses, quality, sources), port) as server:
         stop_instead(stop, lambda: True)
-        address = server.address + (f"#{quote(link.rpartition('#')[2], safe='=&%+')}" if link else "")
+        address = server.address
+        if link:
+            address += "#" + quote(link.rpartition("#")[2], safe="=&%+", errors="surrogateescape")
         click.echo(address)
         if not no_browser and not opened(address):
             say("no browser could be opened: open the address yourself")

@@ -7,7 +7,7 @@ import logging
 import os
 import secrets
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -18,7 +18,7 @@ import click
 
 from livebass.cli.effects import Behind, effects_options
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.hands import Hands, hands_options
+from livebass.cli.hands import SOUND, Hands, Loader, hands_options
 from livebass.cli.options import file_option, preset_option, quality_option
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, DEMOS, clipping, demo_for, have_kernels, ready_for
@@ -150,6 +150,7 @@ def play(**options: Any) -> None:
 
     Bass, tuning, capo, A, temperament, gain, devices and learned controllers are remembered until the next time.
     """
+    asked = {name: options[name] for name in SOUND}
     hands, behind = Hands.taken(options), Behind.taken(options)
     if options["controllers"]:
         from livebass.cli.messages import controllers_text
@@ -158,7 +159,8 @@ def play(**options: Any) -> None:
         keys = hands.changes.get("keys")
         click.echo(key_map_text(keys).rstrip("\n") if keys else controllers_text())
         return
-    from livebass.cli.song import later_presets, preset_of, remarks, too_low
+    from livebass.cli.song import later_presets, preset_of, programs_of, remarks, too_low
+    from livebass.cli.taken import told, with_loaded
     from livebass.compiling.library import cached
     from livebass.live.guards import own_stderr
     from livebass.live.inputs import HELP, SCORE_HELP, interactive
@@ -174,7 +176,12 @@ def play(**options: Any) -> None:
     options |= memory.used
     tuning = tuning_of_options(options)
 
+    loaded: Callable[[str], Instrument] = load_preset
+    of_take: dict[str, Mapping[str, str]] = {}  # presets that a take names, and their options
+
     def load(preset: str) -> Instrument:
+        if preset in of_take:
+            return loaded(preset)
         return ready_for(demo, behind.put(hands.play(load_preset(preset, **tuning))))
 
     demo = options["demo"]
@@ -188,13 +195,28 @@ def play(**options: Any) -> None:
 
     def read_song(rate: int) -> Score:
         """Reads the file; its program changes change the bass unless one was asked for."""
+        nonlocal loaded
         score = read_score(song, rate)
-        return score.on_one_bass() if options["preset"] else score
+        if options["preset"]:
+            return score.on_one_bass()
+        if score.basses:
+            command = click.get_current_context().command
+            score, loaded = with_loaded(score, Loader(asked.copy()), DEFAULT_PRESET, command)
+        return score
+
+    def set_for(preset: str) -> Mapping[str, str]:
+        """The options that change a preset, for a take."""
+        if preset in of_take:
+            return {**of_take[preset], **told(asked)}
+        found = told(asked | dict.fromkeys(TUNING_KEYS) | tuning)
+        return found | {"keys": "modo"} if demo == "techniques" else found
 
     def read_for_bass(rate: int) -> Score:
         return with_low_notes(read_song(rate), bass)
 
     score = read_song(options["rate"]) if song else None  # errors in the file are reported now
+    if score:
+        of_take |= {bass.preset: bass.given for bass in score.basses}
     preset, bass = first_bass(options["preset"] or preset_of(score, DEFAULT_PRESET), load, tuning, memory)
     if score:
         for remark in remarks(score, options["preset"], DEFAULT_PRESET) + too_low(bass, score, DEFAULT_PRESET):
@@ -220,6 +242,8 @@ def play(**options: Any) -> None:
         gain=10 ** (options["gain"] / 20),
         record=options["record"],
         record_midi=options["record_midi"],
+        given=set_for,
+        programs=programs_of(score) if score else {},
         read=read,
         midi_if_there="midi" in memory.used,
         client=options["client_name"] or "livebass",
@@ -303,7 +327,7 @@ def first_bass(
         del tuning[name], memory.used[name]
     try:
         bass = load(preset)
-        click.echo(f"as remembered: {problem}; {', '.join(recalled)} left out", err=True)
+        say(f"as remembered: {problem}; {', '.join(recalled)} left out")
         return preset, bass
     except ValueError:
         if "preset" not in memory.used or tuning:
@@ -399,7 +423,7 @@ class Memory:
         try:
             if now != self.before:
                 save(self.path, now)
-        except (OutputError, UnicodeError) as error:
+        except (OutputError, ValueError) as error:
             LOG.warning("not remembered: %s", error)
 
 

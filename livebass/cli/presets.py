@@ -7,8 +7,9 @@ from pathlib import Path
 
 import click
 
-from livebass.cli.options import file_option, preset_option
+from livebass.cli.options import PATH, file_option, preset_option
 from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
 from livebass.identification import limits
@@ -50,7 +51,7 @@ def show(name: str) -> None:
     """
     from livebass.preset.load import preset_text
 
-    click.echo(preset_text(name), nl=False)
+    click.echo(preset_text(name).encode(), nl=False)  # UTF-8, whatever the terminal has
 
 
 @presets.command()
@@ -101,14 +102,14 @@ def keymap(key_map: str) -> None:
     """
     from livebass.preset.keymap import key_map_text, load_key_map
 
-    click.echo(key_map_text(load_key_map(key_map)), nl=False)
+    click.echo(key_map_text(load_key_map(key_map)).encode(), nl=False)
 
 
 MOST_RESONANCES = 16
 
 
 @click.command()
-@click.argument("recordings", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RECORDING...")
+@click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="RECORDING...")
 @preset_option(
     "The bass the string is on; the rest of the new preset is taken from it.", default=DEFAULT_PRESET, show_default=True
 )
@@ -218,15 +219,13 @@ def identify(
     with Transaction() as files:
         if output is not None:
             text = new_preset(preset, result.string.name, result, recordings, resonances)
-            files.write(output, text.encode())
+            files.write_text(output, text)
         if json_file is not None:
-            files.write(json_file, identified_json(result, resonances).encode())
+            files.write_text(json_file, identified_json(result, resonances))
         if csv_file is not None:
-            files.write(csv_file, partials_csv(result).encode())
+            files.write_text(csv_file, partials_csv(result))
     click.echo(table(result) + (neck_table(fit) if fit else ""), nl=False)
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
     left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""
-    click.echo(
-        f"string {result.string.name}: {count} partials from {notes} note{'s' * (notes != 1)}{left}{written}", err=True
-    )
+    say(f"string {result.string.name}: {count} partials from {notes} note{'s' * (notes != 1)}{left}{written}")

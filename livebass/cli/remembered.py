@@ -108,12 +108,12 @@ def _checked(data: dict[str, Any]) -> Remembered:
 
 
 def save(path: Path, remembered: Remembered) -> None:
-    """Writes the file, whole or not at all. Raises OutputError."""
+    """Writes the file, whole or not at all. Raises OutputError, and ValueError for a name that is not UTF-8."""
     from livebass.files import Transaction
 
     with Transaction() as files:
         files.directory(path.parent)
-        files.write(path, remembered.text().encode())
+        files.write_text(path, remembered.text())
 
 
 def forget(path: Path) -> None:
@@ -130,7 +130,12 @@ def forget(path: Path) -> None:
 
 
 def _toml(value: str | float) -> str:
-    """A value as TOML has it: text with what is not printable, quotes and backslashes escaped."""
+    """A value as TOML has it: text with what is not printable, quotes and backslashes escaped.
+
+    Raises ValueError for a name whose bytes are no UTF-8, as TOML is.
+    """
     if not isinstance(value, str):
         return repr(value)
+    if any("\ud800" <= c <= "\udfff" for c in value):
+        raise ValueError(f"{value}: is not UTF-8, and settings are")
     return '"' + "".join(c if c.isprintable() and c not in '"\\' else f"\\U{ord(c):08x}" for c in value) + '"'

@@ -17,7 +17,7 @@ import click
 
 from livebass.cli.effects import effects_options
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.hands import Hands, hands_options, loader
+from livebass.cli.hands import Hands, Loader, hands_options
 from livebass.cli.options import PATH, file_option, preset_option, quality_option
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_options
@@ -69,7 +69,7 @@ GROUPS = {
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@click.argument("midi", required=False, type=click.Path(path_type=Path))
+@click.argument("midi", required=False, type=PATH)
 @click.option("--note", type=NOTE, help="Play one note instead of a MIDI file: G2, C#1, 43.")
 @click.option(
     "--demo",
@@ -177,7 +177,7 @@ def render(
       livebass render song.mid --normalize -16
       livebass render --note E1 -o - | aplay
     """
-    load = loader(rest)
+    load = Loader(rest)
     options = Options(**rest)
     source = click.get_current_context().get_parameter_source("gain")
     if options.normalize is not None and source is click.core.ParameterSource.COMMANDLINE:
@@ -193,7 +193,7 @@ def render(
             raise click.UsageError("--list needs a MIDI file")
         from livebass.cli.song import parts_table
 
-        click.echo(parts_table(midi, channel, preset, load))
+        click.echo(parts_table(midi, channel, preset, load, render))
         return
     if directory is not None:
         if output is not None or preset is not None:
@@ -205,12 +205,16 @@ def render(
     ending = options.format or "wav"
     if midi is not None:
         from livebass.cli.song import remarks
+        from livebass.cli.taken import with_loaded
         from livebass.score.reading import read_score
 
         output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
         score = read_score(midi, options.rate, channel)
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
+        loaded: Callable[[str], Instrument] = load
+        if preset is None:
+            score, loaded = with_loaded(score, load, DEFAULT_PRESET, render)
         for remark in remarks(score, preset, DEFAULT_PRESET):
             say(f"{midi}: {remark}")
     elif note is not None:
@@ -222,7 +226,7 @@ def render(
     if score is not None and preset is None:
         from livebass.cli.song import basses_of
 
-        bass, basses = basses_of(score, DEFAULT_PRESET, load)
+        bass, basses = basses_of(score, DEFAULT_PRESET, loaded)
     else:
         bass, basses = load(preset or DEFAULT_PRESET), None
     bass = ready_for(demo, bass)

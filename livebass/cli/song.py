@@ -8,7 +8,9 @@ from pathlib import Path
 import click
 import numpy as np
 
+from livebass.cli.hands import Loader
 from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.taken import shown, with_loaded
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
@@ -16,18 +18,25 @@ from livebass.report.text import columns
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import LEAST_RATE, NOTE_ON, Score
-from livebass.units import note_name
+from livebass.units import note_name, one_line
+
+
+def programs_of(score: Score) -> dict[int, str]:
+    """The presets that programs, from 0, choose in a score: those that a take names, or else General MIDI's."""
+    if score.basses:
+        return {bass.program: bass.preset for bass in score.basses}
+    return {number - 1: name for number, name in PROGRAMS.items()}
 
 
 def preset_of(score: Score | None, usual: str) -> str:
-    """The preset for the General MIDI program that a file begins with, or the usual one."""
-    program = score.program if score is not None else None
-    return usual if program is None else PROGRAMS.get(program + 1, usual)
+    """The preset that a file begins with, by its program or as a take names it, or the usual one."""
+    return usual if score is None or score.program is None else programs_of(score).get(score.program, usual)
 
 
 def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tuple[Instrument, dict[int, Instrument]]:
     """The bass that a file begins with, and those that its program changes choose, by program from 0."""
-    names = {program: PROGRAMS[program + 1] for _, program in score.changes if program + 1 in PROGRAMS}
+    known = programs_of(score)
+    names = {program: known[program] for _, program in score.changes if program in known}
     first = preset_of(score, usual)
     basses = {name: load(name) for name in dict.fromkeys([first, *names.values()])}
     return basses[first], {program: basses[name] for program, name in names.items()}
@@ -35,9 +44,10 @@ def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tu
 
 def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None]]:
     """(time s, program from 1, preset) of each change of bass in mid-file; a program that chooses none has None."""
+    known = programs_of(score)
     now, found = preset_of(score, usual), list[tuple[float, int, str | None]]()
     for frame, program in score.changes:
-        preset = PROGRAMS.get(program + 1)
+        preset = known.get(program)
         if preset is None or preset != now:
             found.append((frame / score.rate, program + 1, preset))
             now = preset or now
@@ -49,6 +59,8 @@ def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
     lines = list(score.remarks)
     if preset is not None:
         return lines
+    if score.basses:
+        return lines + _remarks_of_take(score, usual)
     none = f"chooses no bass, {min(PROGRAMS)} to {max(PROGRAMS)} do"
     first = preset_of(score, usual)
     if score.program is not None and score.program + 1 not in PROGRAMS:
@@ -62,6 +74,16 @@ def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
         elif program not in said:
             said.add(program)
             lines.append(f"program {program} at {seconds:.1f} s {none}: the bass before plays on")
+    return lines
+
+
+def _remarks_of_take(score: Score, usual: str) -> list[str]:
+    """Lines about the basses that a take names, but for one that would play it anyway."""
+    basses = {bass.program: bass for bass in reversed(score.basses)}
+    first = basses.get(-1 if score.program is None else score.program)
+    lines = [f"played on {shown(first)}"] if first and (first.preset != usual or first.given) else []
+    for seconds, program, _ in later_presets(score, usual):
+        lines.append(f"played on {shown(basses[program - 1])} from {seconds:.1f} s on")
     return lines
 
 
@@ -98,18 +120,22 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     return [text]
 
 
-def parts_table(midi: Path, channel: str | int, preset: str | None, load: Callable[[str], Instrument]) -> str:
+def parts_table(midi: Path, channel: str | int, preset: str | None, load: Loader, command: click.Command) -> str:
     """The parts of a MIDI file as a table: what was read of each, and whether `channel` would play it, and why.
 
     Switches are keys that switch on the bass that the file begins with. A last line says which basses play it, if
-    several do. `preset` is the one that was asked for; None: those that its programs choose.
+    several do. `preset` is the one that was asked for; None: those that the file chooses. `command`: the
+    one with the options.
     """
+    loaded: Callable[[str], Instrument] = load
     try:
         score: Score | None = read_score(midi, LEAST_RATE, channel)
+        if score and preset is None:
+            score, loaded = with_loaded(score, load, DEFAULT_PRESET, command)
     except ScoreError:  # no bass in it, or it cannot be read at all, as `read_parts` says
         score = None
     first = preset or preset_of(score, DEFAULT_PRESET)
-    bass = load(first)
+    bass = loaded(first)
     are_notes = score is not None and with_low_notes(score, bass).raised > 0
     parts = read_parts(midi, channel, () if are_notes else bass.switches)
     ports, banks = len({part.port for part in parts}) > 1, any(part.banks for part in parts)
@@ -136,6 +162,6 @@ def parts_table(midi: Path, channel: str | int, preset: str | None, load: Callab
         ))  # fmt: skip
     lines = columns(rows, left=len(rows[0]))
     later = [] if preset or not score else [place for place in later_presets(score, DEFAULT_PRESET) if place[2]]
-    if later:
+    if later or (score and score.basses):
         lines.append(", ".join([first, *(f"{name} from {seconds:.1f} s" for seconds, _, name in later)]))
-    return "\n".join(line.rstrip() for line in lines)
+    return "\n".join(one_line(line.rstrip()) for line in lines)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -104,7 +103,7 @@ def claims(
             with shown_progress("solving") as progress:
                 results = check(wanted, workers, progress, plucks)
             for path, kind in texts:
-                files.write(path, WRITERS[kind](results).encode())
+                files.write_text(path, WRITERS[kind](results))
     finally:  # neither a closed pipe loses the files nor a full disk the table
         if results:
             click.echo(table(results))
@@ -263,7 +262,6 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
             yield f"on {scheduler}", compute
         return
     have_kernels()  # compiled here, not by every process
-    say = functools.partial(click.echo, err=True)
     where = f"with {workers} process{'es' * (workers != 1)}"
     yield where, lambda points: computed(points, workers, say)
 

@@ -19,7 +19,7 @@ from livebass.comparison.ringing import OCTAVES
 from livebass.comparison.rows import ALL, BANDS, HARD, ROWS, SOFT
 from livebass.comparison.summary import same_pitch
 from livebass.report.page import html_page
-from livebass.report.picture import figure, image
+from livebass.report.picture import figure, image, shown_text
 from livebass.units import cents, note_name
 
 MOST = 4  # basses in a picture
@@ -93,7 +93,7 @@ def _pitch(shown: Sequence[Compared], pitch: float) -> tuple[bytes, str]:
     for row, when in enumerate((SOFT, HARD)):
         for column, each in enumerate(shown):
             ax = axes[row][column]
-            ax.set_title(f"{when}: {each.bass.title}", fontsize=8)
+            ax.set_title(shown_text(f"{when}: {each.bass.title}"), fontsize=8)
             found = [n for n in each.bass.dynamic(when) if same_pitch(n.pitch, pitch)]
             if not found:
                 ax.text(0.5, 0.5, "no such note", ha="center", va="center", transform=ax.transAxes, fontsize=8)
@@ -122,7 +122,7 @@ def _levels(shown: Sequence[Compared]) -> tuple[bytes, str]:
             levels = [_level(n.sound[attack(n.sound, n.rate) :], n.rate) for n in notes]
             length = min(map(len, levels))
             middle = np.median([level[:length] for level in levels], axis=0)
-            ax.plot(np.arange(length) * STEP, middle, color=colour, label=each.bass.title)
+            ax.plot(np.arange(length) * STEP, middle, color=colour, label=shown_text(each.bass.title))
         ax.set_title(f"level, {when} notes", fontsize=9)
         ax.set_xlabel("s")
         ax.set_ylim(-45, 2)
@@ -148,7 +148,7 @@ def _decays(shown: Sequence[Compared]) -> tuple[bytes, str]:
                    color=colour, alpha=0.25, linewidths=0)  # fmt: skip
         middles = [low * math.sqrt(2) for low in OCTAVES[:-1]]
         t60 = [each.figures[f"t60_{low:.0f}", ALL].value for low in OCTAVES[:-1]]
-        ax.plot(middles, t60, "o-", color=colour, label=each.bass.title)
+        ax.plot(middles, t60, "o-", color=colour, label=shown_text(each.bass.title))
     real = {row.key: row.real for row in ROWS}
     for low, high in pairwise(OCTAVES):
         limits = real[f"t60_{low:.0f}"]
@@ -168,7 +168,7 @@ def _bands(shown: Sequence[Compared]) -> tuple[bytes, str]:
     for ax, when in zip(drawn.subplots(1, 2, sharey=True), (SOFT, HARD), strict=True):
         for colour, each in zip(COLOURS, shown, strict=False):
             values = [f.value if (f := each.figures.get((key, when))) else math.nan for key in BAND_KEYS]
-            ax.plot(place, values, "o-", color=colour, label=each.bass.title)
+            ax.plot(place, values, "o-", color=colour, label=shown_text(each.bass.title))
         for k, key in enumerate(BAND_KEYS):
             limits = real[key, when]
             if limits:

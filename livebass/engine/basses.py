@@ -36,17 +36,14 @@ class Basses(Playing):
     def __init__(self, first: Engine, basses: Mapping[int, Instrument]) -> None:
         """`basses` by program, from 0; of other programs nothing changes. [main thread]
 
-        Raises ValueError for a bass that cannot be played at the rate of `first`, and one with more or fewer strings.
+        There are as many `strings` as the bass with most of them has; those of the others come first. Raises
+        ValueError for a bass that cannot be played at the rate of `first`.
         """
-        self.rate, self.workers, self.strings, self.frame = first.rate, first.workers, first.strings, 0
+        self.rate, self.workers, self.frame = first.rate, first.workers, 0
+        self.strings = max([first.strings, *(len(bass.strings) for bass in basses.values())])
         self._seed, self._basses = first.seed, basses
         self._prepared = {id(first.instrument): first}
         for bass in basses.values():
-            if len(bass.strings) != self.strings:
-                raise ValueError(
-                    f"{bass.name} has {len(bass.strings)} strings, {first.instrument.name} {self.strings}: "
-                    "the basses of one score have the same number"
-                )
             if id(bass) not in self._prepared:
                 self._prepared[id(bass)] = Engine(bass, first.quality, first.rate, first.seed, first.workers)
         self._members = [_Member(first, 0)]  # the one that plays first
@@ -102,7 +99,7 @@ class Basses(Playing):
                 sound *= shape
                 own = own if own is None else single(own * shape)
                 floor = None if floor is None else floor * shape
-            out[:, first:] += sound
+            out[: len(sound), first:] += sound
             if floor is not None:
                 self.floor = np.zeros(count) if self.floor is None else self.floor
                 self.floor[first:] += floor

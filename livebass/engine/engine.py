@@ -60,6 +60,7 @@ class Playing(ABC):
 
     rate: int  # Hz
     workers: int  # threads
+    strings: int
     frame: int  # the next to be computed
     floor: NDArray[np.float64] | None = None  # (count,): that of the last block; None: the bass has none
 
@@ -176,7 +177,7 @@ class Engine(Playing):
         [main thread]
         """
         checked_rate(rate)
-        self.instrument, self.rate = instrument, rate
+        self.instrument, self.rate, self.strings = instrument, rate, len(instrument.strings)
         self.quality = quality = quality.for_contact(instrument.loss, instrument.over_board)
         coarse = self.coarse and self.coarse.for_contact(instrument.loss, instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
@@ -209,10 +210,6 @@ class Engine(Playing):
         other = copy.copy(self)
         other._begin(seed)
         return other
-
-    @property
-    def strings(self) -> int:
-        return len(self.voices)
 
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
         self.play_messages(frames, messages)

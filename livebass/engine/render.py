@@ -91,7 +91,8 @@ def render_to_file(
     string, is bitwise the mix, if the bass has no effects: these are heard in the mix alone. `normalize` is the
     integrated loudness (LUFS) to give the mix, in place of `gain_db`, as far as its peak stays below CEILING; the sound
     goes through a temporary file. `tail` s are played after the last event (None: until the strings are still).
-    `basses`, by General MIDI's program from 0, are those that program changes of the score choose; by default none do.
+    `basses`, by program from 0, are those that program changes of the score choose; by default none do. Stems need
+    basses with as many strings.
     `progress` is called with the fraction done. With `files` given, the files appear when that transaction ends. The
     same arguments give the same bytes on the same kind of processor.
     Raises ValueError, OutputError, RenderError. [main thread]
@@ -106,6 +107,9 @@ def render_to_file(
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
     score = with_low_notes(score, instrument)
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
+    counts = sorted({len(bass.strings) for bass in (instrument, *(basses or {}).values())})
+    if paths and len(counts) > 1:
+        raise ValueError(f"{out}: its basses have {' and '.join(map(str, counts))} strings: leave out --stems")
     for path in (out, *paths):
         checked_place(path)  # now, not after seconds of work
     meter = None if normalize is None else LoudnessMeter(rate)
@@ -165,11 +169,12 @@ def render_to_array(
 
     It is what the strings sound like: effects of the bass, which work on their mix, are left out.
 
-    `basses`, by General MIDI's program from 0, are those that program changes of the score choose.
+    `basses`, by program from 0, are those that program changes of the score choose. There are as many rows as the bass
+    with most strings has.
     """
     score = with_low_notes(score, instrument)
-    blocks = _player(instrument, score, quality, seed, basses).play(score, tail)
-    return np.concatenate([np.zeros((len(instrument.strings), 0)), *blocks], axis=1)
+    player = _player(instrument, score, quality, seed, basses)
+    return np.concatenate([np.zeros((player.strings, 0)), *player.play(score, tail)], axis=1)
 
 
 def _player(

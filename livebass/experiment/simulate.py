@@ -171,7 +171,7 @@ def _write(files: Transaction, directory: Path, solved: Solved, found: dict[str,
     writer.close()
     contacts = solved.contacts
     rows = zip(contacts.time_s.tolist(), contacts.fret.tolist(), solved.contact_place.tolist(), strict=True)
-    files.write(table, csv_text(("time_s", "fret", "position_m"), rows).encode())
+    files.write_text(table, csv_text(("time_s", "fret", "position_m"), rows))
     arrays = io.BytesIO()
     across: dict[str, Any] = {}
     if motion.across_m is not None:

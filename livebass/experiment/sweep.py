@@ -26,7 +26,7 @@ from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, p
 from livebass.experiment.quantities import QUANTITIES, Quantity
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.model.quality import QUALITIES, Quality
-from livebass.report.picture import figure, image
+from livebass.report.picture import figure, image, shown_text
 from livebass.report.text import csv_text, json_text, plain
 
 Results = dict[str, dict[str, float]]  # by digest
@@ -199,11 +199,11 @@ def write(
 ) -> None:
     """Write table, pictures (none, or as `PICTURES`) and JSON at once, in place of those of an earlier sweep."""
     with Transaction() as files:
-        files.write(directory / TABLE, text.encode())
+        files.write_text(directory / TABLE, text)
         for name, data in zip(PICTURES, pictures, strict=False):
             files.write(directory / name, data)
         if file is not None:
-            files.write(file, json_text(description, indent=2).encode())
+            files.write_text(file, json_text(description, indent=2))
     for name in PICTURES if not pictures else ():
         (directory / name).unlink(missing_ok=True)
 
@@ -256,7 +256,7 @@ def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title
             _curve(row[0], wide[0], quantity, each)
         else:
             _maps(drawn, row, wide, quantity, each)
-    drawn.suptitle(title, fontsize="medium")
+    drawn.suptitle(shown_text(title), fontsize="medium")
     return image(drawn), image(drawn, "svg", dpi=100)
 
 

@@ -236,8 +236,8 @@ def export_sfz(pack: Pack, directory: Path, progress: Progress | None = None) ->
             frames += len(sound)
             done()
         with Transaction() as files:
-            files.write(new / f"{pack.name}.sfz", sfz_text(pack, stored).encode())
-            files.write(new / LICENCE_FILE, LICENCE.encode())
+            files.write_text(new / f"{pack.name}.sfz", sfz_text(pack, stored))
+            files.write_text(new / LICENCE_FILE, LICENCE)
         size = sum(file.stat().st_size for file in new.rglob("*") if file.is_file())
     return PackReport(directory / f"{pack.name}.sfz", len(stored), frames / rate, size)
 

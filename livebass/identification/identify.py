@@ -47,7 +47,7 @@ from livebass.preset.keys import quoted
 from livebass.preset.load import load_preset, preset_source
 from livebass.preset.source import PresetError
 from livebass.report.text import columns, csv_text, json_text, plain
-from livebass.units import cents, note_name, note_number
+from livebass.units import cents, note_name, note_number, one_line
 
 PITCHES = (25.0, 500.0)  # Hz, if neither note nor string is given
 SEMITONE = 2 ** (1 / 12)
@@ -586,7 +586,7 @@ def new_preset(
         raise PresetError(f"{label}: like = {quoted(document['like'])}: {why}")
     target: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
     s = result.string
-    files = ", ".join("".join(c for c in p.name if c.isprintable()) for p in sources)
+    files, rest = ", ".join(one_line(p.name) for p in sources), one_line(label)
     for name in ("core_diameter", "core_modulus", "stiffness_ratio", "extra_damping", "extra_damping_slope"):
         target.pop(name, None)
 
@@ -598,8 +598,8 @@ def new_preset(
         target.value.body.extend((None, item) for item in below)
     if result.onset is not None:
         _put_onset(document, load_preset(base), old, result.onset)
-    document["description"] = f"String {old} identified from {files}; the rest is {label}"[:500]
-    head = f"# String {old} is identified from {files}, where marked so. The rest is {label}.\n"
+    document["description"] = f"String {old} identified from {files}; the rest is {rest}"[:500]
+    head = f"# String {old} is identified from {files}, where marked so. The rest is {rest}.\n"
     done = head + tomlkit.dumps(document)
     parsed = tomllib.loads(done)
     Builder("the identified preset").instrument(parsed)

@@ -26,8 +26,10 @@ from numpy.lib.stride_tricks import sliding_window_view
 from livebass.analysis.motion import t60
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Floats
+from livebass.audiofile import sound_name
 from livebass.identification.esprit import WIDTH, Component, band, components, shortest
 from livebass.identification.lines import LEAST_DAMPING, Decay, Line, decay, envelope
+from livebass.units import one_line
 
 LONGEST = 1200.0  # s of recording
 RATES = (8_000, 400_000)  # Hz
@@ -71,8 +73,7 @@ class Take:
     @property
     def place(self) -> str:
         """File and time, for a sentence."""
-        name = "".join(c for c in self.name if c.isprintable())
-        return f"{name}: the note at {self.start_s:.2f} s"
+        return f"{one_line(self.name)}: the note at {self.start_s:.2f} s"
 
 
 def read_recording(path: Path, channel: int | None = None) -> Recording:
@@ -86,12 +87,12 @@ def read_recording(path: Path, channel: int | None = None) -> Recording:
         if not stat.S_ISREG(kind):
             what = "a directory" if stat.S_ISDIR(kind) else "not a regular file"
             raise RecordingError(f"{name}: is {what}; a recording is a sound file")
-        info = soundfile.info(name)
+        info = soundfile.info(sound_name(path))
         if not RATES[0] <= info.samplerate <= RATES[1]:
             raise RecordingError(f"{name}: rate {info.samplerate} Hz: allowed are {RATES[0]} to {RATES[1]} Hz")
         if info.frames > LONGEST * info.samplerate:
             raise RecordingError(f"{name}: {info.duration}: allowed are up to {LONGEST / 60:g} minutes")
-        sound, rate = soundfile.read(name, dtype="float64", always_2d=True)
+        sound, rate = soundfile.read(sound_name(path), dtype="float64", always_2d=True)
     except soundfile.LibsndfileError as error:
         raise RecordingError(f"{name}: cannot be read as sound: {error.error_string}") from None
     except FileNotFoundError:

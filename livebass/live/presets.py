@@ -10,7 +10,7 @@ import logging
 import os
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 
@@ -22,6 +22,7 @@ from livebass.preset.load import load_preset, preset_names
 from livebass.preset.programs import PROGRAMS
 
 LOG = logging.getLogger("livebass.live.session")
+NONE: Mapping[int, str] = {}
 NICENESS = 10  # of the thread that prepares basses: sound comes first
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt ...
 LARGE = 1 << 20  # ... in bytes: with less, to prepare a bass takes longer, up to 40 %
@@ -31,13 +32,16 @@ class PresetSwitch:
     """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
 
     def __init__(
-        self, synth: Synth, preset: str, quality: Quality | None, load: Callable[[str], Instrument] = load_preset
-    ) -> None:
+        self, synth: Synth, preset: str, quality: Quality | None, load: Callable[[str], Instrument] = load_preset,
+        programs: Mapping[int, str] = NONE,
+    ) -> None:  # fmt: skip
         """`preset`, a name or path, and `quality` are those of the bass that plays; `load` loads the next ones.
 
-        A quality of None is the one that the machine carries.
+        A quality of None is the one that the machine carries. `programs`, from 0, choose presets, and before General
+        MIDI's do.
         """
         self.synth, self.load = synth, load
+        self.programs = {number - 1: name for number, name in PROGRAMS.items()} | dict(programs)
         self.qualities: dict[str, Quality | None] = {AUTO: None, **QUALITIES}
         if quality is not None:
             self.qualities[quality.name] = quality
@@ -114,7 +118,7 @@ class PresetSwitch:
         count, number = self.synth.program
         if count != self._programs:
             self._programs = count
-            name = PROGRAMS.get(number + 1)
+            name = self.programs.get(number)
             if name is not None:
                 self.wanted = name, self.wanted[1]
             elif number not in self._unknown:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import io
 import logging
+import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Self
 
@@ -16,8 +18,10 @@ from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.live.synth import LiveBass, Synth
 from livebass.preset.programs import program_of
+from livebass.preset.source import is_path
 from livebass.score.reading import TAKE
 from livebass.score.score import PROGRAM
+from livebass.score.takes import text_of
 
 LOG = logging.getLogger(__name__)
 
@@ -147,26 +151,28 @@ class Recorder(Take):
 
 MOST_TICKS = 0x7FFF  # a quarter note, in a MIDI file
 MICROSECONDS = 1_000_000  # in a second
+Given = Callable[[str], Mapping[str, str]]  # the options that change a preset, by name
 FINGER = 34  # General MIDI's program, counted from 1, of a bass that has none
 
 
 class MidiRecorder(Take):
     """`with MidiRecorder(path, synth, preset) as take:` writes the messages that the synth plays as a MIDI file.
 
-    The file begins with the program that chooses `preset`, so that `livebass render` plays it on the same bass; another
-    preset in mid-take is another program there, at the frame from which on its bass has played. A tick is a frame, and
-    a text says that it is a take, which `read_score` leaves as it is: at the same rate it renders as it sounded. Call
-    `take.turn()` often; leaving the block writes the file, after an exception too; after `discard` there is none.
-    Raises OutputError if no file can be written at `path`.
+    The file begins with a text that names `preset` and the options `given` for it, so that `livebass render` plays the
+    same bass, and with a program for other software; another preset in mid-take is another text and program there, at
+    the frame from which on its bass has played. A tick is a frame, and one more text says that it is a take, which
+    `read_score` leaves as it is: at the same rate it renders as it sounded. Call `take.turn()` often; leaving the block
+    writes the file, after an exception too; after `discard` there is none. Raises OutputError if no file can be
+    written at `path`.
     """
 
-    def __init__(self, path: Path, synth: Synth, preset: str) -> None:
-        self.path, self.synth, self.rate = path, synth, synth.rate
+    def __init__(self, path: Path, synth: Synth, preset: str, given: Given = lambda preset: {}) -> None:
+        self.path, self.synth, self.rate, self.given = path, synth, synth.rate, given
         self.kept: Path | None = None  # the file, once it is in its place
         self.short: str | None = None  # why there is no file
         checked_place(path)
-        # (tick, status, first, second); those of PROGRAM are the presets'
-        self._played: list[tuple[int, int, int, int]] | None = [(0, PROGRAM, _program(preset), 0)]
+        self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
+        self._basses = [(0, preset)]  # (tick, preset)
         self._coming: list[tuple[str, LiveBass]] = []  # presets chosen, whose basses have not begun
         synth.keep_messages()
 
@@ -192,7 +198,7 @@ class MidiRecorder(Take):
             for preset, bass in self._coming.copy():
                 if bass.began is not None:
                     self._coming.remove((preset, bass))
-                    self._played.append((self._tick(bass.began), PROGRAM, _program(preset), 0))
+                    self._basses.append((self._tick(bass.began), preset))
             for frame, status, first, second in self.synth.played():
                 if 0x80 <= status < 0xF0 and status & 0xF0 != PROGRAM:
                     self._played.append((self._tick(frame), status, first, second))
@@ -211,22 +217,26 @@ class MidiRecorder(Take):
         synth.keep_messages()
 
     def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
-        """A MIDI file of type 0, with the presets' programs on all channels that were played."""
+        """A MIDI file of type 0, with the presets and their programs, on all channels that were played."""
         beats = 2
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
         track.append(mido.MetaMessage("text", text=TAKE))
-        channels = sorted({status & 0x0F for _, status, *_ in played if status != PROGRAM})
+        channels = sorted({status & 0x0F for _, status, *_ in played})
+        events: list[tuple[int, mido.Message | mido.MetaMessage]] = []
+        for tick, preset in self._basses:
+            named = os.path.abspath(preset) if is_path(preset) else preset
+            events.append((tick, mido.MetaMessage("text", text=text_of(named, self.given(preset)))))
+            events += [(tick, mido.Message("program_change", channel=c, program=_program(preset))) for c in channels]
+        for tick, status, first, second in played:
+            data = [status, first] if status & 0xF0 == 0xD0 else [status, first, second]
+            events.append((tick, mido.Message.from_bytes(data)))
         last = 0
-        for tick, status, first, second in sorted(played, key=lambda m: (m[0], m[1] != PROGRAM)):
-            if status == PROGRAM:
-                messages = [[PROGRAM | channel, first] for channel in channels]
-            else:
-                messages = [[status, first] if status & 0xF0 == 0xD0 else [status, first, second]]
-            for data in messages:
-                track.append(mido.Message.from_bytes(data, time=max(tick - last, 0)))
-                last = max(tick, last)
+        for tick, message in sorted(events, key=lambda event: event[0]):
+            message.time = max(tick - last, 0)
+            track.append(message)
+            last = max(tick, last)
         end = self._tick(self.synth.frame)  # notes still held last until here
         track.append(mido.MetaMessage("end_of_track", time=max(end - last, 0)))
         file = io.BytesIO()

@@ -72,7 +72,9 @@ class Settings:
     gain: float = 1.0
     record: Path | None = None
     record_midi: Path | None = None
+    given: Callable[[str], Mapping[str, str]] = lambda preset: {}  # the options that change a preset, for the take
     read: Callable[[int], Score] | None = None  # returns the score to play at a rate
+    programs: Mapping[int, str] = field(default_factory=dict)  # presets that programs of the score choose, from 0
     keyboard: bool = True  # play from the computer keyboard
     midi_if_there: bool = False  # without the port `midi`, play as if none had been named
     client: str = "livebass"  # name of the JACK client
@@ -148,13 +150,14 @@ class Session:
             recorder = Recorder(settings.record, synth) if settings.record else None
             if recorder:
                 ends.callback(recorder.discard)
-            messages = MidiRecorder(settings.record_midi, synth, settings.preset) if settings.record_midi else None
-            if messages:
+            messages = None
+            if settings.record_midi:
+                messages = MidiRecorder(settings.record_midi, synth, settings.preset, settings.given)
                 ends.callback(messages.discard)
             synth.switch_to(coming.pop().result())
             self.start_helpers(synth)
             ends.callback(lambda: self.output.synth.stop_helpers())
-            presets = PresetSwitch(synth, settings.preset, settings.quality, settings.load)
+            presets = PresetSwitch(synth, settings.preset, settings.quality, settings.load, settings.programs)
             ends.callback(presets.close)
             osc = self._control_socket(presets)
             if osc:

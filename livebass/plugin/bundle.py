@@ -44,7 +44,8 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
 
 def checked_name(name: str) -> str:
     """Returns the short name of an instrument. Raises ValueError for one that does not fit."""
-    if not 1 <= len(name.encode()) <= LONGEST_NAME or set(name) & set('/\\"<>{}|^`\n\r ') or not name.isprintable():
+    fits = name.isprintable() and not set(name) & set('/\\"<>{}|^` ') and 1 <= len(name.encode()) <= LONGEST_NAME
+    if not fits:
         raise ValueError(f"instrument {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
     return name
 

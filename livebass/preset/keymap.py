@@ -23,7 +23,7 @@ from livebass.model.keymap import KEYS, MAPS, MODO, KeyMap
 from livebass.preset.keys import nearest, quoted
 from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
 from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
-from livebass.units import note_number, pitch_name
+from livebass.units import note_number, one_line, pitch_name
 
 KEY_RULE = f"a key from 0 to {KEYS - 1}, or a list of them"
 CONTROLLER_RULE = f"a controller from 0 to {CHANNEL_MODES - 1} except 6, 38 and 96 to 101, or a list of them"
@@ -54,7 +54,7 @@ def keys_of_player(name_or_path: str, preset: str) -> KeyMap:
 def key_map_text(keys: KeyMap) -> str:
     """The text of a file with this key map, with what each entry does: to start one's own from."""
     lines = [
-        f"# The key map {keys.name}. C4 is key 60.",
+        f"# The key map {one_line(keys.name)}. C4 is key 60.",
         f"over_notes = {str(keys.over_notes).lower()}  # true: keys switch although the bass has their notes",
     ]
     strings = [(pitch_name(value), key) for key, name, value in keys.keys if name == "string"]

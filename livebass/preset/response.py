@@ -7,6 +7,7 @@ import stat
 
 import numpy as np
 
+from livebass.audiofile import sound_name
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Response
 from livebass.preset.source import PresetError
@@ -28,7 +29,7 @@ def load_response(path: str | os.PathLike[str]) -> Response:
         if not stat.S_ISREG(found):
             what = "a directory" if stat.S_ISDIR(found) else "not a regular file"
             raise PresetError(f"{name}: is {what}; a response is a sound file")
-        with soundfile.SoundFile(name) as file:
+        with soundfile.SoundFile(sound_name(name)) as file:
             rate = file.samplerate
             _check(name, rate, file.channels, file.frames)
             samples = file.read(dtype="float64")

@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from livebass.extras import install
+from livebass.units import one_line
 
 DPI = 110
 CHANGING = {"png": "Software", "svg": "Date"}  # metadata that would differ between two files of the same figure
@@ -25,6 +26,11 @@ def check_installed(what: str, extras: str, modules: Iterable[str], after: str =
             importlib.import_module(module)
         except ImportError:
             raise LookupError(f"{what} needs {module.partition('.')[0]}: {install(extras)}{after}") from None
+
+
+def shown_text(text: str) -> str:
+    """`text`, in which there may be names, for a figure: one line, and no formula between two $."""
+    return one_line(text).replace("$", r"\$")
 
 
 def figure(width: float, height: float) -> Any:

@@ -59,6 +59,7 @@ class Lines:
     end: int  # frame
     zone: frozenset[int] = frozenset()  # lines that are one instrument
     remarks: tuple[str, ...] = ()
+    marks: tuple[tuple[int, str], ...] = ()  # (frame, text) of a take: which bass plays from there on
 
     def notes(self, events: list[Event]) -> list[Note]:
         """The notes among `events`, with the programs that they have.
@@ -177,6 +178,7 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
     found = Lines(lines, events, exclusive, end)
     if take:
         found.zone = frozenset(range(len(lines)))
+        found.marks = tuple((frame(tick), text) for tick, text in smf.marks)
         return found
     found.zone, found.events = _zone(found)
     found.remarks = tuple(_tunings(smf))

@@ -19,6 +19,7 @@ from pathlib import Path
 from livebass.score.choosing import Choice, Part, Parts
 from livebass.score.lines import CHANNELS, Lines, Note, lines_of
 from livebass.score.score import LEAST_RATE, RELEASE, Event, Score, checked_rate, cleaned, note_off, score_from
+from livebass.score.takes import with_basses
 from livebass.smf import SmfError, message, parse_smf
 
 TAKE = "as played by livebass"  # text at the beginning of a file: it is left as it is
@@ -36,11 +37,11 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 
     `channel` "auto" takes the notes whose program is 33 to 40, counted from 1 (the General MIDI basses); if there are
     none, those of tracks called bass, else of a zone without a program, else of the only part that is no drums, or of
-    the lowest part without a program in a bass's range; of a take, which `livebass play` recorded, all. "all" takes
-    everything but drums; 1 to 16 takes that channel. Controllers are taken from the channels of these notes, and from
-    those of their zone: the channels that controller 126 gives to strings or RPN 6 to notes, which have the program of
-    any of them. Raises ScoreError if the file cannot be played, and ValueError for a rate or channel that is not
-    allowed.
+    the lowest part without a program in a bass's range; of a take, which `livebass play` recorded, all, and the
+    basses that it names. "all" takes everything but drums; 1 to 16 takes that channel. Controllers are taken from the
+    channels of these notes, and from those of their zone: the channels that controller 126 gives to strings or RPN 6 to
+    notes, which have the program of any of them. Raises ScoreError if the file cannot be played, and ValueError for a
+    rate or channel that is not allowed.
     """
     read = _read(path, rate, channel)
     if not read.choice.notes:
@@ -50,7 +51,7 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
     program, changes = _programs(events, notes, read.lines.zone)
     sent = [e for place, e in enumerate(events) if e.message.type != "program_change" or place in changes]
     score = score_from(_on_channels(sent, read.lines), Path(path).stem, rate, program, read.remarks)
-    return replace(score, file_end=read.lines.end, foreign=not read.take)
+    return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
 
 
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:

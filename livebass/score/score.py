@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import operator
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import NamedTuple
@@ -37,6 +37,16 @@ class Event(NamedTuple):
     line: int = 0  # a note ends by a note-off of its own line
 
 
+@dataclass(frozen=True)
+class TakenBass:
+    """A bass that a take names, from where it plays on."""
+
+    frame: int
+    program: int  # that chooses it in the score, from 0
+    preset: str  # a name or a path, which need not exist
+    given: Mapping[str, str]  # options of `livebass play` that changed it, by name, as on the command line
+
+
 @dataclass(frozen=True, eq=False)
 class Score:
     """The notes and controllers to play, as channel messages with times.
@@ -52,6 +62,7 @@ class Score:
     rate: int  # Hz
     program: int | None = None  # General MIDI's, counted from 0, that a file begins with; None: the file sets none
     remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
+    basses: tuple[TakenBass, ...] = ()  # of a take that names them: what `program` and the program changes choose
     file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
     foreign: bool = False  # read from a file that is no take of livebass: its low keys may be notes (low_keys.py)
     raised: int = 0  # notes that were too low, and have been moved up by octaves
@@ -63,9 +74,9 @@ class Score:
         return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
 
     def on_one_bass(self) -> Score:
-        """The score without its program changes."""
+        """The score without its program changes, and the basses that they choose."""
         kept = self.messages[:, 0] & 0xF0 != PROGRAM
-        return replace(self, frames=self.frames[kept], messages=self.messages[kept])
+        return replace(self, frames=self.frames[kept], messages=self.messages[kept], basses=())
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:

@@ -46,7 +46,7 @@ def write(directory: Path, study: Study, found: Findings, about: dict[str, Any])
             arrays = io.BytesIO()
             np.savez_compressed(arrays, **found.arrays)  # type: ignore[arg-type]
             files.write(directory / DATA, arrays.getvalue())
-        files.write(directory / SUMMARY, json_text(summary).encode())
+        files.write_text(directory / SUMMARY, json_text(summary))
     return summary
 
 
@@ -81,7 +81,7 @@ def _sound(files: Transaction, directory: Path, sound: Sound) -> dict[str, Any]:
 
 
 def _table(files: Transaction, directory: Path, table: Table) -> dict[str, Any]:
-    files.write(directory / f"{table.name}.csv", csv_text(table.columns, table.rows).encode())
+    files.write_text(directory / f"{table.name}.csv", csv_text(table.columns, table.rows))
     about = {"name": table.name, "caption": table.caption, "csv": f"{table.name}.csv"}
     return about | ({"columns": list(table.columns), "rows": plain(table.rows)} if table.shown else {})
 

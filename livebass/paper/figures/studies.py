@@ -169,7 +169,7 @@ def run_studies(
             "solutions": solutions, "studies": summaries, "wall_s": time.perf_counter() - began,
         }  # fmt: skip
         if json_file is not None:
-            files.write(json_file, json_text(result).encode())
+            files.write_text(json_file, json_text(result))
     return result
 
 

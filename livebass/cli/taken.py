@@ -1,0 +1,123 @@
+"""The basses that a take names: what `play` writes of them, and what `render` and `play` load for them.
+
+A take may come from anybody: its texts choose presets by name, preset files that there are, and values that the options
+of the command line allow.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from livebass.cli.hands import SOUND, Loader
+from livebass.cli.tuning import FILE
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+    from livebass.score.score import Score, TakenBass
+
+RESPONSES = (".wav", ".flac", ".ogg", ".aif", ".aiff")
+LONGEST_SHOWN = 200  # characters of a bass, in a line
+
+
+def told(options: Mapping[str, Any]) -> dict[str, str]:
+    """The options among `options` that change a bass, as a take tells them: as on the command line, paths whole."""
+    from livebass.preset.source import is_path
+
+    found = {name: value for name in SOUND if (value := options[name]) is not None and value is not False}
+    for name, value in found.items():
+        if name == "response" or (name == "keys" and is_path(value)):
+            found[name] = os.path.abspath(value)
+        elif isinstance(value, tuple):  # a curve
+            found[name] = ",".join(f"{x!r}:{y!r}" for x, y in value)
+    return {name: str(value) for name, value in found.items()}
+
+
+def with_loaded(
+    score: Score, load: Loader, usual: str, command: click.Command
+) -> tuple[Score, Callable[[str], Instrument]]:
+    """The score with basses that there are, and what loads a preset as the take has it.
+
+    In place of a bass that cannot be had plays the one of its program, or the `usual` one, and a remark says so.
+    `load` has the options of the command line, which go before those of the take; `command` has all of them.
+    """
+    if not score.basses:
+        return score, load
+    made: dict[str, Instrument] = {}
+    instead: dict[str, str] = {}
+    lines = list(score.remarks)
+    for bass in score.basses:
+        if bass.preset in made or bass.preset in instead:
+            continue
+        given, left_out = _given(bass, command)
+        try:
+            made[bass.preset] = load(_checked(bass.preset), given)
+            lines += left_out
+        except ValueError as error:
+            from livebass.preset.programs import PROGRAMS
+
+            instead[bass.preset] = PROGRAMS.get(bass.program + 1, usual)
+            lines.append(f"was played on {bass.preset}, {error}: {instead[bass.preset]} plays instead")
+    basses = tuple(
+        replace(bass, preset=instead[bass.preset], given={}) if bass.preset in instead else bass
+        for bass in score.basses
+    )
+
+    def loaded(preset: str) -> Instrument:
+        if preset not in made:
+            made[preset] = load(preset)
+        return made[preset]
+
+    return replace(score, basses=basses, remarks=tuple(lines)), loaded
+
+
+def shown(bass: TakenBass) -> str:
+    """A bass of a take with what was set, for a line."""
+    values = (name.replace("_", "-") if value == "True" else f"{name} {value}" for name, value in bass.given.items())
+    line = f"{bass.preset} ({', '.join(values)})" if bass.given else bass.preset
+    return line if len(line) <= LONGEST_SHOWN else f"{line[: LONGEST_SHOWN - 3]}..."
+
+
+def _checked(preset: str) -> str:
+    """`preset`, if it is a name or the whole path of a file. Raises ValueError, which says why it is none."""
+    from livebass.preset.load import laboratory_names, preset_names
+    from livebass.preset.source import is_path
+
+    if not is_path(preset):
+        if preset not in (*preset_names(), *laboratory_names()):
+            raise ValueError("which this livebass does not have")
+    elif not _is_file(preset, (".toml",)):
+        raise ValueError("which is not there" if preset.endswith(".toml") else "which is no preset file, .toml")
+    return preset
+
+
+def _is_file(path: str, endings: tuple[str, ...]) -> bool:
+    """True for the whole path of a file on this machine with one of the `endings`."""
+    whole = os.path.isabs(path) and not path.startswith(("//", "\\\\"))  # those name another machine
+    return whole and path.lower().endswith(endings) and Path(path).is_file()
+
+
+def _given(bass: TakenBass, command: click.Command) -> tuple[dict[str, Any], list[str]]:
+    """The options of a bass, as `command` takes them, and a line about each that it does not."""
+    from livebass.model.keymap import MAPS
+
+    kinds = {parameter.name: parameter for parameter in command.params if parameter.name in SOUND}
+    found, lines = dict[str, Any](), list[str]()
+    for name, value in bass.given.items():
+        try:
+            fits = {
+                "keys": value in MAPS or _is_file(value, (".toml",)),
+                "response": _is_file(value, RESPONSES),
+                "temperament": not FILE.search(value),  # a take has cents
+            }.get(name, name in kinds)
+            if not fits:
+                raise ValueError
+            found[name] = kinds[name].type.convert(value, kinds[name], None)
+        except (ValueError, click.UsageError):
+            lines.append(f"was played on {bass.preset} with {name} {value}, which is left out")
+    return found, lines

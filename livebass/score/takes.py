@@ -1,0 +1,77 @@
+"""The basses of a take: texts in its MIDI file, each at the place from which on its bass has played.
+
+A text is MARK and a JSON object: "preset", a name or a path, and the options of `livebass play` that changed the bass.
+What a text says is not believed here: any file may have one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from livebass.score.score import PROGRAM, Score, TakenBass
+from livebass.smf import MARK
+
+LONGEST = 1 << 16  # characters of a text
+LAST_PROGRAM = 127
+
+
+def text_of(preset: str, given: Mapping[str, str]) -> str:
+    """The text that names a bass, in ASCII: `preset` is a name or a path, `given` options by their names."""
+    return MARK + json.dumps({"preset": preset, **given})
+
+
+def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
+    """`score`, of a take, with the basses that its `texts` (frame, text) name, in place of its programs.
+
+    Each preset has a program of its own: that of the file, unless another one has it. A text that says nothing of use
+    becomes a remark; without any other, the score keeps its programs.
+    """
+    basses, remarks = list[TakenBass](), list(score.remarks)
+    programs: dict[str, int] = {}
+    for frame, text in texts:
+        told = _told(text)
+        program = None if told is None else programs.get(told[0], _program_at(score, frame, set(programs.values())))
+        if told is None or program is None:
+            remarks.append(f"a text at {frame / score.rate:.1f} s, which names no bass, is left out")
+        else:
+            programs[told[0]] = program
+            basses.append(TakenBass(frame, program, *told))
+    if not basses:
+        return replace(score, remarks=tuple(remarks))
+    kept = score.on_one_bass()
+    changes = basses[1:] if basses[0].frame == 0 else basses
+    places = np.searchsorted(kept.frames, [bass.frame for bass in changes])  # a bass plays what is at its frame
+    rows = np.array([(PROGRAM, bass.program, 0) for bass in changes], np.uint8).reshape(-1, 3)
+    return replace(
+        kept,
+        frames=np.insert(kept.frames, places, [bass.frame for bass in changes]),
+        messages=np.insert(kept.messages, places, rows, axis=0),
+        program=basses[0].program if basses[0].frame == 0 else score.program,
+        basses=tuple(basses),
+        remarks=tuple(remarks),
+    )
+
+
+def _told(text: str) -> tuple[str, dict[str, str]] | None:
+    """The preset and the options that a text tells; None if it does not."""
+    if len(text) > LONGEST:
+        return None
+    try:
+        told = json.loads(text.removeprefix(MARK))
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(told, dict) or not all(isinstance(value, str) for value in told.values()):
+        return None
+    preset = told.pop("preset", "")
+    return (preset, told) if preset else None
+
+
+def _program_at(score: Score, frame: int, taken: set[int]) -> int | None:
+    """The program that the file has at `frame`, or another one if it is `taken` or there is none; None: all are."""
+    there = [score.program, *(program for at, program in score.changes if at <= frame)][-1]
+    free = [program for program in range(LAST_PROGRAM, -1, -1) if program not in taken]
+    return there if there in free else next(iter(free), None)
