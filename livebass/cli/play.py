@@ -150,7 +150,7 @@ def play(**options: Any) -> None:
 
     Bass, tuning, capo, A, temperament, gain, devices and learned controllers are remembered until the next time.
     """
-    asked = {name: options[name] for name in SOUND}
+    command, asked = click.get_current_context().command, {name: options[name] for name in SOUND}
     hands, behind = Hands.taken(options), Behind.taken(options)
     if options["controllers"]:
         from livebass.cli.messages import controllers_text
@@ -200,7 +200,6 @@ def play(**options: Any) -> None:
         if options["preset"]:
             return score.on_one_bass()
         if score.basses:
-            command = click.get_current_context().command
             score, loaded = with_loaded(score, Loader(asked.copy()), DEFAULT_PRESET, command)
         return score
 

@@ -202,6 +202,7 @@ def render(
         return
 
     score: Score | None = None
+    loaded: Callable[[str], Instrument] = load
     ending = options.format or "wav"
     if midi is not None:
         from livebass.cli.song import remarks
@@ -212,7 +213,6 @@ def render(
         score = read_score(midi, options.rate, channel)
         if output.exists() and midi.exists() and os.path.samefile(midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
-        loaded: Callable[[str], Instrument] = load
         if preset is None:
             score, loaded = with_loaded(score, load, DEFAULT_PRESET, render)
         for remark in remarks(score, preset, DEFAULT_PRESET):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.quiet import without_noise
 
-from livebass import Quality, load_preset
+from livebass import Quality
 from livebass.arrays import Floats
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
@@ -55,6 +55,16 @@ def test_blocks_of_any_size_sound_the_same(size: int) -> None:
     assert np.allclose(played(messages, 60_000, size)[0], whole, rtol=0, atol=2e-9)
 
 
-def test_basses_of_one_score_have_as_many_strings() -> None:
-    with pytest.raises(ValueError, match="has 5 strings, Jazz bass, fingers 4: the basses of one score"):
-        Basses(Engine(JAZZ, LIGHT, RATE), {36: load_preset("five-string")})
+def test_a_bass_with_more_strings_comes_after_one_with_fewer() -> None:
+    """Its B string is the first of five; the E string of the bass before rings on until that plays an E."""
+    five = without_noise("five-string")
+    basses = Basses(Engine(JAZZ, LIGHT, RATE), {36: five})
+    messages = [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 23, 100)]
+    basses.send(np.array([m[0] for m in messages], np.int64), np.array([m[1:] for m in messages], np.uint8))
+    sound = basses.process(24_000)
+    alone, _ = played(LOW, 24_000, 24_000)
+    new = Engine(five, LIGHT, RATE)
+    new.send(np.array([0, 1000], np.int64), np.array([(0xB0, 64, 127), (0x90, 23, 100)], np.uint8))
+    assert sound.shape == (5, 24_000) and np.abs(alone[0, 9000:]).max() > 0.01
+    assert np.array_equal(sound[1:4, :8000], alone[1:, :8000])
+    assert np.allclose(sound[0, 8000:], alone[0, 8000:] + new.process(16_000)[0], rtol=0, atol=1e-12)

@@ -5,9 +5,11 @@ In all modes of the channels, with keys struck again before their note-off, rele
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import mido
 import numpy as np
@@ -16,12 +18,16 @@ from support.live import RATE, run_ahead
 
 from livebass import Quality, load_preset, read_score, render_to_array
 from livebass.arrays import Floats
+from livebass.cli.hands import SOUND, Loader
+from livebass.cli.render import render
 from livebass.cli.song import basses_of
+from livebass.cli.taken import with_loaded
 from livebass.engine.render import mixed, single
 from livebass.live.outputs import FakeDevice
 from livebass.live.parameters import NUMBERS
-from livebass.live.recording import MidiRecorder
+from livebass.live.recording import Given, MidiRecorder
 from livebass.live.synth import LiveBass, Synth
+from livebass.model.instrument import Instrument
 from livebass.score.reading import TAKE
 from livebass.score.score import PROGRAM, Score
 from livebass.techniques import LEARNED
@@ -38,23 +44,25 @@ MODES: dict[str, list[tuple[int, int, int]]] = {
 
 
 def live(
-    path: Path, messages: Sequence[Message], frames: int, size: int = 256, changes: Sequence[tuple[int, str]] = ()
-) -> tuple[Floats, Synth]:
+    path: Path, messages: Sequence[Message], frames: int, size: int = 256, changes: Sequence[tuple[int, str]] = (),
+    first: str = "jazz-finger", load: Callable[[str], Instrument] = load_preset, given: Given = lambda preset: {},
+) -> tuple[Floats, Synth]:  # fmt: skip
     """Plays messages live for so many frames and records them as a MIDI file at `path`; returns the sound.
 
-    `changes` are (frame, preset): the first block from there on begins with that bass.
+    It begins with the preset `first`. `changes` are (frame, preset): the first block from there on begins with that
+    bass. `load` loads them, as the options `given` say.
     """
     synth = Synth(RATE, adaptive=False)
     run_ahead(synth, "never")
-    synth.switch_to(LiveBass(load_preset("jazz-finger"), LIGHT, RATE))
+    synth.switch_to(LiveBass(load(first), LIGHT, RATE))
     device, heard, coming = FakeDevice(synth), [], list(changes)
-    with MidiRecorder(path, synth, "jazz-finger") as take:
+    with MidiRecorder(path, synth, first, given) as take:
         for frame, status, first, second in messages:
             assert synth.send(status, first, second, frame)
         while synth.frame < frames:
             synth.release_faded()
             if coming and coming[0][0] <= synth.frame:
-                bass = LiveBass(load_preset(coming[0][1]), LIGHT, RATE)
+                bass = LiveBass(load(coming[0][1]), LIGHT, RATE)
                 synth.switch_to(bass)
                 take.choose(coming.pop(0)[1], bass)
             heard.append(device.block(min(size, frames - synth.frame)))
@@ -65,7 +73,8 @@ def live(
 def rendered(score: Score, frames: int) -> Floats:
     """What `livebass render` makes of it, cut at full scale as the synth cuts."""
     tail = max(frames - score.end_frame, 0) / RATE + 0.1
-    first, basses = basses_of(score, "jazz-finger", load_preset)
+    score, load = with_loaded(score, Loader(dict.fromkeys(SOUND)), "jazz-finger", render)
+    first, basses = basses_of(score, "jazz-finger", load)
     sound = render_to_array(first, score, LIGHT, tail=tail, basses=basses)
     return np.clip(mixed(single(sound)), -1.0, 1.0)[:frames]
 
@@ -162,6 +171,7 @@ def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Pa
     sound, _ = live(tmp_path / "take.mid", messages, 100_000, 256, changes)
     score = read_score(tmp_path / "take.mid", RATE)
     assert score.changes == [(20_224, 36), (75_008, 35)] and score.program == 33
+    assert [(b.frame, b.preset) for b in score.basses] == [(0, "jazz-finger"), (20_224, "slap"), (75_008, "fretless")]
     again = rendered(score, len(sound))
     assert np.array_equal(sound[:20_224], again[:20_224])
     assert np.allclose(sound, again, rtol=0, atol=3e-7)
@@ -238,3 +248,45 @@ def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path
     new, usual = synth.bass.engine.performer[0], LiveBass(load_preset("slap"), LIGHT, RATE).engine.performer[0]
     for field in ("dynamics", "hand_damping", "unevenness", "placed", "ranged", "slapped", "tone"):
         assert new[field] != usual[field], field
+
+
+OWN = """
+like = "fretless"
+name = "Mine"
+tuning = "half-step-down"
+[[string]]
+name = "E"
+tension = "170 N"
+"""
+SET = {
+    "tuning": "drop-d", "capo": "2", "a4": "432.0", "temperament": "just", "keys": "modo-12", "wheel": "slide",
+    "velocity_curve": "1:1,64:90,127:127", "no_noise": "True",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("basses", [("mine", "six-string"), ("flatwound", "jazz-finger"), ("short-scale", "mine")])
+def test_a_take_of_basses_outside_general_midi_sounds_as_it_was_heard(tmp_path: Path, basses: tuple[str, str]) -> None:
+    """An own file and presets with as many strings and more, the first case as they are, the others with options.
+
+    For other software all of them have the same program, an electric bass.
+    """
+    mine = tmp_path / os.fsdecode(b"mine \xe9.toml")
+    mine.write_text(OWN)
+    first, second = (str(mine) if name == "mine" else name for name in basses)
+    given, asked = {}, dict[str, Any]()
+    if second != "six-string":
+        given = SET
+        asked = SET | {"velocity_curve": ((1.0, 1.0), (64.0, 90.0), (127.0, 127.0)), "capo": 2, "no_noise": True}
+    load = Loader(dict.fromkeys(SOUND) | asked)
+    messages: list[Message] = [(100 + 2500 * k, 0x90, 40 + k % 9, 50 + 5 * k) for k in range(9)]
+    messages += [(4000, 0xB0, 16, 20), (9000, 0xE0, 3, 100)]
+    change = [(12_000, second)]
+    sound, _ = live(tmp_path / "take.mid", sorted(messages), 25_000, 256, change, first, load, lambda preset: given)
+    score = read_score(tmp_path / "take.mid", RATE)
+    assert [(bass.preset, bass.given) for bass in score.basses] == [(first, given), (second, given)]
+    again = rendered(score, len(sound))
+    assert np.abs(sound).max() > 0.05 and np.array_equal(sound[:12_000], again[:12_000])
+    assert np.allclose(sound, again, rtol=0, atol=3e-7)
+    assert np.abs(sound - rendered(replace(score, basses=()), len(sound))).max() > 1e-3
+    programs = [m.program for m in mido.MidiFile(tmp_path / "take.mid").tracks[0] if m.type == "program_change"]
+    assert programs == [33, 33]
