@@ -138,28 +138,19 @@ def parts_table(midi: Path, channel: str | int, preset: str | None, load: Loader
     bass = loaded(first)
     are_notes = score is not None and with_low_notes(score, bass).raised > 0
     parts = read_parts(midi, channel, () if are_notes else bass.switches)
-    ports, banks = len({part.port for part in parts}) > 1, any(part.banks for part in parts)
-    heading = [
-        *["port"] * ports,
-        "channel",
-        "track",
-        *["bank"] * banks,
-        "program",
-        "notes",
-        "switches",
-        "range",
-        "played",
+    several = len({part.port for part in parts}) > 1
+    rows: list[tuple[str, ...]] = [
+        ("port", "channel", "track", "bank", "program", "notes", "switches", "range", "played", "")
     ]
-    rows = [(*heading, "")]
     for part in parts:
-        programs = " ".join(map(str, part.programs)) or "-"
         whole = part.chosen == part.notes
-        played = ("yes" if whole else f"{part.chosen} of them") if part.chosen else "no"
         rows.append((
-            *[str(part.port)] * ports, str(part.channel), part.name or "-",
-            *[" ".join(map(str, part.banks)) or "-"] * banks, programs, str(part.notes), str(part.switches or "-"),
-            part.range or "-", played, part.why,
+            str(part.port) if several else "", str(part.channel), part.name or "-", " ".join(map(str, part.banks)),
+            " ".join(map(str, part.programs)) or "-", str(part.notes), str(part.switches or ""), part.range or "-",
+            ("yes" if whole else f"{part.chosen} of them") if part.chosen else "no", part.why,
         ))  # fmt: skip
+    filled = [k for k in range(len(rows[0])) if not parts or any(row[k] for row in rows[1:])]
+    rows = [tuple(row[k] for k in filled) for row in rows]
     lines = columns(rows, left=len(rows[0]))
     later = [] if preset or not score else [place for place in later_presets(score, DEFAULT_PRESET) if place[2]]
     if later or (score and score.basses):

@@ -130,7 +130,7 @@ def test_what_is_said_of_a_good_file_is_one_line_too(fake: type[FakeEngine], run
     [
         (["render", "."], "is a directory"),
         (["render", "none.mid"], "No such file"),
-        (["render", "file.wav"], "not a Standard MIDI File"),  # and not the output, as which it would be taken
+        (["render", "file.wav"], "is a RIFF file, not a MIDI file"),  # and not the output, as which it would be taken
         (["render", "--note", "G2", "-o", "dir.wav"], "is a directory"),
         (["render", "--note", "G2", "-o", "none/out.wav"], "there is no directory"),
         (["render", "--note", "G2", "-o", "/dev/full", "--format", "wav"], "not a regular file"),

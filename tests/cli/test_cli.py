@@ -210,10 +210,12 @@ def test_key_switches_are_listed_and_notes_without_a_string_counted(run: Run, tm
     assert ": 1 note (0 transposed, 2 dropped)" in run("render", tmp_path / "six.mid", "-o", "six.wav", "-q", "live")[2]
     switch = b"\x00\x90\x0a\x64\x10\x80\x0a\x40"
     (tmp_path / "keys.mid").write_bytes(song(b"\x00\xc0\x21", switch, switch, NOTE, b"\x00\x90\x0c\x64"))
-    _, row, beside = cli_text(run, "render", tmp_path / "keys.mid", "--list").splitlines()
-    assert row.split() == ["1", "-", "34", "1", "E2", "yes"] and beside == "channel 1: 3 key switches beside"
-    listed = cli_text(run, "render", tmp_path / "keys.mid", "--list", "--keys", "modo-12").splitlines()
-    assert listed[1].split()[3:] == ["3", "A#-1", "to", "E2", "yes"] and listed[2] == "channel 1: 1 key switch beside"
+    head, row = cli_text(run, "render", tmp_path / "keys.mid", "--list").splitlines()
+    assert head.split() == ["channel", "track", "program", "notes", "switches", "range", "played"]
+    assert row.split() == ["1", "-", "34", "1", "3", "E2", "yes", "bass", "program"]
+    _, row = cli_text(run, "render", tmp_path / "keys.mid", "--list", "--keys", "modo-12").splitlines()
+    assert row.split()[3:8] == ["3", "1", "A#-1", "to", "E2"]
+    assert ", 3 key switches, " in run("render", tmp_path / "keys.mid", "-o", "keys.wav", "-q", "live")[2]
 
 
 def test_the_list_of_presets_has_their_programs(run: Run) -> None:
@@ -347,10 +349,10 @@ def test_a_file_is_listed(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (tmp_path / "piano.mid").write_bytes(song(b"\x00\xff\x03\x05Piano\x00\x90\x3c\x64\x10\x80\x3c\x00"))
     head, row = cli_text(run, "render", "song.mid", "--list").splitlines()
     assert head.split() == ["channel", "track", "program", "notes", "range", "played"]
-    assert row.split() == ["1", "-", "34", "2", "E1", "to", "E2", "yes"]
-    for options, played in (((), "no"), (("--channel", "1"), "yes")):
+    assert row.split() == ["1", "-", "34", "2", "E1", "to", "E2", "yes", "bass", "program"]
+    for options, why in (((), "the only part"), (("--channel", "1"), "as asked for")):
         row = cli_text(run, "render", "piano.mid", "--list", *options).splitlines()[1]
-        assert row.split() == ["1", "Piano", "-", "1", "C4", played]
+        assert row.split() == ["1", "Piano", "-", "1", "C4", "yes", *why.split()]
     assert sorted(p.name for p in tmp_path.iterdir()) == ["piano.mid", "song.mid"]
     status, _, err = run("render", "--note", "E1", "--list")
     assert_one_clear_line(status, err, (2,))
