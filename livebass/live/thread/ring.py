@@ -27,7 +27,7 @@ NOW = -1  # in place of a frame: as soon as possible
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
 NOTE_VIBRATO, NOTE_CUT, EFFECT = 7, 8, 9
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
-OF_CHANNEL = 0x1F
+NUMBER, OF_CHANNEL = 0xFF, 0x1F  # masks: of an event's number, and behind it of its channel
 
 
 @entry("int64(int64)")
@@ -120,7 +120,7 @@ def push_event(address, size, frame, kind, number, value):
     `number` is of the parameter, string or key, 0 to 255. That of a key of one channel alone has this plus one from bit
     VALUE_BIT on. [writing thread]
     """
-    word = np.int64(number) & (OF_CHANNEL << VALUE_BIT | 0xFF) | (np.int64(kind) & 0xFF) << KIND_BIT
+    word = np.int64(number) & (OF_CHANNEL << VALUE_BIT | NUMBER) | (np.int64(kind) & 0xFF) << KIND_BIT
     return np.int64(push_word(address, size, frame, word, np.float32(value)))
 
 
