@@ -317,7 +317,7 @@ class Synth:
         if self.bass is None:
             return 0.0
         controls, field = self.bass.engine.performer["controls"][0], FIELDS[function]
-        return float(controls["channel"][ANY][field] if field in CHANNEL.names else controls[field])
+        return float(controls["channel"][ANY][field] if field in (CHANNEL.names or ()) else controls[field])
 
     def parameter(self, number: int) -> float:
         """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""

@@ -26,7 +26,7 @@ def record_of(p, i):
 def follows(p, i, channel):
     """True if string `i` does what `channel` asks for. All strings do what ANY asks for."""
     which = followed(p, i)
-    return which == channel or which == ANY or channel == ANY
+    return channel == ANY or which in (channel, ANY)
 
 
 @jit
@@ -40,7 +40,7 @@ def pedal_is_down(p):
     """True if the pedal of any channel is down."""
     if p.controls.mode != ALL_ALIKE:
         return p.controls.channel[ANY].pedal != 0
+    pedals = 0
     for channel in range(ANY + 1):
-        if p.controls.channel[channel].pedal != 0:
-            return True
-    return False
+        pedals |= p.controls.channel[channel].pedal
+    return pedals != 0

@@ -8,6 +8,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import records_at
 from livebass.kernels.player.channels import leading, pedal_is_down
+from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
     DATA,
@@ -29,7 +30,6 @@ from livebass.kernels.player.expression import (
 )
 from livebass.kernels.player.fingering import has_note, natural_harmonic
 from livebass.kernels.player.notes import EVERY_STRING, note_off, note_on, stop_string
-from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.performer import (
     ALL_ALIKE,
     ALWAYS,
@@ -120,7 +120,8 @@ def handle_common_message(p, ops, status, first, second):
             note_on(p, ops, channel, first, second)
         else:
             note_off(p, ops, channel, first, second if kind == NOTE_OFF else RELEASE, np.int64(EVERY_STRING))
-    elif kind == CONTROL and first == DATA and leading(p, channel).rpn == MPE_RPN:  # the zone of MPE of this master channel
+    elif kind == CONTROL and first == DATA and leading(p, channel).rpn == MPE_RPN:
+        # the zone of MPE of this master channel
         members = min(second, CHANNELS - 1)
         set_mode(p, np.int64(NOTE_A_CHANNEL), 1 if channel == 0 else CHANNELS - 1 - members, members)
     elif kind == CONTROL:

@@ -205,8 +205,9 @@ def tap_string(p, ops, i, fret, part):
 def note_off(p, ops, channel, key, velocity, own_string):
     """Releases the strings that the key holds; only `own_string` if that is not EVERY_STRING.
 
-    A channel that holds the key ends its own notes; one that does not ends those of any channel. The first note-off ends a key, however often it was struck: to wait for as many note-offs as there were note-ons
-    would leave a note hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
+    A channel that holds the key ends its own notes; one that does not ends those of any channel. The first note-off
+    ends a key, however often it was struck: to wait for as many note-offs as there were note-ons would leave a note
+    hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
     """
     hands = p.hands
     if p.controls.mode != ALL_ALIKE or not (hands.holding[key] >> channel) & 1:

@@ -411,8 +411,8 @@ static void push(lb_synth *s, int64_t offset, int kind, int number, double value
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-/* Sends an event that is no note, if `number`, without a channel in it, is below `end`. The kernels take LB_MOST_MESSAGES in a chunk: with more of
-   these, notes behind them would be late, and in the end find no room. */
+/* Sends an event that is no note, if `number`, without a channel in it, is below `end`. The kernels take
+   LB_MOST_MESSAGES in a chunk: with more of these, notes behind them would be late, and in the end find no room. */
 static int control(lb_synth *s, int64_t offset, int kind, int number, int end, double value) {
     const int64_t frame = s->record.frame + offset;
     if (number < 0 || (number & LB_NUMBER) >= end) return 1;

@@ -426,7 +426,8 @@ static int find_notes(const lb_instance *i, lb_named named, int16_t found[LB_NOT
     }
     for (int channel = 0; channel < LB_CHANNELS; channel++)
         if (i->held[channel * LB_KEYS + named.key]) found[count++] = (int16_t)(channel * LB_KEYS + named.key);
-    if (!count) found[count++] = (int16_t)((is_channel(named.channel) ? named.channel : i->channels[named.key]) * LB_KEYS + named.key);
+    const int last = is_channel(named.channel) ? named.channel : i->channels[named.key];
+    if (!count) found[count++] = (int16_t)(last * LB_KEYS + named.key);
     return count;
 }
 
@@ -448,14 +449,16 @@ void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double 
 static void end_all(lb_instance *i, int64_t offset, int channel, int mode) {
     for (int n = 0; n < LB_NOTES; n++)
         if (!is_channel(channel) || n / LB_KEYS == channel) i->held[n] = 0;
-    if (is_channel(channel)) lb_send(i->synth, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)mode, 0}, 3);
+    const uint8_t message[] = {(uint8_t)(0xB0 | channel), (uint8_t)mode, 0};
+    if (is_channel(channel)) lb_send(i->synth, offset, message, 3);
     else lb_send_everywhere(i->synth, offset, mode, 0);
 }
 
 static void release(lb_instance *i, int64_t offset, int n, double velocity) {
     const int seven = (int)lrint(fmin(fmax(velocity, 0), 1) * 127);
+    const uint8_t message[] = {(uint8_t)(0x80 | n / LB_KEYS), (uint8_t)(n % LB_KEYS), (uint8_t)seven};
     i->held[n] = 0;
-    lb_send(i->synth, offset, (const uint8_t[]){(uint8_t)(0x80 | n / LB_KEYS), (uint8_t)(n % LB_KEYS), (uint8_t)seven}, 3);
+    lb_send(i->synth, offset, message, 3);
 }
 
 void lb_stop_note(lb_instance *i, int64_t offset, lb_named named, double velocity) {

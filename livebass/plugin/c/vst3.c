@@ -247,7 +247,8 @@ static int controller_behind(uint32_t id, int *channel) {
 
 /* Where the value of such a parameter is kept. */
 static double *kept_at(vst3 *v, uint32_t id) {
-    return is_controller(id) ? &v->controllers[id - CONTROLLERS] : is_own(id) ? &v->own[id - CHANNELS] : &v->others[id - OTHERS];
+    if (is_controller(id)) return &v->controllers[id - CONTROLLERS];
+    return is_own(id) ? &v->own[id - CHANNELS] : &v->others[id - OTHERS];
 }
 
 static void show_all(vst3 *v) {
@@ -692,7 +693,7 @@ static int32_t group_of(const char *group) {
 
 static int32_t parameter_count(void *self) {
     (void)self;
-    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + 1 + OTHER_COUNT;
+    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT + 1;
 }
 
 /* What a way of a channel's own is called, and where it stands until it is moved. */
@@ -722,16 +723,16 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     char name[32];
     if (index < 0 || index >= parameter_count(self)) return VST3_INVALID;
     memset(p, 0, sizeof *p);
-    if (index > LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
-        other_info(index - (LB_PARAMETERS + VST3_CONTROLLERS + OWN + 1), p);
-        return VST3_OK;
-    }
-    if (index == LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
+    if (index == LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT) {
         p->id = OVERLOAD;
         p->steps = LB_STRINGS;
         p->flags = VST3_IS_READ_ONLY;
         p->unit = group_of("Processor");
         to_wide(p->title, "Overload");
+        return VST3_OK;
+    }
+    if (index >= LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
+        other_info(index - LB_PARAMETERS - VST3_CONTROLLERS - OWN, p);
         return VST3_OK;
     }
     if (index >= LB_PARAMETERS + VST3_CONTROLLERS) {
