@@ -124,6 +124,10 @@ CC_BLEND = function(
 )
 CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on they move the parameters of the playing
 
+# Symbols of the functions that belong to the channel whose controller moves them. Buttons that move them for the whole
+# bass send them on every channel.
+OF_CHANNEL = ("volume", "expression", "let_ring", "vibrato", "bend")
+
 # --- parameters that hosts move ---
 
 MOST_BASSES = 128  # that a plugin offers

@@ -13,14 +13,16 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from livebass.extras import install
+from livebass.kernels.player.performer import CHANNELS
 from livebass.live.guards import call_with_timeout, jack_hangs, never_release, open_jack_client, silenced_stderr
 from livebass.live.synth import Synth
 from livebass.model.keymap import MODO, KeyMap
-from livebass.techniques import BUTTONS
+from livebass.techniques import BUTTONS, OF_CHANNEL
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
@@ -201,9 +203,14 @@ def _address(name: str) -> str:
 
 def let_go(synth: Synth) -> None:
     """Ends all held notes, for a keyboard that has gone: pedals up and all notes off on every channel."""
-    for channel in range(16):
-        for controller in (64, 123):
-            synth.send(0xB0 | channel, controller, 0)
+    for controller in (64, 123):
+        send_everywhere(synth.send, controller, 0)
+
+
+def send_everywhere(send: Callable[[int, int, int], object], controller: int, value: int) -> None:
+    """Moves a controller on every channel: for notes of whatever channel."""
+    for channel in range(CHANNELS):
+        send(0xB0 | channel, controller, value)
 
 
 def _jack_answers() -> bool:
@@ -327,7 +334,7 @@ class TerminalKeys:
     ) -> None:
         self.send, self.panic, self.others, self.key_map = send, panic, others or {}, key_map
         self.octave, self.velocity = 2, 100
-        self._ways: dict[str, tuple[int, int, int]] = {}  # keys of those that are on, and what switches them off
+        self._ways: dict[str, Callable[[], object]] = {}  # keys of those that are on, and what switches them off
         self._held: dict[str, int] = {}  # notes by their keys
         self._releases = False  # the terminal reports them
         self._latest = ("", -math.inf)  # key, and when it came
@@ -500,16 +507,24 @@ class TerminalKeys:
         way = WAYS[key]
         given = (number for number, symbol in self.key_map().controllers if way.value and symbol == way.symbol)
         if (controller := next(given, None)) is not None:
-            self.send(0xB0, controller, way.value)
-            self._ways[key] = 0xB0, controller, 0
+            move = partial(self._move, way.symbol, controller)
+            move(way.value)
+            self._ways[key] = partial(move, 0)
         elif (number := self._switch(way.symbol)) is not None:
             self.send(0x90, number, SWITCHED)
-            self._ways[key] = 0x80, number, 0
+            self._ways[key] = partial(self.send, 0x80, number, 0)
+
+    def _move(self, symbol: str, controller: int, value: int) -> None:
+        """Moves the controller of a function for the whole bass."""
+        if symbol in OF_CHANNEL:
+            send_everywhere(self.send, controller, value)
+        else:
+            self.send(0xB0, controller, value)
 
     def _end_way(self, key: str) -> None:
         """Switches off the way to play of `key`, if it is on."""
         if key in self._ways:
-            self.send(*self._ways.pop(key))
+            self._ways.pop(key)()
 
     @property
     def ways(self) -> str:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.records import WORD
+from livebass.kernels.player.performer import ANY, CHANNEL
 from livebass.live.desk import Desk
 from livebass.live.priority import make_realtime
 from livebass.live.thread import ahead, block, helpers, setup
@@ -313,8 +314,10 @@ class Synth:
 
     def amount(self, function: int) -> float:
         """The value that `set_amount`, or a controller, has set last. [any thread]"""
-        bass = self.bass
-        return float(bass.engine.performer["controls"][FIELDS[function]][0]) if bass else 0.0
+        if self.bass is None:
+            return 0.0
+        controls, field = self.bass.engine.performer["controls"][0], FIELDS[function]
+        return float(controls["channel"][ANY][field] if field in (CHANNEL.names or ()) else controls[field])
 
     def parameter(self, number: int) -> float:
         """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""

@@ -25,7 +25,7 @@ from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import ENDING
 from livebass.preset.load import preset_names
-from livebass.techniques import BUTTONS, EFFECTS
+from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL
 from livebass.units import DIMENSIONS
 from livebass.web import build
 from livebass.web.bench import BENCH_ENDING, UNITS, Source, bench, bench_file
@@ -131,7 +131,7 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
             for k, p in enumerate(PARAMETERS)
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
-        "buttons": [b._asdict() for b in BUTTONS],
+        "buttons": [b._asdict() | {"everywhere": b.symbol in OF_CHANNEL} for b in BUTTONS],
         "basses": basses,
         "units": {unit: DIMENSIONS[dimension].units[unit] for unit, dimension in UNITS.items()},
     }

@@ -16,7 +16,7 @@ from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
-from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
+from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
@@ -39,13 +39,13 @@ from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
 from livebass.parts import WITH_EFFECTS, WITH_STROKES
-from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, TECHNIQUE_ROWS
+from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, OF_CHANNEL, TECHNIQUE_ROWS
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
     "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING, "NOTE": NOTE, "OPERATOR": OPERATOR,
-    "TIER": TIER, "ADDED": ADDED,
+    "TIER": TIER, "ADDED": ADDED, "CHANNEL": CHANNEL,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
@@ -55,12 +55,15 @@ NUMBERS = {
     "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM,
     "OTHER_PLACES": OTHER_PLACES, "CROWN_ABOVE": CROWN_ABOVE, "MOST_PICKUPS": MOST_PICKUPS, "TIERS": TIERS,
     "WITH_STROKES": WITH_STROKES, "WITH_EFFECTS": WITH_EFFECTS, "ROOM_OF_STROKES": ROOM_OF_STROKES,
+    "CHANNELS": CHANNELS, "ANY": ANY,
 }  # fmt: skip
-# Of each way to play: its switch, if it has one, and the performer's field that its controller moves, if it has one
+# Of each way to play: its switch, if it has one; the performer's field that its controller moves, if it has one; and
+# whether that field is a channel's
 WAYS = {
     b.symbol: (
         TECHNIQUE_ROWS[b.symbol].number if b.symbol in TECHNIQUE_ROWS else NO_SWITCH,
         FUNCTION_ROWS[b.symbol].field if b.symbol in FUNCTION_ROWS else "",
+        b.symbol in OF_CHANNEL,
     )
     for b in BUTTONS
     if not b.strikes

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.hands import of_any
 from support.live import QUICK, RATE, offline, synth_and_device
 from support.pitch import pitch
 
@@ -298,10 +299,11 @@ def test_another_bass_takes_over_keys_and_controllers() -> None:
     assert new is not None and new is not old
     p, before = new.engine.performer[0], old.engine.performer[0]
     assert p["switched"].sum() == 2 and p["switched"][GHOST] == 1 and p["forced"] == 0
-    for name in ("blend", "bend_up", "bend_ready", "level"):
+    for name in ("blend", "level"):
         assert p["controls"][name] == before["controls"][name], name
+    assert p["controls"]["channel"].tobytes() == before["controls"]["channel"].tobytes()
     assert p["tone"] == before["tone"] < 0
-    assert p["controls"]["blend"] < 0 and p["controls"]["bend_up"] > 0
+    assert p["controls"]["blend"] < 0 and of_any(p)["bend_up"] > 0
     synth.send(0x80, 10, 0)
     synth.send(0x80, 3, 0)
     device.block(64)
@@ -488,6 +490,57 @@ def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
     desk.seek(0.0)
     play(device, 64)
     assert synth.bass.engine.performer["controls"]["mode"] == performer.ALL_ALIKE
+
+
+def test_a_place_that_is_gone_to_has_what_each_channel_has(tmp_path: Path) -> None:
+    """Wheels, controllers, pedals, ranges and tunings: as had it been played from the beginning, forth and back."""
+
+    def rpn(channel: int, number: int, whole: int) -> list[tuple[int, ...]]:
+        return [(0xB0 | channel, k, x) for k, x in ((101, 0), (100, number), (6, whole))]
+
+    begin = [(0xC0 | c, 33) for c in (0, 1)]
+    first = [*rpn(0, 0, 7), *rpn(1, 2, 62), (0xB1, 7, 90), (0xE0, 0, 90), (0x90, 28, 90), (0x91, 40, 90)]
+    second = [*rpn(1, 0, 5), *rpn(1, 1, 70), *rpn(0, 2, 65), (0xB0, 7, 40), (0xB1, 64, 127), (0xE1, 0, 30)]
+    ends = [(0x80, 28, 0), (0x81, 40, 0), (0xB1, 64, 0)]
+    timed = ((0.0, begin), (0.01, first), (0.3, second), (0.4, [(0x90, 43, 90)]), (0.9, [(0x80, 43, 0), *ends]))
+    score = file_of(tmp_path / "a.mid", *((at, data) for at, part in timed for data in part))
+
+    def records(*places: float) -> dict[str, list[float]]:
+        desk, synth, device = desk_and_device(score)
+        play(device, LEADING)
+        for place in places:
+            desk.seek(place)
+            play(device, 64)
+        assert synth.bass is not None
+        p = synth.bass.engine.performer[0]
+        names = ("wheel", "range", "fine", "coarse", "pedal", "volume")
+        return {name: p["controls"]["channel"][name][:3].tolist() for name in names}
+
+    early, late = records(0.1), records(0.35)
+    assert early | {"wheel": []} == {
+        "wheel": [], "range": [7, 2, 2], "fine": [8192] * 3, "coarse": [0, -2, 0], "pedal": [0] * 3,
+        "volume": [1, 90 / 127, 1],
+    }  # fmt: skip
+    assert early["wheel"] == pytest.approx([26 * 128 / 8191, 0, 0])
+    assert late["range"] == [7, 5, 2] and late["coarse"] == [1, -2, 0] and late["pedal"] == [0, 1, 0]
+    assert late["fine"] == [8192, 70 << 7, 8192] and late["volume"] == [40 / 127, 90 / 127, 1]
+    assert records(0.35, 0.1) | {"volume": []} == early | {"volume": []}
+    assert records(0.1, 0.35) == records(0.35, 0.1, 0.35) == late
+    assert records(0.35, 0.0)["coarse"] == [0] * 3 and records(0.35, 0.0)["range"] == [2.0] * 3
+
+
+def test_a_pause_lifts_the_pedal_of_every_channel(tmp_path: Path) -> None:
+    score = file_of(
+        tmp_path / "a.mid", (0.0, (0xC1, 33)), (0.0, (0xC2, 33)), (0.0, (0xB1, 64, 127)), (0.0, (0xB2, 64, 127)),
+        (0.01, (0x91, 28, 90)), (0.01, (0x92, 33, 90)), (0.02, (0xB2, 64, 0)), (0.5, (0x81, 28, 0)),
+        (0.5, (0x82, 33, 0)),
+    )  # fmt: skip
+    desk, synth, device = desk_and_device(score)
+    play(device, LEADING + 4800)
+    desk.rolling = False
+    synth.played()
+    play(device, 64)
+    assert [m[1:] for m in synth.played()] == [(0x81, 28, 0), (0x82, 33, 0), (0xB1, 64, 0)]
 
 
 def test_a_program_in_mid_file_is_sent_and_comes_back_with_the_loop(tmp_path: Path) -> None:

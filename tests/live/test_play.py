@@ -24,6 +24,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
+from support.hands import of_any
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, RATE, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
@@ -37,7 +38,7 @@ from livebass.extras import install
 from livebass.files import OutputError
 from livebass.live import inputs, session
 from livebass.live.desk import LEAD, Desk
-from livebass.live.inputs import DIGITS, NOTES, STROKES, WAYS, TerminalKeys
+from livebass.live.inputs import DIGITS, NOTES, STROKES, WAYS, TerminalKeys, let_go
 from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.presets import PresetSwitch
 from livebass.live.recording import MidiRecorder, Recorder
@@ -82,7 +83,7 @@ def test_a_program_change_brings_its_preset_and_keeps_the_controllers() -> None:
     assert old is not None and new is not None and new is not old
     device.block(64)
     for name in ("volume", "expression", "wheel", "pedal"):
-        assert new.engine.performer["controls"][name] == old.engine.performer["controls"][name] != 0
+        assert of_any(new.engine.performer)[name] == of_any(old.engine.performer)[name] != 0
     for v in new.engine.voices:
         assert v.record["gain"][0] == pytest.approx((64 * 100 / 127**2) ** 2)
         assert v.record["tuned"][0] == pytest.approx(2 ** (4 * 0.5 / 12), rel=1e-3)
@@ -471,7 +472,7 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
             wait_for(lambda rate=rate: session.output.synth.rate == rate)  # type: ignore[misc]
             now = session.output.synth
             rates.append(rate)
-            assert now.bass is not None and now.bass.engine.performer["controls"]["volume"] == 80 / 127
+            assert now.bass is not None and of_any(now.bass.engine.performer)["volume"] == 80 / 127
             assert now.parameter(1) == -0.5 and now.record["gain_target"][0] == 1
             assert now.frame / rate > 0.9 * before.frame / before.rate, "the time goes on"
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]
@@ -778,6 +779,42 @@ def test_number_keys_are_the_techniques_of_the_handbook() -> None:
     for keys, some in (("`1`, `2`, `3`", names[:3]), ("`4` to `7`", names[3:7]), ("`8`, `9`, `0`", names[7:])):
         assert f"| {keys} | {', '.join(some)}" in page
     assert all(f"{key} {name};" in inputs.HELP for key, name in zip(DIGITS, names, strict=True))
+
+
+def test_what_belongs_to_channels_is_switched_on_every_one() -> None:
+    """Notes of a keyboard on any channel vibrate and ring on; a keyboard that has gone lets go of all."""
+    for key, controller in (("9", 1), ("0", 64)):
+        sent = typed(key, key, seconds=1.0)
+        assert sent == [(0xB0 | channel, controller, value) for value in (127, 0) for channel in range(16)]
+    synth, device = synth_and_device("jazz-finger")
+    for channel in (2, 9):
+        synth.send(0xB0 | channel, 64, 127)
+        synth.send(0x90 | channel, 28 + channel, 90)
+    device.block(64)
+    assert synth.bass is not None
+    state = synth.bass.engine.performer["hands"]["state"][0]
+    assert sorted(state[:4].tolist()) == [0, 0, 1, 1]
+    let_go(synth)
+    device.block(64)
+    assert not state.any()
+
+
+def test_panic_ends_notes_of_every_channel_and_their_controllers() -> None:
+    synth, device = synth_and_device("jazz-finger")
+    synth.keep_messages()
+    for channel in (0, 7, 15):
+        for message in ((0xB0, 64, 127), (0xB0, 11, 9), (0xE0, 0, 99), (0x90, 28 + channel, 90)):
+            synth.send(message[0] | channel, *message[1:])
+    device.block(64)
+    synth.played()
+    synth.panic()
+    device.block(64)
+    assert [m[1:] for m in synth.played()] == [(0xB0 | c, number, 0) for number in (120, 121) for c in range(16)]
+    assert synth.bass is not None
+    p = synth.bass.engine.performer[0]
+    assert not p["hands"]["state"].any()
+    for name, usual in (("pedal", 0), ("expression", 1.0), ("wheel", 0.0)):
+        assert (p["controls"]["channel"][name] == usual).all(), name
 
 
 def test_a_technique_is_latched_by_its_number_and_lasts_while_held_where_releases_are_told() -> None:

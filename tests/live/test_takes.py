@@ -95,6 +95,8 @@ def performance(rng: np.random.Generator, mode: str, frames: int, count: int) ->
             (0xE0 | channel, int(rng.integers(0, 128)), value),
             (0xD0 | channel, value, 0),
             (0xB0 | channel, int(rng.choice([1, 7, 9, 11, 64, 64, 65, 68, 74, 74])), value),
+            *[(0xB0 | channel, number, x) for number, x in ((101, 0), (100, int(rng.integers(0, 3))))],
+            *[(0xB0 | channel, number, int(rng.integers(60, 69))) for number in (6, 38)],
             (0xB0 | channel, int(rng.choice([120, 121, 123])), 0),
             (int(rng.choice([0x80, 0x90])) | channel, int(rng.choice([2, 3, 10, 12, 16, 17])), 100),
         ]
@@ -165,7 +167,7 @@ def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Pa
         (0xE0, 9, 80),
     ]
     messages = sorted([*messages, *((18_000, *message) for message in moved)], key=lambda m: m[0])
-    messages.append((72_000, 0xB0, 120, 0))  # all sound off: the bass before has ended
+    messages += [(72_000, 0xB0 | c, 120, 0) for c in range(16)]  # all sound off: the bass before has ended
     messages += [(72_000 + 900 * k, *m[1:]) for k, m in enumerate(performance(rng, "alike", 1, 20)[2:])]
     changes = [(20_000, "slap"), (75_000, "fretless")]
     sound, _ = live(tmp_path / "take.mid", messages, 100_000, 256, changes)

@@ -148,6 +148,35 @@ def test_notes_of_clap_are_those_of_midi(plugin: Plugin) -> None:
     assert np.array_equal(plugin.play(events, len(wanted)), wanted)
 
 
+def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
+    """By channel or id, or by neither: then all of the key are meant."""
+
+    def played(*events: tuple[int, Any]) -> Floats:
+        plugin = Plugin(folder, name=STRINGS)
+        notes = [note_on(45, 0.5, 7), note_on(45, 0.5, 8, channel=3)]  # the D string has the second one
+        out = plugin.play([*((0, note) for note in notes), *events], 6000)
+        plugin.close()
+        return out
+
+    plain = played()
+    for first, by_id, both in (
+        (note_off(45), note_off(-1, 7), note_off(45, channel=-1)),
+        (choke(45), None, choke(45, channel=-1)),
+        (tuning(1.0, 45), tuning(1.0, number=7), tuning(1.0, 45, channel=-1)),
+        (expression(PRESSURE, 1.0, 45), expression(PRESSURE, 1.0, number=7), expression(PRESSURE, 1.0, 45, channel=-1)),
+    ):
+        moved = played((1000, first))
+        assert np.array_equal(moved[2], plain[2]) and not np.array_equal(moved[3], plain[3])
+        assert by_id is None or np.array_equal(played((1000, by_id)), moved)
+        everything = played((1000, both))
+        assert np.array_equal(everything[3], moved[3]) and not np.array_equal(everything[2], plain[2])
+    off = played((1000, note_off(45, channel=3)))
+    assert np.array_equal(off[3], plain[3]) and not np.array_equal(off[2], plain[2])
+    assert np.array_equal(played((1000, note_off(-1, channel=3)), (1001, note_on(28, 0.5)))[2], off[2])
+    everything = played((1000, note_off(-1, channel=-1)))
+    assert np.array_equal(everything[2], off[2]) and not np.array_equal(everything[3], plain[3])
+
+
 def test_an_output_a_string(folder: Path) -> None:
     plugin, score = Plugin(folder, name=STRINGS), hard_score()
     wanted = rendered("jazz-finger", score)

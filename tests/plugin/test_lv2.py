@@ -232,6 +232,12 @@ def test_bends_and_controllers(plugin: Plugin) -> None:
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
 
 
+def test_a_midi_file_of_two_channels_is_rendered_alike(plugin: Plugin, tmp_path: Path) -> None:
+    score = plugins.midi_score(tmp_path / "a.mid")
+    wanted = rendered("jazz-finger", score)
+    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
+
+
 def test_channels_bend_apart_and_pressure_vibrates_one_string(bundle: Path) -> None:
     def played(*more: tuple[int, bytes]) -> Floats:
         plugin = Plugin(bundle, index=1, outputs=MOST_STRINGS)

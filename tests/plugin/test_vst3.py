@@ -359,7 +359,7 @@ def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
     turned = ((6, 15), (100, 6), (100, 127), (101, 0), (101, 127))
     plain, bent = played(turned), played(turned, 0.52)
     assert np.array_equal(bent[1], plain[1]) and not np.array_equal(bent[2], plain[2])
-    assert not np.array_equal(played((), 0.52)[1], plain[1])  # without MPE it is for all strings
+    assert not np.array_equal(played((), 0.52)[2], bent[2])  # without MPE its range is 2 semitones
 
 
 def test_a_host_made_with_juce_plays_mpe(plugin: Any) -> None:
@@ -475,6 +475,50 @@ def test_controllers_stand_as_the_synth_has_them(bundle: Path) -> None:
     plugin.close()
     assert usual == {VOLUME: 1.0, EXPRESSION: 1.0, SUSTAIN: 0.0, BEND: 0.5}
     assert np.array_equal(played([(CONTROLLERS + k, 0, x) for k, x in usual.items()]), played([]))
+
+
+@pytest.mark.parametrize(
+    ("number", "value"), [(VOLUME, 0.25), (EXPRESSION, 0.5), (1, 1.0), (BEND, 0.9), (SUSTAIN, 1.0)]
+)
+def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, value: float) -> None:
+    """Those of every channel are parameters of their own, which no host shows."""
+
+    def played(channel: int) -> Floats:
+        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
+        notes = [low.note_on(35, 0.5, 1, 0, 1), low.note_on(40, 0.5, 2, 0, 2)]
+        points = [(plugin.mapped(channel, number), 500, value)] if channel >= 0 else []
+        out = plugin.block(4000, [*notes, low.note_off(35, 1, 600, 1), low.note_off(40, 2, 600, 2)], points)[:, 0]
+        plugin.close()
+        return out
+
+    plain = played(-1)
+    for channel, moved, other in ((1, 1, 2), (2, 2, 1)):
+        sound = played(channel)
+        assert np.array_equal(sound[other], plain[other]) and not np.array_equal(sound[moved], plain[moved])
+    assert np.array_equal(played(0), plain) and np.array_equal(played(15), plain)
+
+
+def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) -> None:
+    """Ids are for ever: sessions know them."""
+    plugin = low.Plugin(bundle)
+    known, ids = plugin.parameters(), {(c, n): plugin.mapped(c, n) for c in range(16) for n in range(BEND + 1)}
+    plugin.close()
+    assert len(set(ids.values())) == len(ids) and set(ids.values()) <= set(known)
+    assert {known[number].flags for number in ids.values()} == {low.IS_HIDDEN}
+    assert all(ids[0, n] == CONTROLLERS + n for n in range(128) if n != 74)
+    assert [ids[c, n] for c in (0, 1, 15) for n in (BEND, 128, 74)] == [
+        2000,
+        2001,
+        2002,
+        2003,
+        2004,
+        2005,
+        2045,
+        2046,
+        2047,
+    ]
+    assert ids[1, 0] == 3128 and ids[15, 127] == 5047
+    assert known[ids[7, VOLUME]].usual == known[ids[7, EXPRESSION]].usual == 1.0 and known[ids[7, SUSTAIN]].usual == 0.0
 
 
 def test_points_of_parameters_are_heard_at_their_frames(bundle: Path) -> None:

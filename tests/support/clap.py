@@ -448,20 +448,20 @@ def note_on(key: int, velocity: float, number: int = -1, channel: int = 0) -> An
     return NOTE(c.sizeof(NOTE), 0, 0, NOTE_ON, 0, number, 0, channel, key, velocity)
 
 
-def note_off(key: int, number: int = -1) -> Any:
-    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_OFF, 0, number, 0, 0, key, 0.0)
+def note_off(key: int, number: int = -1, channel: int = 0) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_OFF, 0, number, 0, channel, key, 0.0)
 
 
-def choke(key: int) -> Any:
-    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_CHOKE, 0, -1, 0, 0, key, 0.0)
+def choke(key: int, channel: int = 0) -> Any:
+    return NOTE(c.sizeof(NOTE), 0, 0, NOTE_CHOKE, 0, -1, 0, channel, key, 0.0)
 
 
-def expression(kind: int, amount: float, key: int = -1, number: int = -1) -> Any:
-    return NOTE_EXPRESSION(c.sizeof(NOTE_EXPRESSION), 0, 0, EXPRESSION, 0, kind, number, 0, 0, key, amount)
+def expression(kind: int, amount: float, key: int = -1, number: int = -1, channel: int = 0) -> Any:
+    return NOTE_EXPRESSION(c.sizeof(NOTE_EXPRESSION), 0, 0, EXPRESSION, 0, kind, number, 0, channel, key, amount)
 
 
-def tuning(semitones: float, key: int = -1, number: int = -1) -> Any:
-    return NOTE_EXPRESSION(c.sizeof(NOTE_EXPRESSION), 0, 0, EXPRESSION, 0, TUNING, number, 0, 0, key, semitones)
+def tuning(semitones: float, key: int = -1, number: int = -1, channel: int = 0) -> Any:
+    return expression(TUNING, semitones, key, number, channel)
 
 
 def value(param: int, wanted: float) -> Any:

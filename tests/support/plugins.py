@@ -80,15 +80,23 @@ def mono(preset: str, score: Score, quality: str = "live", gain: float = 1.0) ->
 
 
 def midi_score(path: Path) -> Score:
-    """Writes a MIDI file with bends, pedal and expression, and reads it as `livebass render` does."""
+    """Writes a MIDI file with bends, pedal and expression on two channels, and reads it as `livebass render` does.
+
+    One of them is tuned, its wheel has another range, and each key sounds on both for a while.
+    """
     track = mido.MidiTrack()
+    for controls in (((101, 0), (100, 2), (6, 66)), ((101, 0), (100, 0), (6, 5))):
+        track += [mido.Message("control_change", channel=5, control=k, value=x, time=1) for k, x in controls]
     for k in range(8):
-        key = 30 + 7 * (k % 4)
-        track.append(mido.Message("note_on", note=key, velocity=60 + 8 * k, time=11))
-        track.append(mido.Message("control_change", control=64, value=127 * (k % 2), time=7))
+        key, channel, other = 30 + 7 * (k % 4), 5 * (k % 2), 5 - 5 * (k % 2)
+        track.append(mido.Message("note_on", channel=channel, note=key, velocity=60 + 8 * k, time=11))
+        track.append(mido.Message("control_change", channel=channel, control=64, value=127 * (k // 2 % 2), time=7))
         for bend in (1500, 4000, 0):
-            track.append(mido.Message("pitchwheel", pitch=bend, time=9))
-        track.append(mido.Message("control_change", control=11, value=90 + k, time=3))
-        track.append(mido.Message("note_off", note=key, time=5))
+            track.append(mido.Message("pitchwheel", channel=channel, pitch=bend, time=9))
+        track.append(mido.Message("note_on", channel=other, note=key, velocity=50, time=3))
+        track.append(mido.Message("control_change", channel=channel, control=11, value=90 + k, time=3))
+        track.append(mido.Message("pitchwheel", channel=other, pitch=900 * k, time=9))
+        track.append(mido.Message("note_off", channel=channel, note=key, time=5))
+        track.append(mido.Message("note_off", channel=other, note=key, time=5))
     mido.MidiFile(type=0, ticks_per_beat=480, tracks=[track]).save(path)
     return read_score(path, RATE, "all")

@@ -412,9 +412,9 @@ def note_on(key: int, velocity: float, number: int, offset: int = 0, channel: in
     return event
 
 
-def note_off(key: int, number: int, offset: int = 0) -> Event:
+def note_off(key: int, number: int, offset: int = 0, channel: int = 0) -> Event:
     event = Event(0, offset, 0.0, 0, 1)
-    event.of.off = Off(0, key, 0.0, number, 0.0)
+    event.of.off = Off(channel, key, 0.0, number, 0.0)
     return event
 
 

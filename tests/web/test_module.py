@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.plugins import midi_score
 from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
@@ -86,6 +87,16 @@ def test_soft_notes_are_those_of_the_native_engine(preset: str, notes: list[tupl
     score = score_of(notes, RATE)
     sound = in_wasm(preset, score)
     assert np.abs(sound - natively(preset, score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
+
+
+def test_channels_are_apart_as_in_render(tmp_path: Path) -> None:
+    """Wheels, ranges, tuning, pedals and expression of two channels, and keys that both hold."""
+    score = midi_score(tmp_path / "a.mid")
+    soft = score.messages.copy()
+    soft[:, 2] = np.where(soft[:, 0] & 0xF0 == 0x90, np.minimum(soft[:, 2], 30), soft[:, 2])
+    score = replace(score, messages=soft)
+    sound = in_wasm("jazz-finger", score)
+    assert np.abs(sound - natively("jazz-finger", score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
 
 
 def test_a_pick_of_ones_own_is_heard_as_in_render() -> None:

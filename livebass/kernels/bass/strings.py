@@ -12,7 +12,7 @@ from livebass.kernels.machine.noise import amplitude
 from livebass.kernels.pickup import tone
 from livebass.kernels.pickup.coil import CIRCUIT, COIL
 from livebass.kernels.player.constants import KEYS
-from livebass.kernels.player.controls import reset_controllers
+from livebass.kernels.player.controls import make_controls
 from livebass.kernels.player.expression import VIBRATO_RATE, bend_ratio, loudness, vibrato_depth
 from livebass.kernels.player.performer import MOST_STRINGS, performer_at
 from livebass.kernels.player.strokes import fill_strokes, force_at, speed_of_corner
@@ -142,7 +142,7 @@ def settle_string(string, performer, i):
 @jit
 def set_controls(voice, p, i):
     """Sets the voice of string `i`, at rest, as the controllers of its performer stand, without a ramp."""
-    voice.gain_wanted = loudness(p)
+    voice.gain_wanted = loudness(p, i)
     voice.gain = voice.gain_wanted
     voice.bend = bend_ratio(p, i)
     voice.tuned = voice.bend
@@ -151,7 +151,7 @@ def set_controls(voice, p, i):
         tone.set_tone(voice, voice.tone_wanted)
     voice.blend_wanted = p.controls.blend
     tone.set_blend(voice, voice.blend_wanted)
-    set_vibrato(voice, vibrato_depth(p), VIBRATO_RATE)
+    set_vibrato(voice, vibrato_depth(p, i), VIBRATO_RATE)
 
 
 @jit
@@ -192,8 +192,7 @@ def make_performer(p, instrument, seed, strokes):
     p.drop = instrument.drop
     p.seed = seed & np.int64(0x7FFF_FFFF_FFFF_FFFF)
     p.placed = p.player.pluck_position
-    p.range = p.player.bend_range
-    p.ranged = p.range
+    p.ranged = p.player.bend_range
     p.dynamics = 1.0
     p.hand_damping = p.player.hand_damping
     p.unevenness = p.player.unevenness
@@ -201,9 +200,4 @@ def make_performer(p, instrument, seed, strokes):
     p.stroke = instrument.stroke
     p.forced = -1
     p.hands.place = 1
-    p.controls.volume = 1.0
-    p.controls.level = 1.0
-    for key in range(KEYS):
-        p.controls.place_of[key] = np.nan
-        p.controls.string_of[key] = -1
-    reset_controllers(p)
+    make_controls(p)

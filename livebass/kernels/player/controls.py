@@ -7,13 +7,23 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record
+from livebass.kernels.player.channels import follows, leading
 from livebass.kernels.player.constants import FINGER, KEYS, PICK, POP
 from livebass.kernels.player.events import send_blend
 from livebass.kernels.player.expression import follow_wheel, send_bends, send_gains, send_vibratos
 from livebass.kernels.player.fingering import HAND_SPAN, move_hand, note_range, string_called
-from livebass.kernels.player.notes import cut_string, release_all_notes, stop_pedalled, stop_string
+from livebass.kernels.player.notes import cut_string, forget_keys, release_all_notes, stop_pedalled, stop_string
 from livebass.kernels.player.parameters import adjust_player, turn_parameter
-from livebass.kernels.player.performer import CHANNELS, MOST_RANGE, MOST_STRINGS, NO_RPN, performer_at
+from livebass.kernels.player.performer import (
+    ALL_ALIKE,
+    ANY,
+    CHANNELS,
+    IN_TUNE,
+    MOST_RANGE,
+    MOST_STRINGS,
+    NO_RPN,
+    performer_at,
+)
 from livebass.kernels.player.touches import touch_palms
 from livebass.techniques import (
     ACTIONS,
@@ -51,55 +61,61 @@ PEDAL = 64  # at 0 it lets go in every map that gives it no other function
 # Controllers of MIDI
 DATA, DATA_FINE, NRPN_FINE, NRPN, RPN_FINE, RPN = 6, 38, 98, 99, 100, 101
 ALL_SOUND_OFF, RESET_CONTROLLERS, ALL_NOTES_OFF = 120, 121, 123  # and all that follow
-BEND_RANGE_RPN = 0
+BEND_RANGE_RPN, FINE_RPN, COARSE_RPN = 0, 1, 2  # range of the wheel; tuning, of a semitone and in semitones
+COARSE_MIDDLE = 64
 
 
 @jit
-def control(p, ops, number, value):
-    """Handles a control change: by the map of the bass, and else as MIDI has it."""
+def control(p, ops, channel, number, value):
+    """Handles a control change of a channel: by the map of the bass, and else as MIDI has it."""
     what = p.key_map.function[number]
     if what >= CC_PARAMETER:
         turn_parameter(p, what - CC_PARAMETER, value)
     elif what != NO_FUNCTION:
-        use_function(p, ops, what, value)
+        use_function(p, ops, channel, what, value)
     elif number == PEDAL and value < 64:
-        set_pedal(p, value)
+        set_pedal(p, channel, value)
     elif DATA <= number <= RPN:
-        set_rpn(p, number, value)
+        set_rpn(p, channel, number, value)
     elif number == ALL_SOUND_OFF:
+        forget_keys(p, channel)
         for i in range(p.strings):
-            cut_string(p, i)
+            if follows(p, i, channel):
+                cut_string(p, i)
         release_switches(p, ops)
     elif number == RESET_CONTROLLERS:
-        reset_controllers(p)
-        follow_wheel(p)
-        send_bends(p)
-        send_gains(p)
-        send_vibratos(p)
+        reset_controllers(p, channel)
+        follow_wheel(p, channel)
+        send_bends(p, channel)
+        send_gains(p, channel)
+        send_vibratos(p, channel)
         touch_palms(p, ops)
-        stop_pedalled(p)
+        stop_pedalled(p, channel)
     elif number >= ALL_NOTES_OFF:
-        release_all_notes(p)
+        release_all_notes(p, channel)
         release_switches(p, ops)
 
 
 @jit
-def use_function(p, ops, what, value):
-    """Does what the map of the bass has a controller do (techniques.py)."""
-    controls = p.controls
+def use_function(p, ops, channel, what, value):
+    """Does what the map of the bass has a controller of a channel do (techniques.py)."""
+    controls, own, bass = p.controls, p.controls.channel[channel], p.controls.channel[ANY]
     if what == CC_PLACE:
         p.position = p.player.pluck_nearest + (p.player.pluck_farthest - p.player.pluck_nearest) * value / 127.0
     elif what == CC_VOLUME:
-        controls.volume = value / 127.0
-        send_gains(p)
+        own.volume = value / 127.0
+        bass.volume = own.volume
+        send_gains(p, channel)
     elif what == CC_EXPRESSION:
-        controls.expression = value / 127.0
-        send_gains(p)
+        own.expression = value / 127.0
+        bass.expression = own.expression
+        send_gains(p, channel)
     elif what == CC_LET_RING:
-        set_pedal(p, value)
+        set_pedal(p, channel, value)
     elif what == CC_VIBRATO:
-        controls.vibrato = value / 127.0
-        send_vibratos(p)
+        own.vibrato = value / 127.0
+        bass.vibrato = own.vibrato
+        send_vibratos(p, channel)
     elif what == CC_PALM:
         controls.palm = value / 127.0
         touch_palms(p, ops)
@@ -108,10 +124,10 @@ def use_function(p, ops, what, value):
     elif what == CC_LEGATO:
         controls.legato = 1 if value >= 64 else 0
     elif what == CC_BEND:
-        controls.bend_ready = 1 if value < BEND_STARTS else controls.bend_ready
-        if controls.bend_ready:
-            controls.bend_up = BEND_UP * value / 127.0
-            send_bends(p)
+        bend_upwards(own, value)
+        bend_upwards(bass, value)
+        if bass.bend_ready or (own.bend_ready and controls.mode == ALL_ALIKE):
+            send_bends(p, channel)
     elif what == CC_HAND:
         move_hand(p, 1 + value * (p.frets - HAND_SPAN - 1) // 127)
     elif what == CC_BLEND:
@@ -121,26 +137,59 @@ def use_function(p, ops, what, value):
 
 
 @jit
-def set_pedal(p, value):
-    """Presses the pedal, or lets it go with the strings that it alone held."""
-    p.controls.pedal = 1 if value >= 64 else 0
-    if not p.controls.pedal:
-        stop_pedalled(p)
+def bend_upwards(record, value):
+    """Bends the strings of a record up by the controller, once that has been near 0."""
+    record.bend_ready = 1 if value < BEND_STARTS else record.bend_ready
+    if record.bend_ready:
+        record.bend_up = BEND_UP * value / 127.0
 
 
 @jit
-def set_rpn(p, number, value):
-    """Selects a registered parameter, or sets the range of the wheel, the one there is."""
-    rpn = p.controls.rpn
+def set_pedal(p, channel, value):
+    """Presses the pedal of a channel, or lets it go with the strings that it alone held."""
+    pedal = 1 if value >= 64 else 0
+    p.controls.channel[channel].pedal = pedal
+    p.controls.channel[ANY].pedal = pedal
+    if not pedal:
+        stop_pedalled(p, channel)
+
+
+@jit
+def set_rpn(p, channel, number, value):
+    """Selects a registered parameter of a channel, or sets it: the range of its wheel, or its tuning."""
+    own, bass = p.controls.channel[channel], p.controls.channel[ANY]
+    if number in (DATA, DATA_FINE):
+        rpn = leading(p, channel).rpn
+        set_data(own, rpn, number, value)
+        if set_data(bass, rpn, number, value):
+            send_bends(p, channel)
+    else:
+        own.rpn = rpn_with(own.rpn, number, value)
+        bass.rpn = rpn_with(bass.rpn, number, value)
+
+
+@jit
+def rpn_with(rpn, number, value):
+    """Returns the RPN that is selected when a controller from NRPN_FINE to RPN comes where `rpn` was."""
     if number == RPN:
-        p.controls.rpn = (value << 7) | (rpn & 127)
-    elif number == RPN_FINE:
-        p.controls.rpn = (rpn & ~127) | value
-    elif number in (NRPN, NRPN_FINE):
-        p.controls.rpn = NO_RPN
-    elif rpn == BEND_RANGE_RPN and (number in (DATA, DATA_FINE)):
-        p.range = range_with(p.range, number, value)
-        send_bends(p)
+        return (value << 7) | (rpn & 127)
+    if number == RPN_FINE:
+        return (rpn & ~127) | value
+    return np.int64(NO_RPN) if number in (NRPN, NRPN_FINE) else rpn
+
+
+@jit
+def set_data(record, rpn, number, value):
+    """Sets a part of what `rpn` is in a record of channels; returns False where that is nothing that bends."""
+    if rpn == BEND_RANGE_RPN:
+        record.range = range_with(record.range, number, value)
+    elif rpn == FINE_RPN:
+        record.fine = (value << 7) | (record.fine & 127) if number == DATA else (record.fine & ~127) | value
+    elif rpn == COARSE_RPN and number == DATA:
+        record.coarse = value - COARSE_MIDDLE
+    else:
+        return False
+    return True
 
 
 @jit
@@ -152,24 +201,53 @@ def range_with(semitones, number, value):
 
 
 @jit
-def reset_controllers(p):
-    """Sets pedal, wheel, expression, RPN and pluck position as when new; palm and vibrato as a host has set them."""
+def reset_controllers(p, channel):
+    """Sets pedal, wheel, expression and RPN of a channel as when new, and with them what all channels share.
+
+    Palm and vibrato go to where a host has set them. Volume, range and tuning stay, as MIDI asks (RP-015).
+    """
     controls = p.controls
-    controls.pedal = 0
-    controls.wheel = 0.0
-    controls.expression = 1.0
-    controls.bend_up = 0.0
-    controls.bend_ready = 0
-    controls.rpn = NO_RPN
+    reset_channel(controls.channel[channel], controls.vibrato_set)
+    reset_channel(controls.channel[ANY], controls.vibrato_set)
     controls.palm = controls.palm_set
     controls.legato = 0
     controls.sliding = 0
-    controls.vibrato = controls.vibrato_set
     p.position = p.placed
     for i in range(MOST_STRINGS):
-        controls.string_bend[i] = 0.0
-        p.hands.note_bend[i] = 0.0
-        p.hands.note_vibrato[i] = 0.0
+        if follows(p, i, channel):
+            controls.string_bend[i] = 0.0
+            p.hands.note_bend[i] = 0.0
+            p.hands.note_vibrato[i] = 0.0
+
+
+@jit
+def reset_channel(record, vibrato):
+    """`reset_controllers` for one record of channels, whose vibrato becomes `vibrato`."""
+    record.pedal = 0
+    record.wheel = 0.0
+    record.expression = 1.0
+    record.bend_up = 0.0
+    record.bend_ready = 0
+    record.rpn = NO_RPN
+    record.vibrato = vibrato
+
+
+@jit
+def make_controls(p):
+    """Fills the CONTROLS of zeros of a new performer, whose player is known, and its strings' channels."""
+    p.controls.level = 1.0
+    for key in range(KEYS):
+        p.controls.place_of[key] = np.nan
+        p.controls.string_of[key] = -1
+    for i in range(MOST_STRINGS):
+        p.hands.channel[i] = -1
+    for channel in range(ANY + 1):
+        record = p.controls.channel[channel]
+        record.volume = 1.0
+        record.range = p.ranged
+        record.fine = IN_TUNE
+        reset_channel(record, 0.0)
+    reset_controllers(p, np.int64(ANY))
 
 
 @jit
@@ -193,7 +271,7 @@ def turn_switch(p, ops, key, on):
     elif action == PALM:
         touch_palms(p, ops)
     elif action == VIBRATO:
-        send_vibratos(p)
+        send_vibratos(p, np.int64(ANY))
     elif on and action == WITH_THUMB:
         p.slapped = p.usual_slapped if p.usual_slapped > 0 else min(2, p.strings)
         p.stroke = POP
@@ -219,23 +297,25 @@ def release_switches(p, ops):
     if palm > 0:
         touch_palms(p, ops)
     if vibrato > 0:
-        send_vibratos(p)
+        send_vibratos(p, np.int64(ANY))
 
 
 @jit
 def take_over(p, old):
     """Sets controllers and parameters of a bass that has not played as they stand at `old`, the performer before it.
 
-    Parameters go by this bass's own numbers. So does the place of a pluck, and the range of the wheel, unless a
-    controller had moved them.
+    Parameters go by this bass's own numbers. So does the place of a pluck, and the range of each channel's wheel,
+    unless a controller had moved them.
     """
     for number in range(GAIN_DB + 1, PARAMETERS):
         adjust_player(p, number, old.controls.adjusted[number])
     copy_record(p.controls, old.controls)
-    if old.range != old.ranged:
-        p.range = old.range
-    if p.wheel_slides:
-        p.hands.shift = np.int64(np.rint(p.controls.wheel * p.range))
+    for channel in range(ANY + 1):
+        record = p.controls.channel[channel]
+        if record.range == old.ranged:
+            record.range = p.ranged
+        if p.wheel_slides:
+            p.hands.shift[channel] = np.int64(np.rint(record.wheel * record.range))
     nearest, farthest = old.player.pluck_nearest, old.player.pluck_farthest
     if old.position != old.placed and farthest != nearest:
         part = (old.position - nearest) / (farthest - nearest)
@@ -243,6 +323,7 @@ def take_over(p, old):
     for channel in range(CHANNELS):
         p.hands.channel_string[channel] = -1
     for key in range(KEYS):
+        p.hands.holding[key] = old.hands.holding[key]
         action, value = p.key_map.action[key], p.key_map.value[key]
         if action == old.key_map.action[key] and value == old.key_map.value[key]:
             p.pressed[key] = old.pressed[key]

@@ -4,9 +4,10 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp2, squared
+from livebass.kernels.player.channels import followed, follows, record_of
 from livebass.kernels.player.events import send_bend, send_gain, send_slide, send_vibrato
 from livebass.kernels.player.fingering import stopped_at, string_of_key
-from livebass.kernels.player.performer import FREE
+from livebass.kernels.player.performer import ANY, FREE, IN_TUNE
 from livebass.techniques import VIBRATO
 
 MOST_BEND = 97.0  # semitones: no bend goes farther than the largest range and its fine part
@@ -31,17 +32,19 @@ def limited_bend(semitones):
 @jit
 def bend_ratio(p, i):
     """Frequencies of string `i` relative to those without a bend."""
-    controls = p.controls
-    wheel = 0.0 if p.wheel_slides else controls.wheel * p.range
-    semitones = wheel + controls.bend_up + (controls.string_bend[i] + p.hands.note_bend[i])
+    channel = record_of(p, i)
+    wheel = 0.0 if p.wheel_slides else channel.wheel * channel.range
+    tuning = channel.coarse + (channel.fine - IN_TUNE) / float(IN_TUNE)
+    semitones = wheel + channel.bend_up + tuning + (p.controls.string_bend[i] + p.hands.note_bend[i])
     return exp2(min(max(semitones, -MOST_BEND), MOST_BEND) / 12.0)
 
 
 @jit
-def send_bends(p):
-    """Sends the bend to every string."""
+def send_bends(p, channel):
+    """Sends the bend to every string that follows `channel`."""
     for i in range(p.strings):
-        send_bend(p, i, bend_ratio(p, i))
+        if follows(p, i, channel):
+            send_bend(p, i, bend_ratio(p, i))
 
 
 @jit
@@ -53,65 +56,94 @@ def bend_string(p, i, semitones):
 
 
 @jit
-def bend_note(p, key, semitones):
-    """Bends the string that played `key` last, until it plays another note."""
-    i = string_of_key(p, key)
+def bend_note(p, channel, key, semitones):
+    """Bends the string that played `key` of `channel` last, until it plays another note."""
+    i = string_of_key(p, channel, key)
     if i >= 0:
         p.hands.note_bend[i] = limited_bend(semitones)
         send_bend(p, i, bend_ratio(p, i))
 
 
 @jit
-def follow_wheel(p):
-    """Slides the fretted strings that are played to the fret that the wheel is at, if that has changed."""
-    wanted = p.controls.wheel * p.range
-    if not p.wheel_slides or abs(wanted - p.hands.shift) <= SHIFTS:
+def follow_wheel(p, channel):
+    """Slides the fretted strings of `channel` that are played to the fret that its wheel is at, if that has changed."""
+    if not p.wheel_slides:
         return
-    p.hands.shift = np.int64(np.rint(wanted))
+    own, bass = moves_shift(p, channel), moves_shift(p, np.int64(ANY))
     for i in range(p.strings):
-        if p.hands.state[i] != FREE and p.hands.fret[i] > 0:
-            send_slide(p, i, stopped_at(p, p.hands.fret[i]), SLIDE_TIME)
+        which = followed(p, i)
+        moves = bass if which == ANY else own and which == channel
+        if moves and p.hands.state[i] != FREE and p.hands.fret[i] > 0:
+            send_slide(p, i, stopped_at(p, i, p.hands.fret[i]), SLIDE_TIME)
 
 
 @jit
-def loudness(p):
-    """Gain of volume and expression, by the square as General MIDI asks."""
-    return squared(p.controls.volume * p.controls.expression) * p.controls.level
+def moves_shift(p, which):
+    """Shifts the record `which` by whole frets to where its wheel is; returns False if it is near enough."""
+    wanted = p.controls.channel[which].wheel * p.controls.channel[which].range
+    if abs(wanted - p.hands.shift[which]) <= SHIFTS:
+        return False
+    p.hands.shift[which] = np.int64(np.rint(wanted))
+    return True
 
 
 @jit
-def send_gains(p):
-    """Sends volume and expression to every string."""
+def loudness(p, i):
+    """Gain of volume and expression of string `i`, by the square as General MIDI asks."""
+    channel = record_of(p, i)
+    return squared(channel.volume * channel.expression) * p.controls.level
+
+
+@jit
+def send_gains(p, channel):
+    """Sends volume and expression to every string that follows `channel`."""
     for i in range(p.strings):
-        send_gain(p, i, loudness(p))
+        if follows(p, i, channel):
+            send_gain(p, i, loudness(p, i))
 
 
 @jit
-def vibrato_depth(p):
-    """Returns the depth of the vibrato, semitones."""
-    return VIBRATO_DEPTH * max(p.controls.vibrato, 1.0 if p.switched[VIBRATO] > 0 else 0.0)
+def vibrato_depth(p, i):
+    """Returns the depth of the vibrato that channel and key switch give string `i`, semitones."""
+    return VIBRATO_DEPTH * max(record_of(p, i).vibrato, 1.0 if p.switched[VIBRATO] > 0 else 0.0)
 
 
 @jit
 def string_vibrato(p, i):
-    """Returns the depth of the vibrato of string `i`, semitones: the bass's or its note's, whichever is more."""
-    return max(vibrato_depth(p), VIBRATO_DEPTH * p.hands.note_vibrato[i])
+    """Returns the depth of the vibrato of string `i`, semitones: its channel's or its note's, whichever is more."""
+    return max(vibrato_depth(p, i), VIBRATO_DEPTH * p.hands.note_vibrato[i])
 
 
 @jit
-def send_vibratos(p):
-    """Sends depth and rate of the vibrato to every string."""
+def send_vibratos(p, channel):
+    """Sends depth and rate of the vibrato to every string that follows `channel`."""
     for i in range(p.strings):
+        if follows(p, i, channel):
+            send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
+
+
+@jit
+def take_channel(p, i, channel):
+    """Has string `i` follow `channel` from now on; -1: ANY. Sends what of bend, gain and vibrato that changes."""
+    if p.hands.channel[i] == channel:
+        return
+    bend, gain, vibrato = bend_ratio(p, i), loudness(p, i), string_vibrato(p, i)
+    p.hands.channel[i] = channel
+    if bend_ratio(p, i) != bend:
+        send_bend(p, i, bend_ratio(p, i))
+    if loudness(p, i) != gain:
+        send_gain(p, i, loudness(p, i))
+    if string_vibrato(p, i) != vibrato:
         send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
 
 
 @jit
-def vibrate_note(p, key, amount):
-    """Sets the vibrato of the string that played `key` last, 0 to 1, until its next note.
+def vibrate_note(p, channel, key, amount):
+    """Sets the vibrato of the string that played `key` of `channel` last, 0 to 1, until its next note.
 
-    The bass's own vibrato is the least. NaN is none.
+    The channel's own vibrato is the least. NaN is none.
     """
-    i = string_of_key(p, key)
+    i = string_of_key(p, channel, key)
     if i >= 0:
         p.hands.note_vibrato[i] = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
         send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
@@ -125,4 +157,4 @@ def end_note_expression(p, i):
         send_bend(p, i, bend_ratio(p, i))
     if p.hands.note_vibrato[i] != 0.0:
         p.hands.note_vibrato[i] = 0.0
-        send_vibrato(p, i, vibrato_depth(p), VIBRATO_RATE)
+        send_vibrato(p, i, vibrato_depth(p, i), VIBRATO_RATE)

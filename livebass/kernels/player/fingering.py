@@ -3,18 +3,20 @@
 import numpy as np
 
 from livebass.compiling import jit
+from livebass.kernels.player.channels import followed, follows
 from livebass.kernels.player.performer import FREE, HELD
 
 HAND_SPAN = 3  # frets beyond the first finger
 # What a string costs, the cheapest of which is chosen: a fret, a fret beyond the hand, and to take one that
 # sounds, less for older notes. One that sounds is only taken for its own note, or where no other can play this one.
 FRET_COST, MOVE_COST, TAKEN_COST, AGE_GAIN = 0.4, 2.5, 1000.0, 1e-6
+SHARED_COST = 500.0  # of one that sounds this note for another channel: both sound where a string is free
 HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
 
 
 @jit
-def choose_string(p, note):
-    """Returns the string for `note`, -1 if none has it: free ones first, then near positions, then the oldest."""
+def choose_string(p, channel, note):
+    """Returns the string for `note` of `channel`, -1 if none has it: free ones, near positions, then the oldest."""
     hands = p.hands
     best = -1
     least = np.inf
@@ -28,7 +30,10 @@ def choose_string(p, note):
             cost += MOVE_COST * away
         if hands.state[i] != FREE:
             same = hands.key[i] >= 0 and p.open[i] + hands.fret[i] == note
-            cost += -TAKEN_COST if same else TAKEN_COST - AGE_GAIN * (hands.clock - hands.age[i])
+            if same:
+                cost += -TAKEN_COST if follows(p, i, channel) else SHARED_COST
+            else:
+                cost += TAKEN_COST - AGE_GAIN * (hands.clock - hands.age[i])
         if cost < least:
             least = cost
             best = i
@@ -76,11 +81,11 @@ def natural_harmonic(p, note, wanted):
 
 
 @jit
-def string_of_key(p, key):
-    """Returns the string that played `key` last; -1: there is none."""
+def string_of_key(p, channel, key):
+    """Returns the string that played `key` of `channel` last; -1: there is none. ANY: of any channel."""
     last = -1
     for i in range(p.strings):
-        if p.hands.key[i] == key and (last < 0 or p.hands.age[i] > p.hands.age[last]):
+        if p.hands.key[i] == key and follows(p, i, channel) and (last < 0 or p.hands.age[i] > p.hands.age[last]):
             last = i
     return last
 
@@ -132,9 +137,9 @@ def move_hand(p, fret):
 
 
 @jit
-def stopped_at(p, fret):
-    """Returns the fret at which a note of `fret` is stopped, by the wheel if that slides. Open strings stay open."""
-    shift = p.hands.shift
+def stopped_at(p, i, fret):
+    """Returns the fret at which string `i` is stopped for a note of `fret`, by a wheel that slides. Open ones stay."""
+    shift = p.hands.shift[followed(p, i)]
     if fret == 0 or shift == 0:
         return fret
     return min(max(fret + shift, 1), p.frets)

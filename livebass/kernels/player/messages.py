@@ -7,6 +7,8 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import records_at
+from livebass.kernels.player.channels import leading, pedal_is_down
+from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
     DATA,
@@ -23,13 +25,15 @@ from livebass.kernels.player.expression import (
     bend_string,
     follow_wheel,
     send_bends,
+    take_channel,
     wheel_of,
 )
-from livebass.kernels.player.fingering import has_note
+from livebass.kernels.player.fingering import has_note, natural_harmonic
 from livebass.kernels.player.notes import EVERY_STRING, note_off, note_on, stop_string
 from livebass.kernels.player.performer import (
     ALL_ALIKE,
     ALWAYS,
+    ANY,
     CHANNELS,
     FREE,
     MOST_STRINGS,
@@ -40,7 +44,7 @@ from livebass.kernels.player.performer import (
     performer_at,
 )
 from livebass.kernels.string.records import EVENT, PLUCK, STRIKE_EVENT, THROW
-from livebass.techniques import CC_VIBRATO
+from livebass.techniques import CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
 
@@ -106,37 +110,42 @@ def ring_on(p, ops, player, before, status, first, second):
 
 @jit
 def handle_common_message(p, ops, status, first, second):
-    """Handles a message of a channel like all others."""
+    """Handles a message of a channel that has no string, and no zone, of its own."""
     kind, channel = status & 0xF0, status & 0x0F
     if kind in (NOTE_ON, NOTE_OFF):
         on = kind == NOTE_ON and second > 0
         if is_switch(p, first):
             turn_switch(p, ops, first, on)
         elif on:
-            note_on(p, ops, first, second)
+            note_on(p, ops, channel, first, second)
         else:
-            note_off(p, ops, first, second if kind == NOTE_OFF else RELEASE, np.int64(EVERY_STRING))
-    elif kind == CONTROL and first == DATA and p.controls.rpn == MPE_RPN:  # the zone of MPE of this master channel
+            note_off(p, ops, channel, first, second if kind == NOTE_OFF else RELEASE, np.int64(EVERY_STRING))
+    elif kind == CONTROL and first == DATA and leading(p, channel).rpn == MPE_RPN:
+        # the zone of MPE of this master channel
         members = min(second, CHANNELS - 1)
         set_mode(p, np.int64(NOTE_A_CHANNEL), 1 if channel == 0 else CHANNELS - 1 - members, members)
     elif kind == CONTROL:
         if first >= MONO:
             p.controls.mono = first == MONO and second < 2
             set_mode(p, STRING_A_CHANNEL if first == MONO else ALL_ALIKE, channel, min(second, CHANNELS - channel))
-        control(p, ops, first, second)
+        control(p, ops, channel, first, second)
     elif kind == WHEEL:
-        p.controls.wheel = wheel_of(first, second)
+        p.controls.channel[channel].wheel = wheel_of(first, second)
+        p.controls.channel[ANY].wheel = wheel_of(first, second)
         if p.wheel_slides:
-            follow_wheel(p)
+            follow_wheel(p, channel)
         else:
-            send_bends(p)
+            send_bends(p, channel)
 
 
 @jit
 def set_mode(p, mode, first, channels):
     """Gives channels a meaning: `channels` of them from `first` on."""
     controls = p.controls
-    controls.mode = mode if channels > 1 else ALL_ALIKE
+    wanted = mode if channels > 1 else ALL_ALIKE
+    if wanted != controls.mode:
+        forget_channels(p)
+    controls.mode = wanted
     controls.first_channel = first
     controls.channels = channels
     controls.channel_range = MPE_RANGE if mode == NOTE_A_CHANNEL else GUITAR_RANGE
@@ -146,6 +155,15 @@ def set_mode(p, mode, first, channels):
         p.hands.channel_string[channel] = -1
     for i in range(MOST_STRINGS):
         controls.string_bend[i] = 0.0
+
+
+@jit
+def forget_channels(p):
+    """Has all strings follow the bass as a whole, whatever channel has played them, and forgets who holds what."""
+    for i in range(p.strings):
+        take_channel(p, i, np.int64(-1))
+    for key in range(KEYS):
+        p.hands.holding[key] = 0
 
 
 @jit
@@ -163,7 +181,7 @@ def handle_own_message(p, ops, status, first, second):
         if controls.mode != STRING_A_CHANNEL:
             return False
         if i >= 0:
-            note_off(p, ops, first, second if kind == NOTE_OFF else RELEASE, i)
+            note_off(p, ops, channel, first, second if kind == NOTE_OFF else RELEASE, i)
     elif kind == WHEEL:
         controls.channel_wheel[channel] = wheel_of(first, second)
         if i >= 0:
@@ -174,7 +192,7 @@ def handle_own_message(p, ops, status, first, second):
             send_vibrato(p, i, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
     elif kind == CONTROL and first == BRIGHTNESS:
         controls.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
-    elif kind == CONTROL and controls.rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):
+    elif kind == CONTROL and controls.channel[ANY].rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):
         controls.channel_range = range_with(controls.channel_range, first, second)  # the bass's is any other channel's
     else:
         return False
@@ -186,13 +204,13 @@ def play_own_note(p, ops, i, channel, key, velocity):
     """Plays a note of a channel of its own, at that channel's place and with its bend; on string `i` if it has one."""
     controls = p.controls
     if controls.mode == STRING_A_CHANNEL:
-        if not has_note(p, i, key):  # none has any on a channel without a string
+        if not (has_note(p, i, key) or has_harmonic(p, i, key)):  # none has any on a channel without a string
             p.dropped += 1
             return
         controls.string_of[key] = i
     if not np.isnan(controls.channel_place[channel]):
         controls.place_of[key] = controls.channel_place[channel]
-    note_on(p, ops, key, velocity)
+    note_on(p, ops, channel, key, velocity)
     latest = p.hands.latest
     p.hands.channel_string[channel] = latest
     if latest >= 0:
@@ -200,10 +218,16 @@ def play_own_note(p, ops, i, channel, key, velocity):
 
 
 @jit
+def has_harmonic(p, i, key):
+    """True if harmonics are played, and `key` is a natural one of string `i`, which may be -1."""
+    return i >= 0 and p.switched[HARMONIC] > 0 and natural_harmonic(p, key, i)[1] > 0
+
+
+@jit
 def update_idle(p):
     """Tells every string which ones nobody plays or mutes, where that has changed: they may answer (answers.py)."""
     idle = 0
-    if p.answering == ALWAYS or (p.answering == WITH_PEDAL and p.controls.pedal):
+    if p.answering == ALWAYS or (p.answering == WITH_PEDAL and pedal_is_down(p)):
         for i in range(p.strings):
             if p.hands.state[i] == FREE:
                 idle |= 1 << i

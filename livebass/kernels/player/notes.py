@@ -3,8 +3,10 @@
 import numpy as np
 
 from livebass.compiling import SMALL, compiled
+from livebass.kernels.player.channels import follows, record_of
+from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import send_cut, send_hammer, send_pull_off, send_slide, send_stop, send_touch
-from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression
+from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression, take_channel
 from livebass.kernels.player.fingering import (
     choose_string,
     fold_note,
@@ -15,7 +17,7 @@ from livebass.kernels.player.fingering import (
     sounding_string,
     stopped_at,
 )
-from livebass.kernels.player.performer import FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
+from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
 from livebass.kernels.player.strokes import force_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import palm_is_on, touch_palm
 from livebass.kernels.string.records import TOUCHES
@@ -30,13 +32,14 @@ TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
 # m across, by which the finger of a pull-off takes the string along: to the side where pickups hear it with what the
 # string does as it leaves its fret, not against that
 LEAST_PULL, MOST_PULL = 0.1e-3, 0.9e-3
-EVERY_STRING = -1
+EVERY_STRING, EVERY_KEY = -1, -1
 
 
 @jit
-def note_on(p, ops, key, velocity):
-    """Plays a key: finds note and string, then sounds it by the left hand or a stroke."""
+def note_on(p, ops, channel, key, velocity):
+    """Plays a key of a channel: finds note and string, then sounds it by the left hand or a stroke."""
     hands = p.hands
+    channel = hold_key(p, channel, key)
     own_place, own_string = p.controls.place_of[key], p.controls.string_of[key]
     hands.latest = -1
     p.controls.place_of[key] = np.nan
@@ -50,7 +53,7 @@ def note_on(p, ops, key, velocity):
         i = tied_string(p, note, own_string)
         tied = i >= 0
     if i < 0:
-        i = string_for(p, note, own_string)
+        i = string_for(p, channel, note, own_string)
     if i < 0:
         p.dropped += 1
         return
@@ -61,13 +64,15 @@ def note_on(p, ops, key, velocity):
         stack_key(p, i)
     else:
         hands.stacked[i] = 0
-        if hands.state[i] != FREE and hands.key[i] != key:
+        if hands.state[i] != FREE and (hands.key[i] != key or not follows(p, i, channel)):
             p.stolen += 1
     if own_string < 0:
-        stop_elsewhere(p, i, key)
+        stop_elsewhere(p, i, channel, key)
     take_string_for(p, i, fret, key)
     end_note_expression(p, i)
-    part, stop, before = p.part[velocity], stopped_at(p, fret), stopped_at(p, before)
+    before = stopped_at(p, i, before)
+    take_channel(p, i, channel)
+    part, stop = p.part[velocity], stopped_at(p, i, fret)
     if p.switched[TAP] > 0 and fret > 0:
         tap_string(p, ops, i, stop, part)
     elif tied and stop != before:
@@ -75,6 +80,23 @@ def note_on(p, ops, key, velocity):
     else:
         ghost = p.switched[GHOST] > 0 or velocity < p.player.ghost_below
         play_stroke(p, ops, i, stop, node, part, ghost, own_place)
+
+
+@jit
+def hold_key(p, channel, key):
+    """Notes that `channel` holds `key`; returns the channel that the note's string is to follow, -1: none in a zone."""
+    if p.controls.mode != ALL_ALIKE:
+        return np.int64(-1)
+    p.hands.holding[key] |= 1 << channel
+    return channel
+
+
+@jit
+def forget_keys(p, channel):
+    """Forgets the keys that `channel` holds, but for those that play a string."""
+    for key in range(KEYS):
+        p.hands.holding[key] &= ~(1 << channel)
+    unstack_key(p, channel, np.int64(EVERY_KEY), np.int64(EVERY_STRING))
 
 
 @jit
@@ -112,13 +134,13 @@ def tied_string(p, note, own_string):
 
 
 @jit
-def string_for(p, note, own_string):
-    """Returns the string that a stroke plays `note` on: the one asked for, or the best; -1: none has it."""
+def string_for(p, channel, note, own_string):
+    """Returns the string that a stroke plays `note` of `channel` on: the one asked for, or the best; -1: none."""
     if has_note(p, own_string, note):
         return own_string
     if has_note(p, p.forced, note):
         return p.forced
-    return choose_string(p, note)
+    return choose_string(p, channel, note)
 
 
 @jit
@@ -142,10 +164,10 @@ def take_string_for(p, i, fret, key):
 
 
 @jit
-def stop_elsewhere(p, i, key):
-    """Stops a key on other strings than `i`, on which it is played now."""
+def stop_elsewhere(p, i, channel, key):
+    """Stops a key of `channel` on other strings than `i`, on which it is played now."""
     for k in range(p.strings):
-        if k != i and p.hands.state[k] != FREE and p.hands.key[k] == key:
+        if k != i and p.hands.state[k] != FREE and p.hands.key[k] == key and follows(p, k, channel):
             stop_string(p, k)
 
 
@@ -180,22 +202,28 @@ def tap_string(p, ops, i, fret, part):
 
 
 @jit
-def note_off(p, ops, key, velocity, own_string):
+def note_off(p, ops, channel, key, velocity, own_string):
     """Releases the strings that the key holds; only `own_string` if that is not EVERY_STRING.
 
-    The first note-off ends a key, however often it was struck: to wait for as many note-offs as there were note-ons
-    would leave a note hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
+    A channel that holds the key ends its own notes; one that does not ends those of any channel. The first note-off
+    ends a key, however often it was struck: to wait for as many note-offs as there were note-ons would leave a note
+    hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
     """
     hands = p.hands
+    if p.controls.mode != ALL_ALIKE or not (hands.holding[key] >> channel) & 1:
+        channel = np.int64(ANY)
+    else:
+        hands.holding[key] &= ~(1 << channel)
     for i in range(p.strings):
-        if hands.state[i] == HELD and hands.key[i] == key and (own_string < 0 or i == own_string):
+        mine = (own_string < 0 or i == own_string) and follows(p, i, channel)
+        if hands.state[i] == HELD and hands.key[i] == key and mine:
             if p.switched[DETACH] > 0:
                 stop_string(p, i)
             elif hands.stacked[i] > 0:
                 go_back_to_key(p, ops, i, velocity)
             else:
                 release_string(p, i)
-    unstack_key(p, key, own_string)
+    unstack_key(p, channel, key, own_string)
 
 
 @jit
@@ -204,10 +232,11 @@ def go_back_to_key(p, ops, i, velocity):
     hands = p.hands
     hands.stacked[i] -= 1
     key = hands.stack[i, hands.stacked[i]]
-    before = stopped_at(p, hands.fret[i])
+    before = stopped_at(p, i, hands.fret[i])
     hands.key[i] = key
     hands.fret[i] = max(fold_note(key, p.open[i], p.open[i] + p.frets) - p.open[i], 0)
-    go_to_fret(p, ops, i, before, stopped_at(p, hands.fret[i]), (max(velocity, 1) - 1) / 126.0)
+    take_channel(p, i, hands.stack_channel[i, hands.stacked[i]])
+    go_to_fret(p, ops, i, before, stopped_at(p, i, hands.fret[i]), (max(velocity, 1) - 1) / 126.0)
 
 
 @jit
@@ -217,23 +246,35 @@ def stack_key(p, i):
     n = hands.stacked[i]
     if n == STACK:
         for k in range(1, STACK):
-            hands.stack[i, k - 1] = hands.stack[i, k]
+            move_stacked(p, i, k, k - 1)
         n -= 1
     hands.stack[i, n] = hands.key[i]
+    hands.stack_channel[i, n] = hands.channel[i]
     hands.stacked[i] = n + 1
 
 
 @jit
-def unstack_key(p, key, own_string):
-    """Takes a key that was released from under those that play, on `own_string` only if that is not EVERY_STRING."""
+def move_stacked(p, i, place, to):
+    """Moves the key at `place` under the one that string `i` plays."""
+    p.hands.stack[i, to] = p.hands.stack[i, place]
+    p.hands.stack_channel[i, to] = p.hands.stack_channel[i, place]
+
+
+@jit
+def unstack_key(p, channel, key, own_string):
+    """Takes a key of `channel` (or ANY) that was released from under those that play; EVERY_KEY: all of them.
+
+    It does so on `own_string` only if that is not EVERY_STRING.
+    """
     hands = p.hands
     for i in range(p.strings):
         if own_string >= 0 and i != own_string:
             continue
         kept = 0
         for k in range(hands.stacked[i]):
-            if hands.stack[i, k] != key:
-                hands.stack[i, kept] = hands.stack[i, k]
+            of = hands.stack_channel[i, k]
+            if (hands.stack[i, k] != key and key != EVERY_KEY) or (of != channel and of >= 0 and channel != ANY):
+                move_stacked(p, i, k, kept)
                 kept += 1
         hands.stacked[i] = kept
 
@@ -241,7 +282,7 @@ def unstack_key(p, key, own_string):
 @jit
 def release_string(p, i):
     """Lets go of a held note; the pedal may still hold it."""
-    if p.controls.pedal:
+    if record_of(p, i).pedal:
         p.hands.state[i] = PEDALLED
     else:
         stop_string(p, i)
@@ -265,26 +306,29 @@ def cut_string(p, i):
 
 
 @jit
-def cut_note(p, key):
-    """Ends the sound of the strings that played `key`, whatever the pedal does."""
+def cut_note(p, channel, key):
+    """Ends the sound of the strings that played `key` of `channel`, whatever the pedal does."""
     for i in range(p.strings):
-        if p.hands.key[i] == key:
+        if p.hands.key[i] == key and follows(p, i, channel):
             cut_string(p, i)
-    unstack_key(p, key, np.int64(EVERY_STRING))
+    unstack_key(p, channel, key, np.int64(EVERY_STRING))
 
 
 @jit
-def stop_pedalled(p):
-    """Stops the strings that the pedal alone held."""
+def stop_pedalled(p, channel):
+    """Stops the strings that the pedal of `channel` alone held."""
     for i in range(p.strings):
-        if p.hands.state[i] == PEDALLED:
+        if p.hands.state[i] == PEDALLED and follows(p, i, channel):
             stop_string(p, i)
 
 
 @jit
-def release_all_notes(p):
-    """Releases every held note."""
+def release_all_notes(p, channel):
+    """Releases every held note of `channel`."""
+    forget_keys(p, channel)
     for i in range(p.strings):
+        if not follows(p, i, channel):
+            continue
         p.hands.stacked[i] = 0
         if p.hands.state[i] == HELD:
             release_string(p, i)

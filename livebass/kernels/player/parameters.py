@@ -7,9 +7,11 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import log2, power
+from livebass.kernels.player.channels import record_of
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, KEYS, POP
-from livebass.kernels.player.events import send_tone
-from livebass.kernels.player.expression import send_bends, send_gains, send_vibratos
+from livebass.kernels.player.events import send_tone, send_vibrato
+from livebass.kernels.player.expression import VIBRATO_RATE, send_bends, send_gains, string_vibrato
+from livebass.kernels.player.performer import ANY
 from livebass.kernels.player.strokes import position_at
 from livebass.kernels.player.touches import touch_palms
 from livebass.techniques import (
@@ -50,7 +52,7 @@ def set_parameter(p, number, value):
         for i in range(p.strings):
             send_tone(p, i, value)
     elif number == BEND_RANGE:
-        send_bends(p)
+        send_bends(p, np.int64(ANY))
 
 
 @jit
@@ -74,7 +76,8 @@ def adjust_player(p, number, value):
             p.unevenness = min(max(p.player.unevenness + value, 0.0), MOST_UNEVENNESS)
     elif number == BEND_RANGE:
         p.ranged = p.player.bend_range if value == 0.0 else max(value, 1.0)
-        p.range = p.ranged
+        for channel in range(ANY + 1):
+            p.controls.channel[channel].range = p.ranged
 
 
 @jit
@@ -108,9 +111,14 @@ def set_amount(p, ops, function, amount):
             touch_palms(p, ops)
     if function == CC_VIBRATO:
         controls.vibrato_set = amount
-        if amount != controls.vibrato:
-            controls.vibrato = amount
-            send_vibratos(p)
+        others = 0
+        for i in range(p.strings):
+            others |= (1 if record_of(p, i).vibrato != amount else 0) << i
+        for channel in range(ANY + 1):
+            controls.channel[channel].vibrato = amount
+        for i in range(p.strings):
+            if (others >> i) & 1:
+                send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
 
 
 @jit
@@ -154,6 +162,6 @@ def turn_parameter(p, number, value):
     x = np.float64(np.float32(value_at(number, value)))  # as precise as those of a host
     if number == GAIN_DB:
         p.controls.level = power(10.0, x / 20.0) if x > LEAST[GAIN_DB] else 0.0
-        send_gains(p)
+        send_gains(p, np.int64(ANY))
     else:
         set_parameter(p, number, x)

@@ -19,6 +19,7 @@ MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on 
 # What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
+ANY = CHANNELS  # in place of a channel: the bass as a whole
 # When idle strings may answer those that sound: no hand rests on them never, while the pedal is down, or always
 NEVER, WITH_PEDAL, ALWAYS = range(3)
 ANSWERS_WHEN = 3
@@ -26,27 +27,40 @@ STACK = 4  # keys held on one string that it goes back to, one after the other
 OVER = 1e-9  # signal below which a bass that rings out has ended
 FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
 
-# What outlives a change of bass
-CONTROLS = np.dtype(
+# What the messages of one channel set
+CHANNEL = np.dtype(
     [
         ("volume", "f8"),
         ("expression", "f8"),
-        ("level", "f8"),  # of the parameter gain, where a controller of the bass's own moves that
-        ("blend", "f8"),  # of the pickups, -1 the one nearest to the neck alone, 1 the bridge's; 0: as the bass has it
         ("pedal", "i8"),
         ("wheel", "f8"),  # -1 to 1
+        ("range", "f8"),  # semitones, of the wheel
         ("bend_up", "f8"),  # semitones, by the controller ...
         ("bend_ready", "i8"),  # ... once it has been below BEND_STARTS
+        ("vibrato", "f8"),  # 0 to 1
+        ("fine", "i8"),  # tuning, 0 to 16383: IN_TUNE is none, and a semitone lies on either side
+        ("coarse", "i8"),  # tuning, semitones
+        ("rpn", "i8"),  # selected; NO_RPN: none
+    ],
+    align=True,
+)
+NO_RPN = 16383
+IN_TUNE = 8192
+
+# What outlives a change of bass
+CONTROLS = np.dtype(
+    [
+        ("channel", CHANNEL, (CHANNELS + 1,)),  # the last one, ANY, has what any channel outside a zone has set last
+        ("level", "f8"),  # of the parameter gain, where a controller of the bass's own moves that
+        ("blend", "f8"),  # of the pickups, -1 the one nearest to the neck alone, 1 the bridge's; 0: as the bass has it
         ("palm", "f8"),  # 0 to 1, by the controller ...
         ("palm_set", "f8"),  # ... and by `set_amount`
-        ("vibrato", "f8"),  # likewise ...
-        ("vibrato_set", "f8"),  # ... likewise
+        ("vibrato_set", "f8"),  # 0 to 1, of all channels, by `set_amount`
         ("legato", "i8"),  # 1: by the controller
         ("sliding", "i8"),  # 1: by the controller
         ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's
         ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
-        ("rpn", "i8"),  # selected; NO_RPN: none
         ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: as the bass has it
         # channels
         ("mode", "i8"),  # ALL_ALIKE, STRING_A_CHANNEL or NOTE_A_CHANNEL
@@ -59,7 +73,6 @@ CONTROLS = np.dtype(
     ],
     align=True,
 )
-NO_RPN = 16383
 
 # What the hands do: the left one frets, the right one plucks
 HANDS = np.dtype(
@@ -67,14 +80,17 @@ HANDS = np.dtype(
         ("state", "i8", (MOST_STRINGS,)),  # FREE, HELD or PEDALLED
         ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
         ("fret", "i8", (MOST_STRINGS,)),
+        ("channel", "i8", (MOST_STRINGS,)),  # that has played the string last; -1: none, and in a zone
         ("age", "i8", (MOST_STRINGS,)),  # the clock when its note began
         ("clock", "i8"),  # counts notes
         ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
+        ("stack_channel", "i8", (MOST_STRINGS, STACK)),  # ... and their channels
         ("stacked", "i8", (MOST_STRINGS,)),
+        ("holding", "i8", (KEYS,)),  # the channels that hold each key, a bit each
         ("note_bend", "f8", (MOST_STRINGS,)),  # semitones, of the note that it plays, besides all others
         ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of the note that it plays
         ("place", "i8"),  # fret of the first finger
-        ("shift", "i8"),  # frets by which a wheel that slides has got from those of the notes
+        ("shift", "i8", (CHANNELS + 1,)),  # frets by which a wheel that slides has got from those of the notes
         ("latest", "i8"),  # string of the last note; -1: it was left out
         ("channel_string", "i8", (CHANNELS,)),  # that the channel's last note is played on; -1: none
         ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
@@ -114,8 +130,7 @@ PERFORMER = np.dtype(
         # what controllers, parameters and key switches make of the player
         ("position", "f8"),  # of a pluck, fraction of the open string
         ("placed", "f8"),  # the position that the controllers' reset goes back to
-        ("range", "f8"),  # semitones, of the wheel
-        ("ranged", "f8"),  # semitones, the range until a controller sets another
+        ("ranged", "f8"),  # semitones, the range of a channel's wheel until a controller sets another
         ("dynamics", "f8"),  # factor of every note's force
         ("tone", "f8"),  # of the tone pot, -1 to 1; 0: as the bass has it
         ("hand_damping", "f8"),

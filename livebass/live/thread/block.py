@@ -28,7 +28,7 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.pickup import tone
 from livebass.kernels.player import controls, expression, messages, notes, parameters
-from livebass.kernels.player.performer import FADE, MOST_EVENTS, MOST_STRINGS, OVER
+from livebass.kernels.player.performer import CHANNELS, FADE, MOST_EVENTS, MOST_STRINGS, OVER
 from livebass.live.thread import ahead, helpers
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -69,6 +69,7 @@ from livebass.live.thread.ring import (
     PARAMETER,
     STRING_BEND,
     controller_of,
+    key_channel_of,
     next_frame,
     pop,
     push_midi,
@@ -148,7 +149,7 @@ def play_event(synth, b, frame, word, value):
             if frame == 0:
                 synth.gain = synth.gain_target
             return
-    send_event(synth, b, frame, kind, number, value)
+    send_event(synth, b, frame, word, value)
 
 
 @jit
@@ -158,9 +159,10 @@ def set_gain(synth, value):
 
 
 @jit
-def send_event(synth, b, frame, kind, number, value):
+def send_event(synth, b, frame, word, value):
     """Hands an event other than MIDI to the performer of `b`."""
     p = performer_for(b, frame)
+    kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
     if kind == PARAMETER and number < PARAMETERS:
         parameters.set_parameter(p, number, synth.parameters[number])
     elif kind == AMOUNT:
@@ -168,11 +170,11 @@ def send_event(synth, b, frame, kind, number, value):
     elif kind == STRING_BEND:
         expression.bend_string(p, number, value)
     elif kind == NOTE_BEND:
-        expression.bend_note(p, number, value)
+        expression.bend_note(p, key_channel_of(word), number, value)
     elif kind == NOTE_VIBRATO:
-        expression.vibrate_note(p, number, value)
+        expression.vibrate_note(p, key_channel_of(word), number, value)
     elif kind == NOTE_CUT:
-        notes.cut_note(p, number)
+        notes.cut_note(p, key_channel_of(word), number)
     elif kind == NOTE_PLACE:
         parameters.place_note(p, number, value)
     elif kind == NOTE_STRING:
@@ -202,7 +204,7 @@ def take_controllers(b, old):
     controls.take_over(p, performer_of(old))
     for i in range(b.strings):
         strings.set_controls(string_of(b, i).voice, p, i)
-    b.floor.gain_wanted = expression.loudness(p)
+    b.floor.gain_wanted = expression.loudness(p, np.int64(0))  # whose events it follows
 
 
 @entry("void(int64, int64)")
@@ -231,11 +233,12 @@ def collect_events(synth, b, n):
     panic = record_address(synth) + PANIC
     if load_acquire(panic) != 0:
         store_release(panic, 0)
-        control = np.int64(0xB0) | synth.channel & 0x0F
         for number in (np.int64(120), np.int64(121)):  # all sound off, reset all controllers
             # typed: functions called with a literal would be compiled a second time
-            play_message(synth, b, synth.frame, control, number, np.int64(0))
-            ring_on(synth, b, out.count, synth.frame, control, number, np.int64(0))
+            for channel in range(CHANNELS):
+                control = np.int64(0xB0 | channel)
+                play_message(synth, b, synth.frame, control, number, np.int64(0))
+                ring_on(synth, b, out.count, synth.frame, control, number, np.int64(0))
     last = synth.frame
     for _ in range(MOST_MESSAGES):  # a flood of messages waits, the sound does not
         if max(out.count, old_out.count) + MOST_EVENTS > EVENT_ROOM:
@@ -256,8 +259,7 @@ def collect_events(synth, b, n):
         if (word >> KIND_BIT) & 0xFF != MIDI:
             play_event(synth, b, last, word, value)
             if synth.old_bass != 0:
-                kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
-                send_event(synth, bass_at(synth.old_bass), last, kind, number, value)
+                send_event(synth, bass_at(synth.old_bass), last, word, value)
             continue
         status, first, second = unpack(word)
         before = out.count

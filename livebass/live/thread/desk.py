@@ -9,12 +9,24 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import entry, jit
+from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
 from livebass.kernels.player.constants import CONTROLLERS, KEYS
-from livebass.kernels.player.controls import PEDAL
+from livebass.kernels.player.controls import (
+    BEND_RANGE_RPN,
+    COARSE_MIDDLE,
+    COARSE_RPN,
+    DATA,
+    DATA_FINE,
+    FINE_RPN,
+    PEDAL,
+    RPN,
+    RPN_FINE,
+    rpn_with,
+)
 from livebass.kernels.player.parameters import value_at
-from livebass.kernels.player.performer import CHANNELS
-from livebass.live.thread.records import field_offset
+from livebass.kernels.player.performer import CHANNELS, IN_TUNE, NO_RPN
+from livebass.live.thread.records import field_offset, performer_of
 from livebass.live.thread.ring import push_learned, push_midi, unpack
 from livebass.techniques import CHANNEL_MODES, PARAMETERS
 
@@ -50,7 +62,7 @@ DESK = np.dtype(
         ("loop_from", "f8"),  # frames; the loop ends before loop_to
         ("loop_to", "f8"),  # 0: no loop
         ("held", "i8", (CHANNELS, KEYS)),  # 1 for notes of the score that have not ended
-        ("pedal", "i8"),  # 1 if the score has it down
+        ("pedal", "i8", (CHANNELS,)),  # 1 if the score has it down
         ("bent", "i8", (CHANNELS,)),  # 1 if the score has left the channel's pitch wheel off its middle
         ("met", "i8", (CHANNELS, CONTROLLERS + 1)),  # workspace
         ("programs", "i8"),  # address: int64 (count + 1,), the program before each message, and after all; -1: none
@@ -107,15 +119,16 @@ def send_message(synth, frame, status, first, second):
 
 @jit
 def release_score(desk, synth, frame):
-    """Ends what the score holds: its notes, its pedal, its bend. What the player holds stays."""
+    """Ends what the score holds: its notes, its pedals, its bends. What the player holds stays."""
     for channel in range(CHANNELS):
         for key in range(KEYS):
             if desk.held[channel, key]:
                 desk.held[channel, key] = 0
                 send_message(synth, frame, 0x80 | np.int64(channel), np.int64(key), np.int64(0))
-    if desk.pedal:
-        desk.pedal = 0
-        send_message(synth, frame, np.int64(0xB0), np.int64(PEDAL), np.int64(0))
+    for channel in range(CHANNELS):
+        if desk.pedal[channel]:
+            desk.pedal[channel] = 0
+            send_message(synth, frame, 0xB0 | np.int64(channel), np.int64(PEDAL), np.int64(0))
     for channel in range(CHANNELS):
         if desk.bent[channel]:
             desk.bent[channel] = 0
@@ -129,7 +142,7 @@ def note_message(desk, status, first, second):
     if kind == 0x90 or kind == 0x80:
         desk.held[channel, first] = 1 if kind == 0x90 and second > 0 else 0
     elif kind == 0xB0 and first == PEDAL:
-        desk.pedal = 1 if second >= 64 else 0
+        desk.pedal[channel] = 1 if second >= 64 else 0
     elif kind == 0xC0:
         desk.program = first
     elif kind == 0xE0:
@@ -146,19 +159,64 @@ def is_chased(controller):
 def send_settings(desk, synth, low, frame):
     """Sends RPNs and modes (`settings`) until the synth has those that are before message `low`.
 
-    Going back, it begins with the first of them; channels mean nothing before.
+    Going back, it begins with the first of them; channels mean nothing before, and have ranges and tunings of their own
+    no more.
     """
     words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
     wanted: Any = np.int64(0)
     while wanted < desk.setting_count and settings[wanted] < low:
         wanted += 1
     if wanted < desk.told:
-        desk.told = 0
         send_message(synth, frame, np.int64(0xB0), np.int64(127), np.int64(0))
+        reset_settings(desk, synth, frame)
+        desk.told = 0
     for k in range(max(desk.told, wanted - CHASED), wanted):
         status, first, second = unpack(words[settings[k]])
         send_message(synth, frame, status, first, second)
     desk.told = wanted
+
+
+@jit
+def reset_settings(desk, synth, frame):
+    """Sets ranges and tunings that the score has told the synth to those of a channel that is told none."""
+    words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
+    for channel in range(CHANNELS):
+        rpn: Any = np.int64(NO_RPN)
+        told: Any = np.int64(0)  # RPNs, a bit each
+        for k in range(max(desk.told - CHASED, np.int64(0)), desk.told):
+            status, number, value = unpack(words[settings[k]])
+            if status != 0xB0 | channel:
+                continue
+            if number in (DATA, DATA_FINE):
+                told |= 1 << rpn if rpn <= COARSE_RPN else 0
+            else:
+                rpn = rpn_with(rpn, number, value)
+        if (told >> BEND_RANGE_RPN) & 1:
+            semitones = usual_range(synth)
+            fine = np.int64(np.rint(100.0 * (semitones - np.floor(semitones))))
+            send_rpn(synth, frame, np.int64(channel), np.int64(BEND_RANGE_RPN), np.int64(semitones), fine)
+        if (told >> FINE_RPN) & 1:
+            send_rpn(synth, frame, np.int64(channel), np.int64(FINE_RPN), np.int64(IN_TUNE >> 7), np.int64(0))
+        if (told >> COARSE_RPN) & 1:
+            send_rpn(synth, frame, np.int64(channel), np.int64(COARSE_RPN), np.int64(COARSE_MIDDLE), np.int64(0))
+
+
+@jit
+def usual_range(synth):
+    """The range, semitones, of wheels that no controller has given another."""
+    return performer_of(bass_at(synth.bass)).ranged if synth.bass != 0 else 2.0
+
+
+@jit
+def send_rpn(synth, frame, channel, rpn, whole, fine):
+    """Sets a registered parameter of a channel, and selects none after that."""
+    status = 0xB0 | channel
+    send_message(synth, frame, status, np.int64(RPN), np.int64(0))
+    send_message(synth, frame, status, np.int64(RPN_FINE), rpn)
+    send_message(synth, frame, status, np.int64(DATA), whole)
+    send_message(synth, frame, status, np.int64(DATA_FINE), fine)
+    send_message(synth, frame, status, np.int64(RPN), np.int64(NO_RPN >> 7))
+    send_message(synth, frame, status, np.int64(RPN_FINE), np.int64(NO_RPN & 127))
 
 
 @jit

@@ -12,7 +12,7 @@ from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.records import bass_at
 from livebass.kernels.machine.elementary import exp, log2
 from livebass.kernels.machine.native import record_at, records_at
-from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.performer import ANY, MOST_STRINGS
 from livebass.kernels.string.operators import place_of
 from livebass.kernels.string.records import CONTACT, MOST_NEAR
 from livebass.live.thread.records import operators_of, performer_of, string_of, synth_at
@@ -126,7 +126,7 @@ def see_neck(b, seen):
 @jit
 def see_player(p, seen):
     """Sees what the player's hands, keys and controllers do."""
-    controls, hands = p.controls, p.hands
+    controls, hands, bass = p.controls, p.hands, p.controls.channel[ANY]
     seen.stroke = p.stroke
     seen.slapped = p.slapped
     seen.switched = 0
@@ -142,8 +142,8 @@ def see_player(p, seen):
     seen.latest = hands.latest
     seen.notes = p.notes
     seen.palm = controls.palm
-    seen.vibrato = controls.vibrato
-    seen.pedal = controls.pedal
+    seen.vibrato = bass.vibrato
+    seen.pedal = bass.pedal
     seen.legato = controls.legato
     seen.sliding = controls.sliding
 

@@ -3,8 +3,9 @@
 A ring is an int64 array. Words HEAD (entries ever written) and TAIL (entries ever read) only grow and lie on cache
 lines of their own; the entries follow from word DATA. A message is two words: its frame, or NOW, and what happens.
 The latter has a kind in bits 24 to 31: a MIDI message has its three bytes below, any other event a number in bits 0 to
-7 and a float32 in bits 32 to 63; a parameter that a MIDI controller has moved, also the controller's value plus one in
-bits 8 to 15 and its channel in bits 16 to 19. Sound is float32. Functions take a ring's address and its size in
+7 and a float32 in bits 32 to 63; one of a key that a channel has played last, also that channel plus one in bits 8 to
+12; a parameter that a MIDI controller has moved, also the controller's value plus one in bits 8 to 15 and its channel
+in bits 16 to 19. Sound is float32. Functions take a ring's address and its size in
 entries.
 """
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.native import load_acquire, samples_at, store_release, words_at
+from livebass.kernels.player.performer import ANY
 
 HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes
@@ -25,6 +27,7 @@ NOW = -1  # in place of a frame: as soon as possible
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
 NOTE_VIBRATO, NOTE_CUT, EFFECT = 7, 8, 9
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
+NUMBER, OF_CHANNEL = 0xFF, 0x1F  # masks: of an event's number, and behind it of its channel
 
 
 @entry("int64(int64)")
@@ -103,13 +106,21 @@ def controller_of(word):
     return ((word >> VALUE_BIT) & 0xFF) - 1
 
 
+@jit
+def key_channel_of(word):
+    """Returns the channel of the key of an event, ANY if it is for those of any channel."""
+    channel = ((word >> VALUE_BIT) & OF_CHANNEL) - 1
+    return channel if 0 <= channel < ANY else np.int64(ANY)
+
+
 @entry("int64(int64, int64, int64, int64, int64, float64)")
 def push_event(address, size, frame, kind, number, value):
     """C function: adds an event of a `kind` other than MIDI for `frame`; returns 1, or 0 if the ring is full.
 
-    `number` is of the parameter, string or key, 0 to 255. [writing thread]
+    `number` is of the parameter, string or key, 0 to 255. That of a key of one channel alone has this plus one from bit
+    VALUE_BIT on. [writing thread]
     """
-    word = np.int64(number) & 0xFF | (np.int64(kind) & 0xFF) << KIND_BIT
+    word = np.int64(number) & (OF_CHANNEL << VALUE_BIT | NUMBER) | (np.int64(kind) & 0xFF) << KIND_BIT
     return np.int64(push_word(address, size, frame, word, np.float32(value)))
 
 

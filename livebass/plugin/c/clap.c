@@ -113,6 +113,8 @@ static void on_main_thread(const clap_plugin *p) {
     tell_names(of(p));
 }
 
+static lb_named meant(const clap_note *note) { return (lb_named){note->channel, note->key, note->note_id}; }
+
 /* Takes one event; notes need an active instance. */
 static void take(clap *c, const clap_event *e) {
     lb_instance *i = &c->instance;
@@ -129,13 +131,14 @@ static void take(clap *c, const clap_event *e) {
     const clap_note_expression *x = (const clap_note_expression *)e;
     if (e->type == CLAP_NOTE_ON)
         lb_start_note(i, e->time, note->channel, note->key, note->velocity, note->note_id);
-    else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, note->key, note->velocity, note->note_id);
-    else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, note->key, note->note_id);
+    else if (e->type == CLAP_NOTE_OFF) lb_stop_note(i, e->time, meant(note), note->velocity);
+    else if (e->type == CLAP_NOTE_CHOKE) lb_choke_note(i, e->time, meant(note));
     else if (e->type == CLAP_MIDI) lb_take_midi(i, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;
-    if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, x->key, x->note_id, x->value);
+    const lb_named shaped = {x->channel, x->key, x->note_id};
+    if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, shaped, x->value);
     else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
-        lb_express_vibrato(i, e->time, x->key, x->note_id, x->value);
+        lb_express_vibrato(i, e->time, shaped, x->value);
     else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, x->key, x->note_id, x->value);
 }
 

@@ -402,15 +402,20 @@ void lb_send(lb_synth *s, int64_t offset, const uint8_t *bytes, size_t count) {
                              count > 1 ? bytes[1] : 0, count > 2 ? bytes[2] : 0);
 }
 
+void lb_send_everywhere(lb_synth *s, int64_t offset, int controller, int value) {
+    for (int channel = 0; channel < LB_CHANNELS; channel++)
+        lb_send(s, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)controller, (uint8_t)value}, 3);
+}
+
 static void push(lb_synth *s, int64_t offset, int kind, int number, double value) {
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-/* Sends an event that is no note, if `number` is below `end`. The kernels take LB_MOST_MESSAGES in a chunk: with more of
-   these, notes behind them would be late, and in the end find no room. */
+/* Sends an event that is no note, if `number`, without a channel in it, is below `end`. The kernels take
+   LB_MOST_MESSAGES in a chunk: with more of these, notes behind them would be late, and in the end find no room. */
 static int control(lb_synth *s, int64_t offset, int kind, int number, int end, double value) {
     const int64_t frame = s->record.frame + offset;
-    if (number < 0 || number >= end) return 1;
+    if (number < 0 || (number & LB_NUMBER) >= end) return 1;
     if (s->busy < frame) s->busy = frame;
     if (s->busy - frame >= AT_ONCE * EACH) return 0;
     s->busy += EACH;
@@ -428,16 +433,19 @@ int lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
     return control(s, offset, LB_KIND_STRING_BEND, string, LB_STRINGS, semitones);
 }
 
-int lb_bend_note(lb_synth *s, int64_t offset, int key, double semitones) {
-    return control(s, offset, LB_KIND_NOTE_BEND, key, 128, semitones);
+/* The number of a key of a channel, for events. */
+static int of_channel(int channel, int key) { return key < 0 ? key : key | (channel + 1) << LB_VALUE_BIT; }
+
+int lb_bend_note(lb_synth *s, int64_t offset, int channel, int key, double semitones) {
+    return control(s, offset, LB_KIND_NOTE_BEND, of_channel(channel, key), 128, semitones);
 }
 
-int lb_vibrate_note(lb_synth *s, int64_t offset, int key, double amount) {
-    return control(s, offset, LB_KIND_NOTE_VIBRATO, key, 128, amount);
+int lb_vibrate_note(lb_synth *s, int64_t offset, int channel, int key, double amount) {
+    return control(s, offset, LB_KIND_NOTE_VIBRATO, of_channel(channel, key), 128, amount);
 }
 
-void lb_cut_note(lb_synth *s, int64_t offset, int key) {
-    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_CUT, key, 0);
+void lb_cut_note(lb_synth *s, int64_t offset, int channel, int key) {
+    if (key >= 0 && key < 128) push(s, offset, LB_KIND_NOTE_CUT, of_channel(channel, key), 0);
 }
 
 void lb_choose_string(lb_synth *s, int64_t offset, int key, int string) {

@@ -62,18 +62,20 @@ lb_bass *lb_take_faded(lb_synth *);
 /* What is sent is for the frame `offset` of the next block; offsets must not fall within one block. Values beyond their
    limits are held within, NaN is the usual value. [audio thread] */
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
+/* Moves a controller on every channel: for notes of whatever channel. */
+void lb_send_everywhere(lb_synth *, int64_t offset, int controller, int value);
 /* The next three are for control, not for notes: of a flood they take no more than the synth can follow, so that notes
    are neither lost nor late. What is not taken gives 0: the last value is to be sent again in the next block. */
 /* Sets a parameter that an event of the synth sets, else nothing. */
 int lb_set(lb_synth *, int64_t offset, int parameter, double value);
 /* Bends one string, counted from 0, besides what the wheel does, until the controllers are reset. */
 int lb_bend_string(lb_synth *, int64_t offset, int string, double semitones);
-/* The same for the string that played a key last, until it plays another note. */
-int lb_bend_note(lb_synth *, int64_t offset, int key, double semitones);
-/* Vibrato of the string that played a key last, 0 to 1, until it plays another note. */
-int lb_vibrate_note(lb_synth *, int64_t offset, int key, double amount);
-/* Ends the sound of a key's note at once, whatever the pedal does. */
-void lb_cut_note(lb_synth *, int64_t offset, int key);
+/* The same for the string that played a key of a channel (0 to 15) last, until it plays another note. */
+int lb_bend_note(lb_synth *, int64_t offset, int channel, int key, double semitones);
+/* Vibrato of the string that played a key of a channel last, 0 to 1, until it plays another note. */
+int lb_vibrate_note(lb_synth *, int64_t offset, int channel, int key, double amount);
+/* Ends the sound of the note of a key of a channel at once, whatever the pedal does. */
+void lb_cut_note(lb_synth *, int64_t offset, int channel, int key);
 /* Has the next note of a key played on a string, counted from 0. */
 void lb_choose_string(lb_synth *, int64_t offset, int key, int string);
 /* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */

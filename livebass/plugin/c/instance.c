@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 1600 };
+enum { LINE = 1600, ALL_SOUND_OFF = 120, ALL_NOTES_OFF = 123 };
 
 /* --- values --- */
 
@@ -128,7 +128,9 @@ static void forget_notes(lb_instance *i) {
     memset(i->held, 0, sizeof i->held);
     memset(i->unbent, 0, sizeof i->unbent);
     memset(i->unvibrated, 0, sizeof i->unvibrated);
-    for (int k = 0; k < LB_KEYS; k++) i->note_ids[k] = -1;
+    memset(i->channels, 0, sizeof i->channels);
+    i->untold = 0;
+    for (int n = 0; n < LB_NOTES; n++) i->note_ids[n] = -1;
     memset(&i->taps, 0, sizeof i->taps);
 }
 
@@ -343,16 +345,28 @@ void lb_move_value(lb_instance *i, int parameter, double value, int phase) {
 
 void lb_set_offline(lb_instance *i, int on) { __atomic_store_n(&i->offline, on, __ATOMIC_RELAXED); }
 
-/* Bends the string of a key, now or, in a flood, in the next block. */
-static void bend(lb_instance *i, int64_t offset, int key, double semitones) {
-    i->bends[key] = semitones;
-    i->unbent[key] = !lb_bend_note(i->synth, offset, key, semitones);
+/* Bends the string of note n, now or, in a flood, in the next block. */
+static void bend(lb_instance *i, int64_t offset, int n, double semitones) {
+    i->bends[n] = semitones;
+    i->unbent[n] = !lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, semitones);
+    i->untold |= i->unbent[n];
 }
 
 /* The same for vibrato. */
-static void vibrate(lb_instance *i, int64_t offset, int key, double amount) {
-    i->vibratos[key] = amount;
-    i->unvibrated[key] = !lb_vibrate_note(i->synth, offset, key, amount);
+static void vibrate(lb_instance *i, int64_t offset, int n, double amount) {
+    i->vibratos[n] = amount;
+    i->unvibrated[n] = !lb_vibrate_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount);
+    i->untold |= i->unvibrated[n];
+}
+
+/* Tells the synth of what a flood has kept back. */
+static void tell_notes(lb_instance *i) {
+    if (!i->untold) return;
+    i->untold = 0;
+    for (int n = 0; n < LB_NOTES; n++)
+        if (i->unbent[n]) bend(i, 0, n, i->bends[n]);
+    for (int n = 0; n < LB_NOTES; n++)
+        if (i->unvibrated[n]) vibrate(i, 0, n, i->vibratos[n]);
 }
 
 void lb_begin_block(lb_instance *i) {
@@ -360,10 +374,7 @@ void lb_begin_block(lb_instance *i) {
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (changed >> k & 1 && !lb_set(i->synth, 0, k, lb_value(i, k)))
             __atomic_fetch_or(&i->changed, 1ull << k, __ATOMIC_RELEASE);
-    for (int k = 0; k < LB_KEYS; k++)
-        if (i->unbent[k]) bend(i, 0, k, i->bends[k]);
-    for (int k = 0; k < LB_KEYS; k++)
-        if (i->unvibrated[k]) vibrate(i, 0, k, i->vibratos[k]);
+    tell_notes(i);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
     lb_end_taps(i->synth, &i->taps);
@@ -391,65 +402,99 @@ static void change_bass(lb_instance *i) {
     if (b) lb_change_bass(s, b);
 }
 
-/* The key of a note by its id, -1 if there is none. */
-static int key_of(const lb_instance *i, int32_t id) {
-    int key = LB_KEYS - 1;
-    while (key >= 0 && i->note_ids[key] != id) key--;
-    return key;
+static int is_channel(int channel) { return channel >= 0 && channel < LB_CHANNELS; }
+
+/* True if a key on a channel is meant by `named`, which has the id of a note, or none but a channel. */
+static int is_named(const lb_instance *i, int n, lb_named named) {
+    if (named.key < 0 && named.id >= 0) return i->note_ids[n] == named.id;
+    return i->held[n] && (!is_channel(named.channel) || n / LB_KEYS == named.channel);
+}
+
+/* Writes the notes that are meant into `found`; returns how many there are. A key that nobody holds is that of its
+   channel, or of the one that played it last. */
+static int find_notes(const lb_instance *i, lb_named named, int16_t found[LB_NOTES]) {
+    int count = 0;
+    if (named.key >= LB_KEYS) return 0;
+    if (named.key < 0) {
+        for (int n = 0; n < LB_NOTES; n++)
+            if (is_named(i, n, named)) found[count++] = (int16_t)n;
+        return count;
+    }
+    if (is_channel(named.channel) && i->held[named.channel * LB_KEYS + named.key]) {
+        found[0] = (int16_t)(named.channel * LB_KEYS + named.key);
+        return 1;
+    }
+    for (int channel = 0; channel < LB_CHANNELS; channel++)
+        if (i->held[channel * LB_KEYS + named.key]) found[count++] = (int16_t)(channel * LB_KEYS + named.key);
+    const int last = is_channel(named.channel) ? named.channel : i->channels[named.key];
+    if (!count) found[count++] = (int16_t)(last * LB_KEYS + named.key);
+    return count;
 }
 
 void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double velocity, int32_t id) {
-    channel = channel > 0 && channel < 16 ? channel : 0; /* any: the first */
+    if (!is_channel(channel)) channel = 0;
     if (key < 0 || key >= LB_KEYS) return;
     const double scaled = fmin(fmax(rint(127 * velocity), 1), 127); /* 0 would release it */
-    for (int k = 0; k < LB_KEYS && id >= 0; k++)
+    const int n = channel * LB_KEYS + key;
+    for (int k = 0; k < LB_NOTES && id >= 0; k++)
         if (i->note_ids[k] == id) i->note_ids[k] = -1; /* of a note that is over */
-    i->note_ids[key] = id;
-    i->held[key] = 1;
-    i->unbent[key] = i->unvibrated[key] = 0;
+    i->note_ids[n] = id;
+    i->held[n] = 1;
+    i->unbent[n] = i->unvibrated[n] = 0;
     i->channels[key] = (uint8_t)channel;
     lb_send(i->synth, offset, (const uint8_t[]){(uint8_t)(0x90 | channel), (uint8_t)key, (uint8_t)scaled}, 3);
 }
 
-void lb_stop_note(lb_instance *i, int64_t offset, int key, double velocity, int32_t id) {
-    const int named = key < 0 && id >= 0;
-    if (named) key = key_of(i, id);
-    if (key >= LB_KEYS || (named && key < 0)) return;
-    if (key >= 0) {
-        i->held[key] = 0;
-        const int seven = (int)lrint(fmin(fmax(velocity, 0), 1) * 127);
-        lb_send(i->synth, offset, (const uint8_t[]){0x80 | i->channels[key], (uint8_t)key, (uint8_t)seven}, 3);
-    } else {
-        memset(i->held, 0, sizeof i->held);
-        lb_send(i->synth, offset, (const uint8_t[]){0xB0, 123, 0}, 3);
-    }
+/* Sends a channel mode message for all notes of a channel, or of all channels. */
+static void end_all(lb_instance *i, int64_t offset, int channel, int mode) {
+    for (int n = 0; n < LB_NOTES; n++)
+        if (!is_channel(channel) || n / LB_KEYS == channel) i->held[n] = 0;
+    const uint8_t message[] = {(uint8_t)(0xB0 | channel), (uint8_t)mode, 0};
+    if (is_channel(channel)) lb_send(i->synth, offset, message, 3);
+    else lb_send_everywhere(i->synth, offset, mode, 0);
 }
 
-void lb_choke_note(lb_instance *i, int64_t offset, int key, int32_t id) {
-    if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return;
-    if (key < 0) {
-        memset(i->held, 0, sizeof i->held);
-        lb_send(i->synth, offset, (const uint8_t[]){0xB0, 120, 0}, 3);
+static void release(lb_instance *i, int64_t offset, int n, double velocity) {
+    const int seven = (int)lrint(fmin(fmax(velocity, 0), 1) * 127);
+    const uint8_t message[] = {(uint8_t)(0x80 | n / LB_KEYS), (uint8_t)(n % LB_KEYS), (uint8_t)seven};
+    i->held[n] = 0;
+    lb_send(i->synth, offset, message, 3);
+}
+
+void lb_stop_note(lb_instance *i, int64_t offset, lb_named named, double velocity) {
+    int16_t found[LB_NOTES];
+    if (named.key < 0 && named.id < 0) {
+        end_all(i, offset, named.channel, ALL_NOTES_OFF);
         return;
     }
-    lb_stop_note(i, offset, key, 0.5, id); /* it may be a key that switches */
-    if (key < LB_KEYS) lb_cut_note(i->synth, offset, key);
+    for (int k = 0, count = find_notes(i, named, found); k < count; k++) release(i, offset, found[k], velocity);
 }
 
-void lb_express_bend(lb_instance *i, int64_t offset, int key, int32_t id, double semitones) {
-    if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return; /* a note that is no more */
-    for (int k = 0; k < LB_KEYS; k++)
-        if (key == k || (key < 0 && i->held[k])) bend(i, offset, k, semitones);
+void lb_choke_note(lb_instance *i, int64_t offset, lb_named named) {
+    int16_t found[LB_NOTES];
+    if (named.key < 0 && named.id < 0) {
+        end_all(i, offset, named.channel, ALL_SOUND_OFF);
+        return;
+    }
+    for (int k = 0, count = find_notes(i, named, found); k < count; k++) {
+        release(i, offset, found[k], 0.5); /* it may be a key that switches */
+        lb_cut_note(i->synth, offset, found[k] / LB_KEYS, found[k] % LB_KEYS);
+    }
 }
 
-void lb_express_vibrato(lb_instance *i, int64_t offset, int key, int32_t id, double amount) {
-    if (key < 0 && id >= 0 && (key = key_of(i, id)) < 0) return;
-    for (int k = 0; k < LB_KEYS; k++)
-        if (key == k || (key < 0 && i->held[k])) vibrate(i, offset, k, amount);
+void lb_express_bend(lb_instance *i, int64_t offset, lb_named named, double semitones) {
+    int16_t found[LB_NOTES];
+    for (int k = 0, count = find_notes(i, named, found); k < count; k++) bend(i, offset, found[k], semitones);
+}
+
+void lb_express_vibrato(lb_instance *i, int64_t offset, lb_named named, double amount) {
+    int16_t found[LB_NOTES];
+    for (int k = 0, count = find_notes(i, named, found); k < count; k++) vibrate(i, offset, found[k], amount);
 }
 
 void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, double brightness) {
-    if (key < 0 && id >= 0) key = key_of(i, id);
+    for (int n = 0; n < LB_NOTES && key < 0 && id >= 0; n++)
+        if (i->note_ids[n] == id) key = n % LB_KEYS;
     if (key < LB_KEYS) lb_place_note(i->synth, offset, key, 1 - 2 * brightness);
 }
 

@@ -4,7 +4,7 @@
 #define LB_INSTANCE_H
 #include "look.h"
 
-enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_MOVES = 256, LB_BY_HAND = 64, LB_UNDONE = 32 };
+enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_NOTES = LB_CHANNELS * LB_KEYS, LB_MOVES = 256, LB_BY_HAND = 64, LB_UNDONE = 32 };
 enum { LB_BEGIN, LB_MOVE, LB_END }; /* phases of a change by hand */
 typedef struct { /* a change of a parameter in the window */
     int parameter, phase;
@@ -90,12 +90,14 @@ typedef struct {
     int helpers;               /* threads of its own that play strings, or that the system refused */
     int64_t loaded;            /* which bass was loaded last, or could not be, as one word */
     lb_bass *ready, *done;     /* handed to the audio thread to play, and by it to be freed */
-    int32_t note_ids[LB_KEYS]; /* the host's number of the last note of each key; -1: none */
-    uint8_t held[LB_KEYS];     /* the host holds a note of the key */
-    double bends[LB_KEYS];     /* semitones, of the last note of each key: what its string was to be bent by last */
-    uint8_t unbent[LB_KEYS];   /* the synth has not been told yet */
-    double vibratos[LB_KEYS];  /* likewise, 0 to 1 */
-    uint8_t unvibrated[LB_KEYS];
+    /* Of the last note of each key of each channel, [channel * LB_KEYS + key]: */
+    int32_t note_ids[LB_NOTES]; /* the host's number of it; -1: none */
+    uint8_t held[LB_NOTES];     /* the host holds it */
+    double bends[LB_NOTES];     /* semitones: what its string was to be bent by last */
+    uint8_t unbent[LB_NOTES];   /* the synth has not been told yet */
+    double vibratos[LB_NOTES];  /* likewise, 0 to 1 */
+    uint8_t unvibrated[LB_NOTES];
+    int untold;                /* there may be notes of which the synth has not been told */
     uint8_t channels[LB_KEYS]; /* of the last note of each key */
     int64_t programs;          /* program changes that have been answered */
     lb_look look;              /* for windows ... */
@@ -140,16 +142,22 @@ void lb_move_value(lb_instance *, int parameter, double value, int phase);
 /* Loads another bass if one is wanted, and frees those that are done. [any thread; the audio thread only offline] */
 void lb_serve(lb_instance *);
 
-/* Starts a note of a channel, 0 to 15, of velocity 0 to 1, that the host calls `id`. [audio thread] */
+/* Notes of the host: those of a key, of a channel (0 to 15) or with channel -1 of all that hold it; with key -1 that of an
+   id; with both -1 all of the channel. */
+typedef struct {
+    int channel, key;
+    int32_t id;
+} lb_named;
+/* Starts a note of a channel, any: the first, of velocity 0 to 1, that the host calls `id`. [audio thread] */
 void lb_start_note(lb_instance *, int64_t offset, int channel, int key, double velocity, int32_t id);
-/* Releases a note, of velocity 0 to 1: that of a key, or with key -1 that of an id, or with both -1 all. [audio thread] */
-void lb_stop_note(lb_instance *, int64_t offset, int key, double velocity, int32_t id);
-/* Ends the sound of a note, named likewise, at once: no pedal holds it. [audio thread] */
-void lb_choke_note(lb_instance *, int64_t offset, int key, int32_t id);
-/* Bends the string that plays a note by semitones; with key and id -1, of every note that is held. [audio thread] */
-void lb_express_bend(lb_instance *, int64_t offset, int key, int32_t id, double semitones);
-/* Likewise its vibrato, 0 to 1: its pressure, too. [audio thread] */
-void lb_express_vibrato(lb_instance *, int64_t offset, int key, int32_t id, double amount);
+/* Releases notes, with velocity 0 to 1. [audio thread] */
+void lb_stop_note(lb_instance *, int64_t offset, lb_named, double velocity);
+/* Ends the sound of notes at once: no pedal holds them. [audio thread] */
+void lb_choke_note(lb_instance *, int64_t offset, lb_named);
+/* Bends the strings that play notes by semitones; of all, those that are held. [audio thread] */
+void lb_express_bend(lb_instance *, int64_t offset, lb_named, double semitones);
+/* Likewise their vibrato, 0 to 1: their pressure, too. [audio thread] */
+void lb_express_vibrato(lb_instance *, int64_t offset, lb_named, double amount);
 /* Places the next stroke of a note's key, 0 to 1 as controller 74 of MPE does: 1 nearest to the bridge. To place a note
    itself, this comes before it starts. [audio thread] */
 void lb_express_place(lb_instance *, int64_t offset, int key, int32_t id, double brightness);

@@ -23,9 +23,11 @@
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
 enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18, RPN_LOW = 100, RPN_HIGH = 101 }; /* MIDI controllers, as the usual key map has them */
-enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 */
+enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 of the first channel */
+/* Ids of the controllers of the other channels, [channel * EACH + controller], but for PLACED, which is in WAYS. */
+enum { OTHERS = 3000, EACH = VST3_PRESSURE, PLACED = 74, NEW = EACH - 1, OTHER_COUNT = (LB_CHANNELS - 1) * NEW };
 /* Ids of those that each channel has of its own, WAYS of them: wheel, pressure, controller 74. */
-enum { CHANNELS = 2000, MIDI_CHANNELS = 16, WHEEL = 0, PRESSURE, PLACE, WAYS, OWN = MIDI_CHANNELS * WAYS };
+enum { CHANNELS = 2000, WHEEL = 0, PRESSURE, PLACE, WAYS, OWN = LB_CHANNELS * WAYS };
 enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
 enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, CONTEXT_NEEDS, PHYSICAL, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
@@ -51,7 +53,8 @@ typedef struct {
     int32_t users;
     int apart; /* has an output a string */
     int stereo;
-    double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN]; /* what the host's controls say */
+    /* What the host's controls say: */
+    double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN], others[LB_CHANNELS * EACH];
     int overload, quality; /* the host was told so last, or has said so */
     int switched;          /* the bass whose key switches the host knows */
     vst3_handler **handler; /* the host's; 0: none */
@@ -221,6 +224,32 @@ static double usual_of_controller(int number) {
 static int is_controller(uint32_t id) { return id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS; }
 
 static int is_own(uint32_t id) { return id >= CHANNELS && id < CHANNELS + OWN; }
+
+static int is_other(uint32_t id) { return id >= OTHERS + EACH && id < OTHERS + LB_CHANNELS * EACH; }
+
+/* The controller that a way of a channel's own is. */
+static uint32_t controller_of(int way) {
+    return way == WHEEL ? VST3_BEND : way == PRESSURE ? VST3_PRESSURE : PLACED;
+}
+
+/* The controller that a parameter stands for, and its channel; -1: it stands for none. */
+static int controller_behind(uint32_t id, int *channel) {
+    *channel = 0;
+    if (is_controller(id)) return (int)(id - CONTROLLERS);
+    if (is_own(id)) {
+        *channel = (int)(id - CHANNELS) / WAYS;
+        return (int)controller_of((int)(id - CHANNELS) % WAYS);
+    }
+    if (!is_other(id)) return -1;
+    *channel = (int)(id - OTHERS) / EACH;
+    return (int)(id - OTHERS) % EACH;
+}
+
+/* Where the value of such a parameter is kept. */
+static double *kept_at(vst3 *v, uint32_t id) {
+    if (is_controller(id)) return &v->controllers[id - CONTROLLERS];
+    return is_own(id) ? &v->own[id - CHANNELS] : &v->others[id - OTHERS];
+}
 
 static void show_all(vst3 *v) {
     for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
@@ -464,13 +493,15 @@ static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
 static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id) {
     vst3_queue **q = (*d->changes)->queue(d->changes, k);
     if (q) *id = (*q)->id(q);
-    return q && (*id < LB_PARAMETERS || is_controller(*id) || is_own(*id)) ? q : 0;
+    int channel;
+    return q && (*id < LB_PARAMETERS || controller_behind(*id, &channel) >= 0) ? q : 0;
 }
 
 /* The number of a point among those of its frame. A frame's points of one queue come one after the other, each with
    those of the other queues; the selection of an RPN comes before its data, in whichever order the host has the two. */
 static int32_t number_of(const vst3 *v, uint32_t id, int repeat) {
-    const int selects = id == CONTROLLERS + RPN_LOW || id == CONTROLLERS + RPN_HIGH;
+    int channel;
+    const int controller = controller_behind(id, &channel), selects = controller == RPN_LOW || controller == RPN_HIGH;
     return (2 * (repeat < MOST_REPEATS ? repeat : MOST_REPEATS) + !selects) * CHANGES + v->change_count;
 }
 
@@ -534,16 +565,11 @@ static void tell_controller(vst3 *v, int64_t offset, int channel, uint32_t numbe
     else lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
 }
 
-/* The controller that a way of a channel's own is. */
-static uint32_t controller_of(int way) {
-    return way == WHEEL ? VST3_BEND : way == PRESSURE ? VST3_PRESSURE : 74;
-}
-
-static void express(vst3 *v, int64_t at, uint32_t type, int key, int32_t id, double value) {
+static void express(vst3 *v, int64_t at, uint32_t type, int32_t id, double value) {
     lb_instance *i = &v->instance;
-    if (type == VST3_TUNING) lb_express_bend(i, at, key, id, SEMITONES * (value - 0.5));
-    else if (type == VST3_VIBRATO) lb_express_vibrato(i, at, key, id, value);
-    else lb_express_place(i, at, key, id, value);
+    if (type == VST3_TUNING) lb_express_bend(i, at, (lb_named){-1, -1, id}, SEMITONES * (value - 0.5));
+    else if (type == VST3_VIBRATO) lb_express_vibrato(i, at, (lb_named){-1, -1, id}, value);
+    else lb_express_place(i, at, -1, id, value);
 }
 
 /* Places the note of change k where an expression of the same frame, behind it, says. */
@@ -570,23 +596,21 @@ static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
     const int64_t at = c->order / (2 * PLACES);
     const vst3_event *e = &c->event;
-    if (c->kind == CHANGE && is_controller(c->id)) tell_controller(v, at, 0, c->id - CONTROLLERS, c->value);
-    else if (c->kind == CHANGE && is_own(c->id)) {
-        const int own = (int)(c->id - CHANNELS);
-        tell_controller(v, at, own / WAYS, controller_of(own % WAYS), c->value);
-    }
+    int channel;
+    const int controller = c->kind == CHANGE ? controller_behind(c->id, &channel) : -1;
+    if (controller >= 0) tell_controller(v, at, channel, (uint32_t)controller, c->value);
     else if (c->kind == CHANGE) {
         lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
         if (c->id == LB_QUALITY) v->quality = (int)lb_value(i, LB_QUALITY);
     }
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
-        if (e->on.tuning != 0) lb_express_bend(i, at, e->on.key, e->on.id, e->on.tuning / 100);
-    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, e->off.key, e->off.velocity, e->off.id);
+        if (e->on.tuning != 0) lb_express_bend(i, at, (lb_named){e->on.channel, e->on.key, e->on.id}, e->on.tuning / 100);
+    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, (lb_named){e->off.channel, e->off.key, e->off.id}, e->off.velocity);
     else if (c->kind == VST3_NOTE_PRESSURE)
-        lb_express_vibrato(i, at, e->pressure.key, e->pressure.id, e->pressure.pressure);
+        lb_express_vibrato(i, at, (lb_named){e->pressure.channel, e->pressure.key, e->pressure.id}, e->pressure.pressure);
     else if (c->kind == VST3_NOTE_EXPRESSION)
-        express(v, at, e->expression.type, -1, e->expression.id, e->expression.value);
+        express(v, at, e->expression.type, e->expression.id, e->expression.value);
 }
 
 /* Tells the host a value, 0 to 1, of a parameter that has changed by itself; returns 0 if it does not hear it. */
@@ -669,7 +693,7 @@ static int32_t group_of(const char *group) {
 
 static int32_t parameter_count(void *self) {
     (void)self;
-    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + 1;
+    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT + 1;
 }
 
 /* What a way of a channel's own is called, and where it stands until it is moved. */
@@ -683,17 +707,32 @@ static void own_info(int own, vst3_parameter *p) {
     to_wide(p->title, name);
 }
 
+/* The same of another controller of a channel but the first. */
+static void other_info(int other, vst3_parameter *p) {
+    const int channel = 1 + other / NEW, number = other % NEW + (other % NEW >= PLACED);
+    char name[64];
+    snprintf(name, sizeof name, "MIDI CC %d, channel %d", number, channel + 1);
+    p->id = (uint32_t)(OTHERS + channel * EACH + number);
+    p->usual = usual_of_controller(number);
+    p->flags = VST3_IS_HIDDEN;
+    to_wide(p->title, name);
+}
+
 static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) {
     const vst3 *v = of(self, CONTROLLER);
     char name[32];
     if (index < 0 || index >= parameter_count(self)) return VST3_INVALID;
     memset(p, 0, sizeof *p);
-    if (index == LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
+    if (index == LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT) {
         p->id = OVERLOAD;
         p->steps = LB_STRINGS;
         p->flags = VST3_IS_READ_ONLY;
         p->unit = group_of("Processor");
         to_wide(p->title, "Overload");
+        return VST3_OK;
+    }
+    if (index >= LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
+        other_info(index - LB_PARAMETERS - VST3_CONTROLLERS - OWN, p);
         return VST3_OK;
     }
     if (index >= LB_PARAMETERS + VST3_CONTROLLERS) {
@@ -752,18 +791,19 @@ static double to_plain(void *self, uint32_t id, double x) { return plain(of(self
 static double to_normal(void *self, uint32_t id, double x) { return normal(of(self, CONTROLLER), id, x); }
 
 static double value(void *self, uint32_t id) {
-    const vst3 *v = of(self, CONTROLLER);
+    vst3 *v = of(self, CONTROLLER);
     if (id < LB_PARAMETERS) return normal(v, id, v->shown[id]);
     if (id == OVERLOAD) return (double)v->overload / LB_STRINGS;
-    if (is_own(id)) return v->own[id - CHANNELS];
-    return is_controller(id) ? v->controllers[id - CONTROLLERS] : 0;
+    int channel;
+    return controller_behind(id, &channel) >= 0 ? *kept_at(v, id) : 0;
 }
 
 static vst3_result set_value(void *self, uint32_t id, double x) {
     vst3 *v = of(self, CONTROLLER);
-    if (is_controller(id)) v->controllers[id - CONTROLLERS] = x;
-    if (is_own(id)) v->own[id - CHANNELS] = x;
-    if (id >= LB_PARAMETERS) return is_controller(id) || is_own(id) || id == OVERLOAD ? VST3_OK : VST3_INVALID;
+    int channel;
+    const int known = controller_behind(id, &channel) >= 0;
+    if (known) *kept_at(v, id) = x;
+    if (id >= LB_PARAMETERS) return known || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
     if (v->instance.synth && id != LB_BASS) return VST3_OK; /* process() is told */
     lb_set_value(&v->instance, (int)id, v->shown[id]);
@@ -826,8 +866,10 @@ static void *create_view(void *self, const char *name) {
 static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t number, uint32_t *id) {
     (void)self;
     if (bus || number < 0 || number >= VST3_CONTROLLERS) return VST3_NO;
-    *id = CONTROLLERS + (uint32_t)number; /* of every channel */
-    for (int way = 0; way < WAYS && channel >= 0 && channel < MIDI_CHANNELS; way++)
+    const int known = channel >= 0 && channel < LB_CHANNELS;
+    *id = known && channel && number < EACH ? OTHERS + (uint32_t)(channel * EACH + number)
+                                                   : CONTROLLERS + (uint32_t)number;
+    for (int way = 0; way < WAYS && known; way++)
         if (controller_of(way) == (uint32_t)number) *id = CHANNELS + (uint32_t)(channel * WAYS + way);
     return VST3_OK;
 }
@@ -1128,6 +1170,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
             own_info(own, &p);
             v->own[own] = p.usual;
         }
+        for (int c = 0; c < LB_CHANNELS * EACH; c++) v->others[c] = usual_of_controller(c % EACH);
         v->instance.owner = v;
         v->instance.complain = complain;
         v->instance.ask = ask;

@@ -604,8 +604,9 @@ const WAYS = PAGE.buttons.filter(button => !button.strikes).map(way => ({...way,
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0].map(n => `Digit${n}`);
 const isOn = way => way.latched || way.holds.size > 0;
 
-// Changes how the bass plays by a MIDI message, now.
+// Changes how the bass plays by a MIDI message, now; and by a controller on every channel.
 const changeBy = midi => change({midi, frame: frameAt(performance.now())});
+const changeEverywhere = (...everywhere) => change({everywhere, frame: frameAt(performance.now())});
 
 // The number of a technique's controller, or else of its key; undefined where the key map of the bass has none.
 function numberOf({symbol, value}) {
@@ -617,7 +618,8 @@ function numberOf({symbol, value}) {
 function tellWay(way) {
   const on = isOn(way), number = numberOf(way);
   if (on === way.told || !sounding || number === undefined) return;
-  changeBy(way.value ? [0xb0, number, on ? way.value : 0] : [on ? 0x90 : 0x80, number, 64]);
+  if (way.everywhere) changeEverywhere(number, on ? way.value : 0);
+  else changeBy(way.value ? [0xb0, number, on ? way.value : 0] : [on ? 0x90 : 0x80, number, 64]);
   way.told = on;
 }
 

@@ -111,6 +111,11 @@ class Engine {
                                          BigInt(second))) === 1;
   }
 
+  // Moves a controller on every channel: for notes of whatever channel.
+  sendEverywhere(frame, controller, value) {
+    for (let channel = 0; channel < N.CHANNELS; channel++) this.send(frame, 0xb0 | channel, controller, value);
+  }
+
   // Sends an event of a kind other than MIDI.
   tell(frame, kind, number, value) {
     const ring = BigInt(this.get("SYNTH", this.synth, "midi_ring"));

@@ -42,7 +42,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record}) {
+  hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record}) {
     if (record !== undefined) this.record(record);
     if (spare) this.spare.push(spare);
     if (recall !== undefined && this.engine.field("bass")) {
@@ -54,6 +54,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
     if (string !== undefined) e.tell(when, N.NOTE_STRING, midi[1], string);
     if (midi) e.send(when, ...midi);
+    if (everywhere) e.sendEverywhere(when, ...everywhere);
     if (bass) this.take(bass);
     if (parameter) this.setParameter(...parameter);
     if (effect) e.setEffect(...effect);
@@ -123,8 +124,10 @@ class LivebassProcessor extends AudioWorkletProcessor {
     const e = this.engine, player = this.performer();
     if (!player) return undefined;
     const of = (name, index) => e.get("PERFORMER", player, name, index);
-    const isOn = ([action, field]) =>
-      (action > 0 && of("switched", action) > 0) || (field !== "" && of(`controls.${field}`) > 0);
+    const any = player + RECORDS.PERFORMER.fields["controls.channel"][0] + N.ANY * RECORDS.CHANNEL.bytes;
+    const moved = (field, ofChannel) => ofChannel ? e.get("CHANNEL", any, field) : of(`controls.${field}`);
+    const isOn = ([action, field, ofChannel]) =>
+      (action > 0 && of("switched", action) > 0) || (field !== "" && moved(field, ofChannel) > 0);
     const usual = of("player.pluck_position"), aside = of("position") - usual;
     const farthest = of("player.pluck_farthest") - usual, nearest = of("player.pluck_nearest") - usual;
     return {

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
-from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -13,23 +10,20 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from support.hands import STRINGS, Hands, bass, bass_tuned, engine_of, loaded
 from support.messages import Message, control, off, on, wheel
 
-from livebass import load_preset, techniques
+from livebass import techniques
 from livebass.compiling import jit
-from livebass.engine.engine import Engine
-from livebass.engine.prepare import bass_numbers, new_performer, take_message
+from livebass.engine.prepare import new_performer
 from livebass.kernels.player import controls, fingering, performer, strokes
 from livebass.kernels.player.constants import FINGER, STANDARD
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import grazing_apex
-from livebass.model.quality import Quality
 
-FEW = Quality("few", 30, 192e3)  # modes do not matter here
 PLUCKED = ("jazz-finger", "precision-finger", "flatwound", "muted")
 AUDIBLE = (*PLUCKED, "slap-impulse")
-STRINGS = "EADG"
 OPEN = (28, 33, 38, 43)
 LOWEST, HIGHEST, FRETS = 28, 63, 20
 RPN_RANGE = ((0xB0, 101, 0), (0xB0, 100, 0))
@@ -37,96 +31,9 @@ NO_RPN = 16383
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
 
 
-# Reading and checking a preset takes 0.1 s, and random tests ask for one in every example.
-loaded = cache(load_preset)
-
-
-@cache
-def engine_of(instrument: Instrument) -> Engine:
-    """An engine of few modes: only its operators are used."""
-    return Engine(instrument, FEW, 48000)
-
-
-def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
-    """The bass of `preset`, played evenly unless fields of its `player` are given."""
-    instrument = loaded(preset)
-    return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
-
-
-def bass_tuned(open_notes: Sequence[int], frets: int = 20, **player: object) -> Instrument:
-    """Strings like the jazz bass's E, tuned to `open_notes`."""
-    model = bass(**player)
-    strings = tuple(replace(model.strings[0], name=f"S{n}", open_note=n) for n in open_notes)
-    neck = model.necks[0]
-    neck = replace(neck, fret_positions=neck.fret_positions[:frets], fret_heights=neck.fret_heights[:frets])
-    return replace(model, strings=strings, necks=(neck,) * len(strings))
-
-
 @jit
 def take_over(new: NDArray[np.void], old: NDArray[np.void]) -> None:
     controls.take_over(new[0], old[0])
-
-
-class Hands:
-    """The performer alone: messages in, events out."""
-
-    def __init__(self, instrument: Instrument | None = None, string: int | None = None, switches: bool = False):
-        """Plays `instrument`, or its string `string` alone, so that a key is a fret. `switches`: low keys switch."""
-        instrument = instrument or bass()
-        engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
-        self.ops = engine.pool.records
-        record = new_performer(bass_numbers(instrument, [], engine.frets))
-        if string is not None:
-            self.ops = self.ops[string : string + 1]
-            record["strings"], record["open"][0, 0] = 1, instrument.strings[string].open_note
-            record["slapped"] = max(0, int(record["slapped"][0]) - string)
-        if not switches:
-            record["key_map"]["action"] = techniques.NO_SWITCH
-        self.record, self.p = record, record[0]
-        self.frame = 0
-
-    def __call__(self, *messages: Sequence[int]) -> NDArray[np.void]:
-        """The events of `messages`."""
-        events = np.zeros(1000, at.EVENT)
-        count = 0
-        for message in messages:
-            before = count
-            count = take_message(self.record, self.ops, self.frame, message, events, count)
-            assert before <= count <= before + performer.MOST_EVENTS
-        return events[:count]
-
-    def first(self, key: int, velocity: int = 90) -> np.void:
-        """The event of a note, as uneven as the first of a performance."""
-        self.p["notes"] = 0
-        (event,) = self(on(key, velocity))
-        return event
-
-    def plays(self, key: int, velocity: int = 90) -> tuple[int, int]:
-        """The string and fret that `key` goes to."""
-        (event,) = self(on(key, velocity))
-        assert event["kind"] in (at.PLUCK, at.STRIKE_EVENT)
-        return int(event["string"]), int(event["fret"])
-
-    def tab(self, keys: Iterable[int], overlap: bool = False) -> str:
-        """The places of a line of keys, such as E0 A2; each note ends before the next begins, or just after."""
-        said, last = [], None
-        for key in keys:
-            if last is not None and not overlap:
-                self(off(last))
-            string, fret = self.plays(key)
-            said.append(f"{STRINGS[string]}{fret}")
-            if last is not None and overlap:
-                self(off(last))
-            last = key
-        return " ".join(said)
-
-    def strings(self, field: str) -> list[int]:
-        return [int(x) for x in self.p["hands"][field][: self.p["strings"]]]
-
-    def string_of(self, key: int) -> int:
-        (i,) = [i for i, (k, s) in enumerate(zip(self.strings("key"), self.strings("state"), strict=True))
-                if k == key and s != FREE]  # fmt: skip
-        return i
 
 
 def kinds(events: NDArray[np.void]) -> list[tuple[int, int]]:
@@ -559,10 +466,9 @@ def test_reset_controllers_as_rp_015_says() -> None:
     assert ratios(by_kind[at.BEND]) == 1.0
     assert gains(by_kind[at.GAIN]) == pytest.approx((50 / 127) ** 2), "expression is reset, volume is not"
     assert kinds(by_kind[at.HAND]) == hands_on(1), "the pedal goes up; keys stay down"
-    p = hands.p
-    assert (p["controls"]["pedal"], p["controls"]["rpn"], p["controls"]["expression"]) == (0, NO_RPN, 1.0)
-    assert p["range"] == 12.5, "no registered parameter is reset"
-    assert p["position"] == bass().player.pluck_position
+    assert (hands.any["pedal"], hands.any["rpn"], hands.any["expression"]) == (0, NO_RPN, 1.0)
+    assert hands.any["range"] == 12.5, "no registered parameter is reset"
+    assert hands.p["position"] == bass().player.pluck_position
     assert kinds(hands(control(6, 5))) == [], "no parameter is selected"
 
 
@@ -597,7 +503,7 @@ def test_bend_range() -> None:
     [
         [control(101, 127), control(100, 127)],  # null
         [control(100, 127), control(101, 127)],
-        [control(100, 1)],  # fine tuning
+        [control(100, 5)],  # depth of the modulation
         [control(101, 1)],
         [control(99, 0)],  # not registered
         [control(98, 0)],
@@ -610,7 +516,7 @@ def test_data_entry_is_for_the_range_only_when_selected(deselect: list[Message])
     assert kinds(hands(control(6, 12), control(38, 12))) == [], "nothing selected yet"
     hands(*RPN_RANGE, *deselect)
     assert kinds(hands(control(6, 12), control(38, 12))) == []
-    assert hands.p["range"] == 2.0
+    assert hands.any["range"] == 2.0
     hands(control(100, 0), control(101, 0))
     assert len(hands(control(6, 12))) == 4, "selected in the other order"
 
@@ -693,7 +599,7 @@ def test_the_range_of_a_master_is_its_own() -> None:
     """RPN 0 on a channel that has notes is theirs; on the master it is that of the wheel that bends all of them."""
     hands = Hands()
     hands(*MPE, (0xB1, 101, 0), (0xB1, 100, 0), (0xB1, 6, 24), (0xB1, 38, 50), (0xB0, 6, 5), (0xB0, 38, 0))
-    assert (hands.p["controls"]["channel_range"], hands.p["range"]) == (24.5, 5.0)
+    assert (hands.p["controls"]["channel_range"], hands.any["range"]) == (24.5, 5.0)
     hands((0x91, 38, 90), (0x92, 43, 90))
     (event,) = hands((0xE1, 127, 127))
     assert (event["kind"], event["string"]) == (at.BEND, 2) and event["value"] == pytest.approx(2 ** (24.5 / 12))
@@ -716,14 +622,16 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
     states, keys, frets = hands.strings("state"), hands.strings("key"), hands.strings("fret")
     assert set(states) <= {FREE, HELD, PEDALLED}
     assert all(-1 <= k <= 127 for k in keys) and all(0 <= f <= FRETS for f in frets)
-    held = [k for k, s in zip(keys, states, strict=True) if s != FREE]
-    assert len(set(held)) == len(held) and -1 not in held, "a key sounds on one string"
-    assert p["controls"]["pedal"] or PEDALLED not in states
-    controls = p["controls"]
-    assert 1 <= p["hands"]["place"] <= FRETS and 0.0 <= p["range"] <= performer.MOST_RANGE + 0.99
-    assert -1.0 <= controls["wheel"] <= 1.0
-    assert 0.0 <= controls["volume"] <= 1.0 and 0.0 <= controls["expression"] <= 1.0
-    assert 0 <= controls["rpn"] <= NO_RPN and 0.0 < p["position"] < 1.0
+    channels = hands.strings("channel")
+    held = [(c, k) for c, k, s in zip(channels, keys, states, strict=True) if s != FREE]
+    assert len(set(held)) == len(held) and all(key >= 0 for _, key in held), "a key of a channel sounds on one string"
+    followed = [performer.ANY if c < 0 or p["controls"]["mode"] else c for c in channels]
+    assert all(s != PEDALLED or p["controls"]["channel"][c]["pedal"] for s, c in zip(states, followed, strict=True))
+    assert 1 <= p["hands"]["place"] <= FRETS and 0.0 < p["position"] < 1.0
+    for channel in p["controls"]["channel"]:
+        assert 0.0 <= channel["range"] <= performer.MOST_RANGE + 0.99 and -1.0 <= channel["wheel"] <= 1.0
+        assert 0.0 <= channel["volume"] <= 1.0 and 0.0 <= channel["expression"] <= 1.0
+        assert 0 <= channel["rpn"] <= NO_RPN
     for e in events:
         assert 0 <= e["string"] < count and 0 <= e["fret"] <= FRETS
         assert all(np.isfinite(e[name]) for name in at.EVENT.names or ())

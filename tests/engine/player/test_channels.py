@@ -1,0 +1,319 @@
+"""Controllers belong to the channel that sends them, and a note keeps its channel's. One channel is as ever."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from support.hands import Hands, bass, bass_tuned
+from support.messages import Message, control, off, on, wheel
+
+from livebass import techniques
+from livebass.engine.prepare import bass_numbers, follow_performer, new_performer
+from livebass.kernels.player import performer
+from livebass.kernels.string import records as at
+
+FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
+E, A, D, G = range(4)  # strings ...
+OPEN = (28, 33, 38, 43)  # ... and their notes
+STRINGS_FROM_1, MPE = ((0xB0, 126, 4),), ((0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 5))
+
+
+def by(channel: int, *messages: Message) -> list[Message]:
+    """The same messages on a channel, 0 to 15."""
+    return [(status | channel, first, second) for status, first, second in messages]
+
+
+def rpn(number: int, whole: int, fine: int | None = None) -> list[Message]:
+    return [control(101, 0), control(100, number), control(6, whole)] + [
+        control(38, x) for x in (fine,) if x is not None
+    ]
+
+
+def two(instrument: object = None) -> Hands:
+    """E1 sounds on channel 1 and A1 on channel 2."""
+    hands = Hands(instrument)  # type: ignore[arg-type]
+    hands(*by(0, on(OPEN[E])), *by(1, on(OPEN[A])))
+    return hands
+
+
+def told(events: NDArray[np.void], kind: int) -> dict[int, float]:
+    """The last number of a kind that each string is told."""
+    return {int(e["string"]): float(e["value"]) for e in events if e["kind"] == kind}
+
+
+def semitones(events: NDArray[np.void]) -> dict[int, float]:
+    return {i: 12 * np.log2(ratio) for i, ratio in told(events, at.BEND).items()}
+
+
+MOVES: list[tuple[str, list[Message], int, float]] = [
+    ("wheel", [wheel(8191)], at.BEND, 2 ** (2 / 12)),
+    ("bend upwards", [control(5, 0), control(5, 127)], at.BEND, 2 ** (2 / 12)),
+    ("fine tuning", rpn(1, 96, 0), at.BEND, 2 ** (0.5 / 12)),
+    ("fine tuning, 14 bits", rpn(1, 0, 64), at.BEND, 2 ** ((64 / 8192 - 1) / 12)),
+    ("coarse tuning", rpn(2, 62), at.BEND, 2 ** (-2 / 12)),
+    ("bend range", [wheel(-8192), *rpn(0, 5, 50)], at.BEND, 2 ** (-5.5 / 12)),
+    ("volume", [control(7, 64)], at.GAIN, (64 / 127) ** 2),
+    ("expression", [control(11, 32)], at.GAIN, (32 / 127) ** 2),
+    ("vibrato", [control(1, 127)], at.WAVER, 0.4),
+]
+MOVED = pytest.mark.parametrize(("messages", "kind", "value"), [m[1:] for m in MOVES], ids=[m[0] for m in MOVES])
+
+
+@MOVED
+def test_a_channel_moves_its_own_note(messages: list[Message], kind: int, value: float) -> None:
+    """And strings that nobody has played, on which the next note may be its."""
+    assert told(two()(*by(1, *messages)), kind) == pytest.approx({A: value, D: value, G: value})
+    assert told(two()(*by(0, *messages)), kind) == pytest.approx({E: value, D: value, G: value})
+    assert told(two()(*by(9, *messages)), kind) == pytest.approx({D: value, G: value})
+
+
+@MOVED
+def test_what_comes_before_a_note_is_there_when_it_begins(messages: list[Message], kind: int, value: float) -> None:
+    """On a string that another channel has played, too; and a note of that one is again as that one has it."""
+    hands = two()
+    hands(*by(0, off(OPEN[E])), *by(1, *messages))
+    events = hands(*by(1, on(OPEN[E])))
+    assert [int(e["kind"]) for e in events] == [kind, at.PLUCK] and told(events, kind) == pytest.approx({E: value})
+    assert [int(e["kind"]) for e in hands(*by(1, off(OPEN[E]), on(OPEN[E])))] == [at.HAND, at.PLUCK], "told already"
+    usual = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}[kind]
+    assert told(hands(*by(1, off(OPEN[E])), *by(0, on(OPEN[E]))), kind) == {E: usual}
+
+
+@MOVED
+@pytest.mark.parametrize("channel", [0, 6, 15])
+def test_one_channel_moves_all_strings(channel: int, messages: list[Message], kind: int, value: float) -> None:
+    """Whichever it is, with the same events; a host's and a change of bass find them on any channel."""
+    line = [on(OPEN[E]), *messages, on(OPEN[A]), off(OPEN[E]), on(OPEN[E])]
+    first, other = Hands(), Hands()
+    assert first(*line).tobytes() == other(*by(channel, *line)).tobytes()
+    assert told(first(*messages), kind) == pytest.approx(dict.fromkeys(range(4), value))
+
+
+def test_a_released_note_keeps_its_channel() -> None:
+    hands = two()
+    hands(*by(0, off(OPEN[E])))
+    assert semitones(hands(*by(1, wheel(8191)))) == pytest.approx({A: 2, D: 2, G: 2})
+    assert semitones(hands(*by(0, wheel(8191)))) == pytest.approx({E: 2, D: 2, G: 2})
+
+
+def test_the_pedal_holds_the_notes_of_its_channel() -> None:
+    hands = two()
+    hands(*by(1, control(64, 127)), *by(0, off(OPEN[E])), *by(1, off(OPEN[A])))
+    assert hands.strings("state")[:2] == [FREE, PEDALLED]
+    assert len(hands(*by(0, control(64, 0)))) == 0
+    assert told(hands(*by(1, control(64, 0))), at.HAND).keys() == {A}
+
+
+def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
+    hands = two(bass(answering="pedal"))
+    assert told(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100)
+    assert not told(hands(*by(0, control(64, 127), control(64, 0))), at.IDLE)
+    assert told(hands(*by(2, control(64, 0))), at.IDLE) == dict.fromkeys(range(4), 0)
+
+
+def test_a_reset_is_of_its_channel_and_leaves_tuning_range_and_volume() -> None:
+    """As RP-015 says."""
+    hands = two()
+    for channel in (0, 1):
+        hands(*by(channel, *rpn(0, 4), *rpn(1, 96, 0), *rpn(2, 65), control(7, 64), control(11, 64), wheel(8191)))
+        hands(*by(channel, control(1, 90), control(64, 127)))
+    hands(*by(0, off(OPEN[E])), *by(1, off(OPEN[A])))
+    events = hands(*by(1, control(121)))
+    assert semitones(events) == pytest.approx({A: 1.5, D: 1.5, G: 1.5}), "tuning stays"
+    assert told(events, at.GAIN) == pytest.approx(dict.fromkeys((A, D, G), (64 / 127) ** 2)), "so does the volume"
+    assert told(events, at.WAVER) == {A: 0.0, D: 0.0, G: 0.0} and told(events, at.HAND).keys() == {A}
+    assert hands.strings("state")[:2] == [PEDALLED, FREE]
+    assert semitones(hands(*by(1, wheel(8191))))[A] == pytest.approx(5.5), "and the range"
+    assert not semitones(hands(*by(1, control(6, 9)))), "no parameter is selected"
+    assert semitones(hands(*by(0, control(6, 60))))[E] == pytest.approx(0.5 - 4 + 4), "on the other channel one is"
+
+
+@pytest.mark.parametrize(("number", "kind"), [(120, at.CUT), (123, at.HAND), (124, at.HAND), (127, at.HAND)])
+def test_all_off_is_of_its_channel(number: int, kind: int) -> None:
+    hands = two()
+    assert {A} <= {int(e["string"]) for e in hands(*by(1, control(number))) if e["kind"] == kind} <= {A, D, G}
+    assert hands.strings("state")[:2] == [HELD, FREE]
+    assert told(hands(*by(0, off(OPEN[E]))), at.HAND).keys() == {E}
+
+
+def test_key_switches_and_palm_are_the_whole_basss() -> None:
+    hands = Hands(switches=True)
+    hands(*by(0, on(OPEN[E])), *by(1, on(OPEN[A]), on(6)))
+    assert hands.p["switched"][techniques.VIBRATO] == 1
+    assert {int(e["string"]) for e in hands(*by(1, control(9, 80))) if e["kind"] == at.TOUCH_EVENT} == {E, A}
+    assert told(hands(*by(3, control(123))), at.WAVER) == dict.fromkeys(range(4), 0.0), "any channel lets go of keys"
+
+
+# One key on two channels
+
+
+def test_a_unison_of_two_channels_sounds_on_two_strings() -> None:
+    """Each ends with its own note-off."""
+    hands = Hands()
+    first, second = (int(hands(*by(c, on(45)))[-1]["string"]) for c in (0, 1))
+    assert (first, second) == (G, D) and hands.p["stolen"] == 0
+    assert semitones(hands(*by(1, wheel(8191)))).keys() >= {D} and G not in semitones(hands(*by(1, wheel(0))))
+    assert told(hands(*by(0, off(45))), at.HAND).keys() == {G}
+    assert told(hands(*by(1, off(45))), at.HAND).keys() == {D}
+    again = Hands()
+    again(*by(0, on(45), on(45)), *by(1, on(45), on(45)))
+    assert again.strings("state") == [FREE, FREE, HELD, HELD], "struck again each stays on its string"
+
+
+def test_the_last_string_is_taken_over_and_an_old_end_does_not_cut_it() -> None:
+    hands = Hands(bass_tuned([40]))
+    hands(*by(0, on(45)), *by(1, on(45)))
+    assert hands.strings("channel") == [1] and hands.p["stolen"] == 1
+    assert len(hands(*by(0, off(45)))) == 0
+    assert told(hands(*by(1, off(45))), at.HAND).keys() == {0}
+
+
+def test_rather_the_same_note_is_taken_over_than_another() -> None:
+    hands = Hands(bass_tuned([40, 45], 5))
+    hands(*by(0, on(44)), *by(0, on(47)), *by(1, on(47)))
+    assert hands.strings("key") == [44, 47] and hands.strings("channel") == [0, 1]
+
+
+def test_a_key_that_ends_on_another_channel_ends() -> None:
+    hands = two()
+    assert told(hands(*by(5, off(OPEN[E]))), at.HAND).keys() == {E}
+    assert len(hands(*by(0, off(OPEN[E])))) == 0
+
+
+def test_the_first_end_of_a_channel_ends_its_key_however_often_it_was_struck() -> None:
+    hands = Hands()
+    hands(*by(3, on(33), on(33)))
+    assert told(hands(*by(3, off(33))), at.HAND).keys() == {A} and len(hands(*by(3, off(33)))) == 0
+
+
+def test_a_string_goes_back_to_the_channel_of_the_key_under_the_last() -> None:
+    """Hammered on by another channel, which bends; pulled off again, and unbent."""
+    hands = Hands()
+    hands(*by(1, wheel(4096)), *by(0, on(45)), control(68, 127))
+    assert semitones(hands(*by(1, on(47)))) == pytest.approx({G: 1.0}, abs=1e-3)
+    events = hands(*by(1, off(47)))
+    assert semitones(events) == {G: 0.0} and events[-1]["kind"] == at.PULL_OFF
+    hands(*by(1, on(47)), *by(0, off(45)))
+    assert told(hands(*by(1, off(47))), at.HAND).keys() == {G}
+
+
+# A wheel that slides
+
+
+def test_a_wheel_that_slides_shifts_its_channel_alone() -> None:
+    hands = Hands(bass(wheel="slide"))
+    hands(*by(0, on(31)), *by(1, on(36)))
+    events = hands(*by(1, wheel(8191)))
+    assert [(int(e["kind"]), int(e["string"]), int(e["fret"])) for e in events] == [(at.GLIDE, A, 5)]
+    assert hands(*by(0, off(31), on(31)))[-1]["fret"] == 3 and hands(*by(1, off(36), on(36)))[-1]["fret"] == 5
+    assert hands(*by(0, off(31)), *by(1, on(31)))[-1]["fret"] == 5
+
+
+# Hosts and a change of bass
+
+
+@given(st.integers(0, 15), st.integers(-8192, 8191), st.integers(0, 127))
+def test_a_change_of_bass_keeps_every_channel(channel: int, bend: int, volume: int) -> None:
+    old = two()
+    old(*by(channel, wheel(bend), control(7, volume), *rpn(0, 7), *rpn(2, 66)))
+    new = new_performer(bass_numbers(bass("slap"), [], 20))
+    follow_performer([], new, old.record)
+    assert new["controls"]["channel"].tobytes() == old.record["controls"]["channel"].tobytes()
+
+
+def test_another_basss_range_is_that_of_channels_that_have_none_of_their_own() -> None:
+    old = two()
+    old(*by(3, *rpn(0, 7)))
+    new = new_performer(bass_numbers(bass("slap", bend_range=5.0), [], 20))
+    follow_performer([], new, old.record)
+    ranges = new["controls"]["channel"]["range"][0].tolist()
+    assert ranges == [7.0 if channel in (3, performer.ANY) else 5.0 for channel in range(performer.CHANNELS + 1)]
+
+
+def test_a_controller_for_a_parameter_is_the_whole_basss() -> None:
+    hands = two()
+    hands(*by(0, wheel(8191)), *by(1, wheel(8191)))
+    assert semitones(hands(*by(1, control(techniques.LEARNED + techniques.BEND_RANGE, 127)))) == pytest.approx(
+        dict.fromkeys(range(4), 24)
+    )
+
+
+# Modes
+
+
+@pytest.mark.parametrize("zone", [STRINGS_FROM_1, MPE], ids=["strings", "notes"])
+def test_while_channels_mean_something_the_others_are_for_the_whole_bass(zone: Sequence[Message]) -> None:
+    """Whoever had played before, also as the mode begins: what bent one string bends all."""
+    hands = two()
+    hands(*by(8, wheel(8191)))
+    events = hands(*zone)
+    assert semitones(events) == pytest.approx({E: 2, A: 2}), "they have not heard it yet"
+    hands((0x91, 38, 90))
+    assert told(hands(*by(8, control(7, 64))), at.GAIN) == pytest.approx(dict.fromkeys(range(4), (64 / 127) ** 2))
+    assert semitones(hands(*by(9, wheel(0)))).keys() == {E, A, D, G}
+
+
+@pytest.mark.parametrize("zone", [STRINGS_FROM_1, MPE], ids=["strings", "notes"])
+def test_a_mode_that_begins_tells_one_channel_nothing_new(zone: Sequence[Message]) -> None:
+    hands = Hands()
+    hands(wheel(3000), control(7, 50), on(OPEN[E]), control(1, 50))
+    assert not {at.BEND, at.GAIN, at.WAVER} & {int(e["kind"]) for e in hands(*zone)}
+
+
+@pytest.mark.parametrize(("string", "number"), [(0, 2), (1, 3), (3, 5), (3, 6)])
+def test_harmonics_beyond_the_last_fret_sound_on_the_string_of_their_channel(string: int, number: int) -> None:
+    hands = Hands(switches=True)
+    key = OPEN[string] + (0, 0, 12, 19, 24, 28, 31)[number]
+    events = hands((0xB0, 126, 6), on(17), (0x90 | (3 - string), key, 90))
+    pluck = next(e for e in events if e["kind"] == at.PLUCK)
+    assert (pluck["string"], pluck["fret"], hands.p["dropped"]) == (string, 0, 0)
+    assert told(hands((0x80 | (3 - string), key, 0)), at.HAND).keys() == {string}
+    hands((0x80, 17, 0), (0x90, 74, 90), (0x95, key, 90))
+    assert hands.p["dropped"] == 2, "beyond the last fret, and beyond the last string"
+    hands(on(17), (0x90, 73, 90))
+    assert hands.p["dropped"] == 3, "no harmonic of this string"
+
+
+# Anything
+
+
+any_message = st.one_of(
+    st.builds(on, st.integers(28, 63), st.integers(1, 127)),
+    st.builds(off, st.integers(28, 63)),
+    st.builds(wheel, st.integers(-8192, 8191)),
+    st.builds(
+        control,
+        st.sampled_from([1, 5, 6, 7, 11, 38, 64, 68, 96, 100, 101, 120, 121, 123]),
+        st.sampled_from([0, 2, 64, 127]),
+    ),
+)
+
+
+@given(st.lists(st.tuples(st.integers(0, 2), any_message), max_size=50), st.sampled_from(["bend", "slide"]))
+def test_strings_are_always_as_the_channel_that_they_follow(
+    sequence: list[tuple[int, Message]], wheel_does: str
+) -> None:
+    """What each string was told last of bend, gain and vibrato is what its channel says, whatever came before."""
+    hands = Hands(bass(wheel=wheel_does))
+    last: dict[int, dict[int, float]] = {at.BEND: {}, at.GAIN: {}, at.WAVER: {}}
+    usual = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}
+    for channel, message in sequence:
+        events = hands(*by(channel, message))
+        for kind, values in last.items():
+            values |= told(events, kind)
+    for i, channel in enumerate(hands.strings("channel")):
+        of = hands.p["controls"]["channel"][channel if channel >= 0 else performer.ANY]
+        bend = 0.0 if wheel_does == "slide" else of["wheel"] * of["range"]
+        bend += of["bend_up"] + of["coarse"] + (of["fine"] - performer.IN_TUNE) / performer.IN_TUNE
+        wanted = {
+            at.BEND: 2 ** (np.clip(bend, -97, 97) / 12),
+            at.GAIN: (of["volume"] * of["expression"]) ** 2,
+            at.WAVER: 0.4 * of["vibrato"],
+        }
+        for kind, value in wanted.items():
+            assert last[kind].get(i, usual[kind]) == pytest.approx(value), (i, kind)
