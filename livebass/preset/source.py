@@ -15,6 +15,7 @@ from livebass.units import one_line
 
 LARGEST_FILE = 1_000_000  # bytes
 TOML, TEXT = "TOML text file", "text file"
+SCALE = "a scale (.scl) is a temperament: give it to --temperament"
 
 
 class PresetError(ValueError):
@@ -30,6 +31,11 @@ class PresetError(ValueError):
 def is_path(name: str) -> bool:
     """True for a path to a file of one's own, False for the name of what comes with livebass."""
     return name.endswith(".toml") or "/" in name or os.sep in name
+
+
+def is_scale(name: str) -> bool:
+    """True for the name of a file with a scale of Scala."""
+    return name.lower().endswith(".scl")
 
 
 def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -> bytes:
