@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from mido import Message
 
-from livebass.kinds import HEAD, kind_of
+from livebass.kinds import HEAD, SCORES, kind_of
 from livebass.tracknames import decode
 
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
@@ -29,7 +29,6 @@ HEADER, TRACK = b"MThd", b"MTrk"
 MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 NO_CHANNEL = -1
 MARK = "livebass plays "  # begins a text of a take that names its bass
-SCORES = ("Guitar", "Tab", "MusicXML", "MuseScore", "LilyPond", "ABC", "MEI")  # in kinds that programs export as MIDI
 SYSTEM_COMMON = {0xF1: 1, 0xF2: 2, 0xF3: 1}  # data bytes; system messages from 0xF4 on have none
 
 
@@ -194,7 +193,7 @@ def _other_kind(data: bytes) -> str:
     kind = kind_of(data[:HEAD])
     if kind is None:
         return "not a Standard MIDI File (it does not begin with MThd)"
-    if any(word in kind for word in SCORES):
+    if kind in SCORES:
         return f"is {kind}, not a MIDI file: export MIDI from the program that wrote it"
     return f"is {kind}, not a MIDI file"
 

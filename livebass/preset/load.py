@@ -14,7 +14,7 @@ from livebass.model.instrument import Instrument
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, nearest, quoted
 from livebass.preset.like import whole
-from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
+from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
 
 LABORATORY = "laboratory"  # folder of the presets that are experiments, not basses
 
@@ -129,6 +129,8 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     if not is_path(name):
         folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
         if name not in _names_in(folder):
+            if is_scale(name):
+                raise PresetError(f"{name}: {SCALE}")
             known = nearest(name, [*preset_names(), *laboratory_names()])
             raise PresetError(f"preset {quoted(name)}: unknown; {known}; a file needs a path with .toml or /")
         label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()

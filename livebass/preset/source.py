@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import os
 import stat
 import tomllib
@@ -9,10 +10,12 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from livebass.kinds import kind_of
 from livebass.units import one_line
 
 LARGEST_FILE = 1_000_000  # bytes
 TOML, TEXT = "TOML text file", "text file"
+SCALE = "a scale (.scl) is a temperament: give it to --temperament"
 
 
 class PresetError(ValueError):
@@ -28,6 +31,11 @@ class PresetError(ValueError):
 def is_path(name: str) -> bool:
     """True for a path to a file of one's own, False for the name of what comes with livebass."""
     return name.endswith(".toml") or "/" in name or os.sep in name
+
+
+def is_scale(name: str) -> bool:
+    """True for the name of a file with a scale of Scala."""
+    return name.lower().endswith(".scl")
 
 
 def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -> bytes:
@@ -54,11 +62,28 @@ def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -
 
 
 def decoded(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
-    """The text of a file called `label`. Raises PresetError."""
+    """The text of a file called `label`, in UTF-8 or in UTF-16, as PowerShell writes it. Raises PresetError."""
+    encoding = _encoding(raw)
     try:
-        return raw.decode("utf-8-sig")
+        return raw.decode(encoding)
     except UnicodeDecodeError as error:
-        raise PresetError(f"{label}: not UTF-8 (byte {error.start}); a {kind} is a {form}") from None
+        before = raw[: error.start].decode(encoding, "replace")
+        line, column = before.count("\n") + 1, len(before) - before.rfind("\n")
+        name = encoding.upper().removesuffix("-SIG")
+        if told := kind_of(raw):
+            raise PresetError(f"{label}: {told}; a {kind} is a {form}") from None
+        why = f"not {name} (byte {error.start}: line {line}, column {column})"
+        raise PresetError(f"{label}: {why}; a {kind} is a {form}: save it as UTF-8") from None
+
+
+def _encoding(raw: bytes) -> str:
+    """The encoding of a text: by its byte order mark, or else by the zero bytes that ASCII has in UTF-16."""
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    first, second = raw[0::2].count(0), raw[1::2].count(0)
+    if max(first, second) > max(len(raw) // 4, 8 * min(first, second)):  # more than half of all characters
+        return "utf-16-le" if second > first else "utf-16-be"
+    return "utf-8-sig"
 
 
 def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
@@ -69,4 +94,5 @@ def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         why = "nested too deep" if isinstance(error, RecursionError) else str(error)
-        raise PresetError(f"{label}: not TOML: {why}") from None
+        told = kind_of(text.encode())
+        raise PresetError(f"{label}: {told}; a {kind} is a {TOML}" if told else f"{label}: not TOML: {why}") from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
@@ -11,7 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 from livebass.model.instrument import A4_HZ, A4_NOTE
-from livebass.preset.source import TEXT, decoded, file_bytes
+from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
 from livebass.units import cents, note_name, note_number, quantity
 
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
@@ -27,6 +28,7 @@ NAMED: dict[str, tuple[int, int | None, int]] = {
     "drop-d": (0, _E1, 2),
     "drop-db": (-1, _E1, 2),
     "drop-c": (-2, _E1, 2),
+    "drop-b": (-3, _E1, 2),
     "drop-a": (0, _B0, 2),
     "bead": (-5, None, 0),
     "tenor": (5, None, 0),
@@ -43,12 +45,41 @@ TEMPERAMENTS: dict[str, tuple[float, ...]] = {
 }
 MOST_OFF = 100.0  # cents
 CENTS_ALLOWED = f"cents from {-MOST_OFF:g} to {MOST_OFF:g} for 12 notes, C first, or for each string"
-EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2"'
-ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; or {", ".join(NAMED)}'
+EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2" or DADG'
+ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; {", ".join(NAMED)} or "Eb standard"'
 
-Tuning = (
-    str | tuple[int | float, ...]
-)  # a name of NAMED, or of each string a MIDI number (int) or a pitch in Hz (float)
+Pitch = int | float | str  # of an open string: a MIDI number, Hz, or the name of a note without its octave, "Eb"
+
+
+@dataclass(frozen=True)
+class Shift:
+    """A tuning by the note that the E string is tuned to, "Eb standard": every string goes as far."""
+
+    step: int  # of the octave, from C
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What a row of letters may mean, each a tuning: the first that has as many notes as the bass has strings."""
+
+    each: tuple[tuple[str, ...], ...]
+
+
+Tuning = str | tuple[Pitch, ...] | Shift | Readings  # a name of NAMED, the pitch of each string, or what needs a bass
+
+_LETTERS = str.maketrans({"\u266f": "#", "\u266d": "b", "\u266e": None, **dict.fromkeys("'\u2018\u2019\u2032`\"", " ")})
+_WORDS = ((r"[\s-]*\bflat\b", "b"), (r"[\s-]*\bsharp\b", "#"))
+_STANDARD = re.compile(r"([a-g][#b]?)[\s_-]*(?:standard|std|tuning)?", re.IGNORECASE)
+_DROP = re.compile(r"drop[\s_-]*([a-g][#b]?)", re.IGNORECASE)
+_DROPS = {"c#": "drop-db"}
+_STEPS_DOWN = {"1/2stepdown": "half-step-down", "1stepdown": "whole-step-down", "fullstepdown": "whole-step-down"}
+_APART = re.compile(r"[\s,;:/|_\u2010-\u2015-]+")
+# Readings of a row of letters: B is a note and b a flat, or both may be either
+_ROWS = (
+    re.compile(r"[A-Ga-g](?:#|b)?"),
+    re.compile(r"[a-g](?:#|b)?", re.IGNORECASE),
+    re.compile(r"[a-g]#?", re.IGNORECASE),
+)
 
 
 def tuning_of(raw: Any) -> Tuning:
@@ -57,13 +88,21 @@ def tuning_of(raw: Any) -> Tuning:
         name = re.sub(r"[\s_]+", "-", raw.strip().lower())
         if name in NAMED:
             return name
-        raw = re.sub(r"\s+(?=k?Hz\b)", "", raw, flags=re.IGNORECASE).replace(",", " ").split()
-    if not isinstance(raw, list | tuple) or not raw:
+        if is_scale(name):
+            raise ValueError(SCALE)
+        raw = re.sub(r"\s+(?=k?Hz\b)", "", raw, flags=re.IGNORECASE)
+        items: Any = raw.replace(",", " ").split()
+    else:
+        items = raw
+    if not isinstance(items, list | tuple) or not items:
         raise ValueError(f"allowed: {ALLOWED}")
     try:
-        return tuple(_pitch(item) for item in raw)
+        return tuple(_pitch(item) for item in items)
     except ValueError:
-        raise ValueError(f"allowed: {ALLOWED}") from None
+        found = _by_letters(raw) if isinstance(raw, str) else _by_names(items)
+        if found is None:
+            raise ValueError(f"allowed: {ALLOWED}") from None
+        return found
 
 
 def _pitch(item: Any) -> int | float:
@@ -73,6 +112,58 @@ def _pitch(item: Any) -> int | float:
             raise ValueError(f"{hertz} Hz")
         return hertz
     return note_number(item)
+
+
+def _by_letters(text: str) -> Tuning | None:
+    """A tuning as players write it: "drop D", "Eb", "E A D G", EADG. None if it is none."""
+    text = unicodedata.normalize("NFKC", text).translate(_LETTERS)
+    for form, sign in _WORDS:
+        text = re.sub(form, sign, text, flags=re.IGNORECASE)
+    text = text.strip()
+    plain = re.sub(r"[\s_-]+", "", text.lower())
+    for name in NAMED:
+        if plain in (name.replace("-", ""), f"{name.replace('-', '')}tuning"):
+            return name
+    if plain in _STEPS_DOWN:
+        return _STEPS_DOWN[plain]
+    if found := _DROP.fullmatch(text):
+        return _DROPS.get(found[1].lower())
+    if found := _STANDARD.fullmatch(text):
+        return Shift(_step(found[1]))
+    items = [item for item in _APART.split(text) if item]
+    if len(items) == 1:
+        return _row(items[0])
+    return _by_names(items)
+
+
+def _row(letters: str) -> Tuning | None:
+    """The notes of a row of letters, with or without octaves."""
+    if re.fullmatch(r"(?:[a-g][#b]?\d)+", letters, re.IGNORECASE):
+        return tuple(note_number(name) for name in re.findall(r"[a-g][#b]?\d", letters, re.IGNORECASE))
+    if not re.fullmatch(r"[a-g](?:[a-g]|#)*", letters, re.IGNORECASE):
+        return None
+    found = [tuple(form.findall(letters)) for form in _ROWS]
+    return Readings(tuple(dict.fromkeys(names for names in found if "".join(names) == letters)))
+
+
+def _by_names(items: Sequence[Any]) -> tuple[Pitch, ...] | None:
+    """Notes of which some have no octave. None if any item is none."""
+    found: list[Pitch] = []
+    for item in items:
+        name = str(item).strip().translate(_LETTERS)
+        if isinstance(item, str) and re.fullmatch(r"[a-g][#b]?", name, re.IGNORECASE):
+            found.append(name)
+            continue
+        try:
+            found.append(_pitch(item))
+        except ValueError:
+            return None
+    return tuple(found)
+
+
+def _step(name: str) -> int:
+    """The step of the octave, 0 to 11 from C, of a note's name without its octave."""
+    return note_number(f"{name[0].upper()}{name[1:].lower()}4") % NOTES
 
 
 def reference_of(raw: Any) -> float:
@@ -91,6 +182,8 @@ def temperament_of(raw: str) -> tuple[float, ...]:
     name = re.sub(r"[\s_]+", "-", raw.strip().lower())
     if name in TEMPERAMENTS:
         return TEMPERAMENTS[name]
+    if is_scale(name):
+        raise ValueError("a file goes to --temperament; here a temperament is a name, or its cents")
     try:
         found = tuple(float(part) for part in raw.replace(",", " ").split())
     except ValueError:
@@ -152,15 +245,7 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
     if len(temperament) not in (0, NOTES, len(opens)):
         why = f"{len(temperament)} values; allowed: {NOTES}, C first, or one for each of {len(opens)} strings"
         raise ValueError(f"temperament: {why}")
-    if isinstance(tuning, str):
-        by, dropped, further = NAMED[tuning]
-        if dropped is not None and dropped not in opens:
-            raise ValueError(f"tuning: this bass has no {note_name(dropped)} string")
-        pitches: list[int | float] = [note + by - further * (note == dropped) for note in opens]
-    else:
-        pitches = list(tuning)
-    if len(pitches) != len(opens):
-        raise ValueError(f"tuning: {len(pitches)} notes for {len(opens)} strings")
+    pitches = _pitches(opens, tuning)
     standard, found = cents(a4 / A4_HZ), []
     for i, pitch in enumerate(pitches):
         note, off = (pitch, 0.0) if isinstance(pitch, int) else _nearest(pitch, a4)
@@ -175,6 +260,41 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
             both = f"{note_name(low.note)}, {note_name(high.note)}"
             raise ValueError(f"tuning: strings go from the lowest to the highest, not {both}")
     return found
+
+
+def _pitches(opens: Sequence[int], tuning: Tuning) -> list[int | float]:
+    """The pitch of each string whose file has the notes `opens`: MIDI, or Hz. Raises ValueError as `open_strings`."""
+    if isinstance(tuning, str):
+        by, dropped, further = NAMED[tuning]
+        if dropped is not None and dropped not in opens:
+            raise ValueError(f"tuning: this bass has no {note_name(dropped)} string")
+        return [note + by - further * (note == dropped) for note in opens]
+    if isinstance(tuning, Shift):
+        if len(opens) == 1:
+            return [_beside(opens[0], tuning.step)]
+        by = _beside(_E1, tuning.step) - _E1
+        return [note + by for note in opens]
+    fitting = tuning.each if isinstance(tuning, Readings) else (tuning,)
+    named = next((each for each in fitting if len(each) == len(opens)), fitting[0])
+    if len(named) != len(opens):
+        counted = "1 note" if len(named) == 1 else f"{len(named)} notes"
+        strings = "1 string" if len(opens) == 1 else f"{len(opens)} strings"
+        raise ValueError(f"tuning: {counted} for {strings}, {' '.join(note_name(note) for note in opens)}")
+    pitches: list[int | float] = []
+    for pitch, note in zip(named, opens, strict=True):
+        if isinstance(pitch, str):
+            found = _beside(note, _step(pitch))
+            below = pitches[-1] if pitches else -1
+            below = below if isinstance(below, int) else A4_NOTE + 12 * math.log2(below / A4_HZ)
+            pitches.append(found + NOTES * (found <= below))
+        else:
+            pitches.append(pitch)
+    return pitches
+
+
+def _beside(note: int, step: int) -> int:
+    """The MIDI note nearest to `note` that is `step` of its octave, 0 to 11 from C; of two, the lower one."""
+    return note + (step - note + NOTES // 2) % NOTES - NOTES // 2
 
 
 def _nearest(hertz: float, a4: float) -> tuple[int, float]:

@@ -15,7 +15,7 @@ from livebass.model.instrument import Instrument, note_frequency, speaking, tens
 from livebass.model.tuning import tuned
 from livebass.preset.build import Builder, PresetError
 from livebass.preset.load import load_preset, preset_names, preset_tables
-from livebass.preset.tuning import NAMED, TEMPERAMENTS, temperament_of_file, tuning_of
+from livebass.preset.tuning import NAMED, TEMPERAMENTS, open_strings, temperament_of_file, tuning_of
 from livebass.units import cents, note_number
 
 load = cache(load_preset)  # checking a preset at every fret takes 0.1 s; frozen, it can be shared
@@ -67,6 +67,54 @@ def test_the_usual_tuning_changes_nothing(preset: str) -> None:
 )  # fmt: skip
 def test_tunings(preset: str, tuning: str, expected: str) -> None:
     assert opens(load_preset(preset, tuning=tuning)) == notes(expected)
+
+
+WRITTEN = {
+    "EADG": "E1 A1 D2 G2", "eadg": "E1 A1 D2 G2", "E A D G": "E1 A1 D2 G2", "D G C F": "D1 G1 C2 F2",
+    "D'G'C'F'": "D1 G1 C2 F2", "d, g, c, f": "D1 G1 C2 F2", "D-G-C-F": "D1 G1 C2 F2", "DGCF": "D1 G1 C2 F2",
+    "DADG": "D1 A1 D2 G2", "D1-A1-D2-G2": "D1 A1 D2 G2", "d1a1d2g2": "D1 A1 D2 G2", "D A D2 G": "D1 A1 D2 G2",
+    "eb": "D#1 G#1 C#2 F#2", "Eb standard": "D#1 G#1 C#2 F#2", "E\u266d Standard": "D#1 G#1 C#2 F#2",
+    "e flat": "D#1 G#1 C#2 F#2", "D#": "D#1 G#1 C#2 F#2", "E\u266d A\u266d D\u266d G\u266d": "D#1 G#1 C#2 F#2",
+    "EbAbDbGb": "D#1 G#1 C#2 F#2", "ebabdbgb": "D#1 G#1 C#2 F#2", "EBABDBGB": "D#1 G#1 C#2 F#2",
+    "D\u266fG\u266fC\u266fF\u266f": "D#1 G#1 C#2 F#2", "d#-g#-c#-f#": "D#1 G#1 C#2 F#2",
+    "D standard": "D1 G1 C2 F2", "c#": "C#1 F#1 B1 E2", "C standard": "C1 F1 A#1 D#2", "B": "B0 E1 A1 D2",
+    "F": "F1 A#1 D#2 G#2", "drop d": "D1 A1 D2 G2", "dropD": "D1 A1 D2 G2", "DROP-D": "D1 A1 D2 G2",
+    "Drop D tuning": "D1 A1 D2 G2", "drop c#": "C#1 G#1 C#2 F#2", "dropC": "C1 G1 C2 F2", "Drop B": "B0 F#1 B1 E2",
+    "Half Step Down": "D#1 G#1 C#2 F#2", "1/2 step down": "D#1 G#1 C#2 F#2", "BEAD": "B0 E1 A1 D2",
+    "B E A D": "B0 E1 A1 D2", "A D G C": "A1 D2 G2 C3",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("written", WRITTEN)
+def test_a_tuning_as_players_write_it(written: str) -> None:
+    bass = load("jazz-finger")
+    wanted = notes(WRITTEN[written])
+    assert [s.note for s in open_strings(opens(bass), tuning_of(written), 440, ())] == wanted
+    if " " in written:
+        assert [s.note for s in open_strings(opens(bass), tuning_of(written.swapcase()), 440, ())] == wanted
+
+
+@pytest.mark.parametrize(
+    ("own", "written", "wanted"),
+    [
+        ("B0 E1 A1 D2 G2", "BEADG", "B0 E1 A1 D2 G2"), ("B0 E1 A1 D2 G2", "beadg", "B0 E1 A1 D2 G2"),
+        ("B0 E1 A1 D2 G2", "Bb Eb Ab Db Gb", "A#0 D#1 G#1 C#2 F#2"), ("B0 E1 A1 D2 G2", "eb", "A#0 D#1 G#1 C#2 F#2"),
+        ("E1 A1 D2 G2 B2 E3", "eadgbe", "E1 A1 D2 G2 B2 E3"), ("E1 A1 D2 G2 B2 E3", "EADGBE", "E1 A1 D2 G2 B2 E3"),
+        ("G2", "F", "F2"), ("G2", "Gb", "F#2"), ("E1 A1", "E E", "E1 E2"), ("E1 A1", ["E", "d"], "E1 D2"),
+        ("E1 A1", [28, "B"], "E1 B1"), ("E1 A1", "41.2 Hz A", "E1 A1"), ("E1 A1", "D\u266f 58.27Hz", "D#1 A#1"),
+    ],
+)  # fmt: skip
+def test_octaves_are_those_nearest_to_the_strings_of_the_bass(own: str, written: object, wanted: str) -> None:
+    assert [s.note for s in open_strings(notes(own), tuning_of(written), 440, ())] == notes(wanted)
+
+
+@pytest.mark.parametrize(
+    "text", ["E1 A1 D2 G2", "e1,a1,d2,g2", "28 33 38 43", "C-1 D1 Bb0 G\u266d2", "41.2 Hz, A1, 38 97.5Hz"]
+)
+def test_a_tuning_with_octaves_is_what_it_says_whatever_the_bass(text: str) -> None:
+    found = tuning_of(text)
+    names = text.replace(" Hz", "Hz").replace(",", " ").split()
+    assert found == tuple(float(name[:-2]) if name.endswith("Hz") else note_number(name) for name in names)
 
 
 def test_every_named_tuning_fits_some_bass() -> None:
@@ -253,7 +301,16 @@ BAD = [
     ({"tuning": 5}, ["tuning = 5", "allowed"]),
     ({"tuning": ["E1", True, "D2", "G2"]}, ["tuning", "allowed"]),
     ({"tuning": "E1 A1 D2 H2"}, ["tuning", "allowed"]),
-    ({"tuning": "E1 A1 D2"}, ["tuning", "3 notes for 4 strings"]),
+    ({"tuning": "E1 A1 D2"}, ["tuning", "3 notes for 4 strings, E1 A1 D2 G2"]),
+    ({"tuning": "BEADG"}, ['tuning = "BEADG"', "5 notes for 4 strings"]),
+    ({"tuning": "E A D H"}, ["tuning", "allowed"]),
+    ({"tuning": "EADX"}, ["tuning", "allowed"]),
+    ({"tuning": "drop-g"}, ["tuning", "allowed"]),
+    ({"tuning": "E A G G"}, ["tuning", "G3 on the G2 string"]),
+    ({"tuning": "Bb standard"}, ["tuning", "A#0 on the E1 string", "B0 to B1"]),
+    ({"tuning": "Bb A D G"}, ["tuning", "A#0 on the E1 string"]),
+    ({"tuning": "my scale.SCL"}, ["tuning", "a scale (.scl) is a temperament: give it to --temperament"]),
+    ({"temperament": "a.scl"}, ["temperament", "a file goes to --temperament"]),
     ({"tuning": "E1 A1 G2 D2"}, ["tuning", "from the lowest to the highest", "G2, D2"]),
     ({"tuning": "D#0 A1 D2 G2"}, ["tuning", "D#0 on the E1 string", "B0 to B1"]),
     ({"tuning": "E1 A1 D2 E3"}, ["tuning", "E3 on the G2 string", "D2 to D3"]),

@@ -281,6 +281,24 @@ def test_error(tmp_path: Path, old: str, new: str, says: list[str]) -> None:
     assert [s for s in says if s not in said] == [], said
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize(
+    ("mark", "encoding"),
+    [
+        (b"", "utf-8"), (b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be"),
+        (b"", "utf-16-le"), (b"", "utf-16-be"),
+    ],
+)  # fmt: skip
+def test_a_text_is_read_as_editors_and_powershell_write_it(
+    tmp_path: Path, mark: bytes, encoding: str, end: str
+) -> None:
+    text = f"# {'一' * 30} für\n{GOOD}".replace("\n", end)
+    assert load(tmp_path, mark + text.encode(encoding)) == load(tmp_path, GOOD)
+    keys = f"# für\n[keys]{end}ghost = 22{end}"
+    (tmp_path / "keys.toml").write_bytes(mark + keys.encode(encoding))
+    assert load_key_map(str(tmp_path / "keys.toml")).keys == ((22, "ghost", 0),)
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [
@@ -288,7 +306,12 @@ def test_error(tmp_path: Path, old: str, new: str, says: list[str]) -> None:
         (b"\n  \n", "empty"),
         (b"# only a comment\n", "name: missing"),
         (b'name = "x"\n[neck]\nscale_length = "34 in"\n', "at least one [[string]]"),
-        (b'name = "\xff"\n', "not UTF-8 (byte 8)"),
+        (b'name = "\xff"\n', "not UTF-8 (byte 8: line 1, column 9); a preset is a TOML text file: save it as UTF-8"),
+        ('name = "x"\r\n# für'.encode("latin-1"), "not UTF-8 (byte 15: line 2, column 4)"),
+        ('name = "ü"\n# x'.encode("utf-16")[:-1], "not UTF-16 (byte 28: line 2, column 3)"),
+        (b"MThd\0\0\0\6\0\0\0\1\1\xe0", "a MIDI file; a preset is a TOML text file"),
+        (b"! a.scl\n!\nscale\n 12\n", "a Scala scale; a preset is a TOML text file"),
+        (b'<?xml version="1.0"?><score-partwise/>', "a MusicXML file; a preset"),
         (b"name = \n", "line 1"),
         (b"a = " + b"[" * 20000, "not TOML"),
         (b"name = 0x" + b"f" * 9000, "a huge number"),
