@@ -65,7 +65,7 @@ def plugin_command(kind: str) -> click.Command:
         export leaves nothing behind. To uninstall it, delete the folder.
 
         From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
-        minute, by numba and a C compiler or the extra `export`.
+        minute, by the C compiler of your system or of the extra `export`.
 
         \b
         Examples:
@@ -220,7 +220,7 @@ def web(
     Chrome 97, Edge 97, Firefox 113 or Safari 16.4, or a later one.
 
     From a release wheel this takes a second. From a checkout the kernels are first compiled for browsers, once, in
-    about half a minute, by numba and the extra `export`.
+    about half a minute.
 
     \b
     Examples:
