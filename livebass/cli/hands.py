@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from livebass.cli.effects import Behind
-from livebass.cli.tuning import tuning_of_options
+from livebass.cli.options import of_option
+from livebass.cli.tuning import load_tuned, tuning_of_options
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -95,7 +96,8 @@ class Hands:
         if given["keys"] is not None:
             from livebass.preset.keymap import load_key_map
 
-            given["keys"] = load_key_map(given["keys"])
+            with of_option("--keys"):
+                given["keys"] = load_key_map(given["keys"])
         changes = {name: value for name, value in given.items() if value is not None}
         if options.pop("no_noise"):
             from livebass.parts import NOISES
@@ -114,7 +116,5 @@ def loader(options: dict[str, Any]) -> Callable[[str], Instrument]:
 
     Raises PresetError.
     """
-    from livebass.preset.load import load_preset
-
     hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
-    return lambda preset: behind.put(hands.play(load_preset(preset, **tuning)))
+    return lambda preset: behind.put(hands.play(load_tuned(preset, tuning)))

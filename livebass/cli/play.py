@@ -23,7 +23,7 @@ from livebass.cli.options import file_option, preset_option, quality_option
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, DEMOS, clipping, demo_for, have_kernels, ready_for
 from livebass.cli.said import say
-from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
+from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -165,7 +165,6 @@ def play(**options: Any) -> None:
     from livebass.live.outputs import OutputLost, check_output
     from livebass.live.session import Session, Settings
     from livebass.live.synth import decibels
-    from livebass.preset.load import load_preset
     from livebass.score.reading import read_score
 
     check_together(options)
@@ -174,7 +173,7 @@ def play(**options: Any) -> None:
     tuning = tuning_of_options(options)
 
     def load(preset: str) -> Instrument:
-        return ready_for(demo, behind.put(hands.play(load_preset(preset, **tuning))))
+        return ready_for(demo, behind.put(hands.play(load_tuned(preset, tuning))))
 
     demo = options["demo"]
     song, device, channel = options["song"], options["audio"], options["channel"]
