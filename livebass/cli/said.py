@@ -5,32 +5,37 @@ A terminal gets lines that end between words, at its width; a file or a pipe get
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 import textwrap
+from contextlib import suppress
 
 import click
 
 from livebass.units import one_line
 
-USUAL_WIDTH = 80  # columns, of tables where there is no terminal
+USUAL_WIDTH, LEAST_WIDTH = 80, 20  # columns, of tables where there is no terminal; of a very narrow one
 INDENT = "  "  # of the further lines of one thing
 
 
 def say(line: str) -> None:
     """Prints one line on stderr; line ends and terminal codes in the names of files are written out."""
-    text = one_line(line)
-    if sys.stderr.isatty():
-        text = textwrap.fill(
-            text, width(), subsequent_indent=INDENT, break_long_words=False, break_on_hyphens=False,
-            replace_whitespace=False, drop_whitespace=True,
-        )  # fmt: skip
-    click.echo(text, err=True)
+    click.echo(filled(one_line(line)), err=True)
+
+
+def filled(line: str) -> str:
+    """`line`, which ends between words where stderr is a terminal: lines of its width."""
+    if not sys.stderr.isatty():
+        return line
+    return textwrap.fill(line, width(), subsequent_indent=INDENT, break_long_words=False, break_on_hyphens=False)
 
 
 def width() -> int:
-    """The columns of the terminal, or USUAL_WIDTH."""
-    return max(20, shutil.get_terminal_size((USUAL_WIDTH, 24)).columns)
+    """The columns of the terminal that stderr is, or stdout, or USUAL_WIDTH."""
+    with suppress(OSError, ValueError):
+        return max(LEAST_WIDTH, os.get_terminal_size(sys.stderr.fileno()).columns)
+    return max(LEAST_WIDTH, shutil.get_terminal_size((USUAL_WIDTH, 24)).columns)
 
 
 def wrapped(head: str, text: str) -> str:
