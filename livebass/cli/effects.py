@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from livebass.cli.options import file_option
+from livebass.cli.options import file_option, of_option
 from livebass.cli.said import say
 from livebass.cli.values import Number
 
@@ -63,7 +63,8 @@ class Behind:
         if isinstance(given["response"], Path):
             from livebass.preset.response import load_response
 
-            given["response"] = load_response(given["response"])
+            with of_option("--response"):
+                given["response"] = load_response(given["response"])
         return cls({name: value for name, value in given.items() if value is not None})
 
     def put(self, bass: Instrument) -> Instrument:

@@ -14,7 +14,7 @@ from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_opti
 from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
 from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
 from livebass.cli.said import say
-from livebass.cli.tuning import given_tuning, tuning_of_options, tuning_options
+from livebass.cli.tuning import given_tuning, load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import AUTO, QUALITIES
 from livebass.units import one_line
@@ -66,7 +66,7 @@ def plugin_command(kind: str) -> click.Command:
         export leaves nothing behind. To uninstall it, delete the folder.
 
         From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
-        minute, by numba and a C compiler or the extra `export`.
+        minute, by the C compiler of your system or of the extra `export`.
 
         \b
         Examples:
@@ -222,7 +222,7 @@ def web(
     Chrome 97, Edge 97, Firefox 113 or Safari 16.4, or a later one.
 
     From a release wheel this takes a second. From a checkout the kernels are first compiled for browsers, once, in
-    about half a minute, by numba and the extra `export`.
+    about half a minute.
 
     \b
     Examples:
@@ -345,10 +345,9 @@ def sfz(
         raise click.UsageError("name the folder to write with -o DIR")
     from livebass.export.sfz import Pack, Settings, estimated_size, export_sfz, is_pack
     from livebass.files import checked_directory
-    from livebass.preset.load import load_preset
 
     hands = Hands({} if velocity_curve is None else {"velocity_curve": velocity_curve})
-    bass = hands.play(load_preset(preset, **tuning_of_options(tuning)))
+    bass = hands.play(load_tuned(preset, tuning_of_options(tuning)))
     settings = Settings(QUALITIES[quality], rate, frets, layers, robins, length, seed)
     try:
         pack = Pack(bass, Path(preset).stem, settings)

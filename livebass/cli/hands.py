@@ -11,7 +11,8 @@ import click
 
 from livebass.cli.effects import NAMES as EFFECTS
 from livebass.cli.effects import Behind
-from livebass.cli.tuning import TUNING_KEYS, tuning_of_options
+from livebass.cli.options import of_option
+from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -96,7 +97,8 @@ class Hands:
         if given["keys"] is not None:
             from livebass.preset.keymap import load_key_map
 
-            given["keys"] = load_key_map(given["keys"])
+            with of_option("--keys"):
+                given["keys"] = load_key_map(given["keys"])
         changes = {name: value for name, value in given.items() if value is not None}
         if options.pop("no_noise"):
             from livebass.parts import NOISES
@@ -127,8 +129,6 @@ class Loader:
 
     def _with(self, given: Mapping[str, Any]) -> Callable[[str], Instrument]:
         """What loads presets with these options besides."""
-        from livebass.preset.load import load_preset
-
         options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._asked.items()}
         hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
-        return lambda preset: behind.put(hands.play(load_preset(preset, **tuning)))
+        return lambda preset: behind.put(hands.play(load_tuned(preset, tuning)))

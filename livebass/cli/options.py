@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,17 @@ class FileName(click.Path):
 
 PATH = FileName(path_type=Path)
 CREATED = "Directory to write to; created if missing."
+
+
+@contextmanager
+def of_option(name: str) -> Iterator[None]:
+    """Puts the name of an option before a PresetError of the block, which is about its value."""
+    from livebass.preset.source import PresetError
+
+    try:
+        yield
+    except PresetError as error:
+        raise PresetError(f"{name}: {error}") from None
 
 
 def file_option(*names: str, help: str, metavar: str = "FILE", **more: Any) -> Decorator:

@@ -22,8 +22,8 @@ from livebass.cli.hands import SOUND, Hands, Loader, hands_options
 from livebass.cli.options import file_option, preset_option, quality_option
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.cli.render import DEFAULT_PRESET, DEMOS, clipping, demo_for, have_kernels, ready_for
-from livebass.cli.said import say
-from livebass.cli.tuning import TUNING_KEYS, tuning_of_options, tuning_options
+from livebass.cli.said import filled, say, width
+from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
@@ -182,7 +182,7 @@ def play(**options: Any) -> None:
     def load(preset: str) -> Instrument:
         if preset in of_take:
             return loaded(preset)
-        return ready_for(demo, behind.put(hands.play(load_preset(preset, **tuning))))
+        return ready_for(demo, behind.put(hands.play(load_tuned(preset, tuning))))
 
     demo = options["demo"]
     song, device, channel = options["song"], options["audio"], options["channel"]
@@ -501,15 +501,12 @@ class Console(logging.Handler):
     def show(self, line: str) -> None:
         """Shows a line that is for the terminal alone."""
         if not self.quiet:
-            self._print(one_line(line))
+            line = one_line(line)
+            self._print(filled(line) if self.terminal else line)
 
     def status(self, line: str) -> None:
         """Shows `line` in place of the status line before, as far as it fits."""
-        try:
-            width = os.get_terminal_size(sys.stderr.fileno()).columns
-        except (OSError, ValueError):
-            width = 80
-        self._print(one_line(line)[: max(width - 1, 0)], end="")
+        self._print(one_line(line)[: width() - 1], end="")
 
     def close(self) -> None:
         """Removes the status line."""

@@ -9,7 +9,7 @@ import click
 
 from livebass.cli.options import PATH, file_option, preset_option
 from livebass.cli.render import DEFAULT_PRESET
-from livebass.cli.said import say
+from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
 from livebass.identification import limits
@@ -28,16 +28,17 @@ def presets() -> None:
 def list_() -> None:
     """List the presets that come with livebass.
 
-    First the basses, with the programs of General MIDI, counted from 1, that choose them; then the experiments.
+    The basses first, then the experiments. GM is the program of General MIDI, counted from 1, that chooses a bass.
     """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
     from livebass.preset.programs import PROGRAMS
 
     names = preset_names() + laboratory_names()
-    width = max(map(len, names), default=0)
-    for name in names:
-        programs = " ".join(str(number) for number, preset in PROGRAMS.items() if preset == name)
-        click.echo(f"{name:{width}}  {programs:5}  {load_preset(name).description}")
+    chosen = {name: " ".join(str(n) for n, preset in PROGRAMS.items() if preset == name) for name in names}
+    rows = [("NAME", "GM", "BASS"), *((name, chosen[name], load_preset(name).description) for name in names)]
+    first, second = (max(len(row[k]) for row in rows) + 2 for k in (0, 1))
+    for name, programs, description in rows:
+        click.echo(wrapped(f"{name:{first}}{programs:{second}}", description))
 
 
 @presets.command()

@@ -21,7 +21,7 @@ from livebass.cli.hands import Hands, Loader, hands_options
 from livebass.cli.options import PATH, file_option, preset_option, quality_option
 from livebass.cli.said import say
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Number, Quantity
+from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Note, Number, Quantity
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -156,7 +156,7 @@ GROUPS = {
     help="Seed of the player's small irregularities; the same seed gives the same file.",
 )
 def render(
-    midi: Path | None, note: int | None, demo: str | None, directory: Path | None, output: Path | None,
+    midi: Path | None, note: Note | None, demo: str | None, directory: Path | None, output: Path | None,
     preset: str | None, velocity: int, duration: float, channel: str | int, listing: bool, **rest: Any,
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
@@ -219,9 +219,8 @@ def render(
             say(f"{midi}: {remark}")
     elif note is not None:
         from livebass.score.score import single_note
-        from livebass.units import note_name
 
-        output = output or Path(f"{note_name(note)}.{ending}")
+        output = output or Path(f"{note.written}.{ending}")
         score = single_note(note, velocity, duration, options.rate)
     if score is not None and preset is None:
         from livebass.cli.song import basses_of

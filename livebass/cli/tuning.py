@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from livebass.cli.values import Number, Parsed
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
 
 TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # as a preset calls them, too
 FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # of a temperament
@@ -66,6 +69,24 @@ OPTIONS = (
         "from C on, with commas; or a file with them or with a scale (.scl).",
     ),
 )
+
+
+GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)}) = (?P<value>.+?): (?P<why>.*)")  # of an error
+
+
+def load_tuned(preset: str, tuning: dict[str, Any]) -> Instrument:
+    """Loads a preset with the tuning that options gave. Raises PresetError, which names an option that does not fit."""
+    from livebass.preset.load import load_preset
+    from livebass.preset.source import PresetError
+
+    try:
+        return load_preset(preset, **tuning)
+    except PresetError as error:
+        found = GIVEN.fullmatch(str(error))
+        if found is None or tuning.get(found["key"]) is None:
+            raise
+        said = f"--{found['key']} {found['value']}: {found['why']}, in {found['file']}"
+        raise PresetError(said) from None
 
 
 def tuning_options(command: Callable[..., Any]) -> Callable[..., Any]:

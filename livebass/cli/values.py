@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from livebass.model import quality
-from livebass.units import note_number, quantity
+from livebass.units import note_name, note_number, quantity
 
 
 class Quantity(click.ParamType):
@@ -157,7 +157,21 @@ class Channel(click.ParamType):
         return int(value)
 
 
-NOTE = Parsed("note", note_number)  # a name or a MIDI number
+class Note(int):
+    """A MIDI number of a note, and its name as it was `written`: Bb1 stays Bb1."""
+
+    written: str
+
+
+def _note(value: Any) -> Note:
+    """Reads a name or a MIDI number. Raises ValueError."""
+    note = Note(note_number(value))
+    name = re.fullmatch(r"([A-Ga-g])([#b]?)(-?\d+)", str(value).strip())
+    note.written = f"{name[1].upper()}{name[2]}{name[3]}" if name else note_name(note)
+    return note
+
+
+NOTE = Parsed("note", _note)
 RATE = WholeQuantity(*quality.RATE)
 MODES = Number("count", 1, quality.MOST_MODES, whole=True)
 CONTACT_RATE = Quantity(*quality.CONTACT_RATE)

@@ -467,8 +467,9 @@ class _Loop:
         } | tuner_meters(self.frequency(), self.a4())  # fmt: skip
 
     def _status(self, reading: Reading) -> str:
-        """The status line: notes, preset, load and level, and the keyboard's velocity and octave."""
-        parts = [strings(self.output.synth) or "-", Path(self.presets.playing[0]).stem, reading.text()]
+        """The status line: level, notes, preset, load, and the keyboard's velocity and octave."""
+        notes, preset = strings(self.output.synth) or "-", Path(self.presets.playing[0]).stem
+        parts = [reading.meter(), notes, preset, reading.load_text()]
         desk = self.session.desk
         if self.session.settings.tuner:
             parts.insert(0, tuning_text(self.frequency(), self.a4()))

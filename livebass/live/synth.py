@@ -50,6 +50,7 @@ RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 RECENT = 0.2  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
+CELLS, METER = 12, 60.0  # of the bar that shows the peak: characters, dB from its empty end to full scale
 FIELDS = {row.number: row.field for row in FUNCTION_ROWS.values() if row.field}  # of the performer's controls
 KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
@@ -445,6 +446,16 @@ class Reading:
 
     def text(self) -> str:
         """One line: load, trouble if there is any, level."""
+        return f"{self.load_text()}, {level_text(self.meters.peak)}"
+
+    def meter(self) -> str:
+        """The peak since the last reading, as a bar of CELLS characters over METER dB and in dBFS."""
+        peak = self.meters.peak
+        cells = math.ceil(CELLS * (1 + decibels(peak) / METER))
+        return f"[{'#' * min(max(cells, 0), CELLS):{CELLS}}] {level_text(peak):>8}"
+
+    def load_text(self) -> str:
+        """One line: load, and trouble if there is any."""
         m = self.meters
         parts = [f"load {self.median:.0%} (worst {m.worst:.0%})"]
         if m.overload:
@@ -456,8 +467,13 @@ class Reading:
             parts.append(f"faults {m.faults}")
         if m.lost:
             parts.append(f"{m.lost} frames not recorded")
-        parts.append(f"{decibels(m.peak):.0f} dB")
         return ", ".join(parts)
+
+
+def level_text(peak: float) -> str:
+    """A peak, 1 is full scale, in dBFS."""
+    found = decibels(peak)
+    return f"{found:.0f} dBFS" if found > QUIETEST else "silent"
 
 
 class Gauge:

@@ -262,9 +262,9 @@ def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--tuning", "E1 A1"], 'jazz-finger.toml: tuning = "E1 A1": 2 notes for 4 strings'),
-        (["--temperament", "-1,2"], 'jazz-finger.toml: temperament = "-1,2": 2 values; allowed: 12, C first, or one'),
-        (["--capo", "20"], "jazz-finger.toml: capo = 20: allowed: 0 to 19, as the neck has 20 frets"),
+        (["--tuning", "E1 A1"], '--tuning "E1 A1": 2 notes for 4 strings, in jazz-finger.toml'),
+        (["--temperament", "-1,2"], '--temperament "-1,2": 2 values; allowed: 12, C first, or one'),
+        (["--capo", "20"], "--capo 20: allowed: 0 to 19, as the neck has 20 frets, in jazz-finger.toml"),
     ],
 )
 @pytest.mark.parametrize("command", [["render", "--note", "G2"], ["play"], ["export", "sfz", "--size"]])

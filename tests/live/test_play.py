@@ -43,7 +43,7 @@ from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
 from livebass.live.presets import PresetSwitch
 from livebass.live.recording import MidiRecorder, Recorder
 from livebass.live.session import Session, Settings, Summary, _Loop
-from livebass.live.synth import Gauge, LiveBass, Synth, median_load, strings
+from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
@@ -661,11 +661,22 @@ def test_the_status_says_what_plays_and_what_is_wrong() -> None:
     assert strings(synth) == "F#1(E:2*) E2(D:2)"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst
-    assert "OVERLOAD" not in reading.text() and "underruns 0" in reading.text() and " dB" in reading.text()
+    assert "OVERLOAD" not in reading.text() and "underruns 0" in reading.text() and " dBFS" in reading.text()
     synth.record["overload"], synth.record["faults"] = 2, 5
     device.block(64, flags=4)
     text = gauge.read().text()
     assert "OVERLOAD: 2 strings coarse" in text and "underruns 1" in text and "faults 5" in text
+
+
+@pytest.mark.parametrize(
+    ("peak", "shown"),
+    [
+        (0.0, "[            ]   silent"), (1e-4, "[            ] -80 dBFS"), (0.001001, "[#           ] -60 dBFS"),
+        (0.5, "[########### ]  -6 dBFS"), (1.0, "[############]   0 dBFS"), (1.5, "[############]   4 dBFS"),
+    ],
+)  # fmt: skip
+def test_the_status_begins_with_a_meter(peak: float, shown: str) -> None:
+    assert Reading(Meters(0, 0, 0, 0, 0, 0.0, peak, 0, 0, 0, 0), 0.1).meter() == shown
 
 
 def test_underruns_at_a_low_load_say_what_helps(caplog: pytest.LogCaptureFixture) -> None:
