@@ -126,6 +126,7 @@ def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, d
 def prepare(directory: Path, file: Path | None = None) -> None:
     """Make `directory` and its `points` if need be. Raises OSError where a file of the sweep could not be written."""
     with Transaction() as files:
+        files.directory(directory)
         files.directory(directory / POINTS)
         own = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
         if file is not None and checked_place(file) in own:
