@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
@@ -39,7 +40,7 @@ def output_error(path: Path, error: OSError) -> OutputError:
 def checked_place(path: Path) -> Path:
     """Returns where a file written as `path` goes, past symbolic links. Raises OutputError if it cannot be written."""
     with _said_of(path, "file"):
-        place = Path(os.path.realpath(path))
+        place = _past_links(path)
         if place.exists():
             kind = place.stat().st_mode
             if stat.S_ISDIR(kind):
@@ -50,8 +51,16 @@ def checked_place(path: Path) -> Path:
                 raise OutputError(f"{path}: is read-only")
         elif not place.parent.is_dir():
             raise OutputError(f"{path}: there is no directory {path.parent}")
-        elif not os.access(place.parent, os.W_OK):
+        if not os.access(place.parent, os.W_OK):
             raise OutputError(f"{path}: the directory {path.parent} is read-only")
+    return place
+
+
+def _past_links(path: Path) -> Path:
+    """Returns where symbolic links lead. Raises OSError for links that lead to themselves."""
+    place = Path(os.path.realpath(path))
+    if place.is_symlink():
+        raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
     return place
 
 
@@ -143,7 +152,7 @@ class Transaction:
     def directory(self, path: Path) -> None:
         """Makes the directory `path` and those above it, if missing; removes them again if no file appears."""
         with _said_of(path, "directory"):
-            place = Path(os.path.realpath(path))
+            place = _past_links(path)
             for directory in reversed([p for p in (place, *place.parents) if not p.exists()]):
                 self._made.append(directory)  # before it exists, as in `create`
                 try:
@@ -250,7 +259,7 @@ def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> 
     Raises OutputError if it may not be replaced, or cannot be made or written to.
     """
     with _said_of(path, "directory"):
-        place = Path(os.path.realpath(path))
+        place = _past_links(path)
         if not place.exists():
             with suppress(_Undone), Transaction() as trial:
                 trial.directory(path)
@@ -278,7 +287,7 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
     with Transaction() as made, ExitStack() as ended:
         with _said_of(path, "directory"):
             made.directory(path)
-            place = Path(os.path.realpath(path))
+            place = _past_links(path)
             _remove_left_directories(place)
             new = place / f".{TEMPORARY}-{secrets.token_hex(4)}"
             ended.callback(_remove_directory, new)  # before it exists: an interrupt in between leaves nothing

@@ -170,6 +170,11 @@ def _positive(value: float, what: str) -> float:
     return value
 
 
+def is_number(text: str) -> bool:
+    """True for a whole number of up to nine digits, as one counts ports: no fraction, power or sign."""
+    return re.fullmatch(r"\d{1,9}", text, re.ASCII) is not None
+
+
 def one_line(text: str) -> str:
     """`text` in one line that a terminal can show: what is not printable, as in a file's name, as an escape (\\n)."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -28,7 +28,7 @@ from livebass.cli.values import RATE, Learn, Number, Quantity, Span
 from livebass.files import OutputError, output_error
 from livebass.interrupts import stop_instead
 from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
-from livebass.units import one_line
+from livebass.units import is_number, one_line
 
 if TYPE_CHECKING:
     from livebass.live.session import Session, Summary
@@ -231,7 +231,7 @@ def play(**options: Any) -> None:
         quality=QUALITIES.get(options["quality"]),
         preset=preset,
         backend=options["backend"],
-        audio=int(device) if device and device.isdigit() else device,
+        audio=int(device) if device and is_number(device) else device,
         midi=options["midi"],
         rate=options["rate"],
         block=options["block"],
@@ -417,7 +417,7 @@ class Memory:
             changes["audio"] = summary.audio if "audio" in self.given else None
         if "midi" in self.given:
             wanted = click.get_current_context().params["midi"]
-            changes["midi"] = summary.midi if wanted.isdigit() else wanted
+            changes["midi"] = summary.midi if is_number(wanted) else wanted
         now = replace(self.before, **changes)
         try:
             if now != self.before:

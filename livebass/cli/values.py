@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from livebass.model import quality
-from livebass.units import note_name, note_number, quantity
+from livebass.units import is_number, note_name, note_number, quantity
 
 
 class Quantity(click.ParamType):
@@ -117,7 +117,7 @@ class Learn(click.ParamType):
         symbol, given, controller = str(value).partition("=")
         try:
             if given and controller != "off":
-                number = int(controller) if re.fullmatch(r"\d+", controller) else controller
+                number = int(controller) if is_number(controller) else controller
                 return symbol, check_controllers({symbol: number})[symbol]
             check_controllers({symbol: 0})
         except ValueError as error:

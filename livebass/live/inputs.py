@@ -23,6 +23,7 @@ from livebass.live.guards import call_with_timeout, jack_hangs, never_release, o
 from livebass.live.synth import Synth
 from livebass.model.keymap import MODO, KeyMap
 from livebass.techniques import BUTTONS, OF_CHANNEL
+from livebass.units import is_number
 
 LOG = logging.getLogger(__name__)
 CLIENT = "livebass"
@@ -269,7 +270,7 @@ def find_port(names: list[str], wanted: str | None) -> int | None:
     """Returns the index of the port that `wanted` (a number or part of a name) means; None: of the first device."""
     if wanted is None:
         return next((i for i, name in enumerate(names) if THROUGH not in name), None)
-    if wanted.isdigit():
+    if is_number(wanted):
         return int(wanted) if int(wanted) < len(names) else None
     return next((i for i, name in enumerate(names) if wanted.casefold() in name.casefold()), None)
 

@@ -38,6 +38,7 @@ from livebass.model.keymap import KeyMap
 from livebass.model.quality import Quality
 from livebass.preset.load import load_preset
 from livebass.score.score import Score
+from livebass.units import is_number
 
 LOG = logging.getLogger(__name__)
 TURN = 0.05  # s
@@ -311,7 +312,7 @@ class Session:
         """Opens MIDI input: JACK's own port if something is connected to it, else a port of the system."""
         wanted, virtual = self.settings.midi, True
         if isinstance(output, JackOutput):
-            connected = output.connect_midi(wanted)[0] if wanted is None or not wanted.isdigit() else []
+            connected = output.connect_midi(wanted)[0] if wanted is None or not is_number(wanted) else []
             if wanted is None or connected:
                 LOG.info("MIDI: the JACK port %s%s", output.midi.name, "".join(f", from {name}" for name in connected))
             if connected or not self.settings.connect:
