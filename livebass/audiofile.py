@@ -1,18 +1,27 @@
-"""Writes WAV, FLAC and Ogg Vorbis files block by block; the same sound gives the same bytes."""
+"""Writes WAV, FLAC and Ogg Vorbis files block by block; the same sound gives the same bytes. Reads sound files.
+
+What libsndfile does not know is read through ffmpeg, where that is installed.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import io
 import os
+import shutil
+import stat
+import subprocess
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
 from livebass.files import OutputError, Transaction, output_error
+from livebass.kinds import ARCHIVES, HEAD, SCORES, SOUNDS, kind_of
 
 # format -> bits -> libsndfile's name; None: the default of the format
 SUBTYPES: dict[str, dict[str | None, str]] = {
@@ -24,6 +33,157 @@ BYTES = {"PCM_16": 2, "PCM_24": 3, "FLOAT": 4}
 WAV_LIMIT = (1 << 32) - 4096  # bytes: WAV counts them in 32 bits
 CHUNK = 1 << 15  # frames written at once; the Vorbis encoder keeps a chunk on its stack
 OGG_SERIAL = b"bass"
+# Kinds that libsndfile reads, if they are whole
+READABLE = {
+    f"{kind} file" for kind in ("a WAV", "an AIFF", "a FLAC", "an Ogg Vorbis", "an Opus", "an MP3", "a CAF", "an AU")
+}
+UNKNOWN = (0, 0xFFFFFFFF)  # sizes in the head of a WAV file that was written to a pipe
+FFMPEG, FFMPEG_SECONDS = "ffmpeg", 120.0  # and how long it may take
+
+
+class SoundError(ValueError):
+    """A sound file cannot be read; one line with its name and the reason."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sound:
+    """The content of a sound file."""
+
+    samples: NDArray[np.float64]  # (n, channels), full scale 1
+    rate: int  # Hz
+
+
+def read_sound(path: str | os.PathLike[str], what: str, longest: float, rates: tuple[int, int]) -> Sound:
+    """Reads a sound file of at most `longest` s whose rate (Hz) lies between `rates`.
+
+    what: "recording" or the like, for messages. Raises SoundError.
+    """
+    name = os.fspath(path)
+    try:
+        found = os.stat(name).st_mode
+        if not stat.S_ISREG(found):
+            form = "a directory" if stat.S_ISDIR(found) else "not a regular file"
+            raise SoundError(f"{name}: is {form}; a {what} is a sound file")
+        with open(name, "rb") as file:
+            kind = kind_of(file.read(HEAD))
+            _refuse(name, kind, what)
+            try:
+                return _decoded(name, _mended(file) or name, what, longest, rates)
+            except soundfile.LibsndfileError as error:
+                reason = error.error_string.rstrip(".")
+        made = io.BytesIO(_by_ffmpeg(name, kind, reason, longest))
+        return _decoded(name, _mended(made) or made, what, longest, rates)
+    except SoundError:
+        raise
+    except FileNotFoundError:
+        raise SoundError(f"{name}: no such file") from None
+    except soundfile.LibsndfileError as error:
+        raise SoundError(f"{name}: cannot be read as sound: {error.error_string}") from None
+    except OSError as error:
+        raise SoundError(f"{name}: cannot be read: {error.strerror or error}") from None
+    except ValueError:  # a zero byte in the name
+        raise SoundError(f"{name!r}: not a file name") from None
+
+
+def _refuse(name: str, kind: str | None, what: str) -> None:
+    """Raises SoundError for a file whose first bytes tell that it holds no sound."""
+    if kind is None or kind in SOUNDS:
+        return
+    advice = f"a {what} is a sound file"
+    if kind == "a MIDI file":
+        advice = "`livebass render` makes sound of it"
+    elif kind in SCORES:
+        advice = "export it as MIDI, of which `livebass render` makes sound"
+    elif kind in ARCHIVES:
+        advice = "unpack it first"
+    elif kind == "a Scala scale":
+        advice = "give it to --temperament"
+    raise SoundError(f"{name}: {kind}, not a sound file; {advice}")
+
+
+def _decoded(name: str, source: str | BinaryIO, what: str, longest: float, rates: tuple[int, int]) -> Sound:
+    """The sound in a `source` that libsndfile knows: a file's name or its content."""
+    if not isinstance(source, str):
+        source.seek(0)
+    with soundfile.SoundFile(source) as sound:
+        rate = sound.samplerate
+        if not rates[0] <= rate <= rates[1]:
+            raise SoundError(f"{name}: has {rate} Hz; allowed are {rates[0]} to {rates[1]} Hz")
+        if sound.frames > longest * rate:
+            raise SoundError(f"{name}: lasts {sound.frames / rate:.4g} s; a {what} lasts {longest:g} s at most")
+        return Sound(sound.read(sound.frames, dtype="float64", always_2d=True), rate)
+
+
+def _mended(file: BinaryIO) -> BinaryIO | None:
+    """A WAV file whose size was not known when its head was written, as a file with sizes; None for any other file.
+
+    The sound then goes to the end of the file.
+    """
+    end = file.seek(0, os.SEEK_END)
+    file.seek(0)
+    head = file.read(12)
+    if head[:4] != b"RIFF" or head[8:] != b"WAVE":
+        return None
+    at = 12
+    while at + 8 <= end:
+        file.seek(at)
+        name, size = file.read(4), int.from_bytes(file.read(4), "little")
+        at += 8
+        if name == b"data":
+            break
+        at += size + size % 2
+    else:
+        return None
+    if size not in UNKNOWN or at == end or (size == 0 and _are_chunks(file, at, end)):
+        return None
+    file.seek(0)
+    whole = bytearray(file.read())
+    whole[4:8] = min(end - 8, 0xFFFFFFFE).to_bytes(4, "little")
+    whole[at - 4 : at] = min(end - at, 0xFFFFFFFE).to_bytes(4, "little")
+    return io.BytesIO(whole)
+
+
+def _are_chunks(file: BinaryIO, at: int, end: int) -> bool:
+    """True if chunks follow one another from a place of a RIFF file on, up to its end."""
+    while at + 8 <= end:
+        file.seek(at)
+        name, size = file.read(4), int.from_bytes(file.read(4), "little")
+        if not name.isascii() or not name.decode("ascii").isprintable():
+            return False
+        at += 8 + size + size % 2
+    return end <= at <= end + 1
+
+
+def _by_ffmpeg(name: str, kind: str | None, reason: str, longest: float) -> bytes:
+    """The first sound of a file as WAV of 32-bit floats, a little more than `longest` s of it at most, by ffmpeg.
+
+    reason: why libsndfile cannot read it. Raises SoundError.
+    """
+    program = shutil.which(FFMPEG)
+    if program is None:
+        if kind is None:
+            raise SoundError(f"{name}: cannot be read as sound: not a sound file, or one to convert to WAV first")
+        if kind in READABLE:
+            raise SoundError(f"{name}: {kind} that cannot be read as sound: {reason}; convert it to WAV")
+        raise SoundError(f"{name}: {kind}: install ffmpeg, through which livebass reads it, or convert it to WAV")
+    command = [
+        program, "-nostdin", "-hide_banner", "-loglevel", "error",
+        "-protocol_whitelist", "file,pipe",  # a playlist goes nowhere else
+        "-i", f"file:{os.path.abspath(name)}", "-map", "0:a:0", "-t", f"{longest + 1:g}",
+        "-c:a", "pcm_f32le", "-f", "wav", "pipe:1",
+    ]  # fmt: skip
+    try:
+        done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, timeout=FFMPEG_SECONDS)
+    except subprocess.TimeoutExpired:
+        raise SoundError(f"{name}: ffmpeg did not read it in {FFMPEG_SECONDS:g} s; convert it to WAV") from None
+    except OSError as error:
+        raise SoundError(f"{name}: ffmpeg cannot be run: {error.strerror or error}; convert it to WAV") from None
+    if done.returncode or not done.stdout:
+        said = done.stderr.decode(errors="replace").strip().splitlines()
+        why = said[-1].replace(f"file:{os.path.abspath(name)}: ", "") if said else reason
+        what = f"{kind}: ffmpeg finds no sound in it" if kind else "cannot be read as sound: not a sound file"
+        raise SoundError(f"{name}: {what} ({why})")
+    return done.stdout
 
 
 @dataclass(frozen=True)

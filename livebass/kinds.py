@@ -56,6 +56,21 @@ _IN_ZIP: tuple[tuple[re.Pattern[bytes], str], ...] = (
     (re.compile(rb"word/.*"), "a Word document"),
     (re.compile(rb"xl/.*"), "an Excel document"),
 )
+# Kinds that hold sound, or may, and kinds that hold notes
+SOUNDS = frozenset(
+    f"{kind} file" for kind in (
+        "a FLAC", "a CAF", "an AU", "a WavPack", "a Monkey's Audio", "an AMR", "an MP3", "a Windows Media", "a WAV",
+        "a RIFF", "an AIFF", "an IFF", "an 8SVX", "an Ogg Vorbis", "an Opus", "an Ogg", "an M4A", "an MP4", "a WebM",
+        "a Matroska", "an AAC", "an MPEG audio",
+    )
+) | {"an AVI video", "a QuickTime video"}  # fmt: skip
+SCORES = frozenset(
+    f"{kind} file" for kind in (
+        "a MIDI", *(f"a Guitar Pro {version}" for version in range(1, 8)), "a Power Tab", "a TuxGuitar", "a MuseScore",
+        "a MusicXML", "a compressed MusicXML", "an MEI", "a LilyPond", "an ABC",
+    )
+)  # fmt: skip
+ARCHIVES = frozenset(f"{kind} archive" for kind in ("a zip", "a gzip", "a bzip2", "a 7z", "a RAR", "an xz"))
 _AUDIO_BRANDS = (b"M4A", b"M4B", b"M4P")
 _XML: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"<(score-partwise|score-timewise)\b|<!DOCTYPE\s+score-"), "a MusicXML file"),

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 import resource
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,7 +16,8 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass.audiofile import AudioWriter, encoding
+from livebass import audiofile
+from livebass.audiofile import AudioWriter, Sound, SoundError, encoding, read_sound
 from livebass.files import OutputError, Transaction
 from livebass.interrupts import STOPS
 
@@ -241,3 +244,139 @@ def test_a_symbolic_link_stays(tmp_path: Path) -> None:
 def test_file_limit_signal_is_ignored_by_python() -> None:
     """`largest_file` depends on it: a write beyond the limit is an error, not the end of the process."""
     assert signal.getsignal(signal.SIGXFSZ) == signal.SIG_IGN
+
+
+# --- reading ---
+
+TONE = 0.5 * np.sin(np.arange(4800) / 20)
+HALF_RATE = 24_000
+FFMPEG = """#!{python}
+import os, sys
+arguments = sys.argv[1:]
+open({log!r}, "w").write("\\n".join(arguments))
+name = arguments[arguments.index("-i") + 1].removeprefix("file:")
+if b"broken" in open(name, "rb").read():
+    sys.exit("file:" + name + ": Invalid data found")
+sys.stdout.buffer.write(open({wav!r}, "rb").read())
+"""
+
+
+def wav(rate: int = 48_000, subtype: str = "PCM_16", channels: int = 1) -> bytes:
+    made = io.BytesIO()
+    soundfile.write(made, np.stack([TONE] * channels, 1), rate, format="WAV", subtype=subtype)
+    return made.getvalue()
+
+
+def of_pipe(whole: bytes, riff: int, data: int, before: bytes = b"") -> bytes:
+    """A WAV file with other sizes in its head, and chunks before that of the sound."""
+    at = whole.index(b"data")
+    head = whole[:4] + riff.to_bytes(4, "little") + whole[8:at]
+    return head + before + b"data" + data.to_bytes(4, "little") + whole[at + 8 :]
+
+
+def read(path: Path) -> Sound:
+    return read_sound(path, "recording", 10.0, (8000, 192_000))
+
+
+@pytest.mark.parametrize("before", [b"", b"LIST\x05\0\0\0abcde\0"])
+@pytest.mark.parametrize(("riff", "data"), [(0, 0), (0xFFFFFFFF, 0xFFFFFFFF), (36, 0), (0, 0xFFFFFFFF)])
+@pytest.mark.parametrize(("subtype", "channels"), [("PCM_16", 1), ("PCM_24", 2), ("FLOAT", 1)])
+def test_a_wav_file_of_a_pipe_is_read(
+    tmp_path: Path, riff: int, data: int, before: bytes, subtype: str, channels: int
+) -> None:
+    path = tmp_path / "pipe.wav"
+    path.write_bytes(of_pipe(wav(subtype=subtype, channels=channels), riff, data, before))
+    found = read(path)
+    assert found.samples.shape == (len(TONE), channels) and np.abs(found.samples[:, 0] - TONE).max() < 1e-4
+
+
+def test_a_wav_file_without_sound_is_left_as_it_is(tmp_path: Path) -> None:
+    empty = wav()[: wav().index(b"data") + 4] + bytes(4)
+    for k, end in enumerate((b"", b"LIST\x04\0\0\0abcd", b"LIST\x04\0\0\0abcdbext\x03\0\0\0abc\0")):
+        (tmp_path / f"{k}.wav").write_bytes(empty + end)
+        assert read(tmp_path / f"{k}.wav").samples.shape == (0, 1), k
+    (tmp_path / "short.wav").write_bytes(b"RIFF\0\0\0\0WAVEfmt ")
+    with pytest.raises(SoundError, match="a WAV file that cannot be read as sound"):
+        read(tmp_path / "short.wav")
+
+
+@pytest.mark.parametrize("format", sorted(set(soundfile.available_formats()) - {"RAW"}))
+def test_what_libsndfile_writes_is_read(tmp_path: Path, format: str) -> None:
+    path = tmp_path / "a.sound"
+    subtype = soundfile.default_subtype(format) or next(iter(soundfile.available_subtypes(format)))
+    rate = {"XI": 44_100, "OGG": 48_000}.get(format, 8000)
+    soundfile.write(path, TONE, rate, format=format, subtype=subtype)
+    assert len(read(path).samples) >= len(TONE) - 1
+
+
+@pytest.fixture
+def ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A program of that name that writes down its arguments, and a tone at HALF_RATE for any file but broken ones."""
+    folder = tmp_path / "bin"
+    folder.mkdir()
+    log = folder / "arguments"
+    (folder / "tone.wav").write_bytes(of_pipe(wav(HALF_RATE, "FLOAT", 2), 0xFFFFFFFF, 0xFFFFFFFF))
+    program = folder / "ffmpeg"
+    program.write_text(FFMPEG.format(python=sys.executable, log=str(log), wav=str(folder / "tone.wav")))
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(folder))
+    return log
+
+
+M4A = b"\0\0\0\x20ftypM4A \0\0\2\0" + bytes(99)
+
+
+@pytest.mark.parametrize("name", ["a.m4a", "-y.m4a", "a b;$(c).m4a", "http:x.m4a"])
+def test_other_kinds_are_read_through_ffmpeg(
+    tmp_path: Path, ffmpeg: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(M4A)
+    before = sorted(tmp_path.rglob("*"))
+    found = read(Path(name))
+    assert found.rate == HALF_RATE and np.allclose(found.samples, np.stack([TONE, TONE], 1), atol=1e-6)
+    arguments = ffmpeg.read_text().splitlines()
+    assert arguments[arguments.index("-i") + 1] == f"file:{tmp_path / name}"
+    assert arguments[arguments.index("-t") + 1] == "11" and "-nostdin" in arguments
+    assert sorted(tmp_path.rglob("*")) == sorted([*before, ffmpeg]), "nothing is left behind"
+
+
+def test_what_ffmpeg_cannot_read_is_one_line(tmp_path: Path, ffmpeg: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, data, says in (
+        ("a.m4a", M4A + b"broken", "an M4A file: ffmpeg finds no sound in it (Invalid data found)"),
+        ("a.bin", b"broken", "cannot be read as sound: not a sound file (Invalid data found)"),
+        ("a.xml", b"<score-partwise>", "a MusicXML file, not a sound file; export it as MIDI"),
+    ):
+        (tmp_path / name).write_bytes(data)
+        with pytest.raises(SoundError) as caught:
+            read(tmp_path / name)
+        assert f"{tmp_path / name}: {says}" in str(caught.value) and "\n" not in str(caught.value)
+    (tmp_path / "slow.m4a").write_bytes(M4A)
+    (ffmpeg.parent / "ffmpeg").write_text(f"#!{sys.executable}\nimport time\ntime.sleep(60)\n")
+    monkeypatch.setattr(audiofile, "FFMPEG_SECONDS", 0.1)
+    with pytest.raises(SoundError, match=r"ffmpeg did not read it in 0.1 s; convert it to WAV"):
+        read(tmp_path / "slow.m4a")
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (M4A, "an M4A file: install ffmpeg, through which livebass reads it, or convert it to WAV"),
+        (b"\x1aE\xdf\xa3\x01webm" + bytes(99), "a WebM file: install ffmpeg, through which"),
+        (b"noise", "cannot be read as sound: not a sound file, or one to convert to WAV first"),
+        (b"fLaC" + bytes(99), "a FLAC file that cannot be read as sound: "),
+        (b"\x18FICHIER GUITAR PRO v5.10", "a Guitar Pro 5 file, not a sound file; export it as MIDI"),
+        (b"MThd\0\0\0\6", "a MIDI file, not a sound file; `livebass render` makes sound of it"),
+        (b"%PDF-1.4", "a PDF file, not a sound file; a recording is a sound file"),
+        (b"PK\3\4" + bytes(40), "a zip archive, not a sound file; unpack it first"),
+        (b"! a.scl\n!\n", "a Scala scale, not a sound file; give it to --temperament"),
+    ],
+)
+def test_a_file_of_another_kind_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, data: bytes, says: str
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    (tmp_path / "a.wav").write_bytes(data)
+    with pytest.raises(SoundError) as caught:
+        read(tmp_path / "a.wav")
+    assert str(caught.value).startswith(f"{tmp_path / 'a.wav'}: {says}")

@@ -3,29 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from livebass.cli.options import file_option
+from livebass.cli.said import say
 from livebass.cli.values import Number
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
 Command = TypeVar("Command", bound=Callable[..., Any])
-NAMES = ("compression", "drive", "response")
+NAMES = ("compression", "drive", "response", "response_level")
 KNOB = Number("number", 0, 1)
 
 
 def effects_options(command: Command) -> Command:
     """Adds the options that `Behind.taken` reads to a command."""
     for option in (
+        click.option(
+            "--response-level",
+            type=click.Choice(["normalized", "file"]),
+            help="Level of the response: a bass as loud as without it, or as the file has it.  "
+            "[default: normalized of --response, else as the preset]",
+        ),
         file_option(
             "--response",
-            help="Effect: an impulse response, of a cabinet or a room: mono WAV, 1 s.  [default: as the preset]",
+            help="Effect: an impulse response, of a cabinet or a room: a sound file, 1 s.  [default: as the preset]",
         ),
         click.option(
             "--drive",
@@ -47,6 +54,7 @@ class Behind:
     """Holds what the options put behind a bass; where none is given its preset holds."""
 
     changes: dict[str, Any]
+    remarks: set[str] = field(default_factory=set)  # said already
 
     @classmethod
     def taken(cls, options: dict[str, Any]) -> Behind:
@@ -59,5 +67,15 @@ class Behind:
         return cls({name: value for name, value in given.items() if value is not None})
 
     def put(self, bass: Instrument) -> Instrument:
-        """Returns `bass` with these effects."""
-        return replace(bass, effects=replace(bass.effects, **self.changes)) if self.changes else bass
+        """Returns `bass` with these effects, and says which channel of a response is played."""
+        changes = dict(self.changes)
+        level = changes.pop("response_level", None)
+        response = changes.get("response", bass.effects.response)
+        if response and level:
+            changes["response"] = response = replace(response, normalized=level == "normalized")
+        elif level:
+            say(f"{bass.name}: has no response; --response-level changes nothing")
+        if response and response.remark and response.remark not in self.remarks:
+            say(response.remark)
+            self.remarks.add(response.remark)
+        return replace(bass, effects=replace(bass.effects, **changes)) if changes else bass

@@ -53,7 +53,7 @@ OPTIONS = (
     click.option(
         "--tuning",
         type=Parsed("tuning", _tuning, "NAME|NOTES"),
-        help="Tune the strings: drop-d, half-step-down, eb ..., or their notes, the lowest first: DADG or 'D1 A1 D2 G2'.",
+        help="Tune the strings: drop-d, eb, half-step-down ..., or their notes, the lowest first: DADG, 'D1 A1 D2 G2'.",
     ),
     click.option("--capo", type=Number("fret", 0, 31, whole=True), help="A capo at this fret."),
     click.option(

@@ -30,6 +30,7 @@ from livebass.score.score import score_of
 from livebass.units import cents
 
 SOUNDS = {".wav", ".flac", ".ogg", ".aif", ".aiff"}
+OTHERS = {".mp3", ".m4a", ".aac", ".wma", ".opus", ".caf", ".webm", ".mp4"}  # of a folder with none of SOUNDS
 PITCHES = (25.0, 500.0)  # Hz, of recordings
 BEFORE = 0.03  # s, kept before the attack of a note
 LONGEST = 6.0  # s of a note
@@ -97,7 +98,7 @@ def measured(
     notes: list[Note] = []
     for each in paths:
         path = Path(fspath(each))
-        files = sorted(p for p in path.rglob("*") if p.suffix.lower() in SOUNDS) if path.is_dir() else [path]
+        files = _sounds_in(path) if path.is_dir() else [path]
         if not files:
             raise RecordingError(f"{path}: no sound file is in it; allowed are {', '.join(sorted(SOUNDS))}")
         unheard = []
@@ -115,6 +116,12 @@ def measured(
         if left_out is not None:
             left_out += unheard
     return _by_dynamics(notes)
+
+
+def _sounds_in(folder: Path) -> list[Path]:
+    """Returns the sound files in a folder and those in it, sorted."""
+    files = sorted(folder.rglob("*"))
+    return [p for p in files if p.suffix.lower() in SOUNDS] or [p for p in files if p.suffix.lower() in OTHERS]
 
 
 def _words(parts: Sequence[str]) -> list[str]:

@@ -233,9 +233,10 @@ def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
     added, response = np.zeros(1, ADDED), effects.response
     for knob in fields(Knobs):
         added[knob.name] = getattr(effects, knob.name)
-    added["rate"], added["count"] = (response.rate, response.count) if response else (LEAST_RATE, 0)
+    samples = response.played if response else b""
+    added["rate"], added["count"] = (response.rate, len(samples) // WORD) if response else (LEAST_RATE, 0)
     added["hand"][0, : len(hands)] = hands
-    return (response.samples if response else b"") + added.tobytes()
+    return samples + added.tobytes()
 
 
 def image_of(data: bytes) -> Image:

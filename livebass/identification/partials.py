@@ -13,19 +13,18 @@ heard.
 from __future__ import annotations
 
 import math
-import stat
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import soundfile
 from numpy.lib.stride_tricks import sliding_window_view
 
 from livebass.analysis.motion import t60
 from livebass.analysis.sound import fundamental
 from livebass.arrays import Floats
+from livebass.audiofile import SoundError, read_sound
 from livebass.identification.esprit import WIDTH, Component, band, components, shortest
 from livebass.identification.lines import LEAST_DAMPING, Decay, Line, decay, envelope
 
@@ -82,24 +81,10 @@ def read_recording(path: Path, channel: int | None = None) -> Recording:
     """
     name = str(path)
     try:
-        kind = path.stat().st_mode
-        if not stat.S_ISREG(kind):
-            what = "a directory" if stat.S_ISDIR(kind) else "not a regular file"
-            raise RecordingError(f"{name}: is {what}; a recording is a sound file")
-        info = soundfile.info(name)
-        if not RATES[0] <= info.samplerate <= RATES[1]:
-            raise RecordingError(f"{name}: rate {info.samplerate} Hz: allowed are {RATES[0]} to {RATES[1]} Hz")
-        if info.frames > LONGEST * info.samplerate:
-            raise RecordingError(f"{name}: {info.duration}: allowed are up to {LONGEST / 60:g} minutes")
-        sound, rate = soundfile.read(name, dtype="float64", always_2d=True)
-    except soundfile.LibsndfileError as error:
-        raise RecordingError(f"{name}: cannot be read as sound: {error.error_string}") from None
-    except FileNotFoundError:
-        raise RecordingError(f"{name}: no such file") from None
-    except OSError as error:
-        raise RecordingError(f"{name}: cannot be read: {error.strerror or error}") from None
-    except ValueError as error:  # a zero byte in the name
-        raise error if isinstance(error, RecordingError) else RecordingError(f"{name!r}: not a file name") from None
+        read = read_sound(path, "recording", LONGEST, RATES)
+    except SoundError as error:
+        raise RecordingError(str(error)) from None
+    sound, rate = read.samples, read.rate
     if channel is not None and channel > sound.shape[1]:
         raise RecordingError(f"{name}: no channel {channel}, it has {sound.shape[1]}")
     if not np.isfinite(sound).all():
@@ -110,7 +95,7 @@ def read_recording(path: Path, channel: int | None = None) -> Recording:
     if np.max(np.abs(sound)) < SILENCE:
         raise RecordingError(f"{name}: is silent")
     chosen = int(np.argmax(np.sum(sound**2, axis=0))) if channel is None else channel - 1
-    return Recording(name, np.ascontiguousarray(sound[:, chosen]), int(rate))
+    return Recording(name, np.ascontiguousarray(sound[:, chosen]), rate)
 
 
 def find_takes(recording: Recording, skip: float, longest: float) -> list[Take]:

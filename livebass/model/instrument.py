@@ -8,6 +8,7 @@ Issanchou et al. (2018).
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
@@ -167,12 +168,30 @@ class Response:
     """An impulse response, of a cabinet or a room."""
 
     rate: int  # Hz
-    samples: bytes = field(repr=False)  # float64, 1: as loud as without it
+    samples: bytes = field(repr=False)  # float64, as the file has them; 1: as loud as without it
+    normalized: bool = False  # its level is set so that a bass is as loud as without it
+    remark: str = field(default="", compare=False)  # one line about how the file was read, for who plays it
 
     @property
     def count(self) -> int:
         """How many samples it has."""
         return len(self.samples) // 8
+
+    @cached_property
+    def played(self) -> bytes:
+        """The samples by which it is heard, float64."""
+        return self.cut(True) if self.normalized else self.samples
+
+    def cut(self, normalized: bool = False) -> bytes:
+        """The samples without silence, float64; `normalized`: at the level by which a bass is as loud as without them.
+
+        Of a response that lasts too long, or is `normalized`, what comes before the sound is silence, too.
+        """
+        from livebass.kernels.effects.response import cut_response
+
+        samples = array("d", self.samples)
+        place, count = samples.buffer_info()
+        return samples[: cut_response(place, count, float(self.rate), int(normalized))].tobytes()
 
 
 @dataclass(frozen=True)

@@ -170,9 +170,10 @@ class Builder:
     def effects(self, raw: Any) -> Effects:
         """What comes after the DI. The path of a response goes from where the file is."""
         values = self.table("effects", raw, "effects")
+        normalized = values.pop("response_level") == "normalized"
         if "response" in values:
             try:
-                values["response"] = load_response(Path(self.label).parent / values["response"])
+                values["response"] = load_response(Path(self.label).parent / values["response"], normalized)
             except PresetError as error:
                 raise self.error("effects.response", str(error)) from None
         return Effects(**values)

@@ -146,6 +146,7 @@ KEYS = (
     *_rows("pick"),
     *_rows("effects"),
     Key("effects", "response", "sound file", "", "", None, "impulse response of a cabinet or a room; left out: none"),
+    Key("effects", "response_level", "normalized|file", "", "", "file", "as loud as without it, or as the file has it"),
 )
 HAND = "graze_"  # begins the keys of the neck by which the hand measures its force: those of [neck] follow
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
@@ -188,7 +189,7 @@ def allowed(key: Key, unit: str | None = None) -> str:
     if kind == "key map":
         return f"{', '.join(MAPS)}, or a TOML file, see `livebass presets keymap`"
     if kind == "sound file":
-        return f"a mono WAV file of at most {LONGEST:g} s, {LEAST_RATE} to {MOST_RATE} Hz"
+        return f"a sound file such as WAV of at most {LONGEST:g} s, {LEAST_RATE} to {MOST_RATE} Hz"
     if kind == "curve":
         points = f"or points of velocities, at most {MOST_POINTS}, such as [[1, 1], [64, 90], [127, 127]]"
         return f"{', '.join(CURVES)}, an exponent from {key.least} to {key.most}, {points}"

@@ -3,60 +3,61 @@
 from __future__ import annotations
 
 import os
-import stat
 
 import numpy as np
+from numpy.typing import NDArray
 
+from livebass.audiofile import SoundError, read_sound
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
+from livebass.kernels.effects.response import LEAD, NOTHING, SILENT
 from livebass.model.instrument import Response
 from livebass.preset.source import PresetError
 
-LOUDEST = 100.0  # of a sample; full scale is 1
-SILENT = 1e-6  # of the loudest sample: what is quieter at the end is left out
+LOUDEST = 100.0  # of a sample as the file has it; full scale is 1
+LONGEST_FILE = 60.0  # s, with its silence
+LEVELS = ("normalized", "file")
 
 
-def load_response(path: str | os.PathLike[str]) -> Response:
-    """The impulse response in a mono sound file of at most LONGEST s, as loud as the file has it. Raises PresetError.
+def load_response(path: str | os.PathLike[str], normalized: bool = True) -> Response:
+    """The impulse response in a sound file, of which at most LONGEST s sound. Raises PresetError.
 
-    What comes after the last sample above SILENT is left out.
+    normalized: it is played at the level by which a bass is as loud as without it; else as loud as the file has it.
+    Silence at the end is cut off; silence before the sound if it is `normalized`, or longer than LONGEST. Of several
+    channels one is taken: the first that is not silent.
     """
-    import soundfile
-
     name = os.fspath(path)
     try:
-        found = os.stat(name).st_mode
-        if not stat.S_ISREG(found):
-            what = "a directory" if stat.S_ISDIR(found) else "not a regular file"
-            raise PresetError(f"{name}: is {what}; a response is a sound file")
-        with soundfile.SoundFile(name) as file:
-            rate = file.samplerate
-            _check(name, rate, file.channels, file.frames)
-            samples = file.read(dtype="float64")
-    except PresetError:
-        raise
-    except FileNotFoundError:
-        raise PresetError(f"{name}: no such file") from None
-    except soundfile.LibsndfileError as error:
-        raise PresetError(f"{name}: not a sound file: {error.error_string}") from None
-    except OSError as error:
-        raise PresetError(f"{name}: cannot be read: {error.strerror}") from None
-    except ValueError:
-        raise PresetError(f"{name}: not a file name") from None
+        sound = read_sound(path, "response", LONGEST_FILE, (LEAST_RATE, MOST_RATE))
+    except SoundError as error:
+        raise PresetError(str(error)) from None
+    channel, remark = _channel(name, sound.samples)
+    samples = sound.samples[:, channel]
     if not np.isfinite(samples).all():
         raise PresetError(f"{name}: sample {int(np.argmin(np.isfinite(samples)))} is not a finite number")
     loudest = float(np.max(np.abs(samples), initial=0.0))
-    if not 0.0 < loudest <= LOUDEST:
-        why = f"its loudest sample is {loudest:g}, allowed up to {LOUDEST:g}" if loudest else "is silent"
-        raise PresetError(f"{name}: {why}")
+    if loudest < NOTHING:
+        raise PresetError(f"{name}: is silent")
+    if loudest > LOUDEST and not normalized:
+        raise PresetError(f"{name}: its loudest sample is {loudest:g}, allowed up to {LOUDEST:g}")
     end = int(np.flatnonzero(np.abs(samples) > SILENT * loudest)[-1]) + 1
-    return Response(rate, samples[:end].astype("<f8").tobytes())
+    response = Response(sound.rate, samples[:end].astype("<f8").tobytes(), normalized, remark)
+    if response.count > LONGEST * sound.rate:
+        response = Response(sound.rate, response.cut(), normalized, remark)
+        if response.count > LONGEST * sound.rate:
+            lasts = f"{response.count / sound.rate:.3g} s without silence"
+            raise PresetError(f"{name}: lasts {lasts}; a response lasts {LONGEST:g} s at most")
+    return response
 
 
-def _check(name: str, rate: int, channels: int, count: int) -> None:
-    """Raises PresetError for a sound file that is no response."""
-    if channels != 1:
-        raise PresetError(f"{name}: has {channels} channels; a response is mono")
-    if not LEAST_RATE <= rate <= MOST_RATE:
-        raise PresetError(f"{name}: has {rate} Hz; allowed are {LEAST_RATE} to {MOST_RATE} Hz")
-    if count > LONGEST * rate:
-        raise PresetError(f"{name}: lasts {count / rate:.3g} s; a response lasts {LONGEST:g} s at most")
+def _channel(name: str, samples: NDArray[np.float64]) -> tuple[int, str]:
+    """The channel of a response, (n, channels), to take, from 0; and, if there are more, a line that says which one."""
+    count = samples.shape[1]
+    if count == 1:
+        return 0, ""
+    loudest = np.max(np.abs(samples), axis=0, initial=0.0)
+    loudest = np.where(np.isnan(loudest), np.inf, loudest)
+    chosen = int(np.argmax(loudest >= LEAD * loudest.max()))
+    names = ("left", "right") if count == 2 else tuple(f"channel {k}" for k in range(1, count + 1))
+    which = f"the {names[chosen]} one is" if count == 2 else f"{names[chosen]} is"
+    why = "" if chosen == 0 else f"; {'the left one' if count == 2 else 'what comes before it'} is silent"
+    return chosen, f"{name}: {count} channels, of which {which} played{why}"

@@ -15,6 +15,7 @@ from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
+from livebass.kernels.effects.response import cut_response
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.string import frets
@@ -69,7 +70,7 @@ CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets,
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
     ring.push_message, ring.push_event, block.relieve, sight.see_bass, sight.see_contact, begin_again,
-    run_string, set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, *CALLED,
+    run_string, set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, cut_response, *CALLED,
 )  # fmt: skip
 
 

@@ -75,6 +75,7 @@ window.READY = {
   "again": async () => { own(); await start(); see.note = {string: 0, fret: 0, frame: 1, contacts: [], said: true}; },
   "moment": slowly, "picture": slowly, "clip": slowly, "now": slowly,
   "roll": withSong, "loop": withSong, "part": withSong, "response-off": () => { $("response-off").hidden = false; },
+  "response-level": () => { $("response-level").hidden = false; },
   "up": () => { own(); from = 0; showNeck(); layOut(); }, "down": () => { own(); from = 3; showNeck(); layOut(); },
   "Side": () => choosePicture("note"), "Fingers, key 1": () => pluckWith(STROKES[1]),
   "case-a": own, "case-b": own, "case-c": own,

@@ -375,10 +375,27 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     start(page)
     hold(page, "a")
     chain(page).key_up("a").perform()
+    page.execute_script("$('response-level').click()")  # as loud as the file has it
     assert give("quiet.wav", np.array([0.0, 1e-3])) == "Through quiet.wav."
     plays(-45)
+    response = "[response.length, Math.max(...response.map(Math.abs))]"
+    assert page.execute_script(f"return {response}") == [pytest.approx(3, abs=2), pytest.approx(1e-3, rel=0.5)]
+    page.find_element("id", "response-level").click()  # as loud as without it
+    wait(lambda: page.execute_script(f"return {response}[1]") > 0.5)
+    late = np.concatenate([np.zeros(60_000), [0.01], np.zeros(60_000)])
     for name, sound, says in (
-        ("stereo.wav", np.ones((9, 2)), "has 2 channels; a response is mono"),
+        ("late.wav", late, "Through late.wav."),
+        ("stereo.wav", np.stack([late, late], 1), "Through stereo.wav: 2 channels, of which the left one is played."),
+        (
+            "right.wav",
+            np.stack([0 * late, late], 1),
+            "Through right.wav: 2 channels, of which the right one is played.",
+        ),
+    ):
+        assert give(name, sound) == says
+        length, loudest = page.execute_script(f"return {response}")
+        assert length < 4000 and 0.3 < loudest < 1.5  # resampling rings
+    for name, sound, says in (
         ("long.wav", np.ones(40_000), "lasts 1.3 s; a response lasts 1 s at most"),
         ("silent.wav", np.zeros(99), "has no sound that can be played"),
     ):

@@ -1,15 +1,16 @@
-"""Makes ready an impulse response for convolution: resamples it to the audio rate, and transforms its partitions.
+"""Makes ready an impulse response: cuts off its silence, sets its level, resamples it, and transforms its partitions.
 
 [any thread, not the one that plays]
 """
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import entry, jit
 from livebass.kernels.effects.fourier import fill_turns, spectrum_of
 from livebass.kernels.effects.records import (
     BINS,
     LATE,
+    LONGEST,
     PART,
     TURNS,
     WORD,
@@ -17,11 +18,108 @@ from livebass.kernels.effects.records import (
     spectrum_at,
     taps_at,
 )
-from livebass.kernels.machine.elementary import cos, sin
+from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at
 
 # Blackman and Harris' window of four terms (Harris 1978)
 WINDOW0, WINDOW1, WINDOW2, WINDOW3 = 0.35875, 0.48829, 0.14128, 0.01168
+
+SILENT = 1e-6  # of the loudest sample: what is quieter at the end is silence
+LEAD = 1e-3  # of the loudest sample: what is quieter at the beginning is silence, of a response that loses it
+FAINT = 1e-6  # of the power of the loudest SLICE: what is less at the end is silence, of a response that is too long
+SLICE = 10e-3  # s
+NOTHING = 1e-15  # a loudest sample below it is none
+# What a bass sounds like, for the level: equal power in each octave around MIDDLE, less below LOWEST and above HIGHEST
+LOWEST, MIDDLE, HIGHEST = 40.0, 150.0, 5000.0  # Hz
+MOST_GAIN = 16.0  # of a level that is set, in the mean over 24 kHz: a response of high notes alone is not made a scream
+BAND = 48_000.0  # Hz
+
+
+@entry("int64(int64, int64, float64, int64)")
+def cut_response(address, count, rate, normalized):
+    """Cuts silence off `count` float64 at an address, at `rate` Hz, in place; returns how many are left, 0 of silence.
+
+    normalized: 1 cuts what comes before the sound and sets the level, so that a bass is as loud as without the
+    response; 0 leaves the level, and what comes before the sound of a response of at most LONGEST.
+    """
+    samples = floats_at(address, count)
+    loudest = 0.0
+    for k in range(count):
+        loudest = max(loudest, abs(samples[k]))
+    if loudest < NOTHING:
+        return np.int64(0)
+    begin, end = np.int64(0), count
+    while abs(samples[end - 1]) <= SILENT * loudest:
+        end -= 1
+    if normalized == 1 or end > LONGEST * rate:
+        while abs(samples[begin]) <= LEAD * loudest:
+            begin += 1
+    left = end - begin
+    for k in range(left):
+        samples[k] = samples[begin + k]
+    if left > LONGEST * rate:
+        left = without_faint_end(samples, left, rate)
+    if normalized == 1:
+        set_level(samples, left, rate, loudest)
+    return left
+
+
+@jit
+def without_faint_end(samples, count, rate):
+    """How many of the samples there are up to the last SLICE that is not FAINT, which fades out."""
+    size = np.int64(np.ceil(SLICE * rate))
+    slices = (count + size - 1) // size
+    loudest = 0.0
+    for i in range(slices):
+        loudest = max(loudest, power_of(samples, i * size, min((i + 1) * size, count)))
+    while power_of(samples, (slices - 1) * size, min(slices * size, count)) <= FAINT * loudest:
+        slices -= 1
+    left = min(slices * size, count)
+    for k in range((slices - 1) * size, left):
+        samples[k] *= 0.5 + 0.5 * cos(np.pi * (k + 1 - (slices - 1) * size) / size)
+    return left
+
+
+@jit
+def power_of(samples, begin, end):
+    """Sum of squares from one sample up to another."""
+    total = 0.0
+    for k in range(begin, end):
+        total += samples[k] * samples[k]
+    return total
+
+
+@jit
+def set_level(samples, count, rate, loudest):
+    """Scales a response to the energy of none, weighted as a bass sounds."""
+    for k in range(count):
+        samples[k] /= loudest
+    energy = np.float64(power_of(samples, 0, count)) * max(1.0, rate / BAND)
+    most = MOST_GAIN / np.sqrt(energy)
+    gain = np.sqrt(weighted(samples, 0, rate) / max(weighted(samples, count, rate), 1e-30))
+    gain = min(gain, most)
+    for k in range(count):
+        samples[k] *= gain
+
+
+@jit
+def weighted(samples, count, rate):
+    """Energy of `count` samples, of none: of one sample of 1, as far as a bass sounds there."""
+    low = 1.0 - exp(-2.0 * np.pi * LOWEST / rate)
+    middle = 1.0 - exp(-2.0 * np.pi * MIDDLE / rate)
+    high = 1.0 - exp(-2.0 * np.pi * HIGHEST / rate)
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    total = 0.0
+    for k in range(count + np.int64(rate / LOWEST * 4.0)):
+        x = samples[k] if k < count else 0.0
+        if count == 0 and k == 0:
+            x = 1.0
+        a += low * (x - a)
+        b += low * (x - a - b)
+        c += middle * (x - a - b - c)
+        d += high * (c - d)
+        total += d * d
+    return total
 
 
 @jit

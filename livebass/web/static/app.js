@@ -1359,34 +1359,52 @@ $("panic").onclick = () => {
   panic();
 };
 
-// Builds the bass anew with the impulse response in an audio file, whose rate the browser makes that of the sound; or
-// without one of the player's own.
-async function takeResponse(file) {
+const LEAST_LEVEL = 1e-3; // of the loudest channel: a channel below it is silent
+let responseFile; // the audio file of the player's own impulse response: its name, {samples, channels, channel}
+
+// Takes the impulse response in an audio file, whose rate the browser makes that of the sound: its first channel that is
+// not silent.
+async function readResponse(file) {
+  const sound = await context.decodeAudioData(await file.arrayBuffer()).catch(() => { throw new Error("not an audio file"); });
+  const channels = Array.from({length: sound.numberOfChannels}, (_, k) => sound.getChannelData(k));
+  const loudest = channels.map(samples => samples.reduce((most, x) => Math.max(most, Math.abs(x)), 0)), most = Math.max(...loudest);
+  const channel = loudest.findIndex(level => level >= LEAST_LEVEL * most);
+  if (!(most > 0) || !Number.isFinite(most)) throw new Error("has no sound that can be played");
+  return {name: file.name, samples: Float64Array.from(channels[channel]), channels: channels.length, channel};
+}
+
+// Builds the bass anew with the impulse response of an audio file, as loud as without it or, by the button, as the file
+// has it; or without one of the player's own.
+async function takeResponse(from) {
   let taken;
-  if (file) {
-    const bytes = await file.arrayBuffer();
-    const sound = await context.decodeAudioData(bytes).catch(() => { throw new Error("not an audio file"); });
-    const samples = sound.getChannelData(0);
-    if (sound.numberOfChannels !== 1) throw new Error(`has ${sound.numberOfChannels} channels; a response is mono`);
-    if (sound.duration > LONGEST_RESPONSE)
-      throw new Error(`lasts ${sound.duration.toFixed(1)} s; a response lasts ${LONGEST_RESPONSE} s at most`);
-    if (!samples.some(x => x) || !samples.every(Number.isFinite)) throw new Error("has no sound that can be played");
-    taken = Float64Array.from(samples);
+  if (from) {
+    const normalized = $("response-level").ariaPressed !== "true", rate = context.sampleRate;
+    taken = await ask({samples: from.samples, rate, normalized});
+    if (!taken.length) throw new Error("has no sound that can be played");
+    if (taken.length > LONGEST_RESPONSE * rate)
+      throw new Error(`lasts ${(taken.length / rate).toFixed(1)} s; a response lasts ${LONGEST_RESPONSE} s at most`);
   }
   response = taken;
-  $("response-text").textContent = file ? `Through ${file.name}.` : "";
-  $("response-off").hidden = !file;
+  responseFile = from;
+  const which = from?.channels === 2 ? ["left", "right"][from.channel] : (from?.channel ?? 0) + 1;
+  $("response-text").textContent = !from ? "" : from.channels === 1 ? `Through ${from.name}.`
+    : `Through ${from.name}: ${from.channels} channels, of which ${from.channels === 2 ? `the ${which} one` : `number ${which}`} is played.`;
+  $("response-off").hidden = $("response-level").hidden = !from;
   prepare($("bass").value);
   if (node) await put();
 }
 
 $("response").onclick = () => $("response-file").click();
 $("response-off").onclick = () => takeResponse().catch(() => {});
+$("response-level").onclick = () => {
+  $("response-level").setAttribute("aria-pressed", $("response-level").ariaPressed !== "true");
+  if (responseFile) takeResponse(responseFile).catch(() => {});
+};
 $("response-file").onchange = async () => {
   const [file] = $("response-file").files;
   $("response-file").value = ""; // the same file may be chosen again
   if (!file || !ready) return;
-  await takeResponse(file).catch(error => { $("response-text").textContent = `${file.name}: ${error.message}`; });
+  await readResponse(file).then(takeResponse).catch(error => { $("response-text").textContent = `${file.name}: ${error.message}`; });
 };
 
 async function connectMidi() {

@@ -92,6 +92,16 @@ class Engine {
     return {bass, end};
   }
 
+  // The impulse response in a Float64Array at a rate (Hz) without its silence, as a Float64Array; `normalized`: as loud
+  // as without it. Empty if all of it is silence. The memory must have no bass.
+  cutResponse(samples, rate, normalized) {
+    const at = this.home;
+    this.reserve(at + samples.byteLength);
+    this.bytes.set(new Uint8Array(samples.buffer), at);
+    const left = Number(this.x.lb_cut_response(BigInt(at), BigInt(samples.length), rate, normalized ? 1n : 0n));
+    return new Float64Array(this.memory.buffer.slice(at, at + 8 * left));
+  }
+
   // --- the synth ---
 
   // Makes the synth as new, without a bass, at a rate (Hz).

@@ -62,6 +62,11 @@ onmessage = ({data}) => {
         postMessage({id: data.id, built: made}, [made.file]);
         return;
       }
+      if (data.samples) {
+        const cut = new Engine(module).cutResponse(data.samples, data.rate, data.normalized);
+        postMessage({id: data.id, built: cut}, [cut.buffer]);
+        return;
+      }
       const [engine, bass] = build(data);
       if (data.warm) warm(engine, bass, data.rate, data.warm);
     } catch (error) {

@@ -101,7 +101,10 @@ def test_options_of_a_render_take_the_place_of_the_presets(run: Run, tmp_path: P
     render = ["render", "--note", "A1", "--duration", "200ms", "--rate", RATE, "--modes", "60", "--bits", "float"]
     for name, given in (
         ("a", ["-p", preset, "--drive", "0.3"]),
-        ("b", ["--response", tmp_path / "hall.wav", "--compression", "0.5", "--drive", "0.3"]),
+        (
+            "b",
+            ["--response", tmp_path / "hall.wav", "--response-level", "file", "--compression", "0.5", "--drive", "0.3"],
+        ),
         ("c", ["-p", preset, "--compression", "0", "--drive", "0.3"]),
     ):
         assert run(*render, *given, "-o", tmp_path / f"{name}.wav")[0] == 0
