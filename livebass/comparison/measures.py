@@ -302,8 +302,9 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
         for key, (begin, end) in zip(GLIDE_KEYS, (EARLY, LATE), strict=True):
             found[f"{key}_{j}"] = "the partial is faint or beats"
             if stable:
-                whole = math.ceil(max(end - begin, GLIDE_PERIODS / note.pitch) / step - 1e-6)
-                at = partial(note.part(begin, begin + whole * step), note.rate, nu)[0]
+                length = step * math.ceil(max(end - begin, GLIDE_PERIODS / note.pitch) / step - 1e-6)
+                first = max(0.0, (begin + end - length) / 2)  # a longer window of a low note has the same middle
+                at = partial(note.part(first, first + length), note.rate, nu)[0]
                 if at > 0 and abs(cents(at / nu)) < WILDEST:
                     found[f"{key}_{j}"] = cents(at / nu)
                     each[key].append(cents(at / nu))

@@ -10,7 +10,7 @@ import pytest
 
 from livebass.arrays import Floats
 from livebass.comparison import distance, measure
-from livebass.comparison.measures import SHARE_KEYS
+from livebass.comparison.measures import EARLY, LATE, SHARE_KEYS
 from livebass.comparison.ringing import ringing
 
 RATE = 44_100
@@ -60,6 +60,18 @@ def test_glide_that_fades() -> None:
     """A glide that halves in the time between the two windows is half as far in the later one."""
     found = measure(note(cents=lambda t: 40 * 2 ** (-t / 0.1)), RATE, F0)
     assert 1.8 < found["glide_early"] / found["glide_late"] < 2.4
+
+
+@pytest.mark.parametrize("f0", [41.2, 49.0, 73.4, 98.0])
+def test_a_glide_is_that_of_its_times_whatever_the_pitch(f0: float) -> None:
+    """The windows of low notes are longer, and have the same middle: a glide that fades is as far in them."""
+
+    def cents(t: Floats) -> Floats:
+        return 40 * np.exp(-t / 0.1)
+
+    found = measure(note(f0, cents=cents), RATE, f0, only=("glide_early", "glide_late"))
+    for key, ends in (("glide_early", EARLY), ("glide_late", LATE)):
+        assert found[key] == pytest.approx(float(np.mean(cents(np.linspace(*ends, 999)))), rel=0.04), key
 
 
 def test_beats_are_wobble() -> None:
