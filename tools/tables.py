@@ -1,17 +1,21 @@
-"""Writes the tables of keys and controllers into README.md and the handbook, from livebass/techniques.py."""
+"""Writes tables and sentences that follow from the code into README.md and the handbook.
+
+Those of keys and controllers follow from livebass/techniques.py, those of waveforms from livebass/bench/measured.py.
+"""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from livebass.cli.messages import TABLES
+from livebass.cli.messages import SENTENCES, TABLES
 
 ROOT = Path(__file__).parents[1]
+WORDS = 6  # by which a sentence is found
 
 
 def main() -> None:
-    """Puts each table where one with the same head stands."""
+    """Puts each table where one with the same head stands, and each sentence where one begins as it does."""
     for name, tables in TABLES.items():
         file = ROOT / name
         text = file.read_text()
@@ -22,6 +26,13 @@ def main() -> None:
             if len(found) != 1:
                 raise SystemExit(f"{name}: {len(found)} tables begin with {head}; there has to be one")
             text = text.replace(found[0], f"{wanted}\n")
+        for sentence in SENTENCES.get(name, ()):
+            begin = " ".join(sentence().split()[:WORDS])
+            text, count = re.subn(
+                rf"^{re.escape(begin)} .*$", sentence().replace("\\", r"\\"), text, flags=re.MULTILINE
+            )
+            if count != 1:
+                raise SystemExit(f"{name}: {count} lines begin with {begin}; there has to be one")
         file.write_text(text)
 
 

@@ -135,4 +135,23 @@ def short_table() -> str:
     )
 
 
-TABLES = {"README.md": (short_table,), "livebass/help/playing.md": (technique_table, controller_table)}
+def waveform_table() -> str:
+    """The handbook's table of how near waveforms of a quality are to those of `reference`."""
+    from livebass.bench.measured import waveform_rows
+
+    return table(*waveform_rows())
+
+
+def waveform_sentence() -> str:
+    """README's sentence about the same."""
+    from livebass.bench.measured import waveform_sentence
+
+    return waveform_sentence()
+
+
+TABLES = {
+    "README.md": (short_table,),
+    "livebass/help/playing.md": (technique_table, controller_table),
+    "livebass/help/cost.md": (waveform_table,),
+}
+SENTENCES = {"README.md": (waveform_sentence,)}  # each a line

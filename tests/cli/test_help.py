@@ -14,6 +14,9 @@ import click
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 
+from livebass.bench import measured
+from livebass.bench.fidelity import KINDS
+from livebass.bench.live import MOST_WAVEFORM, PROMISED
 from livebass.cli import help as handbook
 from livebass.cli import messages
 from livebass.cli.groups import GroupedCommand
@@ -242,10 +245,27 @@ def test_the_map_of_the_readme_names_every_room() -> None:
 
 
 def test_tables_follow_the_rows() -> None:
-    """Of techniques and controllers: tools/tables.py writes them."""
+    """Of techniques, controllers and waveforms: tools/tables.py writes them."""
     for name, tables in messages.TABLES.items():
         text = (ROOT / name).read_text()
         assert all(f"\n\n{table()}\n\n" in text for table in tables), name
+    for name, sentences in messages.SENTENCES.items():
+        lines = (ROOT / name).read_text().splitlines()
+        assert all(sentence() in lines for sentence in sentences), name
+
+
+def test_readme_and_handbook_say_of_waveforms_what_was_measured() -> None:
+    """No other figure stands beside those of measured.py, and what the handbook says of them is true."""
+    assert set(measured.WAVEFORMS) == set(measured.CALLED) == set(KINDS)
+    said = re.findall(r"waveform of `reference` to (-\d+) dB \(boards (-\d+), pops (-\d+);", README.read_text())
+    medians = [measured.WAVEFORMS[kind]["live"][0] for kind in ("frets with loss", "boards", "pops")]
+    assert [list(map(int, each)) for each in said] == [medians]
+    cost = (ROOT / "livebass" / "help" / "cost.md").read_text()
+    assert f"Wanted are {MOST_WAVEFORM[0]:g} dB and, of the worst pluck, {MOST_WAVEFORM[1]:g} dB" in cost
+    for near in (measured.WAVEFORMS[kind] for kind in (*PROMISED, "boards")):
+        assert all(each[0] <= MOST_WAVEFORM[0] and each[1] <= MOST_WAVEFORM[1] for each in near.values())
+    pops = measured.WAVEFORMS["pops"]["live"]
+    assert pops[0] > MOST_WAVEFORM[0] and "Pops, on frets 6 to 25 times as stiff, do not in `live`." in cost
 
 
 def test_controllers_explains_every_technique_and_controller(run: Run) -> None:

@@ -1,0 +1,38 @@
+"""What `livebass bench live` has measured of waveforms: README and handbook say these figures, and no others.
+
+tools/tables.py writes them there. Measure again, and change them here, when a quality changes.
+"""
+
+from __future__ import annotations
+
+# How near hard notes of a quality are to those of `reference`, by KINDS of fidelity.py: dB, median and worst pluck
+WAVEFORMS: dict[str, dict[str, tuple[int, int]]] = {
+    "frets with loss": {"live": (-66, -36), "studio": (-80, -51)},
+    "thumb": {"live": (-60, -52), "studio": (-82, -77)},
+    "pops": {"live": (-40, -26), "studio": (-63, -43)},
+    "boards": {"live": (-50, -45), "studio": (-52, -46)},
+    "lossless": {"live": (-20, -2), "studio": (-25, -5)},
+}
+CALLED = {
+    "frets with loss": "frets with loss: plucked",
+    "thumb": "thumb with a mass",
+    "pops": "pops",
+    "boards": "boards that lose",
+    "lossless": "frets that give all energy back",
+}
+
+
+def waveform_rows() -> list[tuple[str, ...]]:
+    """The rows of the handbook's table of WAVEFORMS, its head first."""
+    qualities = list(WAVEFORMS["pops"])
+    rows = [("hard notes", *(f"`{quality}`" for quality in qualities))]
+    for kind, near in WAVEFORMS.items():
+        rows.append((CALLED[kind], *(f"{near[quality][0]}; {near[quality][1]} dB" for quality in qualities)))
+    return rows
+
+
+def waveform_sentence() -> str:
+    """README's sentence: the medians of `live`."""
+    plucked, boards, pops = (WAVEFORMS[kind]["live"][0] for kind in ("frets with loss", "boards", "pops"))
+    aside = f"(boards {boards}, pops {pops}; [cost](livebass/help/cost.md))"
+    return f"Hard notes in `live` have the waveform of `reference` to {plucked} dB {aside}."
