@@ -71,6 +71,8 @@ def check(file: str) -> None:
     frets = len(bass.necks[0].fret_positions)
     several = "s" * (len(bass.strings) != 1), "s" * (frets != 1)
     click.echo(one_line(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}"))
+    if (response := bass.effects.response) and response.remark:
+        click.echo(one_line(response.remark))
     by_reason: dict[str, list[str]] = {}
     for place, why in idle_keys(preset_tables(file)[1], file):
         by_reason.setdefault(why, []).append(place)

@@ -106,6 +106,9 @@ def test_one_channel_is_taken_and_said(tmp_path: Path, run: Run, name: str) -> N
         line = ("render", "--note", "A1", "--duration", "0.1", "--modes", 30, "--tail", 0, "-o", tmp_path / "out.wav")
         status, _, err = run(*line, "--response", file)
         assert status == 0 and err.count(found.remark) == 1
+        (tmp_path / "mine.toml").write_text('like = "jazz-finger"\n[effects]\nresponse = "given.wav"\n')
+        status, out, _ = run("presets", "check", tmp_path / "mine.toml")
+        assert status == 0 and found.remark in out.splitlines()
 
 
 def filtered(rate: int, low: float, high: float) -> np.ndarray:
