@@ -173,7 +173,7 @@ def play(**options: Any) -> None:
     tuning = tuning_of_options(options)
 
     def load(preset: str) -> Instrument:
-        return ready_for(demo, behind.put(hands.play(load_tuned(preset, tuning))))
+        return ready_for(demo, behind.put(hands.play(load_tuned(preset, tuning, memory.given))))
 
     demo = options["demo"]
     song, device, channel = options["song"], options["audio"], options["channel"]
