@@ -182,7 +182,7 @@ def play(**options: Any) -> None:
     def load(preset: str) -> Instrument:
         if preset in of_take:
             return loaded(preset)
-        return ready_for(demo, behind.put(hands.play(load_tuned(preset, tuning))))
+        return ready_for(demo, behind.put(hands.play(load_tuned(preset, tuning, memory.given))))
 
     demo = options["demo"]
     song, device, channel = options["song"], options["audio"], options["channel"]

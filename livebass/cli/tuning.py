@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -74,8 +74,8 @@ OPTIONS = (
 GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)}) = (?P<value>.+?): (?P<why>.*)")  # of an error
 
 
-def load_tuned(preset: str, tuning: dict[str, Any]) -> Instrument:
-    """Loads a preset with the tuning that options gave. Raises PresetError, which names an option that does not fit."""
+def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNING_KEYS) -> Instrument:
+    """Loads a preset with a tuning. Raises PresetError, which names the option if a `given` one is at fault."""
     from livebass.preset.load import load_preset
     from livebass.preset.source import PresetError
 
@@ -83,7 +83,7 @@ def load_tuned(preset: str, tuning: dict[str, Any]) -> Instrument:
         return load_preset(preset, **tuning)
     except PresetError as error:
         found = GIVEN.fullmatch(str(error))
-        if found is None or tuning.get(found["key"]) is None:
+        if found is None or tuning.get(found["key"]) is None or found["key"] not in given:
             raise
         said = f"--{found['key']} {found['value']}: {found['why']}, in {found['file']}"
         raise PresetError(said) from None
