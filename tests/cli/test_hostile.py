@@ -1,4 +1,4 @@
-"""Names and places that small_disk expects: every command works, or says one line that names the thing, and leaves nothing.
+"""Names and places that nobody expects: every command works, or says one line that names the thing, and leaves nothing.
 
 Most calls run in this process; those in which streams, limits or signals matter are processes of their own.
 """
@@ -106,7 +106,8 @@ FOLDERS = [
 ]  # fmt: skip
 FILES = [
     ["simulate", "-o", "X.mid"], ["render", "--all-presets", "X.mid"], ["export", "instrument", "X.toml"],
-    ["study", "sweep", "--vary", "pluck.apex=1mm:2mm:2", "-o", "X.mid"], ["export", "sfz", "-o", "X.mid"], ["export", "web", "-p", "slap", "-o", "X.mid"],
+    ["study", "sweep", "--vary", "pluck.apex=1mm:2mm:2", "-o", "X.mid"],
+    ["export", "sfz", "-o", "X.mid"], ["export", "web", "-p", "slap", "-o", "X.mid"],
     ["identify", "X.mid"], ["compare", "X.mid"], ["render", "--note", "E2", "--response", "X.mid"], ["render", "X.wav"],
     ["export", "lv2", "-p", "X.toml", "-o", "new"], ["identify", "none-X"],
     ["help", "X"], ["X"], ["play", "--client-name", "X", "--no-settings"], ["render", "--note", "E2", "-p", "none-X"],
