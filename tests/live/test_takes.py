@@ -94,12 +94,14 @@ def performance(rng: np.random.Generator, mode: str, frames: int, count: int) ->
             (0x90 | channel, key, 0),
             (0xE0 | channel, int(rng.integers(0, 128)), value),
             (0xD0 | channel, value, 0),
-            (0xB0 | channel, int(rng.choice([1, 7, 9, 11, 64, 64, 65, 68, 74, 74])), value),
-            *[(0xB0 | channel, number, x) for number, x in ((101, 0), (100, int(rng.integers(0, 3))))],
-            *[(0xB0 | channel, number, int(rng.integers(60, 69))) for number in (6, 38)],
+            (0xB0 | channel, int(rng.choice([1, 9, 64, 64, 65, 68, 74, 74])), value),
+            (0xB0 | channel, int(rng.choice([7, 11])), 64 | value),
             (0xB0 | channel, int(rng.choice([120, 121, 123])), 0),
             (int(rng.choice([0x80, 0x90])) | channel, int(rng.choice([2, 3, 10, 12, 16, 17])), 100),
         ]
+        if mode == "alike":  # ranges and tunings; elsewhere they would change the mode
+            kinds += [(0xB0 | channel, number, x) for number, x in ((101, 0), (100, int(rng.integers(0, 3))))]
+            kinds += [(0xB0 | channel, number, int(rng.integers(60, 69))) for number in (6, 38)]
         messages.append((frame, *kinds[int(rng.integers(0, len(kinds)))]))
     return messages
 
