@@ -36,7 +36,7 @@ def cabinet(place: Path) -> None:
         level * np.exp(-decay * t) * np.sin(2 * np.pi * hertz * t)
         for hertz, decay, level in ((70, 180, 0.1), (900, 2500, 0.5), (2600, 6000, 0.5))
     )
-    soundfile.write(place, found, RATE, subtype="FLOAT")
+    soundfile.write(place, 0.2 * found, RATE, subtype="FLOAT")
 
 
 def main() -> None:

@@ -720,7 +720,9 @@ def test_the_status_line_names_preset_velocity_and_octave() -> None:
     keys = SimpleNamespace(active=True, velocity=90, octave=3, ways="ghost, slide")
     loop = _Loop(session, None, presets, keys, None, None, None, Gauge(synth))  # type: ignore[arg-type]
     line = loop._status(loop.gauge.read())
-    assert line.startswith("-   mine   load") and line.endswith("velocity 90, octave 3   ghost, slide")
+    assert line.startswith("[            ]   silent   -   mine   load") and line.endswith(
+        "velocity 90, octave 3   ghost, slide"
+    )
 
 
 # ---- the terminal
