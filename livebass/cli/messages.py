@@ -32,13 +32,13 @@ OTHERS = {
     f"{LEARNED} to {LEARNED + PARAMETERS - 1}": f"{', '.join(LEARNABLE)}, as --learn moves them, and as a MIDI take "
     "has what --learn has moved",
     "program": "33 to 38 of General MIDI choose a preset, see `livebass presets list`; in a --file without -p, too",
-    "6, 38, 100, 101": "RPN 0, the range of the pitch bend; RPN 6, MPE: each note has its own bend, its vibrato by "
-    "pressure and its plucking point by controller 74",
+    "6, 38, 100, 101": "RPN 0, the range of the pitch bend; RPN 1 and 2, tuning; RPN 6, MPE: each note has its own "
+    "bend, its vibrato by pressure and its plucking point by controller 74",
     "126": "1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the highest "
     "one's first, as MIDI guitars have it, with a wheel of its own; notes on channels without a string are dropped, "
     "and counted",
     "any other": f"what --learn gives it: {LEARNT}; at 64 the parameter is as the bass has it, the gain at 127",
-    "120, 121, 123": "all sound off, reset all controllers, all notes off",
+    "120, 121, 123": "all sound off, reset all controllers, all notes off, of their channel",
 }
 KEYS = "Key switches, below the notes of the bass, as MODO BASS has them; of --keys modo-12, in place of notes, too:"
 MORE = """\

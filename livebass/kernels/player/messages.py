@@ -11,8 +11,10 @@ from livebass.kernels.player.channels import leading, pedal_is_down
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
+    COARSE_RPN,
     DATA,
     DATA_FINE,
+    FINE_RPN,
     control,
     is_switch,
     range_with,
@@ -194,6 +196,8 @@ def handle_own_message(p, ops, status, first, second):
         controls.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
     elif kind == CONTROL and controls.channel[ANY].rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):
         controls.channel_range = range_with(controls.channel_range, first, second)  # the bass's is any other channel's
+    elif kind == CONTROL and (first in (DATA, DATA_FINE)):
+        return controls.channel[ANY].rpn in (FINE_RPN, COARSE_RPN)  # no channel of a zone tunes the others
     else:
         return False
     return True

@@ -259,6 +259,15 @@ def test_while_channels_mean_something_the_others_are_for_the_whole_bass(zone: S
 
 
 @pytest.mark.parametrize("zone", [STRINGS_FROM_1, MPE], ids=["strings", "notes"])
+@pytest.mark.parametrize("number", [1, 2])
+def test_in_a_zone_channels_outside_it_tune_the_bass(zone: Sequence[Message], number: int) -> None:
+    hands = Hands()
+    hands(*zone, (0x91, 38, 90))
+    assert not semitones(hands(*by(1, *rpn(number, 70, 0))))
+    assert len(set(semitones(hands(*by(9, *rpn(number, 70, 0)))).values())) == 1
+
+
+@pytest.mark.parametrize("zone", [STRINGS_FROM_1, MPE], ids=["strings", "notes"])
 def test_a_mode_that_begins_tells_one_channel_nothing_new(zone: Sequence[Message]) -> None:
     hands = Hands()
     hands(wheel(3000), control(7, 50), on(OPEN[E]), control(1, 50))
