@@ -109,8 +109,8 @@ class _Read:
         chosen = {note.line for note in self.choice.notes}
         heard = chosen | self.lines.zone if chosen & self.lines.zone else chosen  # controllers and programs
         if self.choice.alone:  # other tracks may share the line: their notes must not end these
-            tracks = {note.track for note in self.choice.notes}
-            own = [e for e in self.lines.events if e.line in heard and (e.track in tracks or not _is_note(e))]
+            parts = {(note.line, note.track) for note in self.choice.notes}
+            own = [e for e in self.lines.events if ((e.line, e.track) in parts if _is_note(e) else e.line in heard)]
             return cleaned(own, self.lines.end, rate)
         places = {note.place for note in self.choice.notes}
         ended = heard if self.take else chosen
