@@ -119,6 +119,18 @@ KINDS: dict[str, bytes] = {
     "hanging": smf(events((0, (0xC0, 33)), (5, (0x90, 40, 9)), (200, (0xB0, 7, 9)))),
     "low tuning": smf(events((0, (0xC0, 33)), *line_of(0, [19, 24, 26, 31, 24, 19, 43, 45]))),
     "key switches": smf(events((0, (0xC0, 33)), (0, (0x90, 24, 1)), (9, (0x80, 24, 1)), *line_of(0)[1:])),
+    "a track in a track": smf(END + chunk(b"MTrk", BASS + named(b"", 0, *LINE)), END),
+    "brief": smf(events((0, (0xC0, 33)), (0, (0x90, 40, 9)), (1, (0x80, 40, 9)), (10, (0x90, 40, 8))),
+                 division=9600),
+    "a name behind a named channel": smf(b"\x00\xff\x20\x01\x02\x00\xc1\x00" + named(b"Bass", 1, *LINE), END),
+    "parts of GS while tempos change": smf(
+        events((0, (0xFF, 0x51, 3, 9, 9, 9)), (200, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0x1A, 0x15, 1, 0)),
+               (300, (0xFF, 0x51, 3, 1, 9, 9)), (400, (0xFF, 0x51, 3, 2, 9, 9))),
+        events((0, (0xCA, 33)), *line_of(10)), events((0, (0xC0, 33)), *line_of(0))),
+    "bank 127 of GS": smf(events((0, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0x00, 0x7F, 0, 0x41))),
+                          events((0, (0xB1, 0, 127)), (0, (0xC1, 33)), *line_of(1))),
+    "channel 10 of XG": smf(events((0, sysex(0x43, 0x10, 0x4C, 0, 0, 0x7E, 0))),
+                            events((0, (0xB9, 0, 0)), (0, (0xC9, 33)), *line_of(9))),
     "take": smf(b"\x00\xff\x01" + bytes([len(TAKE)]) + TAKE.encode()
                 + events((0, (0xB0, 5, 1)), (1, (0x90, 40, 9)), (5, (0x80, 40, 9)), (9, (0x93, 24, 9))))
 }  # fmt: skip
