@@ -1,6 +1,7 @@
 """Names of tracks: what their bytes say, in whatever encoding, and whether they call the track a bass or drums.
 
-The patterns are those of Python and JavaScript alike: the page reads names by the same ones.
+The page reads names by the same patterns. Python and JavaScript read them alike: `\\w` stands only where a letter that
+JavaScript does not count may end the word just as well, and `\\W` nowhere.
 """
 
 from __future__ import annotations
@@ -14,17 +15,17 @@ from charset_normalizer import from_bytes
 # "Bass", "E-Bass", "bass 2", "BassGtr", "Contrabbasso", "FINGERED BS", and what people elsewhere call it
 BASS_WORD = "|".join(
     (
-        r"[a-z]*bass(?:es|[eio]|lines?|guit\w*|git\w*|gtr?|ist[ae]?|okitara|zus\w*)?(?![a-z])",
+        r"bass(?:es|[eio]|lines?|guit\w*|git\w*|gtr?|ist[ae]?|okitara|zus\w*)?(?![a-z])",
         r"(?<![a-z])(?:contra|kontra|el|e)?(?:bas|bajo|baixo)s?(?:[gģ]\w*|ov[aáeé]?|ow[aey])?(?![a-z])",
         r"(?<![a-z])(?:bs|bss|bsgtr?|b\.\s?g(?:ui)?ta?r)(?![a-z])",
         r"(?<![a-z])fretless(?![a-z])",
-        r"(?<![а-яёії])(?:контра|суб|синт|электро)?бас(?:[\W_]?г[иі]тар[а-яії]*|ов[а-яії]*\sг[иі]тар[а-яії]*)?(?![а-яёії])",
+        r"(?<![а-яёії])(?:контра|суб|синт|электро)?бас(?:[\s_.-]?г[иі]тар[а-яії]*|ов[а-яії]*\sг[иі]тар[а-яії]*)?(?![а-яёії])",
         "μπάσο|μπασο|באס|ベース|ベイス|コントラバス|贝斯|貝斯|贝司|貝司|低音吉他|低音提琴|베이스|เบส",
     )
 )
 # Instruments and voices whose low member is called bass, too; basses are none of them
 OTHER_WORD = (
-    r"drum|kick|bassoon|basson(?![a-z])|fagot|clarin|klarin|clarone|trom|tbn|posaun|fl[uû]|flaut|flöt|sax|tuba|oboe|hautb|recorder|horn|cor\W|gamb"
+    r"drum|kick|bassoon|basson(?![a-z])|fagot|clarin|klarin|clarone|trom|tbn|posaun|fl[uû]|flaut|flöt|sax|tuba|oboe|hautb|recorder|horn|cor[\s_.,'()/&+-]|gamb"
     r"|viol|marimba|harmonica|vo[ciz]|voix|(?<![a-z])sing(?:er|in|en)|chor(?!us|d)|choir|(?<![a-z])coro(?![a-z])|accord|кларн|бараб|тромб|флейт|саксо|голос"
     r"|ドラム|クラリネット|トロンボーン|鼓|드럼|클라리넷"
 )
@@ -33,29 +34,38 @@ DRUM_WORD = (
     r"|удар|бараб|ドラム|鼓|드럼"
 )
 # Words that tell the encoding of a name
-_TELLING = re.compile(
+TELLING_WORD = (
     "ピアノ|ギター|ドラム|メロディ|トラック|ボーカル|ストリングス|音轨|音軌|钢琴|鋼琴|吉他|架子鼓|旋律|主音|鼓组"
-    "|пианино|фортепиано|гитара|ударные|барабаны|соло|вокал|피아노|기타|드럼|πιάνο",
-    re.IGNORECASE,
+    "|пианино|фортепиано|гитара|ударные|барабаны|соло|вокал|피아노|기타|드럼|πιάνο"
 )
-_BASS, _OTHER, _DRUMS = (re.compile(words, re.IGNORECASE) for words in (BASS_WORD, OTHER_WORD, DRUM_WORD))
-ENCODINGS = ("cp932", "gb18030", "big5", "euc_kr", "cp1251", "koi8_r", "cp1253", "cp1255", "cp874")  # tried in turn
+_BASS, _OTHER, _DRUMS, _TELLING = (
+    re.compile(words, re.IGNORECASE) for words in (BASS_WORD, OTHER_WORD, DRUM_WORD, TELLING_WORD)
+)
+ENCODINGS = {
+    "cp932": "shift_jis", "gb18030": "gb18030", "big5hkscs": "big5", "cp949": "euc-kr", "cp1251": "windows-1251",
+    "koi8_r": "koi8-r", "cp1253": "windows-1253", "cp1255": "windows-1255", "cp874": "windows-874",
+}  # fmt: skip  # tried in turn, with their names in browsers
+_ASCII = bytes(range(0x20, 0x7F))
+
+
+def _plain(name: str) -> str:
+    """The name in the letters that the patterns have."""
+    return unicodedata.normalize("NFKC", name).replace("İ", "I").replace("ı", "i")
 
 
 def is_bass(name: str) -> bool:
     """True if a track of this name plays a bass."""
-    name = unicodedata.normalize("NFKC", name)
-    return bool(_BASS.search(name)) and not is_other(name)
+    return bool(_BASS.search(_plain(name))) and not is_other(name)
 
 
 def is_other(name: str) -> bool:
     """True if a track of this name plays a low instrument or voice that is no bass."""
-    return bool(_OTHER.search(unicodedata.normalize("NFKC", name)))
+    return bool(_OTHER.search(_plain(name)))
 
 
 def is_drums(name: str) -> bool:
     """True if a track of this name plays drums."""
-    return bool(_DRUMS.search(unicodedata.normalize("NFKC", name)))
+    return bool(_DRUMS.search(_plain(name)))
 
 
 def decode(texts: Sequence[bytes]) -> list[str]:
@@ -69,8 +79,8 @@ def decode(texts: Sequence[bytes]) -> list[str]:
         return [text.decode() for text in texts]
     encoding = next((e for e in ENCODINGS if any(_tells(text, e) for text in doubtful)), None)
     if encoding is None:
-        best = from_bytes(b"\n".join(doubtful)).best()
-        encoding = best.encoding if best is not None else "latin-1"
+        guesses = (guess.encoding for guess in from_bytes(b"\n".join(doubtful)))
+        encoding = next((e for e in guesses if _is(_ASCII, e) and _ASCII.decode(e) == _ASCII.decode()), "latin-1")
     return [text.decode() if _is(text, "utf-8") else text.decode(encoding, "replace") for text in texts]
 
 
@@ -86,6 +96,6 @@ def _tells(text: bytes, encoding: str) -> bool:
     """True if the text, in this encoding, has a word for an instrument in letters that ASCII does not have."""
     if not _is(text, encoding):
         return False
-    name = unicodedata.normalize("NFKC", text.decode(encoding))
+    name = _plain(text.decode(encoding))
     found = _BASS.search(name)
-    return bool(_TELLING.search(name)) or (found is not None and not found[0].isascii())
+    return bool(_TELLING.search(name)) or (found is not None and not found[0][0].isascii())

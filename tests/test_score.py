@@ -18,6 +18,7 @@ from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import Score, note_ends, score_of, single_note
 from livebass.smf import parse_smf
+from livebass.tracknames import decode, is_bass
 
 RATE = 48000
 
@@ -344,6 +345,13 @@ def test_without_a_bass_program_a_track_called_bass_is_played(tmp_path: Path, na
     assert rows(score)[1] == (4800, 0x80, 40, 0)  # 96 ticks of 480 a quarter
     (remark,) = score.remarks
     assert remark.endswith(f'plays the track called "{name.decode()}"') and "33 to 40" in remark
+
+
+def test_letters_of_a_latin_word_do_not_tell_an_encoding() -> None:
+    """The bytes of a Latvian name are Japanese text, too: a word that begins in Latin letters is no evidence."""
+    (name,) = decode(["Basgitāra".encode("cp1257")])
+    assert name.startswith("Basgit") and name.endswith("ra") and is_bass(name)
+    assert decode(["Ｂ. 베이스".encode("cp949"), "똠".encode("cp949")])[1] == "똠", "cp949 has more letters than EUC-KR"
 
 
 def test_a_bass_program_goes_before_a_name(tmp_path: Path) -> None:

@@ -58,12 +58,13 @@ def _are_notes(score: Score, lowest: int, switches: Collection[int]) -> bool:
         return False
     usual = float(np.median([end - begin for begin, end, _ in others]))
     overlap = OVERLAP * score.rate
-    begins, ends = (np.array([s[k] for s in strokes]) for k in (0, 1))
+    long = [s for s in strokes if s[1] - s[0] > overlap]  # the others overlap nothing by as much
+    begins, ends = (np.sort([s[k] for s in long]) for k in (0, 1))
 
     def looks_like_a_note(stroke: tuple[int, int, int]) -> bool:
         begin, end, _ = stroke
-        at_once = np.count_nonzero((np.minimum(ends, end) - np.maximum(begins, begin)) > overlap)
-        return end - begin >= SHORT * usual and int(at_once) <= (end - begin > overlap)
+        at_once = np.searchsorted(begins, end - overlap) - np.searchsorted(ends, begin + overlap, "right")
+        return end - begin >= SHORT * usual and (end - begin <= overlap or bool(at_once <= 1))
 
     return sum(map(looks_like_a_note, low)) >= MOST * len(low)
 

@@ -109,11 +109,11 @@ class _Read:
         """The events of the chosen notes and of their lines."""
         chosen = {note.line for note in self.choice.notes}
         heard = chosen | self.lines.zone if chosen & self.lines.zone else chosen  # controllers and programs
-        if self.choice.alone:  # other tracks may share the line: their messages are not for these notes
-            tracks = {note.track for note in self.choice.notes}
-            others = {(note.line, note.track) for note in self.parts.notes if note.track not in tracks}
+        if self.choice.alone:  # other parts may share the line: their messages are not for these notes
+            parts = {(note.line, note.track) for note in self.choice.notes}
+            others = {(note.line, note.track) for note in self.parts.notes} - parts
             own = [e for e in self.lines.events if e.line in heard and (e.line, e.track) not in others]
-            return cleaned([e for e in own if e.track in tracks or not _is_note(e)], self.lines.end, rate)
+            return cleaned([e for e in own if (e.line, e.track) in parts or not _is_note(e)], self.lines.end, rate)
         places = {note.place for note in self.choice.notes}
         ended = heard if self.take else chosen
         return [

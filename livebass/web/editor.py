@@ -14,7 +14,7 @@ from livebass.live.thread.look import LOOK, STRING_LOOK
 from livebass.live.thread.sight import SIGHT
 from livebass.model.instrument import Instrument
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS
-from livebass.web.export import SCRIPTS, page_data, shown, single_page, text, with_html
+from livebass.web.export import SCRIPTS, page_data, script_of, shown, single_page, text, with_html
 from livebass.web.layout import record
 
 SYMBOLS = [p.symbol for p in PARAMETERS]
@@ -38,7 +38,7 @@ def editor_page(basses: dict[str, Instrument]) -> bytes:
         "strokes": STROKES,
     }
     *most, last = SCRIPTS
-    scripts = "".join(text(name) for name in (*most, "edit.js", last))
+    scripts = script_of((*most, "edit.js", last))
     return single_page(with_html({"app.js": scripts.encode(), "style.css": text("style.css").encode()}, page))
 
 

@@ -11,7 +11,7 @@ import gzip
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -30,11 +30,13 @@ from livebass.units import DIMENSIONS
 from livebass.web import build
 from livebass.web.bench import BENCH_ENDING, UNITS, Source, bench, bench_file
 from livebass.web.layout import layout, record
+from livebass.web.rule import rule
 
 STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
-SCRIPTS = ("see.js", "song.js", "bench.js", "benchview.js", "watch.js", "app.js")  # of app.js, in their order
+SONG_SCRIPTS = ("names.js", "smf.js", "lines.js", "score.js", "song.js")  # they read MIDI files
+SCRIPTS = ("see.js", *SONG_SCRIPTS, "bench.js", "benchview.js", "watch.js", "app.js")  # of app.js, in their order
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -100,7 +102,7 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         MODULE: build.module(),
         "worker.js": engine + text("maker.js").encode() + text("worker.js").encode(),
         "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": "".join(text(name) for name in SCRIPTS).encode(),
+        "app.js": script_of(SCRIPTS).encode(),
         "style.css": text("style.css").encode(),
     }
     shown_basses = [
@@ -151,6 +153,8 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "frets": min(len(neck.fret_positions) for neck in bass.necks),
         "fretless": bass.over_board,
         "stroke": "slap" if bass.player.technique == "slap" else bass.player.stroke,
+        "range": bass.note_range,
+        "switches": sorted(bass.switches),
         "keys": {name: key for key, name, _ in bass.player.keys.keys if name in SWITCHED},
         "effects": {knob: getattr(bass.effects, knob) for knob in EFFECTS},
         "controllers": {name: number for number, name in bass.player.keys.controllers if name in CONTROLLED},
@@ -238,6 +242,11 @@ def digest_of(files: dict[str, bytes]) -> str:
 def policy_source(source: str) -> str:
     """The source expression of a policy that allows this one script or style."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()}'"
+
+
+def script_of(names: Iterable[str]) -> str:
+    """The script of a page: the rule by which it reads MIDI files, and these of its files."""
+    return rule() + "".join(map(text, names))
 
 
 def text(name: str) -> str:

@@ -18,6 +18,7 @@ import pytest
 import soundfile
 from support.browser import chromium, firefox, open_page, served, wait
 from support.costs import quick
+from support.smf import named, smf
 from support.song import midi_file, song_of
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
@@ -1250,15 +1251,35 @@ def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
     open_file(page, "song.mid", data, drop)
     wait(lambda: "channel 3 plays" in text_of(page, "song-text"))
     assert page.execute_script("return [...$('part').options].map(o => o.text)") == [
-        "Channel 3, Bass: 6 notes", "Channel 10: 1 note",
+        "Channel 3, Bass: 6 notes, E1 to E2 (bass program)", "Channel 10: 1 note, C2 (drums)",
     ]  # fmt: skip
     page.find_element("id", "roll").click()
     wait(lambda: text_of(page, "roll") == "Play" and page.execute_script("return sent.length") >= 12)
     found = page.execute_script("return sent")
-    assert [m[1] for m in found if m[0] == 0x90] == NOTES and [m[1] for m in found if m[0] == 0x80] == NOTES
+    assert [m[1] for m in found if m[0] == 0x92] == NOTES and [m[1] for m in found if m[0] == 0x82] == NOTES
     rate = page.execute_script("return context.sampleRate")
-    frames = np.array([m[3] for m in found if m[0] == 0x90])
+    frames = np.array([m[3] for m in found if m[0] == 0x92])
     assert np.allclose((frames - frames[0]) / rate, [0, 0.2, 0.4, 0.7, 1.0, 1.3], atol=1e-3)
+
+
+def test_another_part_and_what_is_odd_about_a_file(page: Any) -> None:
+    """The part that is chosen plays on its own channel; remarks stand below the name, a line each."""
+    file = smf(named(b"Low", 1, 40, 43), named(b"High", 4, 72, 74, 76)) + b"stray"
+    open_file(page, "odd.mid", file.replace(b"\x00\x02\x01", b"\x00\x03\x01", 1))
+    wait(lambda: "plays" in text_of(page, "song-text"))
+    assert text_of(page, "song-text").splitlines() == [
+        "odd.mid, 0:00: channel 2 plays (in a bass's range, the lowest).",
+        "has 2 of the 3 tracks that its header promises.",
+        "no channel has a bass program, 33 to 40, and no track is called bass: plays the part that lies in a bass's "
+        'range, channel 2 "Low" (no program, 2 notes, E2 to G2).',
+    ]
+    page.execute_script("window.sent = []; send = (t, midi) => { sent.push(midi); }; const list = $('part');"
+                        "list.selectedIndex = 1; list.dispatchEvent(new Event('change'));")  # fmt: skip
+    page.find_element("id", "roll").click()
+    wait(lambda: page.execute_script("return sent.length") == 6)
+    assert [m for m in page.execute_script("return sent") if m[0] & 0xF0 == 0x90] == [
+        [0x94, 72, 100], [0x94, 74, 100], [0x94, 76, 100],
+    ]  # fmt: skip
 
 
 def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
@@ -1280,10 +1301,10 @@ def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        (b"no MIDI", "is no MIDI file"),
-        (b"", "is no MIDI file"),
+        (b"no MIDI", "not a Standard MIDI File (it does not begin with MThd)"),
+        (b"", "the file is empty (0 bytes)"),
         (midi_file([mido.MetaMessage("text", text="nothing")]), "has no notes"),
-        (midi_file(song_of(NOTES))[:40], "ends in the middle of a message"),
+        (midi_file(song_of(NOTES))[:40], "the file is truncated or damaged"),
     ],
 )
 def test_what_is_no_song_gets_one_line(page: Any, data: bytes, says: str) -> None:

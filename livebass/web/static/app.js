@@ -1190,24 +1190,31 @@ let songMessages = [], songAt = 0; // of the part that plays, and how many of th
 // Opens a MIDI file and chooses the part that is a bass.
 async function openSong(file) {
   stopSong();
-  song = new Song(await file.arrayBuffer());
+  song = new Song(await file.arrayBuffer(), context.sampleRate);
   songName = file.name;
-  $("part").replaceChildren(...song.parts().map(({channel, name, program, notes}) =>
-    new Option(`Channel ${channel + 1}${name ? `, ${name}` : ""}: ${notes} note${notes > 1 ? "s" : ""}`, channel)));
-  const bass = song.bass();
-  if (bass !== undefined) $("part").value = bass;
-  $("parts").hidden = $("part").options.length < 2;
+  showParts();
+  $("part").selectedIndex = Math.max(0, [...$("part").options].findIndex(({value}) => value === AUTO));
   $("roll").disabled = $("loop").disabled = false;
   const minutes = Math.floor(song.length / 60), seconds = String(Math.floor(song.length % 60)).padStart(2, "0");
-  const which = bass === undefined ? "no part is called a bass: choose one" : `channel ${bass + 1} plays`;
-  $("song-text").textContent = `${songName}, ${minutes}:${seconds}: ${which}.`;
+  const lines = [`${songName}, ${minutes}:${seconds}: ${song.says()}`, ...song.remarks];
+  $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
+}
+
+// Lists the parts of the song for the bass that plays, whose key switches are no notes.
+function showParts() {
+  if (!song) return;
+  const chosen = $("part").value;
+  $("part").replaceChildren(...song.choices(bassCalled($("bass").value)).map(([value, text]) => new Option(text, value)));
+  if ([...$("part").options].some(({value}) => value === chosen)) $("part").value = chosen;
+  $("parts").hidden = $("part").options.length < 2;
 }
 
 async function rollSong() {
   if (rollingFrom !== undefined) return stopSong();
   await sound();
+  putPart(); // takes a moment
   rollingFrom = context.currentTime + 0.1;
-  takePart();
+  songAt = 0;
   $("roll").textContent = "Stop song";
   $("roll").setAttribute("aria-pressed", true);
   timer = setInterval(sendSong, LOOK_EVERY);
@@ -1216,17 +1223,22 @@ async function rollSong() {
 
 // Takes the messages of the part that was chosen, from where the song is.
 function takePart() {
-  const now = context.currentTime - rollingFrom;
-  songMessages = song.messages(+$("part").value);
-  songAt = songMessages.filter(({seconds}) => seconds < now).length;
+  putPart();
+  const now = (context.currentTime - rollingFrom) * song.rate;
+  songAt = songMessages.filter(({frame}) => frame < now).length;
+}
+
+// Puts the part on the bass that plays: low keys that switch on another may be notes on it. Its messages are as many.
+function putPart() {
+  songMessages = song.messages($("part").value, bassCalled($("bass").value));
 }
 
 // Sends what comes in the next moments; begins again at the end of a loop.
 function sendSong() {
   const until = context.currentTime + AHEAD - rollingFrom;
-  while (songAt < songMessages.length && songMessages[songAt].seconds <= until) {
-    const {seconds, midi} = songMessages[songAt++];
-    send(0, midi, undefined, Math.round((rollingFrom + seconds) * context.sampleRate));
+  while (songAt < songMessages.length && songMessages[songAt].frame <= until * song.rate) {
+    const {frame, midi} = songMessages[songAt++];
+    send(0, midi, undefined, Math.round(rollingFrom * song.rate) + frame);
   }
   if (songAt < songMessages.length || until < song.length + AHEAD) return;
   if ($("loop").ariaPressed !== "true") return stopSong();
@@ -1349,6 +1361,8 @@ function showBass() {
 $("bass").onchange = () => {
   letGo();
   showBass();
+  showParts();
+  if (rollingFrom !== undefined) putPart();
   keepLink();
   if (ready) prepare($("bass").value);
   if (node) put();

@@ -1,124 +1,207 @@
-// MIDI files on the page: which notes they hold, and who plays them.
+// A MIDI file on the page: its parts, which of them are the bass's, and their messages. The rule is that of
+// livebass/score/choosing.py and reading.py, so that the page plays what `livebass render` plays.
 "use strict";
 
-const BASSES = {first: 32, last: 39}; // programs of General MIDI, from 0
-const DRUMS = 9; // the channel of drums, from 0
 const MOST_SONG = 4 << 20; // bytes of a file
+const AUTO = "auto"; // what is chosen, among the parts that can be asked for
+const NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass";
+const partKey = ({line, track}) => `${line} ${track}`;
+
+// The notes of a file by line and track, and which of them are chosen: {notes, why, elseWhy, alone, remark}. Those that
+// are `alone` are whole parts: others on their lines do not matter to them.
+class Parts {
+  constructor(smf, lines, notes) {
+    Object.assign(this, {smf, lines, notes, byKey: new Map()});
+    for (const note of notes) listOf(this.byKey, partKey(note)).push(note);
+  }
+
+  choose(take) {
+    if (take) return {notes: this.notes, why: "a take of livebass", elseWhy: ""};
+    const notes = this.notes.filter(({drums, program}) => !drums && RULE.bassPrograms.includes(program));
+    if (notes.length) return {notes, why: "bass program", elseWhy: "no bass program"};
+    return this.chosenByName() || this.chosenOfZone() || this.chosenByPlace() ||
+      {notes: [], why: "", elseWhy: "no bass program, not called bass"};
+  }
+
+  chosenByName() {
+    const lines = new Map(); // of each track; a zone is one line
+    for (const [{line, track}] of this.byKey.values()) listOf(lines, track).push(this.lines.zone.has(line) ? -1 : line);
+    const alone = track => new Set(lines.get(track)).size === 1;
+    const called = this.keysOf(notes => !this.areDrums(notes) && this.isCalledBass(notes[0], alone(notes[0].track)));
+    if (!called.length) return undefined;
+    const ascending = called.map(key => this.byKey.get(key)[0]).sort((a, b) => a.track - b.track);
+    const names = [...new Set(ascending.map(note => this.bassName(note)))];
+    const which = names.map(name => `"${name}"`).join(", ");
+    const remark = `no channel has a bass program, 33 to 40: plays the track${plural(names.length)} called ${which}`;
+    return this.wholeParts(called, "called bass", "not called bass", remark);
+  }
+
+  chosenOfZone() {
+    const notes = this.notes.filter(({line, program}) => this.lines.zone.has(line) && program === undefined);
+    return notes.length ? {notes, why: "a channel a string, or MPE", elseWhy: "no part of that instrument"} : undefined;
+  }
+
+  chosenByPlace() {
+    const melodic = this.keysOf(notes => !this.areDrums(notes) && !isDrums(this.nameOf(notes[0])));
+    if (melodic.length === 1) {
+      const remark = `${NO_BASS}: plays the only part, ${this.told(melodic[0])}`;
+      return this.wholeParts(melodic, "the only part", "drums", remark);
+    }
+    const middle = key => middleOf(this.byKey.get(key).map(({note}) => note)), track = key => this.byKey.get(key)[0].track;
+    const low = melodic.filter(key => this.isLow(this.byKey.get(key)) && !isOther(this.nameOf(this.byKey.get(key)[0])));
+    if (!low.length) return undefined;
+    const [lowest] = low.sort((a, b) => middle(a) - middle(b) || track(a) - track(b));
+    const remark = `${NO_BASS}: plays the part that lies in a bass's range, ${this.told(lowest)}`;
+    return this.wholeParts([lowest], "in a bass's range, the lowest", "no program, but higher", remark);
+  }
+
+  keysOf(wanted) {
+    return [...this.byKey].filter(([, notes]) => wanted(notes)).map(([key]) => key);
+  }
+
+  wholeParts(keys, why, elseWhy, remark) {
+    return {notes: this.notes.filter(note => keys.includes(partKey(note))), why, elseWhy, alone: true, remark};
+  }
+
+  areDrums(notes) {
+    return notes.every(note => note.drums);
+  }
+
+  // True if notes without a program lie where a bass plays.
+  isLow(notes) {
+    const {lowest, highest, middle, most} = RULE.place, within = notes.filter(({note}) => note >= lowest && note <= highest);
+    return notes.every(({program}) => program === undefined) && within.length >= most * notes.length &&
+      middleOf(notes.map(({note}) => note)) <= middle;
+  }
+
+  channelNameOf({line, track}) {
+    return this.smf.channelNames.get(`${track} ${this.lines.lines[line].channel}`) || "";
+  }
+
+  // The name of a note's part: its channel's, where the file names channels, or its track's.
+  nameOf(note) {
+    return this.channelNameOf(note) || this.smf.names[note.track];
+  }
+
+  // The name by which a part is called bass.
+  bassName(note) {
+    const name = this.nameOf(note), instrument = this.smf.instruments[note.track];
+    return !isBass(name) && isBass(instrument) ? instrument : name;
+  }
+
+  // True if a part is called bass: by its channel's name, or by that of a track in which it is `alone`.
+  isCalledBass(note, alone) {
+    return isBass(this.channelNameOf(note)) || (alone && isBass(this.bassName(note)));
+  }
+
+  // The parts in the order of ports, channels and tracks. Keys in `switches` are no notes.
+  listed(choice, switches) {
+    const found = [...this.byKey.keys()].map(key => this.part(key, choice, switches));
+    return found.sort((a, b) => a.port - b.port || a.channel - b.channel || a.track - b.track);
+  }
+
+  // One part; numbers count from 1. How many of its notes are chosen, and why, by a `choice`.
+  part(key, choice = {notes: []}, switches = []) {
+    const all = this.byKey.get(key), keys = new Set(switches), notes = all.filter(({note}) => !keys.has(note));
+    const places = choice.places ||= new Set(choice.notes.map(({place}) => place)), has = ({place}) => places.has(place);
+    const {port, channel} = this.lines.lines[all[0].line], drums = this.areDrums(all), range = notes.map(({note}) => note);
+    const given = values => [...new Set(values.filter(value => value !== undefined))];
+    return {
+      key, port: port + 1, channel: channel + 1, track: all[0].track + 1, name: this.nameOf(all[0]), drums,
+      programs: given(notes.map(({program}) => program)).map(program => program + 1), banks: given(all.map(({bank}) => bank)),
+      notes: notes.length, switches: all.length - notes.length, chosen: notes.filter(has).length,
+      lowest: range.reduce((a, b) => Math.min(a, b), range[0] ?? 0), highest: range.reduce((a, b) => Math.max(a, b), 0),
+      why: choice.why && all.some(has) ? choice.why : drums ? "drums" : choice.elseWhy || "",
+    };
+  }
+
+  // A part as a remark calls it.
+  told(key) {
+    const {port, channel, name, drums, programs, notes, lowest, highest} = this.part(key);
+    const kind = drums ? "drums" : programs.length ? `program ${programs.join(" ")}` : "no program";
+    const range = [...new Set([lowest, highest])].map(note => RULE.notes[note]).join(" to ");
+    return `${port > 1 ? `port ${port} ` : ""}channel ${channel}${name ? ` "${name}"` : ""} (${kind}, ${notes} note${notes === 1 ? "" : "s"}, ${range})`;
+  }
+}
 
 class Song {
-  // Reads a Standard MIDI File, an ArrayBuffer. Throws an Error with one line for what is none.
-  constructor(buffer) {
+  // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz). Throws an Error with one line for what is none.
+  constructor(buffer, rate) {
     if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; allowed are 4`);
-    this.view = new DataView(buffer);
-    const [kind, size] = this.chunk(0);
-    if (kind !== "MThd" || size < 6) throw new Error("is no MIDI file");
-    const tracks = this.view.getUint16(10), division = this.view.getUint16(12);
-    this.events = []; // {tick, order, midi} of channels, {tick, order, tempo}
-    this.names = new Map(); // of channels, by the track that they are in
-    let at = 8 + size;
-    for (let track = 0; track < tracks && at + 8 <= buffer.byteLength; track++) {
-      const [name, length] = this.chunk(at);
-      if (name === "MTrk") this.readTrack(at + 8, Math.min(buffer.byteLength, at + 8 + length), track);
-      at += 8 + length;
+    const smf = new Smf(new Uint8Array(buffer));
+    this.rate = rate;
+    this.take = smf.texts.has(RULE.take);
+    this.lines = new Lines(smf, rate, this.take);
+    const {events, end} = this.lines;
+    this.events = this.take ? endedTake(events, end) : cleaned(events, end, rate);
+    this.parts = new Parts(smf, this.lines, this.lines.notes(this.events));
+    if (!this.parts.notes.length) throw new Error("has no notes");
+    this.choice = this.parts.choose(this.take);
+    this.remarks = [...smf.warnings, ...this.lines.remarks, ...this.choice.remark ? [this.choice.remark] : []];
+    this.length = end / rate; // s
+  }
+
+  // What can be played on `bass`, {range, switches}: [value, text], first what is chosen where that is no part of the list.
+  choices(bass) {
+    const parts = this.partsOn(bass), played = parts.filter(part => part.chosen);
+    const rows = parts.map(part => [this.isChoice(part) ? AUTO : part.key, rowOf(part)]);
+    return played.length && !rows.some(([value]) => value === AUTO) ? [[AUTO, `All chosen: ${this.says()}`], ...rows] : rows;
+  }
+
+  // The parts as they sound on `bass`: keys that switch are no notes.
+  partsOn(bass) {
+    const raised = !this.take && this.choice.notes.length && this.areLow(bass);
+    return this.parts.listed(this.choice, raised ? [] : bass.switches);
+  }
+
+  areLow(bass) {
+    const events = this.chosenEvents(this.choice);
+    return withLowNotes(events, bass, this.rate) !== events;
+  }
+
+  // True if all that is chosen is this part, wholly.
+  isChoice({key}) {
+    const {length} = this.parts.byKey.get(key);
+    return this.choice.notes.length === length && this.choice.notes.every(note => partKey(note) === key);
+  }
+
+  // Which channels play, and why.
+  says() {
+    const {notes, why} = this.choice;
+    if (!notes.length) return `${NO_BASS}: choose a part`;
+    const channels = [...new Set(notes.map(({line}) => this.lines.lines[line].channel + 1))].sort((a, b) => a - b);
+    const most = channels.slice(0, -1).join(", ");
+    return most ? `channels ${most} and ${channels.at(-1)} play (${why})` : `channel ${channels[0]} plays (${why})`;
+  }
+
+  // The messages of what is asked for, a value of `choices`, on `bass` and without program changes: {frame, midi}.
+  messages(which, bass) {
+    const choice = which === AUTO ? this.choice : {notes: this.parts.byKey.get(which), alone: true};
+    const sent = onChannels(this.chosenEvents(choice).filter(({kind}) => kind !== PROGRAM), this.lines);
+    const played = this.take ? sent : withLowNotes(sent, bass, this.rate);
+    return played.map(({frame, kind, channel, a, b}) => ({frame, midi: b === undefined ? [kind | channel, a] : [kind | channel, a, b]}));
+  }
+
+  // The events of the chosen notes and of their lines.
+  chosenEvents({notes, alone}) {
+    const {zone, events, end} = this.lines, chosen = new Set(notes.map(({line}) => line));
+    const heard = new Set([...chosen, ...[...chosen].some(line => zone.has(line)) ? zone : []]); // controllers
+    if (alone && !this.take) { // other tracks may share the line: their notes must not end these
+      const keys = new Set(notes.map(partKey));
+      return cleaned(events.filter(e => isNote(e) ? keys.has(partKey(e)) : heard.has(e.line)), end, this.rate);
     }
-    this.events.sort((a, b) => a.tick - b.tick || a.order - b.order);
-    this.time(division);
-    if (!this.events.some(({midi}) => midi && (midi[0] & 0xf0) === 0x90)) throw new Error("has no notes");
+    const places = new Set(notes.map(({place}) => place)), ended = this.take ? heard : chosen;
+    return this.events.filter((e, place) => places.has(place) ||
+      (e.kind !== NOTE_ON && (e.kind === NOTE_OFF ? ended : heard).has(e.line)));
   }
+}
 
-  chunk(at) {
-    if (at + 8 > this.view.byteLength) throw new Error("is no MIDI file");
-    return [String.fromCharCode(...Array.from({length: 4}, (_, k) => this.view.getUint8(at + k))), this.view.getUint32(at + 4)];
-  }
-
-  readTrack(at, end, track) {
-    let tick = 0, status = 0, title = "";
-    const byte = () => {
-      if (at >= end) throw new Error(`track ${track + 1} ends in the middle of a message`);
-      return this.view.getUint8(at++);
-    };
-    const number = () => {
-      let value = 0, part;
-      do {
-        part = byte();
-        value = value << 7 | part & 0x7f;
-      } while (part & 0x80);
-      return value;
-    };
-    while (at < end) {
-      tick += number();
-      let first = byte();
-      if (first >= 0x80) {
-        status = first < 0xf0 ? first : status;
-      } else {
-        if (!status) throw new Error(`track ${track + 1} begins with no message`);
-        at--;
-        first = status;
-      }
-      const order = this.events.length;
-      if (first === 0xff) {
-        const kind = byte(), length = number(), text = at;
-        at += length;
-        if (at > end) throw new Error(`track ${track + 1} ends in the middle of a message`);
-        if (kind === 0x51 && length === 3) {
-          const tempo = this.view.getUint16(text) << 8 | this.view.getUint8(text + 2);
-          this.events.push({tick, order, tempo}); // us a quarter note
-        } else if (kind === 3) {
-          title = new TextDecoder().decode(new Uint8Array(this.view.buffer, text, length));
-        }
-      } else if (first >= 0xf0) {
-        at += number();
-      } else {
-        const midi = [first, byte()];
-        if (![0xc0, 0xd0].includes(first & 0xf0)) midi.push(byte());
-        this.events.push({tick, order, midi});
-        if (!this.names.has(first & 15) || title) this.names.set(first & 15, title);
-      }
-    }
-  }
-
-  // Gives each event its time, s.
-  time(division) {
-    let tempo = 500000, tick = 0, seconds = 0;
-    const frames = division & 0x8000 ? (256 - (division >> 8)) * (division & 255) : 0; // ticks a second
-    for (const event of this.events) {
-      seconds += (event.tick - tick) * (frames ? 1 / frames : tempo / 1e6 / (division || 1));
-      tick = event.tick;
-      event.seconds = seconds;
-      if (event.tempo) tempo = event.tempo;
-    }
-    this.length = seconds;
-  }
-
-  // What the channels play: {channel, name, program, notes}, those with notes.
-  parts() {
-    const found = new Map();
-    for (const {midi} of this.events) {
-      if (!midi) continue;
-      const channel = midi[0] & 15, part = found.get(channel) || {channel, name: this.names.get(channel) || "", program: 0, notes: 0};
-      found.set(channel, part);
-      if ((midi[0] & 0xf0) === 0xc0 && !part.notes) part.program = midi[1];
-      if ((midi[0] & 0xf0) === 0x90 && midi[2] > 0) part.notes++;
-    }
-    return [...found.values()].filter(part => part.notes).sort((a, b) => a.channel - b.channel);
-  }
-
-  // The channel of the bass: by its program, by its name, or the only one but the drums; undefined: nobody can tell.
-  bass() {
-    const parts = this.parts(), others = parts.filter(part => part.channel !== DRUMS);
-    const is = [part => part.program >= BASSES.first && part.program <= BASSES.last, part => /bass/i.test(part.name)];
-    for (const by of is) {
-      const found = others.find(by);
-      if (found) return found.channel;
-    }
-    return parts.length === 1 ? parts[0].channel : undefined;
-  }
-
-  // The messages of a channel, on channel 1 and without program changes: {seconds, midi}.
-  messages(channel) {
-    return this.events.filter(({midi}) => midi && (midi[0] & 15) === channel && (midi[0] & 0xf0) !== 0xc0)
-      .map(({seconds, midi}) => ({seconds, midi: [midi[0] & 0xf0, ...midi.slice(1)]}));
-  }
+// A part in the list.
+function rowOf({port, channel, name, notes, switches, lowest, highest, why}) {
+  const range = notes ? `, ${[...new Set([lowest, highest])].map(note => RULE.notes[note]).join(" to ")}` : "";
+  const keys = switches ? `, ${switches} key switch${switches === 1 ? "" : "es"}` : "";
+  const place = port > 1 ? `Port ${port}, channel ${channel}` : `Channel ${channel}`;
+  return `${place}${name ? `, ${name}` : ""}: ${notes} note${notes === 1 ? "" : "s"}${keys}${range} (${why})`;
 }
 
 // 32 bits a sample, mono: a WAV file of blocks of Float32Array at a rate (Hz).

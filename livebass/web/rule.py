@@ -1,0 +1,56 @@
+"""Tells the page by which numbers, words and encodings MIDI files are read: those of Python's reader."""
+
+from __future__ import annotations
+
+import json
+
+from livebass import smf, tracknames
+from livebass.score import choosing, lines, low_keys, reading, score
+from livebass.units import note_name
+
+RULE = {
+    "words": {
+        "bass": tracknames.BASS_WORD,
+        "other": tracknames.OTHER_WORD,
+        "drums": tracknames.DRUM_WORD,
+        "telling": tracknames.TELLING_WORD,
+    },
+    "encodings": list(tracknames.ENCODINGS.values()),
+    "longestName": smf.LONGEST_NAME,
+    "mostBefore": smf.MOST_BEFORE,
+    "smpteRates": smf.SMPTE_RATES,
+    "systemCommon": smf.SYSTEM_COMMON,
+    "channels": lines.CHANNELS,
+    "drums": lines.DRUMS,
+    "bassPrograms": list(lines.BASS_PROGRAMS),
+    "tempo": lines.DEFAULT_TEMPO,
+    "longestRest": lines.LONGEST_REST,
+    "bank": lines.BANK,
+    "portamentoTime": lines.PORTAMENTO_TIME,
+    "bendStarts": lines.BEND_STARTS,
+    "gm2Drums": lines.GM2_DRUMS,
+    "gm2Melodic": lines.GM2_MELODIC,
+    "xgDrums": lines.XG_DRUMS,
+    "take": reading.TAKE,
+    "release": score.RELEASE,
+    "brief": score.BRIEF,
+    "longest": score.LONGEST,
+    "place": {
+        "lowest": choosing.LOWEST,
+        "highest": choosing.HIGHEST,
+        "middle": choosing.MIDDLE,
+        "most": choosing.MOST,
+    },
+    "low": {
+        "deepest": low_keys.DEEPEST,
+        "overlap": low_keys.OVERLAP,
+        "short": low_keys.SHORT,
+        "most": low_keys.MOST,
+    },
+    "notes": [note_name(note) for note in range(128)],
+}
+
+
+def rule() -> str:
+    """A line of JavaScript that defines RULE."""
+    return f"const RULE = {json.dumps(RULE, separators=(',', ':'))};\n"

@@ -1,0 +1,143 @@
+// Events in the order in which they are played, each note with its end, as livebass/score/score.py cleans them; and low
+// keys that are notes, as livebass/score/low_keys.py tells them from key switches.
+"use strict";
+
+const noteOffOf = (line, channel, a, frame, b) =>
+  ({tick: 0, frame, track: 0, port: 0, line, kind: NOTE_OFF, channel, a, b});
+
+// The events with exactly one note-off for each note; at one frame, controllers come first and note-ons last.
+function cleaned(events, end, rate) {
+  const strokes = new Map(), clean = [], brief = Math.max(1, roundedToEven(RULE.brief * rate));
+  for (const event of events) {
+    if (isNote(event)) listOf(strokes, keyOf(event)).push(event);
+    if (event.kind !== NOTE_OFF) clean.push(event);
+  }
+  for (const ofKey of strokes.values()) {
+    const {line, channel, a} = ofKey[0];
+    for (const [frame, velocity] of noteEnds(ofKey, end, brief)) clean.push(noteOffOf(line, channel, a, frame, velocity));
+  }
+  const rank = ({kind}) => kind === NOTE_ON ? 2 : kind === NOTE_OFF ? 1 : 0;
+  return clean.sort((a, b) => a.frame - b.frame || rank(a) - rank(b));
+}
+
+// The note-ons and the velocities of note-offs of one key, by frame: {frame, ons, offs}.
+function momentsOf(strokes) {
+  const moments = [];
+  for (const {frame, kind, b} of strokes) {
+    if (moments.at(-1)?.frame !== frame) moments.push({frame, ons: 0, offs: []});
+    if (kind === NOTE_ON) moments.at(-1).ons++;
+    else moments.at(-1).offs.push(b);
+  }
+  return moments;
+}
+
+// [frame, release velocity] at which the notes of one key end. A note-off ends the oldest note held, unless the key was
+// struck again since and another note-off is to come.
+function noteEnds(strokes, end, brief) {
+  const moments = momentsOf(strokes), ends = [];
+  let held = 0, struck = 0;
+  moments.forEach(({frame, ons, offs}, k) => {
+    const offsNext = k + 1 < moments.length && moments[k + 1].offs.length > 0, early = Math.min(offs.length, held);
+    held -= early;
+    if (early && !(held && (ons || offsNext))) {
+      ends.push([Math.max(frame, struck + brief), offs[early - 1]]);
+      held = 0;
+    }
+    if (!ons) return;
+    if (ends.length && ends.at(-1)[0] > frame) ends.at(-1)[0] = frame;
+    const late = Math.min(offs.length - early, held + ons);
+    held += ons - late;
+    struck = frame;
+    if (late && !(held && offsNext)) {
+      ends.push([frame + brief, offs[early + late - 1]]);
+      held = 0;
+    }
+  });
+  if (held) ends.push([Math.max(end, struck + brief), RULE.release]);
+  return ends;
+}
+
+// The events of a take as they are, and at frame `end` a note-off for each key that is still down.
+function endedTake(events, end) {
+  const down = new Set(), at = Math.max(end, events.at(-1)?.frame || 0);
+  for (const {kind, channel, a} of events) {
+    if (kind === NOTE_ON) down.add(channel * 128 + a);
+    else if (kind === NOTE_OFF) down.delete(channel * 128 + a);
+  }
+  const offs = [...down].sort((a, b) => a - b).map(key => [Math.floor(key / 128), key % 128]);
+  return [...events, ...offs.map(([channel, a]) => noteOffOf(channel, channel, a, at, RULE.release))];
+}
+
+// The events with a channel for each line: its own, or a free one if another line has that.
+function onChannels(events, {lines, zone}) {
+  const channels = new Map(), all = Array.from({length: RULE.channels}, (_, channel) => channel);
+  const order = [...new Set(events.map(event => event.line))].sort((a, b) => zone.has(b) - zone.has(a) || a - b);
+  for (const line of order) {
+    const own = lines[line].channel, taken = new Set(channels.values());
+    channels.set(line, [own, ...all].find(channel => !taken.has(channel)) ?? own);
+  }
+  return events.map(event => {
+    const channel = channels.get(event.line);
+    return event.channel === channel ? event : {...event, channel};
+  });
+}
+
+const middleOf = values => {
+  const sorted = Float64Array.from(values).sort(), half = sorted.length >> 1;
+  return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
+};
+
+// The events of a foreign file with the low keys that would switch on `bass`, {range, switches}, moved up by octaves, if
+// they are notes; or the same array.
+function withLowNotes(events, bass, rate) {
+  const [lowest] = bass.range, switches = new Set(bass.switches);
+  if (!areNotes(strokesOf(events), lowest, switches, rate)) return events;
+  return events.map(event => {
+    const raised = event.a - 12 * Math.floor((event.a - lowest) / 12);
+    const moves = isNote(event) && event.a >= RULE.low.deepest && event.a < lowest && switches.has(event.a) && !switches.has(raised);
+    return moves ? {...event, a: raised} : event;
+  });
+}
+
+// {begin, end, key} of each note, by its first frame; they end at `end` if nothing else ends them.
+function strokesOf(events) {
+  const begun = new Map(), found = [], last = events.at(-1)?.frame || 0;
+  for (const {kind, channel, a, frame} of events) {
+    const line = listOf(begun, channel * 128 + a);
+    if (kind === NOTE_ON) {
+      line.push({begin: frame, end: last, key: a});
+      found.push(line.at(-1));
+    } else if (kind === NOTE_OFF) {
+      line.splice(0).forEach(stroke => { stroke.end = frame; });
+    }
+  }
+  return found.sort((a, b) => a.begin - b.begin || a.end - b.end || a.key - b.key);
+}
+
+// How many of the sorted `values` are less than `value`, or no more than it.
+function countBelow(values, value, orSame) {
+  let from = 0, to = values.length;
+  while (from < to) {
+    const half = (from + to) >> 1;
+    if (values[half] < value || (orSame && values[half] === value)) from = half + 1;
+    else to = half;
+  }
+  return from;
+}
+
+// True if most low keys that switch look like notes: as long as the others, and each alone.
+function areNotes(strokes, lowest, switches, rate) {
+  const low = strokes.filter(({key}) => key >= RULE.low.deepest && key < lowest && switches.has(key));
+  const others = strokes.filter(({key}) => !switches.has(key) || key >= lowest);
+  if (!low.length || !others.length) return low.length > 0;
+  if (low.length === 1 && low[0].begin < others[0].begin) return false; // a switch before the first note
+  const usual = middleOf(others.map(({begin, end}) => end - begin)), overlap = RULE.low.overlap * rate;
+  const long = strokes.filter(({begin, end}) => end - begin > overlap);
+  const begins = Float64Array.from(long, ({begin}) => begin).sort(), ends = Float64Array.from(long, ({end}) => end).sort();
+  const like = low.filter(({begin, end}) => {
+    if (end - begin < RULE.low.short * usual) return false;
+    return end - begin <= overlap ||
+      countBelow(begins, end - overlap, false) - countBelow(ends, begin + overlap, true) <= 1; // itself
+  });
+  return like.length >= RULE.low.most * low.length;
+}

@@ -1,0 +1,80 @@
+"""What is read of a MIDI file, by Python and by the page, in the same words."""
+
+from __future__ import annotations
+
+import base64
+import re
+from pathlib import Path
+from typing import Any
+
+from livebass.model.instrument import Instrument
+from livebass.score.low_keys import with_low_notes
+from livebass.score.reading import ScoreError, read_parts, read_score
+from livebass.score.score import LEAST_RATE
+from livebass.web.export import SONG_SCRIPTS, script_of
+
+RATE = 48000
+PART = ("port", "channel", "track", "name", "notes", "switches", "chosen", "lowest", "highest", "why")
+PAGE_READS = """
+const [files, bass, rate, coarse, fields] = arguments;
+return files.map(file => {
+  const data = Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer;
+  try {
+    const song = new Song(data, rate), {choice} = song, parts = new Song(data, coarse).partsOn(bass);
+    const rows = choice.notes.length ? song.messages(AUTO, bass) : [];
+    return {
+      refused: choice.notes.length ? "" : "no bass notes", remarks: song.remarks, end: song.lines.end,
+      messages: rows.map(({frame, midi: [a, b, c]}) => [frame, a, b, c ?? 0]),
+      parts: parts.map(({drums, programs, banks, ...part}) =>
+        [...fields.map(name => part[name]), drums, programs.join(), banks.join()]),
+    };
+  } catch (error) {
+    return {refused: error.message};
+  }
+});
+"""
+
+
+def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
+    """What `render` would play on `bass`: messages, parts and remarks, or why it refuses the file."""
+    found: dict[str, Any] = {"refused": ""}
+    raised = 0
+    try:
+        score = with_low_notes(read_score(file, RATE).on_one_bass(), bass)
+        raised = score.raised
+        found["messages"] = [[f, *m] for f, m in zip(score.frames.tolist(), score.messages.tolist(), strict=True)]
+        found |= {"remarks": [re.sub("; --.*", "", line) for line in score.remarks], "end": score.file_end}
+    except ScoreError as error:
+        text = str(error).removeprefix(f"{file}: ")
+        found["refused"] = "no bass notes" if text.startswith("no bass notes") else text
+        if found["refused"] != "no bass notes":
+            return found
+    parts = read_parts(file, switches=() if raised else bass.switches)
+    found["parts"] = [
+        [
+            *(getattr(part, name) for name in PART),
+            part.is_drums,
+            ",".join(map(str, part.programs)),
+            ",".join(map(str, part.banks)),
+        ]
+        for part in parts
+    ]
+    return found
+
+
+def read_by_page(driver: Any, files: list[bytes], bass: Instrument) -> list[dict[str, Any]]:
+    """The same of each file by the page's scripts, in one call."""
+    told = {"range": bass.note_range, "switches": sorted(bass.switches)}
+    packed = [base64.b64encode(data).decode() for data in files]
+    script = script_of(SONG_SCRIPTS) + PAGE_READS
+    found: list[dict[str, Any]] = driver.execute_script(script, packed, told, RATE, LEAST_RATE, PART)
+    return found
+
+
+def differences(by_python: dict[str, Any], by_page: dict[str, Any]) -> list[str]:
+    """A line for each thing that the page reads otherwise."""
+    return [
+        f"{name}: {wanted!r:.600} is {by_page.get(name)!r:.600} on the page"
+        for name, wanted in by_python.items()
+        if by_page.get(name) != wanted
+    ]

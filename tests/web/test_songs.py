@@ -1,0 +1,241 @@
+"""The page reads MIDI files by the rule of `render`: the same messages, parts, choice, remarks and errors."""
+
+from __future__ import annotations
+
+import base64
+import random
+import struct
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.browser import chromium
+from support.reading import differences, read_by_page, read_by_python
+from support.smf import BASS, END, chunk, events, named, note_of, smf, variable
+
+from livebass import load_preset
+from livebass.score.reading import TAKE
+from livebass.web.export import SONG_SCRIPTS, script_of
+
+LINE = [40, 45, 47, 52]
+NAMES = [
+    b"Bass", b"", b"Piano", b"Basse", b"Contrabassoon", b"FINGERED BS", b"Drums", b"E-Bass", b"Baixo",
+    "ベース".encode("cp932"), "ピアノ".encode("cp932"), "贝斯".encode("gb18030"), "Бас".encode("cp1251"),
+    "бас-гитара".encode("koi8_r"), "低音吉他".encode("big5"), "베이스".encode("cp949"), b"Bas", "ベース".encode(),
+    "\ufeffＢａｓｓ １\u2028".encode(), "BASSLİNE".encode(), "bası".encode(), ("é" * 50).encode(), b"cor de basse",
+]  # fmt: skip
+KEYS = [24, 26, 28, 33, 35, 40, 43, 45, 52, 60, 72]
+
+
+def sysex(*data: int) -> tuple[int, ...]:
+    return (0xF0, len(data) + 1, *data, 0xF7)
+
+
+def line_of(channel: int, keys: list[int] = LINE, length: int = 240) -> list[tuple[int, tuple[int, ...]]]:
+    return [row for k, key in enumerate(keys) for row in note_of(channel, key, k * length, (k + 1) * length)]
+
+
+def with_rows(*rows: tuple[int, tuple[int, ...]], channel: int = 0) -> bytes:
+    """A file of one track: a line on a channel, and these events."""
+    return smf(events(*sorted([*rows, *line_of(channel)], key=lambda row: row[0])))
+
+
+UNNAMED = smf(BASS + events(*line_of(0)), events((0, (0xC3, 5)), *line_of(3)), events(*line_of(9, [36, 38])))
+WELL_FORMED = smf(named(b"Bass", 2, *LINE), named(b"Drums", 9, 36, 38), BASS + named(b"", 0, 33, 35))
+
+
+KINDS: dict[str, bytes] = {
+    "program": smf(BASS + named(b"", 0, *LINE)),
+    "plain clip": smf(named(b"MIDI 01", 0, *LINE)),
+    "several without programs": smf(named(b"a", 0, 72, 76), named(b"b", 1, *LINE), named(b"c", 2, 50, 52)),
+    "nothing low": smf(named(b"a", 0, 72, 76), named(b"b", 1, 80, 90)),
+    "drums alone": smf(named(b"", 9, 36)),
+    "no notes": smf(BASS + END),
+    "empty": b"",
+    "text": b"hello, world",
+    "type 3": smf(BASS + END, kind=3),
+    "patterns": smf(END, named(b"Bass", 0, *LINE), named(b"Bass", 0, 60), kind=2),
+    "no division": smf(BASS + END, division=0),
+    "odd frames": smf(BASS + END, division=0xEC28),
+    "frames": smf(BASS + named(b"", 0, *LINE), division=0xE364),
+    "ports": smf(
+        b"\x00\xff\x21\x01\x00" + named(b"Piano", 0, 60, 64, program=b"\x00"),
+        b"\x00\xff\x21\x01\x01" + named(b"Low", 0, *LINE, program=b"\x22"),
+    ),
+    "two basses on one channel of two ports": smf(
+        b"\x00\xff\x21\x01\x00" + named(b"a", 0, 40, 45, program=b"\x20"),
+        b"\x00\xff\x21\x01\x01" + named(b"b", 0, *LINE, program=b"\x22"),
+    ),
+    "programs of tracks": smf(
+        events((0, (0xB0, 7, 90)), (480, (0xE0, 0, 80))),
+        named(b"Organ", 0, 60, program=b"\x10"), named(b"Low", 0, *LINE, program=b"\x21"), named(b"Low 2", 0, 33),
+    ),
+    "bytes above 7F": smf(BASS + b"\x00\xb0\x07\xff\x00\xb0\x0a\xfe" + named(b"", 0, *LINE)),
+    "system messages": smf(BASS + b"\x00\xfe\x00\xf2\x01\x02\x00\xf8" + named(b"", 0, *LINE)),
+    "tempos": smf(b"\x00\xff\x51\x03\x00\x00\x00\x00\xff\x51\x04\x00\x01\x02\x03\x60\xff\x51\x03\x01\x02\x03" + END,
+                  BASS + named(b"", 0, *LINE)),
+    "longer middle track": smf(END, END, BASS + named(b"", 0, *LINE)).replace(
+        (4).to_bytes(4), (9).to_bytes(4), 1),
+    "shorter middle track": smf(END, named(b"Bass", 0, *LINE), END).replace(
+        len(named(b"Bass", 0, *LINE)).to_bytes(4), (9).to_bytes(4)),
+    "last track too long": smf(named(b"Bass", 0, *LINE)).replace(
+        len(named(b"Bass", 0, *LINE)).to_bytes(4), (999).to_bytes(4)),
+    "strays": b"MacBinary".ljust(128, b"\x00") + smf(END) + b"\x01\x02\x03" + chunk(b"MTrk", named(b"Bass", 0, *LINE)),
+    "another file behind": WELL_FORMED + WELL_FORMED,
+    "other chunk": smf(named(b"Bass", 0, *LINE)) + chunk(b"XFIH", b"abc"),
+    "fewer tracks": smf(END, named(b"Bass", 0, *LINE)).replace(b"\x00\x02\x01", b"\x00\x05\x01", 1),
+    "more tracks": smf(END, named(b"Bass", 0, *LINE)).replace(b"\x00\x02\x01", b"\x00\x00\x01", 1),
+    "riff": b"RIFF" + struct.pack("<I", 999) + b"RMIDDISP" + struct.pack("<I", 3) + b"abc\x00data"
+    + struct.pack("<I", len(WELL_FORMED)) + WELL_FORMED,
+    "riff without data": b"RIFF....RMIDlist",
+    "portamento time": with_rows((0, (0xC0, 33)), (0, (0xB0, 5, 0)), (240, (0xB0, 5, 64))),
+    "kit by bank": smf(b"\x00\xb1\x00\x78" + named(b"", 1, 36, 38, program=b"\x21"), named(b"Bass", 2, *LINE)),
+    "kit of XG": smf(b"\x00\xb1\x00\x7f" + named(b"", 1, 36, 38, program=b"\x21"), named(b"Bass", 2, *LINE)),
+    "kit of GS": smf(events((0, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0x00, 0x7F, 0, 0x41)),
+                            (1, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0x12, 0x15, 2, 0x17))),
+                     b"\x02\xb1\x00\x7f" + named(b"", 1, 36, 38, program=b"\x21"), named(b"Bass", 2, *LINE)),
+    "part of XG": smf(events((0, sysex(0x43, 0x10, 0x4C, 0, 0, 0x7E, 0)), (1, sysex(0x43, 0x10, 0x4C, 8, 1, 7, 1))),
+                      b"\x02\xc1\x21" + named(b"", 1, 36, 38), named(b"Bass", 2, *LINE)),
+    "melodic channel 10": smf(b"\x00\xb9\x00\x79" + named(b"", 9, *LINE, program=b"\x21")),
+    "late program": with_rows((10, (0xC0, 33))),
+    "programs later": with_rows((0, (0xC0, 33)), (240, (0xC0, 0)), (480, (0xC0, 36))),
+    "tunings": with_rows((0, (0xC0, 33)), (0, sysex(0x7F, 0x7F, 4, 4, 0, 62)), (0, sysex(0x7E, 0x7F, 8, 2, 0, 0))),
+    "one tuning": with_rows((0, (0xC0, 33)), (0, sysex(0x7F, 0x7F, 4, 3, 0x11, 0x30))),
+    "tunings of GS and XG": with_rows((0, (0xC0, 33)), (0, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0, 0, 0, 3, 9, 1, 0)),
+                                      (0, sysex(0x43, 0x10, 0x4C, 0, 0, 0, 0, 4, 0, 9))),
+    "end after hours": smf(events((0, (0xC0, 33)), *line_of(0), (1 << 24, (0xB0, 7, 90)))),
+    "days": smf(BASS + b"\x00\xff\x51\x03\xff\xff\xff" + b"\xff\xff\xff\x7f\x90\x28\x64"),
+    "instrument": smf(b"\x00\xff\x04\x0dElectric Bass" + named(b"Track 1", 0, *LINE), named(b"Bassoon", 1, 40)),
+    "named channels": smf(b"\x00\xff\x20\x01\x02\x00\xff\x03\x04Bass\x00\xff\x20\x01\x03\x00\xff\x03\x03Pad"
+                          + events(*line_of(2)).removesuffix(END) + events(*line_of(3, [60, 62]))),
+    "shared by names": smf(named(b"Bass", 0, *LINE), named(b"Piano", 0, 40, 52, 60)),
+    "string channels": with_rows((0, (0xB0, 126, 4)), (0, (0xC0, 33)), *note_of(1, 45, 9, 70), *note_of(2, 50, 9, 9)),
+    "MPE": with_rows((0, (0xB0, 101, 0)), (0, (0xB0, 100, 6)), (0, (0xB0, 6, 3)), *note_of(2, 50, 5, 600)),
+    "a mode of a band": with_rows((0, (0xB0, 126, 3)), (0, (0xC0, 33)), (0, (0xC1, 0)), *note_of(1, 60, 5, 600)),
+    "ended on another channel": smf(b"\x00\xc0\x21\x00\x90\x28\x60\x60\x81\x28\x30" + END),
+    "overlaps": smf(events((0, (0xC0, 33)), (0, (0x90, 40, 9)), (100, (0x90, 40, 8)), (110, (0x80, 40, 7)),
+                           (200, (0x80, 40, 6)), (200, (0x90, 40, 5)), (200, (0x80, 40, 4)), (300, (0x90, 41, 0)))),
+    "hanging": smf(events((0, (0xC0, 33)), (5, (0x90, 40, 9)), (200, (0xB0, 7, 9)))),
+    "low tuning": smf(events((0, (0xC0, 33)), *line_of(0, [19, 24, 26, 31, 24, 19, 43, 45]))),
+    "key switches": smf(events((0, (0xC0, 33)), (0, (0x90, 24, 1)), (9, (0x80, 24, 1)), *line_of(0)[1:])),
+    "a track in a track": smf(END + chunk(b"MTrk", BASS + named(b"", 0, *LINE)), END),
+    "brief": smf(events((0, (0xC0, 33)), (0, (0x90, 40, 9)), (1, (0x80, 40, 9)), (10, (0x90, 40, 8))),
+                 division=9600),
+    "a name behind a named channel": smf(b"\x00\xff\x20\x01\x02\x00\xc1\x00" + named(b"Bass", 1, *LINE), END),
+    "parts of GS while tempos change": smf(
+        events((0, (0xFF, 0x51, 3, 9, 9, 9)), (200, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0x1A, 0x15, 1, 0)),
+               (300, (0xFF, 0x51, 3, 1, 9, 9)), (400, (0xFF, 0x51, 3, 2, 9, 9))),
+        events((0, (0xCA, 33)), *line_of(10)), events((0, (0xC0, 33)), *line_of(0))),
+    "bank 127 of GS": smf(events((0, sysex(0x41, 0x10, 0x42, 0x12, 0x40, 0x00, 0x7F, 0, 0x41))),
+                          events((0, (0xB1, 0, 127)), (0, (0xC1, 33)), *line_of(1))),
+    "channel 10 of XG": smf(events((0, sysex(0x43, 0x10, 0x4C, 0, 0, 0x7E, 0))),
+                            events((0, (0xB9, 0, 0)), (0, (0xC9, 33)), *line_of(9))),
+    "take": smf(b"\x00\xff\x01" + bytes([len(TAKE)]) + TAKE.encode()
+                + events((0, (0xB0, 5, 1)), (1, (0x90, 40, 9)), (5, (0x80, 40, 9)), (9, (0x93, 24, 9))))
+}  # fmt: skip
+
+
+def random_song(seed: int) -> bytes:
+    """Tracks of random channels, ports, names, programs and messages; what their note-offs end is left to chance."""
+    rng = random.Random(seed)
+    tracks = [random_track(rng) for _ in range(rng.randint(1, 5))]
+    tempos = events(*((tick, (0xFF, 0x51, 3, *rng.randbytes(3))) for tick in range(0, 900, 300)))
+    return smf(tempos, *tracks, division=rng.choice([24, 480, 960, 0xE728]))
+
+
+def random_track(rng: random.Random) -> bytes:
+    channels = rng.choices([0, 1, 2, 9], k=rng.randint(1, 2))
+    head, rows, tick = b"", [], 0
+    if rng.random() < 0.8:
+        name = rng.choice(NAMES)
+        head += b"\x00\xff" + rng.choice([b"\x03", b"\x04"]) + variable(len(name)) + name
+    if rng.random() < 0.3:
+        head += bytes([0, 0xFF, 0x21, 1, rng.randint(0, 1)])
+    setting = [(0xC0, rng.choice([0, 25, 33, 36]))] * (rng.random() < 0.6) + [(0xB0, 126, 3)] * (rng.random() < 0.1)
+    for _ in range(rng.randint(0, 60)):
+        tick += rng.choice([0, 0, 10, 40, 120])
+        key = rng.choice(KEYS)
+        message = rng.choice([
+            (0x90, key, rng.randint(0, 127)), (0x90, key, 80), (0x80, key, 50), (0x80, key, 0), (0xD0, 40),
+            (0xE0, 0, 70), (0xB0, rng.choice([0, 1, 5, 7, 64, 121]), rng.choice([0, 1, 64, 120, 127])),
+            (0xA0, key, 9),
+        ] + [(0xC0, 34)] * (rng.random() < 0.05))  # fmt: skip
+        rows.append((tick, (message[0] | rng.choice(channels), *message[1:])))
+    first = [(0, (message[0] | channels[0], *message[1:])) for message in setting]
+    return head + events(*first, *rows)
+
+
+def damaged(seed: int) -> bytes:
+    """A file with some bytes overwritten, left out or doubled. It has no names: a damaged one is Python's guess."""
+    rng = random.Random(seed)
+    data = bytearray(UNNAMED)
+    for _ in range(rng.randint(1, 3)):
+        at = rng.randrange(8, len(data))
+        rng.choice([
+            lambda at=at: data.__setitem__(at, rng.randrange(256)),
+            lambda at=at: data.__delitem__(slice(at, at + rng.randint(1, 5))),
+            lambda at=at: data.__setitem__(slice(at, at), data[at : at + rng.randint(1, 30)]),
+        ])()  # fmt: skip
+    return bytes(data)
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
+        yield driver
+
+
+SETS: dict[str, Callable[[], dict[str, bytes]]] = {
+    "kinds": lambda: KINDS,
+    "names": lambda: {repr(n): smf(named(b"Pad", 3, 72), named(n, 2, *LINE), named(b"Voice", 1, 41)) for n in NAMES},
+    "random": lambda: {str(seed): random_song(seed) for seed in range(40)},
+    "damaged": lambda: {str(seed): damaged(seed) for seed in range(40)},
+}
+
+
+@pytest.mark.parametrize("kind", SETS)
+def test_the_page_reads_files_as_render_does(driver: Any, tmp_path: Path, kind: str) -> None:
+    bass = load_preset("jazz-finger")
+    files = SETS[kind]()
+    on_page = read_by_page(driver, list(files.values()), bass)
+    path, wrong = tmp_path / "song.mid", []
+    for (name, data), found in zip(files.items(), on_page, strict=True):
+        path.write_bytes(data)
+        wrong += [f"{name}: {line}" for line in differences(read_by_python(path, bass), found)]
+    assert not wrong
+
+
+def test_each_part_can_be_picked(driver: Any) -> None:
+    """A part that is picked has all its notes, each with its end, and no others; what is chosen stands first."""
+    script = """
+      return arguments[0].map(file => {
+        let song;
+        try {
+          song = new Song(Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer, 48000);
+        } catch (error) {
+          return [[], []]; // it has no notes
+        }
+        const bass = {range: [0, 127], switches: []};
+        return [song.choices(bass).map(([value]) => value), song.parts.listed(song.choice, []).map(part =>
+          [part.key, part.notes, song.messages(part.key, bass).map(({midi}) => midi)])];
+      });
+    """
+    files = [random_song(seed) for seed in range(30)] + [KINDS["shared by names"], KINDS["string channels"]]
+    packed = [base64.b64encode(data).decode() for data in files]
+    found = driver.execute_script(script_of(SONG_SCRIPTS) + script, packed)
+    assert sum(len(parts) for _, parts in found) > 60
+    for values, parts in found:
+        assert [value for value in values if value != "auto"] == [key for key, *_ in parts if key in values] and len(
+            values
+        ) in (len(parts), len(parts) + 1)
+        for _, notes, messages in parts:
+            struck = [m[0] & 0xF0 for m in messages]
+            assert struck.count(0x90) == notes and 0 < struck.count(0x80) <= notes
+            down: set[tuple[int, int]] = set()
+            for status, key, *_ in messages:
+                if status & 0xF0 == 0x90:
+                    down.add((status & 0x0F, key))
+                elif status & 0xF0 == 0x80:
+                    down.discard((status & 0x0F, key))
+            assert not down
