@@ -25,6 +25,7 @@ RULE = {
     "bassPrograms": list(lines.BASS_PROGRAMS),
     "tempo": lines.DEFAULT_TEMPO,
     "longestRest": lines.LONGEST_REST,
+    "lastNote": lines.LAST_NOTE,
     "bank": lines.BANK,
     "portamentoTime": lines.PORTAMENTO_TIME,
     "bendStarts": lines.BEND_STARTS,

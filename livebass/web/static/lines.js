@@ -33,7 +33,8 @@ class Lines {
     this.end = latest(this.events, end);
     if (this.end <= rest) return;
     this.events = this.events.filter(event => event.frame <= rest);
-    this.end = latest(this.events, 0);
+    const count = wanted => this.events.filter(({kind}) => kind === wanted).length;
+    this.end = latest(this.events, 0) + (count(NOTE_ON) > count(NOTE_OFF) ? RULE.lastNote * rate : 0);
   }
 
   // Finds the zone, and the lines of tracks that share a channel; leaves out controller 5, which foreign files mean

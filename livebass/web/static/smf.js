@@ -27,9 +27,11 @@ function findWord(data, word, from, to = data.length) {
 
 const bigEndian = bytes => bytes.reduce((value, byte) => value * 256 + byte, 0);
 
-// True if a chunk may begin at `at`: with four printable characters and a length.
+// True if a chunk may begin at `at`: a track, or four printable characters and a length that the file has.
 function isChunk(data, at) {
-  return at + CHUNK_HEAD <= data.length && data.subarray(at, at + 4).every(byte => byte >= 0x20 && byte < 0x7f);
+  if (standsAt(data, "MTrk", at)) return true;
+  const fits = at + CHUNK_HEAD <= data.length && at + CHUNK_HEAD + bigEndian(data.subarray(at + 4, at + CHUNK_HEAD)) <= data.length;
+  return fits && data.subarray(at, at + 4).every(byte => byte >= 0x20 && byte < 0x7f);
 }
 
 // A cursor over `data` from `at` to `end`. Its errors name `place` and the byte.
@@ -79,6 +81,7 @@ class SmfTrack {
     this.ended = false; // by its End of Track
     this.tick = 0; // of what has been read last
     this.port = 0;
+    this.ports = new Set(); // that the track sets
     this.prefix = NO_CHANNEL;
     this.messages = []; // {tick, frame, track, port, line, kind, channel, a, b}; lines.js sets frame and line; no b: the
                         // message has one byte of data
@@ -117,6 +120,8 @@ class SmfTrack {
       }
     }
     this.at = cursor.at;
+    if (this.ports.size === 1) // it holds for the whole track, wherever it stands
+      for (const message of [...this.messages, ...this.exclusive]) message.port = this.port;
     return this;
   }
 
@@ -135,6 +140,7 @@ class SmfTrack {
       this.prefix = data[0];
     } else if (kind === META.port && data.length) {
       this.port = data[0];
+      this.ports.add(this.port);
     }
   }
 

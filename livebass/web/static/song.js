@@ -186,9 +186,10 @@ class Song {
   chosenEvents({notes, alone}) {
     const {zone, events, end} = this.lines, chosen = new Set(notes.map(({line}) => line));
     const heard = new Set([...chosen, ...[...chosen].some(line => zone.has(line)) ? zone : []]); // controllers
-    if (alone && !this.take) { // other tracks may share the line: their notes must not end these
-      const keys = new Set(notes.map(partKey));
-      return cleaned(events.filter(e => isNote(e) ? keys.has(partKey(e)) : heard.has(e.line)), end, this.rate);
+    if (alone && !this.take) { // other parts may share the line: their messages are not for these notes
+      const keys = new Set(notes.map(partKey)), others = new Set([...this.parts.byKey.keys()].filter(key => !keys.has(key)));
+      const own = events.filter(e => isNote(e) ? keys.has(partKey(e)) : heard.has(e.line) && !others.has(partKey(e)));
+      return cleaned(own, end, this.rate);
     }
     const places = new Set(notes.map(({place}) => place)), ended = this.take ? heard : chosen;
     return this.events.filter((e, place) => places.has(place) ||
