@@ -93,7 +93,7 @@ def _refuse(name: str, kind: str | None, what: str) -> None:
     if kind == "a MIDI file":
         advice = "`livebass render` makes sound of it"
     elif kind in SCORES:
-        advice = "export it as MIDI, of which `livebass render` makes sound"
+        advice = "export it as MIDI and give that to `livebass render`"
     elif kind in ARCHIVES:
         advice = "unpack it first"
     elif kind == "a Scala scale":
@@ -108,7 +108,7 @@ def _decoded(name: str, source: str | bytes | BinaryIO, what: str, longest: floa
     with soundfile.SoundFile(source) as sound:
         rate = sound.samplerate
         if not rates[0] <= rate <= rates[1]:
-            raise SoundError(f"{name}: has {rate} Hz; allowed are {rates[0]} to {rates[1]} Hz")
+            raise SoundError(f"{name}: has {rate} Hz; {rates[0]} to {rates[1]} Hz are allowed")
         if sound.frames > longest * rate:
             raise SoundError(f"{name}: lasts {sound.frames / rate:.4g} s; a {what} lasts {longest:g} s at most")
         return Sound(sound.read(sound.frames, dtype="float64", always_2d=True), rate)

@@ -1,7 +1,7 @@
 """Standard MIDI Files: from bytes to mido's messages with ticks.
 
 mido knows messages. Chunks, lengths and running status are read here: mido's own reader stops at much of what real
-files contain, and does not say at which byte of which track a file is damaged. Errors here do.
+files contain, and its errors do not name the track and the byte. Errors here do.
 
 Real files are damaged in ways that do not matter, and these are read with a warning: a header that counts other tracks
 than there are, track lengths that are off, stray bytes before the header or between chunks, data bytes above 0x7F,
@@ -106,7 +106,7 @@ class _Bytes:
 
 
 class _Track:
-    """What has been read of a track."""
+    """The content of one track, as far as it has been read."""
 
     def __init__(self) -> None:
         self.at = 0  # the byte behind what has been read

@@ -1,4 +1,4 @@
-"""What `livebass bench live` has measured of waveforms: README and handbook say these figures, and no others.
+"""Waveform figures that `livebass bench live` measured. README and handbook quote them from here.
 
 tools/tables.py writes them there. Measure again, and change them here, when a quality changes.
 """

@@ -128,7 +128,7 @@ class Loader:
         return (self._with(given) if given else self._usual)(preset)
 
     def _with(self, given: Mapping[str, Any]) -> Callable[[str], Instrument]:
-        """What loads presets with these options besides."""
+        """Return a function that loads presets with these options as well."""
         options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._asked.items()}
         hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
         return lambda preset: behind.put(hands.play(load_tuned(preset, tuning)))

@@ -19,7 +19,7 @@ LEVELS = ("normalized", "file")
 
 
 def load_response(path: str | os.PathLike[str], normalized: bool = True) -> Response:
-    """The impulse response in a sound file, of which at most LONGEST s sound. Raises PresetError.
+    """The impulse response in a sound file, at most LONGEST s of sound. Raises PresetError.
 
     normalized: it is played at the level by which a bass is as loud as without it; else as loud as the file has it.
     Silence at the end is cut off; silence before the sound if it is `normalized`, or longer than LONGEST. Of several
@@ -60,4 +60,4 @@ def _channel(name: str, samples: NDArray[np.float64]) -> tuple[int, str]:
     names = ("left", "right") if count == 2 else tuple(f"channel {k}" for k in range(1, count + 1))
     which = f"the {names[chosen]} one is" if count == 2 else f"{names[chosen]} is"
     why = "" if chosen == 0 else f"; {'the left one' if count == 2 else 'what comes before it'} is silent"
-    return chosen, f"{name}: {count} channels, of which {which} played{why}"
+    return chosen, f"{name}: {count} channels; {which} played{why}"

@@ -60,7 +60,7 @@ class Shift:
 
 @dataclass(frozen=True)
 class Readings:
-    """What a row of letters may mean, each a tuning: the first that has as many notes as the bass has strings."""
+    """The tunings that a row of letters may mean; the first with a note for each string is taken."""
 
     each: tuple[tuple[str, ...], ...]
 
@@ -147,7 +147,7 @@ def _row(letters: str) -> Tuning | None:
 
 
 def _by_names(items: Sequence[Any]) -> tuple[Pitch, ...] | None:
-    """Notes of which some have no octave. None if any item is none."""
+    """Notes, some of them without an octave. None if any item is not a note."""
     found: list[Pitch] = []
     for item in items:
         name = str(item).strip().translate(_LETTERS)

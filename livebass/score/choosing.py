@@ -59,7 +59,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Choice:
-    """What is chosen of the notes of a file."""
+    """The notes of a file that are played, and why."""
 
     notes: list[Note]
     why: str  # they are chosen; of the others in the list of parts, `else_why`

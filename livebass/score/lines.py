@@ -30,7 +30,7 @@ GM2_DRUMS, GM2_MELODIC, XG_DRUMS = 120, 121, (126, 127)  # values of BANK
 
 
 class Line(NamedTuple):
-    """What belongs together in a file."""
+    """A channel of a port, or one track of it: messages that belong together."""
 
     port: int  # from 0
     channel: int  # from 0

@@ -22,7 +22,7 @@ MOST = 0.6  # part of the low keys that have to look like notes
 
 
 class Bass(Protocol):
-    """What matters of an `Instrument`."""
+    """The part of an `Instrument` that this module needs."""
 
     @property
     def note_range(self) -> tuple[int, int]: ...

@@ -96,7 +96,7 @@ def _stdin() -> bytes:
 
 @dataclass
 class _Read:
-    """What has been read of a file, and what is chosen of it."""
+    """A file as it was read, and the parts chosen from it."""
 
     take: bool
     lines: Lines

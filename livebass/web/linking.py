@@ -72,7 +72,7 @@ class Reader:
 
 
 class Object(NamedTuple):
-    """What a linker needs of an object file."""
+    """The parts of an object file that a linker needs."""
 
     types: bytes
     types_of: list[int]  # by function

@@ -24,7 +24,7 @@ BAD = {
     "long": (np.ones(RATE + 1), RATE, "lasts 1 s without silence; a response lasts 1 s at most"),
     "hall": (np.tile([1.0, -0.5], 60_000), RATE, "lasts 2.5 s without silence"),
     "endless": (np.append(np.zeros(61 * 8000), 1.0), 8000, "lasts 61 s; a response lasts 60 s at most"),
-    "slow": (GOOD, 7999, "has 7999 Hz; allowed are 8000 to 192000 Hz"),
+    "slow": (GOOD, 7999, "has 7999 Hz; 8000 to 192000 Hz are allowed"),
     "fast": (GOOD, 192_001, "has 192001 Hz"),
     "nan": (np.where(np.arange(2000) == 7, np.nan, GOOD), RATE, "sample 7 is not a finite number"),
     "infinite": (np.where(np.arange(2000) == 9, -np.inf, GOOD), RATE, "sample 9 is not a finite number"),
@@ -82,10 +82,10 @@ def test_silence_before_the_sound_goes_where_the_level_is_set(tmp_path: Path) ->
 
 
 CHANNELS = {
-    "the same": ([GOOD, GOOD], GOOD, "2 channels, of which the left one is played"),
-    "others": ([0.01 * GOOD, GOOD[::-1]], 0.01 * GOOD, "2 channels, of which the left one is played"),
-    "right": ([1e-5 * GOOD, GOOD], GOOD, "2 channels, of which the right one is played; the left one is silent"),
-    "third": ([0 * GOOD, 0 * GOOD, GOOD, GOOD[::-1]], GOOD, "4 channels, of which channel 3 is played; what comes"),
+    "the same": ([GOOD, GOOD], GOOD, "2 channels; the left one is played"),
+    "others": ([0.01 * GOOD, GOOD[::-1]], 0.01 * GOOD, "2 channels; the left one is played"),
+    "right": ([1e-5 * GOOD, GOOD], GOOD, "2 channels; the right one is played; the left one is silent"),
+    "third": ([0 * GOOD, 0 * GOOD, GOOD, GOOD[::-1]], GOOD, "4 channels; channel 3 is played; what comes"),
     "bad right": ([GOOD, np.where(GOOD > 0.99, -np.inf, 0)], None, "sample 0 is not a finite number"),
 }
 

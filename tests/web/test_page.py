@@ -386,11 +386,11 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     late = np.concatenate([np.zeros(60_000), [0.01], np.zeros(60_000)])
     for name, sound, says in (
         ("late.wav", late, "Through late.wav."),
-        ("stereo.wav", np.stack([late, late], 1), "Through stereo.wav: 2 channels, of which the left one is played."),
+        ("stereo.wav", np.stack([late, late], 1), "Through stereo.wav: 2 channels; the left one is played."),
         (
             "right.wav",
             np.stack([0 * late, late], 1),
-            "Through right.wav: 2 channels, of which the right one is played.",
+            "Through right.wav: 2 channels; the right one is played.",
         ),
     ):
         assert give(name, sound) == says

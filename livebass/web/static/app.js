@@ -1404,7 +1404,7 @@ async function takeResponse(from) {
   responseFile = from;
   const which = from?.channels === 2 ? ["left", "right"][from.channel] : (from?.channel ?? 0) + 1;
   $("response-text").textContent = !from ? "" : from.channels === 1 ? `Through ${from.name}.`
-    : `Through ${from.name}: ${from.channels} channels, of which ${from.channels === 2 ? `the ${which} one` : `number ${which}`} is played.`;
+    : `Through ${from.name}: ${from.channels} channels; ${from.channels === 2 ? `the ${which} one` : `number ${which}`} is played.`;
   $("response-off").hidden = $("response-level").hidden = !from;
   prepare($("bass").value);
   if (node) await put();
