@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from livebass import smf, tracknames
+from livebass import kits, smf, tracknames
 from livebass.score import choosing, lines, low_keys, reading, score
 from livebass.units import note_name
 
@@ -21,17 +21,17 @@ RULE = {
     "smpteRates": smf.SMPTE_RATES,
     "systemCommon": smf.SYSTEM_COMMON,
     "channels": lines.CHANNELS,
-    "drums": lines.DRUMS,
+    "drums": kits.DRUMS,
     "bassPrograms": list(lines.BASS_PROGRAMS),
     "tempo": lines.DEFAULT_TEMPO,
     "longestRest": lines.LONGEST_REST,
     "lastNote": lines.LAST_NOTE,
-    "bank": lines.BANK,
+    "bank": kits.BANK,
     "portamentoTime": lines.PORTAMENTO_TIME,
     "bendStarts": lines.BEND_STARTS,
-    "gm2Drums": lines.GM2_DRUMS,
-    "gm2Melodic": lines.GM2_MELODIC,
-    "xgDrums": lines.XG_DRUMS,
+    "gm2Drums": kits.GM2_DRUMS,
+    "gm2Melodic": kits.GM2_MELODIC,
+    "xgDrums": kits.XG_DRUMS,
     "take": reading.TAKE,
     "release": score.RELEASE,
     "brief": score.BRIEF,

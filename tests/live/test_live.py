@@ -249,6 +249,23 @@ def test_program_changes_are_noted() -> None:
     assert synth.program == (1, 5)
 
 
+def test_programs_of_drums_choose_no_bass() -> None:
+    """Those of channel 10, but in a bank of melodies, and of banks of kits on other channels: as in files."""
+    synth, device = synth_and_device()
+    rows = (
+        (9, None, False), (9, 121, True), (9, 120, False), (3, None, True), (3, 120, False), (3, 127, False),
+        (3, 126, False), (3, 0, True), (4, None, True),
+    )  # fmt: skip
+    chosen = 0
+    for program, (channel, bank, is_bass) in enumerate(rows):
+        if bank is not None:
+            synth.send(0xB0 | channel, 0, bank)
+        synth.send(0xC0 | channel, program)
+        device.block(64)
+        chosen += is_bass
+        assert synth.program[0] == chosen and (not is_bass or synth.program[1] == program), (channel, bank)
+
+
 def test_one_channel_only() -> None:
     synth, device = synth_and_device(channel=2)
     synth.receive(0x90, 40, 100)

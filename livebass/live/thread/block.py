@@ -28,7 +28,8 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.pickup import tone
 from livebass.kernels.player import controls, expression, messages, notes, parameters
-from livebass.kernels.player.performer import CHANNELS, FADE, MOST_EVENTS, MOST_STRINGS, OVER
+from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, FADE, MOST_EVENTS, MOST_STRINGS, OVER
+from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.live.thread import ahead, helpers
 from livebass.live.thread.records import (
     BLOCK_TIME,
@@ -96,11 +97,26 @@ def play_message(synth, b, frame, status, first, second):
     synth.messages += 1
     keep_message(synth, frame, status, first, second)
     if status & 0xF0 == 0xC0:
-        synth.program = first
-        synth.program_count += 1
+        if not selects_kit(synth, b, status & 0x0F):
+            synth.program = first
+            synth.program_count += 1
         return
+    if status & 0xF0 == 0xB0 and first == BANK:
+        synth.banks[status & 0x0F] = second + 1
     # plucking points and grazing apexes come from the fine operators, whichever play
     messages.handle_message(performer_for(b, frame), operators_of(b, 0), status, first, second)
+
+
+@jit
+def selects_kit(synth, b, channel):
+    """True if a program of `channel` selects drums, which choose no bass: by its bank, or on channel 10.
+
+    Where channels have strings or notes of their own there are no drums.
+    """
+    bank = synth.banks[channel] - 1
+    if performer_of(b).controls.mode != ALL_ALIKE:
+        return False
+    return bank == GM2_DRUMS or bank in XG_DRUMS or (channel == DRUMS and bank != GM2_MELODIC)
 
 
 @jit

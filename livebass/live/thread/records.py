@@ -17,7 +17,7 @@ from livebass.kernels.bass.records import (
 )
 from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
-from livebass.kernels.player.performer import MOST_STRINGS, PERFORMER
+from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
 from livebass.kernels.string.records import (
     EVENT,
     MOST_ANSWERS,
@@ -86,7 +86,8 @@ SYNTH = np.dtype(
         ("played_lost", "i8"),  # messages
         # state of MIDI
         ("channel", "i8"),  # that MIDI ports are heard on, 0-15; -1: all
-        ("program", "i8"),  # of the last program change, 0-127
+        ("banks", "i8", (CHANNELS,)),  # that each channel has selected, and 1; 0: none
+        ("program", "i8"),  # of the last program change that selects no kit of drums, 0-127
         ("program_count", "i8"),
         ("panic", "i8"),  # raised by Python, lowered by the audio thread
         ("gain", "f8"),
