@@ -495,7 +495,7 @@ def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, 
     for channel, moved, other in ((1, 1, 2), (2, 2, 1)):
         sound = played(channel)
         assert np.array_equal(sound[other], plain[other]) and not np.array_equal(sound[moved], plain[moved])
-    assert np.array_equal(played(0), plain) and np.array_equal(played(15), plain)
+    assert all(np.array_equal(played(c)[1:3], plain[1:3]) for c in (0, 15))  # the first has the floor of the bass
 
 
 def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) -> None:
