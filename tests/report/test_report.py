@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from livebass.report.page import html_page
-from livebass.report.picture import check_matplotlib, figure, image
+from livebass.report.picture import check_plots, figure, image
 from livebass.report.text import columns, csv_text, json_text, plain, wrapped_columns
 
 
@@ -65,8 +65,8 @@ def test_a_page_escapes_what_it_is_given() -> None:
 
 def test_without_matplotlib_a_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(LookupError, match=r"^take this$"):
-        check_matplotlib("take this")
+    with pytest.raises(LookupError, match=r"^--plot needs matplotlib: \S+ .*install.* matplotlib"):
+        check_plots("--plot")
 
 
 def test_importing_the_room_loads_neither_matplotlib_nor_jinja() -> None:
