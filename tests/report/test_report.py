@@ -65,7 +65,7 @@ def test_a_page_escapes_what_it_is_given() -> None:
 
 def test_without_matplotlib_a_line_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(LookupError, match=r"^--plot needs matplotlib: \S+ .*install.* matplotlib"):
+    with pytest.raises(LookupError, match=r"^--plot needs matplotlib: \S+ .*install .*matplotlib"):
         check_plots("--plot")
 
 
