@@ -42,7 +42,9 @@ def test_the_examples_of_the_readme_run(tmp_path: Path, monkeypatch: pytest.Monk
     track = bytes([0, 0xC0, 33, 0, 0x90, 40, 100, 60, 0x80, 40, 0, 0, 0xFF, 0x2F, 0])
     head = b"MThd" + bytes([0, 0, 0, 6, 0, 0, 0, 1, 0, 96])
     (tmp_path / "song.mid").write_bytes(head + b"MTrk" + len(track).to_bytes(4, "big") + track)
-    shutil.copy(RECORDING, tmp_path / "g-string.wav")
+    recording = tmp_path / RECORDING.relative_to(ROOT)
+    recording.parent.mkdir(parents=True)
+    shutil.copy(RECORDING, recording)
     monkeypatch.chdir(tmp_path)
     names: dict[str, Any] = {}
     printed = io.StringIO()
@@ -54,7 +56,7 @@ def test_the_examples_of_the_readme_run(tmp_path: Path, monkeypatch: pytest.Monk
     assert np.nanmedian(names["pitch"].frequency_hz) > 50 and "nan" not in printed.getvalue()[-200:]
     for name in ("render_to_array", "simulate", "sweep", "identify", "fundamental"):
         assert f"livebass.{name}(" in "".join(examples())
-    assert {p.name for p in tmp_path.iterdir()} == {"song.mid", "g-string.wav"}, "no call writes"
+    assert {p for p in tmp_path.rglob("*") if p.is_file()} == {tmp_path / "song.mid", recording}, "no call writes"
 
 
 def test_help_begins_with_a_screen_that_names_everything() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import logging
 import os
+import re
 import secrets
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -38,10 +39,11 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("livebass")
 
 
+NARROW, BAR = 60, re.compile(r"\[[# ]*\] *")  # columns of a terminal without room for the bar of a meter
 GROUPS = {
     "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
     "Hands": "--keys --velocity-curve --wheel --no-noise --learn --controllers",
-    "Effects": "--compression --drive --response",
+    "Effects": "--compression --drive --response --response-level",
     "Song": "--file --demo --loop --tempo --metronome --tuner",
     "Take": "--record --record-midi --log",
     "Devices": "--backend --audio --midi --channel --rate --block --latency --cores --osc",
@@ -505,8 +507,10 @@ class Console(logging.Handler):
             self._print(filled(line) if self.terminal else line)
 
     def status(self, line: str) -> None:
-        """Shows `line` in place of the status line before, as far as it fits."""
-        self._print(one_line(line)[: width() - 1], end="")
+        """Shows `line` in place of the last status line, as far as it fits; a narrow terminal has no bar."""
+        columns = width()
+        shown = one_line(line) if columns >= NARROW else BAR.sub("", one_line(line))
+        self._print(shown[: columns - 1], end="")
 
     def close(self) -> None:
         """Removes the status line."""

@@ -62,7 +62,7 @@ GROUPS = {
     "Music": "--note --velocity --duration --demo --all-presets --channel --list --tail",
     "Sound": "--preset --quality --gain --normalize --tuning --capo --a4 --temperament --modes --contact-rate --seed",
     "Hands": "--keys --velocity-curve --wheel --no-noise",
-    "Effects": "--compression --drive --response",
+    "Effects": "--compression --drive --response --response-level",
     "File": "--output --format --bits --rate --stems",
     "Help": "--help",
 }

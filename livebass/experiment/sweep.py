@@ -126,6 +126,7 @@ def prepare(made: Transaction, directory: Path, file: Path | None = None) -> Non
 
     Raises OSError where a file of the sweep could not be written.
     """
+    made.directory(directory)
     made.directory(directory / POINTS)
     own = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
     if file is not None and checked_place(file) in own:

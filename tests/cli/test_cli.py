@@ -262,7 +262,7 @@ def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--tuning", "E1 A1"], '--tuning "E1 A1": 2 notes for 4 strings, in jazz-finger.toml'),
+        (["--tuning", "E1 A1"], '--tuning "E1 A1": 2 notes for 4 strings, E1 A1 D2 G2, in jazz-finger.toml'),
         (["--temperament", "-1,2"], '--temperament "-1,2": 2 values; allowed: 12, C first, or one'),
         (["--capo", "20"], "--capo 20: allowed: 0 to 19, as the neck has 20 frets, in jazz-finger.toml"),
     ],

@@ -14,7 +14,7 @@ from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
 from livebass.compiling import store
-from livebass.kernels.player.performer import CONTROLS
+from livebass.kernels.player.performer import CHANNEL, CONTROLS
 from livebass.techniques import BUTTONS, GHOST, NO_SWITCH, PALM
 from livebass.web.export import export_page, is_page, shown
 from livebass.web.layout import WAYS
@@ -37,8 +37,10 @@ def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
         == [button.symbol for button in BUTTONS if not button.strikes]
         == [button.symbol for button in BUTTONS[3:]]
     )
-    assert all((action or field) and (not field or field in CONTROLS.names) for action, field in WAYS.values())
-    assert (WAYS["palm_mute"], WAYS["ghost"], WAYS["let_ring"]) == ((PALM, "palm"), (GHOST, ""), (NO_SWITCH, "pedal"))
+    for action, field, of_channel in WAYS.values():
+        assert (action or field) and (not field or field in (CHANNEL if of_channel else CONTROLS).names)
+    wanted = (PALM, "palm", False), (GHOST, "", False), (NO_SWITCH, "pedal", True)
+    assert (WAYS["palm_mute"], WAYS["ghost"], WAYS["let_ring"]) == wanted
 
 
 def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
