@@ -8,6 +8,7 @@ import re
 import secrets
 import shutil
 import stat
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
@@ -53,6 +54,8 @@ def checked_place(path: Path) -> Path:
             raise OutputError(f"{path}: there is no directory {path.parent}")
         if not os.access(place.parent, os.W_OK):
             raise OutputError(f"{path}: the directory {path.parent} is read-only")
+        with tempfile.TemporaryFile(dir=place.parent):  # raises where a file system takes none, as /proc does
+            pass
     return place
 
 

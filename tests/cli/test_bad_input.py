@@ -17,6 +17,8 @@ import soundfile
 from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, command, song
 from support.engine import FakeEngine
 
+from livebass.files import OutputError, checked_place
+
 USAGE = [
     ["render"],
     ["render", "a.mid", "--note", "G2"],
@@ -275,3 +277,9 @@ def test_all_presets_or_none(
         assert "interrupted, nothing written" in err and not list(tmp_path.iterdir())
     else:
         assert "interrupted, but complete: a/demos" in err and len(list(tmp_path.glob("a/demos/*.wav"))) > 4
+
+
+def test_a_place_is_tried_before_the_work() -> None:
+    """A file system that takes no files does not say so before somebody tries."""
+    with pytest.raises(OutputError, match=r"/proc/out\.wav: (cannot be written|there is no directory)"):
+        checked_place(Path("/proc/out.wav"))
