@@ -149,7 +149,7 @@ def test_a_directory_that_cannot_be_and_a_scheduler_that_is_not_there(run: Run, 
     vary = "--vary", "pluck.apex=1mm:2mm:3"
     status, _, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "file")
     assert_one_clear_line(status, err, (1,))
-    assert "Not a directory" in err and (tmp_path / "file").read_text() == "mine"
+    assert "is not a directory" in err and (tmp_path / "file").read_text() == "mine"
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
     status, _, err = run(

@@ -438,14 +438,18 @@ def test_who_plays_on_while_the_sound_stops_is_heard(page: Any) -> None:
 SENT = """
 window.sent = [];
 const post = node.port.postMessage.bind(node.port);
-node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); };
+node.port.postMessage = (m, t) => {
+  if (m.midi) sent.push(m.midi);
+  if (m.everywhere) sent.push(["everywhere", ...m.everywhere]);
+  post(m, t);
+};
 """
 
 
-def sent(driver: Any) -> list[list[int]]:
+def sent(driver: Any) -> list[list[Any]]:
     """The messages since the last call, but notes of the bass; first after SENT."""
     found = driver.execute_script("return sent.splice(0)")
-    return [list(message) for message in found if message[0] == 0xB0 or message[1] < 28]
+    return [list(message) for message in found if message[0] in (0xB0, "everywhere") or message[1] < 28]
 
 
 def way(driver: Any, name: str) -> Any:
@@ -582,9 +586,9 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
         page.execute_script(f"WAYS[4].button.dispatchEvent(new PointerEvent('{kind}'))")
     assert sent(page) == [[0xB0, 65, 127], [0xB0, 65, 0]] and pressed(page) == {"Fingers"}
     chain(page).key_down("9").perform()
-    assert sent(page) == [[0xB0 | channel, 1, 127] for channel in range(16)] and "Vibrato" in pressed(page)
+    assert sent(page) == [["everywhere", 1, 127]] and "Vibrato" in pressed(page)
     chain(page).key_up("9").perform()
-    assert sent(page) == [[0xB0 | channel, 1, 0] for channel in range(16)]
+    assert sent(page) == [["everywhere", 1, 0]]
     page.execute_script("arguments[0].focus()", way(page, "Ghost notes"))
     chain(page).send_keys(Keys.ENTER).perform()
     assert sent(page) == [[0x90, 10, 64]] and "Ghost notes" in pressed(page)
@@ -609,8 +613,7 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     wait(lambda: page.execute_script("return context.state") == "suspended")
     way(page, "Hammer").click()
     page.find_element("id", "power").click()
-    let_ring = [[0xB0 | channel, 64, 127] for channel in range(16)]
-    wait(lambda: sent(page) == let_ring)  # panic has reset controllers
+    wait(lambda: sent(page) == [["everywhere", 64, 127]])  # panic has reset controllers
     page.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
     wait(lambda: text(page, "said") == "Slap plays.")
     assert pressed(page) == {"Thumb", "Let ring"} and sent(page) == []
