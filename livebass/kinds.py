@@ -71,6 +71,13 @@ SCORES = frozenset(
     )
 )  # fmt: skip
 ARCHIVES = frozenset(f"{kind} archive" for kind in ("a zip", "a gzip", "a bzip2", "a 7z", "a RAR", "an xz"))
+# Endings of names, for files whose bytes tell nothing
+_ENDINGS = {
+    **{f".gp{version}": f"a Guitar Pro {version} file" for version in (1, 2, 3, 4, 5)},
+    ".gtp": "a Guitar Pro 2 file", ".gpx": "a Guitar Pro 6 file", ".gp": "a Guitar Pro 7 file",
+    ".ptb": "a Power Tab file", ".tg": "a TuxGuitar file", ".mscz": "a MuseScore file", ".mscx": "a MuseScore file",
+    ".musicxml": "a MusicXML file", ".mxl": "a compressed MusicXML file",
+}  # fmt: skip
 _AUDIO_BRANDS = (b"M4A", b"M4B", b"M4P")
 _XML: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"<(score-partwise|score-timewise)\b|<!DOCTYPE\s+score-"), "a MusicXML file"),
@@ -93,6 +100,11 @@ def kind_of(data: bytes) -> str | None:
         if found := told(data):
             return found
     return None
+
+
+def kind_of_name(name: str) -> str | None:
+    """The kind of a file of this name, for those that programs export as MIDI; None for any other."""
+    return next((kind for ending, kind in _ENDINGS.items() if name.lower().endswith(ending)), None)
 
 
 def _of_form(data: bytes) -> str | None:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from mido import Message
 
-from livebass.kinds import HEAD, SCORES, kind_of
+from livebass.kinds import HEAD, SCORES, kind_of, kind_of_name
 from livebass.tracknames import decode
 
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
@@ -121,8 +121,11 @@ class _Track:
         self.oddities: list[tuple[str, int]] = []  # what, where {} is how many there are, and the byte
 
 
-def parse_smf(data: bytes) -> Smf:
-    """Parses a Standard MIDI File. Raises SmfError, with track and byte, for bytes that are none, or too damaged."""
+def parse_smf(data: bytes, name: str = "") -> Smf:
+    """Parses a Standard MIDI File. Raises SmfError, with track and byte, for bytes that are none, or too damaged.
+
+    name: of the file, for the error about bytes that are none.
+    """
     if not data:
         raise SmfError("the file is empty (0 bytes)")
     warnings = []
@@ -130,7 +133,7 @@ def parse_smf(data: bytes) -> Smf:
         data = _in_riff(data)
     start = data.find(HEADER, 0, MOST_BEFORE)
     if start < 0:
-        raise SmfError(_other_kind(data))
+        raise SmfError(_other_kind(data, name))
     if start > 0:
         warnings.append(f"skipped {start} bytes before the header")
         data = data[start:]
@@ -188,9 +191,9 @@ def parse_smf(data: bytes) -> Smf:
     )
 
 
-def _other_kind(data: bytes) -> str:
-    """Says what bytes are that are no MIDI file, and what to do."""
-    kind = kind_of(data[:HEAD])
+def _other_kind(data: bytes, name: str) -> str:
+    """Says what a file is that is no MIDI file, and what to do."""
+    kind = kind_of(data[:HEAD]) or kind_of_name(name)
     if kind is None:
         return "not a Standard MIDI File (it does not begin with MThd)"
     if kind in SCORES:

@@ -130,7 +130,7 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
         raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
     path = Path(path)
     try:
-        smf = parse_smf(_file_bytes(path))
+        smf = parse_smf(_file_bytes(path), path.name)
         take = TAKE in smf.texts
         lines = lines_of(smf, rate, take)
     except SmfError as error:

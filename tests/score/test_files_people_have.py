@@ -364,3 +364,9 @@ def test_other_kinds_of_files_are_named(tmp_path: Path, data: bytes) -> None:
     with pytest.raises(ScoreError) as error:
         read(tmp_path, data)
     assert OTHERS[data] in str(error.value)
+
+
+def test_a_name_tells_what_bytes_do_not(tmp_path: Path) -> None:
+    (tmp_path / "song.GP5").write_bytes(b"hello, world")
+    with pytest.raises(ScoreError, match="is a Guitar Pro 5 file, not a MIDI file: export MIDI"):
+        read_score(tmp_path / "song.GP5", RATE)
