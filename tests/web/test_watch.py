@@ -142,9 +142,13 @@ def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(served:
     assert said["bass"]["title"] == load_preset("jazz-finger").name  # type: ignore[index]
     assert len(sights) == 4 * SIGHT.itemsize and said["rate"] == RATE
     synth.send(0x90, 28, 127)
-    messages = [message() for _ in range(20)]
+    messages: list[tuple[dict[str, object], bytes]] = []
+    notes: list[int] = []
+    while len(messages) < 20 or (len(notes) < 2 and len(messages) < 2000):  # on a busy machine the note comes late
+        messages.append(message())
+        notes += messages[-1][0]["notes"]  # type: ignore[arg-type]
     assert all("bass" not in said for said, _ in messages)
-    assert [note for said, _ in messages for note in said["notes"]][:2] == [0, 0]  # type: ignore[attr-defined]
+    assert notes[:2] == [0, 0]
     assert any(np.frombuffer(sights, SIGHT)["slot"]["u"].any() for _, sights in messages)
     synth.switch_to(LiveBass(load_preset("five-string"), FINE, RATE))
     while "bass" not in (found := message())[0]:
