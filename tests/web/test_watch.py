@@ -166,8 +166,8 @@ def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, 
             "window.flashed = new Set(); const flash = see.flash.bind(see);"
             "see.flash = (hit, now) => { flashed.add(hit.fret); flash(hit, now); }"
         )
-        synth.send(0x90, 33, 127)
-        wait(lambda: page.execute_script("return flashed.size") > 0)
+        # a page on a busy machine may miss a note
+        wait(lambda: synth.send(0x90, 33, 127) and page.execute_script("return flashed.size") > 0)
         wait(lambda: "A string" in page.execute_script("return $('seen').textContent"))
         assert not page.find_element("id", "piano").is_displayed()
         assert page.execute_script("return see.view && see.read(1, 0, 'on') + see.read(1, 1, 'on')") > 0
