@@ -1,7 +1,7 @@
 """The basses that a take names: what `play` writes of them, and what `render` and `play` load for them.
 
-A take may come from anybody: its texts choose presets by name, preset files that there are, and values that the options
-of the command line allow.
+A take may come from anybody. Its texts choose only presets by name, preset files that exist, and values that the
+options of the command line allow.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def told(options: Mapping[str, Any]) -> dict[str, str]:
 def with_loaded(
     score: Score, load: Loader, usual: str, command: click.Command
 ) -> tuple[Score, Callable[[str], Instrument]]:
-    """The score with basses that there are, and what loads a preset as the take has it.
+    """The score with basses that can be loaded, and a function that loads each as the take names it.
 
     In place of a bass that cannot be had plays the one of its program, or the `usual` one, and a remark says so.
     `load` has the options of the command line, which go before those of the take; `command` has all of them.

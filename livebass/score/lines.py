@@ -110,6 +110,7 @@ class _Kits:
 
     def __init__(self, lines: Lines) -> None:
         self._lines = lines.lines
+        self._first = {line.port: k for k, line in enumerate(lines.lines) if line.channel == 0 and line.track is None}
         self._coming = list(reversed(lines.exclusive))
         self._set: dict[int, bool] = {}  # by line
         self._system: dict[int, str] = {}  # "gs", "xg" or "", by the first line of a port
@@ -119,7 +120,7 @@ class _Kits:
         while self._coming and self._coming[-1][0] <= frame:
             self._take(*self._coming.pop()[1:])
         port, channel, _ = self._lines[line]
-        first = self._lines.index(Line(port, 0))
+        first = self._first[port]
         system = self._system.get(first, "")
         if bank == GM2_DRUMS or (bank in XG_DRUMS and system != "gs"):
             return True
