@@ -18,6 +18,7 @@ from typing import Any
 
 X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")  # what platform.machine() calls them
 FROM_SOURCE = bool(os.environ.get("LIVEBASS_FROM_SOURCE"))
+PLAIN = bool(os.environ.get("LIVEBASS_PLAIN")) and not FROM_SOURCE  # kernels run as the Python they are, for pdb
 C_TYPES: dict[str, Any] = {
     "void": None,
     "voidptr": ctypes.c_void_p,
@@ -77,6 +78,8 @@ class Entry:
     @functools.cached_property
     def address(self) -> int:
         """Finds where the function is. Loads, and if need be compiles, the library."""
+        if PLAIN:
+            return int(ctypes.cast(self._plain, ctypes.c_void_p).value or 0)
         from livebass.compiling.library import library
 
         return library().address(self.name)
@@ -84,7 +87,24 @@ class Entry:
     @functools.cached_property
     def call(self) -> Callable[..., Any]:
         """The function, for Python; other threads go on while it runs."""
-        return ctypes.CFUNCTYPE(C_TYPES[self.result], *(C_TYPES[name] for name in self.arguments))(self.address)
+        return self._uncompiled if PLAIN else self._kind(self.address)
+
+    @property
+    def _kind(self) -> Any:
+        """The type of the C function."""
+        return ctypes.CFUNCTYPE(C_TYPES[self.result], *(C_TYPES[name] for name in self.arguments))
+
+    def _uncompiled(self, *arguments: Any) -> Any:
+        """Calls the Python function; integers wrap round and divisions by zero give infinity, as in compiled code."""
+        import numpy as np
+
+        with np.errstate(all="ignore"):
+            return self.function(*arguments)
+
+    @functools.cached_property
+    def _plain(self) -> Any:
+        """The Python function as a C function, which lives as long as this entry."""
+        return self._kind(self._uncompiled)
 
     def __call__(self, *arguments: Any) -> Any:
         return self.call(*arguments)

@@ -1,16 +1,19 @@
-"""The door to instructions.py: its functions where kernels are compiled, without numba placeholders everywhere else.
+"""The door to instructions.py: its functions where kernels are compiled, plain.py's where they run uncompiled.
 
-Kernels that come compiled need no numba in the process that plays them. [any thread]
+Everywhere else placeholders stand for them: kernels that come compiled need no numba in the process that plays them.
+[any thread]
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from livebass.compiling import FROM_SOURCE
+from livebass.compiling import FROM_SOURCE, PLAIN
 
 if FROM_SOURCE or TYPE_CHECKING:
     from livebass.kernels.machine.instructions import *  # noqa: F403
+elif PLAIN:
+    from livebass.kernels.machine.plain import *  # noqa: F403
 else:
 
     def __getattr__(name: str) -> Any:
