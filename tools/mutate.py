@@ -44,7 +44,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent.parent
 KERNELS = HERE / "livebass" / "kernels"
 TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md", "docs")
-DECORATORS = ("jit", "entry", "inlined")
+DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart")
 LEFT = ("records.py", "machine/")  # sizes of memory; functions that have exact tests of their own
 SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
 TESTS = ["tests/engine", "tests/plugin/test_instrument.py"]
@@ -56,7 +56,7 @@ SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: n
 
 import os
 
-from livebass.compiling import FROM_SOURCE, entry, jit
+from livebass.compiling import FROM_SOURCE, entry, shared
 
 if FROM_SOURCE:
     from llvmlite import ir
@@ -91,22 +91,27 @@ if FROM_SOURCE:
 
         return types.void(types.int64), generate
 else:
-    chosen = choose = None
+
+    def chosen():
+        """For what Python and kernels share, where Python calls it."""
+        return int(os.environ.get("LIVEBASS_MUTANT", 0))
+
+    choose = None
 
 
-@jit
+@shared
 def either(k, usual, other):
     return other if chosen() == k else usual
 
 
-@jit
+@shared
 def signed(k, x):
     return -x if chosen() == k else x
 
 
-@jit
+@shared
 def turned_round(k, x):
-    return (not x) if chosen() == k else x
+    return (x == False) if chosen() == k else x  # of arrays, too
 
 
 @entry("void(int64)")
@@ -383,13 +388,18 @@ def _constants(file: Path) -> Iterator[tuple[str, Key, object, int]]:
                 for name in names:
                     if isinstance(name, ast.Name) and name.id.isupper() and name.id not in SIZES:
                         yield name.id, (here, name.id), getattr(module, name.id), node.lineno
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("livebass.kernels."):
-            other = HERE / f"{(node.module or '').replace('.', '/')}.py"
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("livebass.kernels"):
+            folder = HERE / (node.module or "").replace(".", "/")
+            other = folder.with_suffix(".py")
             if other in sources():
                 own = {key[1]: (key, value, line) for _, key, value, line in constants(other)}
                 for alias in node.names:
                     if alias.name in own:
                         yield alias.asname or alias.name, *own[alias.name]
+            for alias in node.names:  # a module, whose constants are attributes
+                if (other := folder / f"{alias.name}.py") in sources():
+                    for own_name, key, value, line in constants(other):
+                        yield f"{alias.asname or alias.name}.{own_name}", key, value, line
 
 
 def other_value(value: object) -> object:
@@ -447,9 +457,15 @@ class Changing(ast.NodeTransformer):
         return self._may_change(self._next(), mutant, node, f"either({{k}}, {{x}}, {other!r})")
 
     def visit_Name(self, node: ast.Name) -> ast.expr:
-        if not self._inside or not isinstance(node.ctx, ast.Load) or node.id not in self._constants:
+        return self._constant(node, node.id)
+
+    def visit_Attribute(self, node: ast.Attribute) -> ast.expr:
+        return self._constant(node, ast.unparse(node))
+
+    def _constant(self, node: ast.Name | ast.Attribute, name: str) -> ast.expr:
+        if not self._inside or not isinstance(node.ctx, ast.Load) or name not in self._constants:
             return node
-        key, value, line = self._constants[node.id]
+        key, value, line = self._constants[name]
         if (other := other_value(value)) is None:
             return node
         mutant = Mutant(key[0], line, f"{key[1]} = {value!r} -> {other!r}")

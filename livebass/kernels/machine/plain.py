@@ -92,7 +92,7 @@ def bytes_at(address: int, count: int) -> NDArray[np.uint8]:
     return _array_at(np.uint8, address, (count,))
 
 
-class Record(np.void):
+class Record(np.void):  # type: ignore[misc]  # numpy allows it
     """A record whose fields are attributes; np.record hides a field that has the name of a method, as `diagonal`."""
 
     def __getattribute__(self, name: str) -> Any:
@@ -112,7 +112,7 @@ def _with_attributes(dtype: np.dtype[Any]) -> np.dtype[Any]:
     if dtype.fields is None or dtype.names is None:
         return dtype
     fields = [dtype.fields[name] for name in dtype.names]
-    spec = {
+    spec: Any = {
         "names": list(dtype.names),
         "formats": [_with_attributes(field[0]) for field in fields],
         "offsets": [field[1] for field in fields],

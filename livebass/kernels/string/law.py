@@ -19,13 +19,13 @@ SQUARE_PI = np.pi**2
 def stretched(paper_law, inharmonicity, j):
     """nu_j / (j f0) on a rigid neck."""
     square = inharmonicity * (j * j)
-    return 1 + square / 2 if paper_law else np.sqrt(1 + square)
+    return 1.0 + square / 2.0 if paper_law else np.sqrt(1.0 + square)
 
 
 @shared
 def impedance(linear_density, length, fundamental):
     """mu c of a string, kg/s."""
-    return 2 * linear_density * length * fundamental
+    return 2.0 * linear_density * length * fundamental
 
 
 @shared
@@ -33,7 +33,7 @@ def resonance(f, quality, mass, nu):
     """Re and Im of the admittance of one resonance (Hz, Q, kg) at `nu` (Hz), over nu, m/N."""
     off = f * f - nu * nu
     width = nu * f / quality
-    part = 1 / (2 * np.pi * mass * (off * off + width * width))
+    part = 1.0 / (2.0 * np.pi * mass * (off * off + width * width))
     return width * part, off * part
 
 
@@ -46,7 +46,7 @@ def detuning(susceptance, impedance, j):
 @shared
 def neck_damping(conductance, impedance, fundamental):
     """Damping (1/s) of a mode by the neck, its term in sigma_j, by Re Y at its frequency."""
-    return 2 * fundamental * impedance * conductance
+    return 2.0 * fundamental * impedance * conductance
 
 
 @shared
@@ -61,13 +61,14 @@ def damped_at(note, j):
 def loss_factor(note, nu):
     """1/Q at `nu` (Hz) without the neck: air, viscoelastic and thermoelastic losses."""
     mu = note.linear_density
-    friction = 2 * np.pi * AIR_VISCOSITY + 2 * np.pi * note.diameter * np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
-    air = friction / (2 * np.pi * mu * nu)
-    product = 4 * SQUARE_PI * mu * note.bending / (note.tension * note.tension) * (nu * nu)
+    boundary = np.sqrt(np.pi * AIR_VISCOSITY * AIR_DENSITY * nu)
+    friction = 2.0 * np.pi * AIR_VISCOSITY + 2.0 * np.pi * note.diameter * boundary
+    air = friction / (2.0 * np.pi * mu * nu)
+    product = 4.0 * SQUARE_PI * mu * note.bending / (note.tension * note.tension) * (nu * nu)
     if note.paper_law:
         return air + product * note.viscoelastic_angle + note.thermoelastic
-    square = 2 * product / (1 + np.sqrt(1 + 4 * product))  # B j^2, of which `product` is B j^2 (1 + B j^2)
-    return air + note.viscoelastic_angle * square / (1 + square) + note.thermoelastic
+    square = 2.0 * product / (1.0 + np.sqrt(1.0 + 4.0 * product))  # B j^2, of which `product` is B j^2 (1 + B j^2)
+    return air + note.viscoelastic_angle * square / (1.0 + square) + note.thermoelastic
 
 
 @shared
@@ -150,7 +151,7 @@ def frequency(note, numbers, j, across):
     else:
         aside = detuning(admittance(note, numbers, nu, across)[1], through, j)
         found = nu * (stretched(note.paper_law, note.inharmonicity, float(j)) + aside)
-    return found / (1 + note.longer_across) if own else found
+    return found / (1.0 + note.longer_across) if own else found
 
 
 @shared
@@ -173,4 +174,4 @@ def damping(note, numbers, j, nu, across):
             y = admittance(note, numbers, frequency(note, numbers, j, False), False)[0]
             sigma = max(found - neck_damping(y, through, note.fundamental), min(found, sigma))
         sigma += neck_damping(admittance(note, numbers, nu, across)[0], through, note.fundamental)
-    return sigma + note.extra_damping + note.extra_damping_slope * 2 * np.pi * law
+    return sigma + note.extra_damping + note.extra_damping_slope * 2.0 * np.pi * law
