@@ -58,10 +58,17 @@ import os
 
 from livebass.compiling import FROM_SOURCE, entry, shared
 
+
+def chosen():
+    """For what kernels share with Python, where Python calls it."""
+    return int(os.environ.get("LIVEBASS_MUTANT", 0))
+
+
+choose = None
 if FROM_SOURCE:
     from llvmlite import ir
     from numba.core import types
-    from numba.extending import intrinsic
+    from numba.extending import intrinsic, overload
 
     WORD, FIXED = ir.IntType(64), "LIVEBASS_FROM_SOURCE" not in os.environ  # not in the process of the emitter
 
@@ -73,7 +80,7 @@ if FROM_SOURCE:
         return made
 
     @intrinsic
-    def chosen(typing):
+    def switched(typing):
         def generate(context, builder, signature, given):
             if FIXED:
                 return ir.Constant(WORD, int(os.environ.get("LIVEBASS_MUTANT", 0)))
@@ -83,6 +90,10 @@ if FROM_SOURCE:
 
         return types.int64(), generate
 
+    @overload(chosen)
+    def _chosen():
+        return lambda: switched()
+
     @intrinsic
     def choose(typing, number):
         def generate(context, builder, signature, given):
@@ -90,13 +101,6 @@ if FROM_SOURCE:
             return context.get_dummy_value()
 
         return types.void(types.int64), generate
-else:
-
-    def chosen():
-        """For what Python and kernels share, where Python calls it."""
-        return int(os.environ.get("LIVEBASS_MUTANT", 0))
-
-    choose = None
 
 
 @shared
