@@ -50,7 +50,7 @@ GHOST = technique("ghost", "Ghost notes", HOLD, (10,), (22,), "ghost notes, mute
 LEGATO = technique("legato", "Hammer-on", HOLD, (12,), (24,), "hammer on and pull off overlapping notes")
 HARMONIC = technique(
     "harmonic", "Harmonics", HOLD, (17,), (29,),
-    "harmonics: natural if an open string has the note, else an octave higher",
+    "harmonics, natural if an open string has the note, else an octave higher",
 )  # fmt: skip
 TAP = technique("tap", "Tapping", HOLD, (2,), (14,), "tapping")
 PALM = technique("palm_mute", "Palm mute", HOLD, (3,), (17,), "palm mute")
@@ -66,10 +66,10 @@ HAND_AT = technique(  # its value is the fret, the first one's for the first key
     "hand", "Hand at fret {}", PRESS, (), tuple(range(89, 89 + FRETS)), "move the left hand to a fret"
 )
 DETACH = technique(
-    "detach", "Stop on release", HOLD, (), (32,), "a released key stops its string: no pull-off, no let ring"
+    "detach", "Stop on release", HOLD, (), (32,), "a released key stops its string, without pull-off or let ring"
 )
 LEFT_SLAP = technique(
-    "left_slap", "Left-hand slap", HOLD, (7,), (19,), "slap the strings with the left hand: a clack without pitch"
+    "left_slap", "Left-hand slap", HOLD, (7,), (19,), "slap the strings with the left hand, a clack without pitch"
 )
 ACTIONS = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
 
