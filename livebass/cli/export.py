@@ -299,12 +299,12 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @tuning_options
 @rendered_quality
 @velocity_curve_option
-@count_option("--frets", 36, "Sample every nth fret; 1: all.", default=3)
-@count_option("--layers", 32, "Number of velocities sampled per note.", default=5)
+@count_option("--frets", 36, "Sample every nth fret, 1 to 36; 1: all.", default=3)
+@count_option("--layers", 32, "Number of velocities sampled per note, 1 to 32.", default=5)
 @count_option(
     "--robins",
     32,
-    "Alternating samples per velocity; 1 if the preset has no player.unevenness.",
+    "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.",
     default=2,
 )
 @click.option(
