@@ -278,7 +278,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
         if output is None:
             files.directory(file.parent)
         write_instrument(bass, file, files)
-    where = "plugins list it when their host loads them anew"
+    where = "plugins list it when their host loads them again"
     if output is not None and output.parent.resolve() != own_instruments().resolve():
         where = f"plugins look for it in {own_instruments()}"
     elif name in preset_names():
