@@ -44,34 +44,32 @@ def technique(symbol: str, name: str, asked: str, modo: tuple[int, ...], modo_12
 
 
 ON_STRING = technique(  # its value is the pitch class of the open string, and that of the key
-    "string", "String {}", HOLD, (0, 9, 11, 14, 16, 19), (12, 21, 23, 26, 28, 31), "notes are played on this string"
+    "string", "String {}", HOLD, (0, 9, 11, 14, 16, 19), (12, 21, 23, 26, 28, 31), "play on this string"
 )
 GHOST = technique("ghost", "Ghost notes", HOLD, (10,), (22,), "ghost notes, muted by the left hand")
-LEGATO = technique("legato", "Hammer-on", HOLD, (12,), (24,), "overlapping notes are hammered on and pulled off")
+LEGATO = technique("legato", "Hammer-on", HOLD, (12,), (24,), "hammer on and pull off overlapping notes")
 HARMONIC = technique(
     "harmonic", "Harmonics", HOLD, (17,), (29,),
-    "harmonics, natural where an open string has the note, else an octave higher",
+    "harmonics, natural if an open string has the note, else an octave higher",
 )  # fmt: skip
-TAP = technique("tap", "Tapping", HOLD, (2,), (14,), "notes are tapped")
+TAP = technique("tap", "Tapping", HOLD, (2,), (14,), "tapping")
 PALM = technique("palm_mute", "Palm mute", HOLD, (3,), (17,), "palm mute")
-SLIDE = technique("slide", "Slide", HOLD, (4,), (16,), "overlapping notes slide")
+SLIDE = technique("slide", "Slide", HOLD, (4,), (16,), "slide between overlapping notes")
 VIBRATO = technique("vibrato", "Vibrato", HOLD, (6,), (18,), "vibrato")
-WITH_FINGERS = technique("finger", "Fingers", PRESS, (13,), (25,), "fingers from now on")
-WITH_PICK = technique("pick", "Pick", PRESS, (15,), (27,), "a pick from now on")
-WITH_THUMB = technique("slap", "Thumb", PRESS, (18,), (30,), "thumb and pops from now on")
-STOP_ALL = technique("stop_all", "Stop all strings", PRESS, (8,), (20,), "all strings are damped")
-DOWN_STROKE = technique(
-    "down_stroke", "Down stroke", HOLD, (), (13,), "every stroke goes down, or is the index finger's"
-)
-UP_STROKE = technique("up_stroke", "Up stroke", HOLD, (), (15,), "every stroke goes up, or is the middle finger's")
+WITH_FINGERS = technique("finger", "Fingers", PRESS, (13,), (25,), "play with fingers")
+WITH_PICK = technique("pick", "Pick", PRESS, (15,), (27,), "play with a pick")
+WITH_THUMB = technique("slap", "Thumb", PRESS, (18,), (30,), "play with thumb and pops")
+STOP_ALL = technique("stop_all", "Stop all strings", PRESS, (8,), (20,), "damp all strings")
+DOWN_STROKE = technique("down_stroke", "Down stroke", HOLD, (), (13,), "only down strokes, or only the index finger")
+UP_STROKE = technique("up_stroke", "Up stroke", HOLD, (), (15,), "only up strokes, or only the middle finger")
 HAND_AT = technique(  # its value is the fret, the first one's for the first key
-    "hand", "Hand at fret {}", PRESS, (), tuple(range(89, 89 + FRETS)), "the left hand goes to a fret"
+    "hand", "Hand at fret {}", PRESS, (), tuple(range(89, 89 + FRETS)), "move the left hand to a fret"
 )
 DETACH = technique(
-    "detach", "Stop on release", HOLD, (), (32,), "a key let go stops its string, without pull-off or let ring"
+    "detach", "Stop on release", HOLD, (), (32,), "a released key stops its string, without pull-off or let ring"
 )
 LEFT_SLAP = technique(
-    "left_slap", "Left-hand slap", HOLD, (7,), (19,), "the left hand slaps the strings, a clack without pitch"
+    "left_slap", "Left-hand slap", HOLD, (7,), (19,), "slap the strings with the left hand, a clack without pitch"
 )
 ACTIONS = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
 
@@ -106,22 +104,20 @@ def function(symbol: str, controllers: tuple[int, ...], does: str, field: str = 
     return number
 
 
-CC_PLACE = function("place", (3,), "where the string is plucked, from the neck (0) to the bridge (127)")
+CC_PLACE = function("place", (3,), "plucking place, from the neck (0) to the bridge (127)")
 CC_VOLUME = function("volume", (7,), "volume")
-CC_EXPRESSION = function("expression", (11,), "expression, as volume")
+CC_EXPRESSION = function("expression", (11,), "expression, a second volume")
 CC_LET_RING = function(
     "let_ring", (64,),
-    "from 64 on: notes ring on when let go; with player.answering idle strings ring along", "pedal",
+    "from 64: released notes ring on; with player.answering idle strings ring along", "pedal",
 )  # fmt: skip
 CC_VIBRATO = function("vibrato", (1,), "vibrato", "vibrato")
 CC_PALM = function("palm_mute", (9,), "palm mute, from none (0) over loose (1) to tight (127)", "palm", pressed=76)
-CC_SLIDE = function("slide", (65,), "from 64 on: overlapping notes slide", "sliding")
-CC_LEGATO = function("legato", (68,), "from 64 on: overlapping notes are hammered on and pulled off", "legato")
-CC_BEND = function("bend", (5,), "bend upwards, up to 2 semitones, once it has been below 3")
-CC_HAND = function("hand", (4,), "where the left hand is, from the first fret (0) to the last ones (127)")
-CC_BLEND = function(
-    "blend", (18,), "pickups, from the neck's alone (0) to the bridge's alone (127); at 64 as the bass has them"
-)
+CC_SLIDE = function("slide", (65,), "from 64: overlapping notes slide", "sliding")
+CC_LEGATO = function("legato", (68,), "from 64: overlapping notes are hammered on and pulled off", "legato")
+CC_BEND = function("bend", (5,), "bend up, by up to 2 semitones, after it has been below 3")
+CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0) to the last frets (127)")
+CC_BLEND = function("blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own")
 CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on they move the parameters of the playing
 
 # Symbols of the functions that belong to the channel whose controller moves them. Buttons that move them for the whole
@@ -189,7 +185,7 @@ def played(
 
 GAIN_DB = played("gain", "Gain", "Sound", -60.0, 20.0, "gain, from silence to 0 dB", "dB")  # the least is silence
 TONE_POT = played(
-    "tone", "Tone", "Sound", -1.0, 1.0, "tone pot, from closed (0) to open (127); at 64 as the bass has it",
+    "tone", "Tone", "Sound", -1.0, 1.0, "tone pot, from closed (0) to open (127); 64 is the bass's own",
     controllers=(17,),
 )  # fmt: skip
 PLUCK_POSITION = played(
@@ -200,8 +196,8 @@ DYNAMICS = played("dynamics", "Dynamics", "Playing", -12.0, 12.0, "force of ever
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
 TECHNIQUE = played(
     "technique", "Technique", "Playing", float(OWN), float(THUMB_ON_ALL),
-    "in four parts: as the bass has it, plucked, thumb on two strings, thumb on all",
-    points=("as the bass has it", "plucked", "thumb on two strings", "thumb on all"),
+    "in four ranges: the bass's own, plucked, thumb on two strings, thumb on all",
+    points=("the bass's own", "plucked", "thumb on two strings", "thumb on all"),
 )  # fmt: skip
 HAND_DAMPING = played(
     "hand_damping", "Hand damping", "Playing", -1.0, 1.0, "hand that stops a note, from a tenth to ten times as firm"
@@ -209,7 +205,7 @@ HAND_DAMPING = played(
 UNEVENNESS = played("unevenness", "Unevenness", "Playing", -1.0, 1.0, "unevenness from note to note, from less to more")
 BEND_RANGE = played(
     "bend_range", "Bend range", "Playing", 0.0, 24.0,
-    "range of the pitch bend, 0 (as the bass has it) to 24 semitones", "semitones",
+    "range of the pitch bend, 0 (the bass's own) to 24 semitones", "semitones",
 )  # fmt: skip
 LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of those of the playing: kernels hold them, and controllers learn them
 PARAMETERS = len(LEARNABLE)
@@ -219,7 +215,7 @@ MOST = tuple(row.most for row in PARAMETER_ROWS.values())
 
 parameter("bass", "Bass", "Sound", most=MOST_BASSES - 1.0, whole=True)  # in the order of the shelf
 parameter("quality", "Quality", "Processor", points=("live", "studio"))
-parameter("running_ahead", "Running ahead", "Processor", points=SWITCH)
+parameter("running_ahead", "Look-ahead", "Processor", points=SWITCH)
 parameter("relief", "Relief under overload", "Processor", points=SWITCH, usual=1.0)  # never offline
 parameter("palm_mute", "Palm mute", "Playing")  # these two are amounts that functions of controllers move, too
 parameter("vibrato", "Vibrato", "Playing")

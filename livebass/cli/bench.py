@@ -18,25 +18,22 @@ from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
-JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Write the figures to FILE as well.")
+JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Also write the figures to FILE.")
 PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
 
 
 @click.group()
 def bench() -> None:
-    """Measure how fast this machine is.
-
-    How fast it computes sound, and whether it can play live.
-    """
+    """Measure how fast this machine computes sound, and whether it can play live."""
 
 
 @bench.command("render")
 @JSON
 def render_(file: Path | None) -> None:
-    """Measure how many seconds of work a second of sound takes.
+    """Measure the seconds of work per second of sound.
 
     Computes one hard pluck by brute force and by the engine in each quality, then plays four strings at once and a
-    slap line. Takes about a minute; run nothing else on the machine meanwhile.
+    slap line. Takes about a minute; run nothing else meanwhile.
     """
     from livebass.bench.render import bench_render, table
 
@@ -51,19 +48,19 @@ def render_(file: Path | None) -> None:
     "qualities",
     type=click.Choice(list(QUALITIES)),
     multiple=True,
-    help="Measure this quality only; repeat it for several.  [default: all]",
+    help="Measure only this quality; repeatable.  [default: all]",
 )
 @click.option(
     "--block",
     "blocks",
     type=Number("frames", *BLOCK, whole=True),
     multiple=True,
-    help="Measure this block size only; repeat it for several.  [default: 32, 64 ... 1024]",
+    help="Measure only this block size; repeatable.  [default: 32, 64 ... 1024]",
 )
 @click.option(
     "--runs",
     type=Number("count", 1, 100, whole=True),
-    help="How often the notes are played.  [default: 5 times in quality live, 3 in the others]",
+    help="Number of runs.  [default: 5 in quality live, 3 in the others]",
 )
 @JSON
 @PLOT
@@ -71,10 +68,10 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
          picture: Path | None) -> None:  # fmt: skip
     """Measure whether each block of sound is ready in time. Needs no sound card.
 
-    Pops four strings at once as hard as they go, pops them again while they ring, then plays sixteenths over all
-    strings, in each quality and in blocks of 32 to 1024 frames; then one string at full fidelity. Also tells how far
-    each quality is from `reference` in sound, over notes of all presets, six plucks each. Takes about six minutes; run
-    nothing else on the machine meanwhile.
+    Pops four strings at once as hard as possible, pops them again while they ring, then plays sixteenths over all
+    strings, in each quality and in blocks of 32 to 1024 frames; then plays one string at full fidelity. Also measures
+    how far each quality is from `reference`, over notes of all presets, six plucks each. Takes about six minutes; run
+    nothing else meanwhile.
     """
     from dataclasses import replace
 
@@ -97,8 +94,8 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
 def latency(file: Path | None, picture: Path | None) -> None:
     """Measure the time from a MIDI note to its sound.
 
-    Plays through a running JACK server in both ways there are: as a JACK client with its own MIDI port, and through
-    PortAudio and rtmidi. Without a server only the time inside livebass is measured. Takes half a minute.
+    Plays through a running JACK server in both ways: as a JACK client with a MIDI port, and through PortAudio and
+    rtmidi. Without a server it measures only the time inside livebass. Takes half a minute.
     """
     from livebass.bench.latency import bench_latency, table
     from livebass.bench.latency import picture as draw

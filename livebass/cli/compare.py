@@ -20,7 +20,7 @@ from livebass.units import one_line
 
 TECHNIQUES = ("fingers", "pick", "slap", "pop")
 GROUPS = {
-    "Beside the real ones": "--preset --beside --quality --velocities --takes --seed",
+    "Presets": "--preset --beside --quality --velocities --takes --seed",
     "Notes": "--technique",
     "Results": "--output --json",
     "Help": "--help",
@@ -41,46 +41,46 @@ def _velocities(text: str) -> tuple[int, ...]:
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="REAL...")
-@preset_option("A preset that plays the same notes; may be given again.", "presets", multiple=True)
+@preset_option("A preset that plays the same notes; repeatable.", "presets", multiple=True)
 @click.option(
     "--beside", type=PATH, multiple=True, metavar="FILE|DIR",
-    help="Recordings, or a folder of them, that are compared as rendered ones are; may be given again.",
+    help="Recordings, or a folder of them, to compare instead of presets; repeatable.",
 )  # fmt: skip
 @click.option(
     "-q", "--quality", type=click.Choice(list(QUALITIES)), default="studio", show_default=True,
-    help="How finely the strings of a preset are computed.",
+    help="Precision of the presets' strings.",
 )  # fmt: skip
 @click.option(
     "--velocities", type=Parsed("velocities", _velocities, "N,N..."),
-    help="How hard a preset plays, from soft to hard.  [default: from 30 to 127, as many as the REAL ones' dynamics]",
+    help="Velocities of a preset, soft to hard.  [default: 30 to 127, as many as the dynamics of REAL]",
 )  # fmt: skip
-@count_option("--takes", 16, "How often a preset plays each note.", default=2)
+@count_option("--takes", 16, "Number of times a preset plays each note.", default=2)
 @click.option(
     "--seed", type=Number("number", 0, 2**31, whole=True), default=0, show_default=True,
-    help="Of the player's small irregularities.",
+    help="Seed of the player's small variations.",
 )  # fmt: skip
 @click.option(
     "--technique", type=click.Choice(TECHNIQUES),
-    help="How all notes were played.  [default: what the names of files tell, or else fingers]",
+    help="Technique of all notes.  [default: by the file names, or fingers]",
 )  # fmt: skip
-@file_option("-o", "--output", metavar="PAGE.html", help="Draw spectrograms, decays and bands into a page.")
-@file_option("--json", "json_file", help="Write all figures, of every note too, as JSON.")
+@file_option("-o", "--output", metavar="PAGE.html", help="Write a page with spectrograms, decays, bands and players.")
+@file_option("--json", "json_file", help="Write all figures, also for each note, as JSON.")
 def compare(
     recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], quality: str,
     velocities: tuple[int, ...] | None, takes: int, seed: int, technique: str | None, output: Path | None,
     json_file: Path | None,
 ) -> None:  # fmt: skip
-    """Compare notes of real basses with rendered ones.
+    """Compare notes of real basses with rendered notes.
 
-    REAL are sound files of single notes, or folders of them: each folder is a bass, files together are one. Their pitch
-    is heard. Words of their names and of folders tell how hard they were played (pp p mp mf f ff, soft medium hard, v1
-    or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), on an open or a stopped string,
-    and what is the noise of a release; without such words the level tells how hard.
+    REAL are sound files of single notes, or folders of them: each folder is a bass, single files together are another.
+    The command hears the pitch. Words in file and folder names tell the dynamics (pp p mp mf f ff, soft medium hard, v1
+    or v100, or a number that grows with the level), the technique (fingers, pick, slap, pop), whether the string is
+    open or stopped, and whether a file is the noise of a release. Without such words the level tells the dynamics.
 
-    Prints what attack, touch, pitch and decay are like, a row each: medians over the notes of each bass, beside the
-    range of five real basses, and whether they lie inside. Then the distances from each bass to each real one, of
-    notes of the same pitch; what takes and dynamics of one bass differ by is the yardstick. A value that the notes do
-    not tell, as they are too short or cut, is a dash with its reason below the table.
+    Prints rows for attack, touch, pitch and decay: medians over the notes of each bass, beside the range of five real
+    basses, and whether they lie inside. Then prints distances between notes of the same pitch, from each bass to each
+    real bass; the differences within one bass give the scale. A dash marks a value that short or cut notes do not
+    show; the reason stands below the table.
 
     \b
     Examples:

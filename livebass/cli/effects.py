@@ -27,22 +27,22 @@ def effects_options(command: Command) -> Command:
         click.option(
             "--response-level",
             type=click.Choice(["normalized", "file"]),
-            help="Level of the response: a bass as loud as without it, or as the file has it.  "
-            "[default: normalized of --response, else as the preset]",
+            help="Level of the response: keep the loudness of the bass, or the level of the file.  "
+            "[default: normalized with --response, else the preset's]",
         ),
         file_option(
             "--response",
-            help="Effect: an impulse response, of a cabinet or a room: a sound file, 1 s.  [default: as the preset]",
+            help="Impulse response of a cabinet or room, a sound file of up to 1 s.  [default: the preset's]",
         ),
         click.option(
             "--drive",
             type=KNOB,
-            help="Effect: a valve stage with a tone stack, from 0, none, to 1.  [default: as the preset]",
+            help="Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]",
         ),
         click.option(
             "--compression",
             type=KNOB,
-            help="Effect: compression of the mix, from 0, none, to 1.  [default: as the preset]",
+            help="Compression of the mix, 0 (off) to 1.  [default: the preset's]",
         ),
     ):  # the last one comes first in --help
         command = option(command)

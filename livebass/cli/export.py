@@ -27,7 +27,7 @@ LENGTH = (0.1, 60.0)  # s
 RATE_OF_HOSTS = 48000  # Hz, at which this machine is measured
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 presets_option = preset_option(
-    "A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
+    "A bass: a name from `livebass presets list`, or your own file; repeatable.  [default: all]",
     "presets",
     multiple=True,
 )
@@ -40,15 +40,15 @@ class SystemOption(click.Option):
         from livebass.plugin.systems import SYSTEMS
 
         *most, last = SYSTEMS
-        self.help = f"The system that the plugin is for: {', '.join(most)} or {last}.  [default: this one]"
+        self.help = f"System to build for: {', '.join(most)} or {last}.  [default: this one]"
         return super().get_help_record(ctx)
 
 
 @click.group()
 def export() -> None:
-    """Turn a preset into what other programs play.
+    """Export basses to a web page, plugins or sample packs.
 
-    Nothing here needs the network.
+    Export needs no network.
     """
 
 
@@ -57,16 +57,15 @@ def plugin_command(kind: str) -> click.Command:
 
     @click.command(
         kind,
-        short_help=f"Write a plugin for hosts of {kind.upper()}.",
+        short_help=f"Write a {kind.upper()} plugin.",
         help=f"""
-        Write a plugin that plays presets in hosts of {kind.upper()}, without Python.
+        Write a {kind.upper()} plugin that plays presets without Python.
 
-        The plugin is a folder, {BUNDLES[kind]}. With --install it goes where hosts look for your plugins; else copy
-        it there yourself: the command ends by saying where that is. It appears when it is complete; an interrupted
-        export leaves nothing behind. To uninstall it, delete the folder.
+        The plugin is a folder, {BUNDLES[kind]}. --install puts it where hosts look for your plugins. Otherwise copy it
+        there; the command prints where. Delete the folder to uninstall it. An interrupted export leaves nothing behind.
 
-        From a release wheel this takes a second or two. From a checkout the plugin is built first, once, in about a
-        minute, by the C compiler of your system or of the extra `export`.
+        From a release wheel this takes a second or two. A checkout first builds the plugin, once, in about a minute,
+        with the C compiler of your system or of the extra `export`.
 
         \b
         Examples:
@@ -79,15 +78,14 @@ def plugin_command(kind: str) -> click.Command:
     @hands_options
     @effects_options
     @folder_option(
-        f"The folder in which to write {BUNDLES[kind]}; made if missing. An older one is replaced.  "
+        f"Folder to write {BUNDLES[kind]} in; created if missing. Replaces an older one.  "
         "[default: the current directory]",
     )
-    @click.option("--install", is_flag=True, help="Write it where hosts on this system look for your plugins.")
+    @click.option("--install", is_flag=True, help="Write the plugin where hosts on this system look for it.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @quality_option(
         AUTO,
-        "In which quality a new track begins; auto: with --install studio for basses that this machine carries so, "
-        "else live.",
+        "Quality of a new track. auto: with --install, studio for basses that this machine can play in it; else live.",
         among=(AUTO, "live", "studio"),
     )
     @tuning_options
@@ -206,23 +204,22 @@ def page_ready() -> None:
 @hands_options
 @effects_options
 @folder_option(
-    "The folder to write; made if missing. It may be empty or hold an older page, which is replaced.", required=True
+    "Folder to write; created if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
-@click.option("--single", is_flag=True, help="Write one HTML file, livebass.html, which also plays from a disk.")
-@quality_option("live", "How finely the strings are computed; studio needs a fast computer.", among=("live", "studio"))
+@click.option("--single", is_flag=True, help="Write one HTML file, livebass.html, which also plays from disk.")
+@quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def web(
     presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...], **options: Any
 ) -> None:
-    """Write a web page that plays presets in a browser, from keys, mouse, fingers or MIDI.
+    """Write a web page that plays presets in a browser, by keys, mouse, touch or MIDI.
 
-    The page is a folder for a web server, over https or on localhost; with --single it is one file that plays from a
-    disk too, and can be sent to others. It plays without a network and asks no other server for anything. It needs
-    Chrome 97, Edge 97, Firefox 113 or Safari 16.4, or a later one.
+    The page is a folder for a web server, over https or on localhost. With --single it is one file that also plays from
+    disk. It needs no network, and Chrome 97, Edge 97, Firefox 113, Safari 16.4 or later.
 
-    From a release wheel this takes a second. From a checkout the kernels are first compiled for browsers, once, in
-    about half a minute.
+    From a release wheel this takes a second. A checkout first compiles the kernels for browsers, once, in about half a
+    minute.
 
     \b
     Examples:
@@ -250,14 +247,14 @@ def web(
 @file_option(
     "-o",
     "--output",
-    help="The file to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
+    help="File to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
 )
 @tuning_options
 def instrument(preset: str, output: Path | None, **options: Any) -> None:
-    """Add a bass to plugins that are installed.
+    """Add a bass to the installed plugins.
 
-    The bass, such as your own file mine.toml, appears in the list of every livebass plugin when the host loads it anew;
-    in LV2 hosts as a preset, if livebass.lv2 is in your folder of plugins. An older file of the same name is replaced.
+    Every livebass plugin lists the bass when the host loads the plugin again. LV2 hosts get a preset, if livebass.lv2
+    is in your plugin folder. An older file of the same name is replaced.
 
     \b
     Examples:
@@ -281,7 +278,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
         if output is None:
             files.directory(file.parent)
         write_instrument(bass, file, files)
-    where = "plugins list it when their host loads them anew"
+    where = "plugins list it when their host loads them again"
     if output is not None and output.parent.resolve() != own_instruments().resolve():
         where = f"plugins look for it in {own_instruments()}"
     elif name in preset_names():
@@ -298,16 +295,16 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @preset_option(
     "The bass: a name from `livebass presets list`, or your own file.", default=DEFAULT_PRESET, show_default=True
 )
-@folder_option("The folder to write; made if missing. It may be empty or hold an older pack, which is replaced.")
+@folder_option("Folder to write; created if missing. It may be empty or hold an older pack, which is replaced.")
 @tuning_options
 @rendered_quality
 @velocity_curve_option
-@count_option("--frets", 36, "Sample one of so many neighbouring frets; 1: each.", default=3)
-@count_option("--layers", 32, "Velocities at which each note is sampled.", default=5)
+@count_option("--frets", 36, "Sample every nth fret, 1 to 36; 1: all.", default=3)
+@count_option("--layers", 32, "Number of velocities sampled per note, 1 to 32.", default=5)
 @count_option(
     "--robins",
     32,
-    "Samples of each note and velocity, which take turns; 1 where the preset has no player.unevenness.",
+    "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.",
     default=2,
 )
 @click.option(
@@ -315,25 +312,25 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     type=Quantity("time", *LENGTH),
     default=8.0,
     show_default="8s",
-    help="Longest sample, 100ms to 60s. One that has not died away by then fades out over its last quarter.",
+    help="Longest sample, 100ms to 60s. Longer notes fade out over the last quarter.",
 )
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Samples a second, 22050 to 192000.")
+@click.option("--rate", type=RATE, default=48000, show_default=True, help="Sample rate, 22050 to 192000 Hz.")
 @click.option(
     "--seed",
     type=Number("number", 0, 2**31, whole=True),
     default=0,
     show_default=True,
-    help="Seed of the player's small irregularities; the same seed gives the same files.",
+    help="Seed of the player's small variations; the same seed gives the same files.",
 )
-@click.option("--size", is_flag=True, help="Write nothing: print how many samples there would be, and their size.")
+@click.option("--size", is_flag=True, help="Write nothing; print the number of samples and their size.")
 def sfz(
     preset: str, output: Path | None, quality: str, velocity_curve: Any, frets: int, layers: int, robins: int,
     length: float, rate: int, seed: int, size: bool, **tuning: Any,
 ) -> None:  # fmt: skip
-    """Render a preset into a sample pack, for samplers that read SFZ.
+    """Render a preset into a sample pack for SFZ samplers.
 
-    The pack is a folder: NAME.sfz, the samples as FLAC of 24 bits, and LICENSE.txt, which lets anyone use them for
-    anything. It appears when it is complete; an interrupted export leaves nothing behind.
+    The pack is a folder with NAME.sfz, 24-bit FLAC samples and LICENSE.txt, which lets anyone use them for anything. An
+    interrupted export leaves nothing behind.
 
     \b
     Examples:

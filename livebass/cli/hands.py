@@ -58,8 +58,7 @@ def _number(text: str) -> float | str:
 velocity_curve_option = click.option(
     "--velocity-curve",
     type=CurveOf(),
-    help="How hard a velocity is played: soft, linear, hard, an exponent, or points such as 1:1,64:90,127:127.  "
-    "[default: linear]",
+    help="Velocity curve: soft, linear, hard, an exponent, or points such as 1:1,64:90,127:127.  [default: linear]",
 )
 
 
@@ -67,16 +66,16 @@ def hands_options(command: Command) -> Command:
     """Adds the options that `Hands.taken` reads to a command."""
     for option in (
         click.option(
-            "--no-noise", is_flag=True, help="Hands and electronics without noise: no skin, knock, floor and squeak."
+            "--no-noise",
+            is_flag=True,
+            help="Turn off the noise of hands and electronics: skin, knock, floor and squeak.",
         ),
-        click.option(
-            "--wheel", type=click.Choice(["bend", "slide"]), help="What the pitch wheel does.  [default: bend]"
-        ),
+        click.option("--wheel", type=click.Choice(["bend", "slide"]), help="Job of the pitch wheel.  [default: bend]"),
         velocity_curve_option,
         click.option(
             "--keys",
             metavar="NAME|FILE",
-            help="What MIDI keys and controllers do: modo, modo-12, or your own file; see `livebass presets keymap`.  "
+            help="Key map for techniques: modo, modo-12, or your own file; see `livebass presets keymap`.  "
             "[default: modo]",
         ),
     ):  # the last one comes first in --help

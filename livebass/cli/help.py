@@ -31,9 +31,8 @@ def begun_by(word: str) -> list[str]:
 def help_(page: str | None) -> None:
     """Read a page of the handbook.
 
-    Without PAGE, list the pages. The beginning of a name will do, if no other page begins so.
-
-    In a terminal a page opens in the pager (PAGER, such as less); into a file or a pipe it is printed.
+    Without PAGE, list the pages. You may shorten the name of a page. In a terminal the page opens in the pager (PAGER,
+    such as less); otherwise it is printed.
 
     \b
     Examples:

@@ -56,11 +56,11 @@ def livebass() -> None:
 
     \b
     Examples:
-      livebass play                                  live, from a MIDI or the computer keyboard
-      livebass page                                  on a page that shows the strings, in a browser
+      livebass play                                  live, from a MIDI or computer keyboard
+      livebass page                                  in a browser, on a page that shows the strings
       livebass render --note G2 --velocity 120       one hard note into G2.wav
       livebass render song.mid -o song.wav           the bass part of a MIDI file
-      livebass presets list                          the basses there are
+      livebass presets list                          the basses
       livebass export sfz -p slap -o slap-bass       a sample pack for other programs
       livebass help                                  the handbook
     """

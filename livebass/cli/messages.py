@@ -23,31 +23,26 @@ from livebass.units import pitch_name
 WIDTH, INDENT = 120, 20  # characters
 LEARNT = f"{', '.join(LEARNABLE[:-1])} or {LEARNABLE[-1]}"
 NOTES = {
-    "1-16 channels": "--channel takes one; without it all are played",
-    "note-on": "the velocity is the force of the pluck, by --velocity-curve; string and fret follow from the note",
-    "note-off": "the velocity is how hard a pull-off plucks",
-    "pitch bend": "2 semitones, or as RPN 0 says, up to 96",
+    "1-16 channels": "--channel selects one; the default is all",
+    "note-on": "velocity is the force of the pluck, by --velocity-curve; the note decides string and fret",
+    "note-off": "velocity is the force of a pull-off",
+    "pitch bend": "2 semitones, or as RPN 0 sets, up to 96",
 }
 OTHERS = {
-    f"{LEARNED} to {LEARNED + PARAMETERS - 1}": f"{', '.join(LEARNABLE)}, as --learn moves them, and as a MIDI take "
-    "has what --learn has moved",
-    "program": "33 to 38 of General MIDI choose a preset, see `livebass presets list`; in a --file without -p, too",
-    "6, 38, 100, 101": "RPN 0, the range of the pitch bend; RPN 1 and 2, tuning; RPN 6, MPE: each note has its own "
-    "bend, its vibrato by pressure and its plucking point by controller 74",
-    "126": "1: overlapping notes up to two frets apart are legato; 2 and more: a channel for each string, the highest "
-    "one's first, as MIDI guitars have it, with a wheel of its own; notes on channels without a string are dropped, "
-    "and counted",
-    "any other": f"what --learn gives it: {LEARNT}; at 64 the parameter is as the bass has it, the gain at 127",
-    "120, 121, 123": "all sound off, reset all controllers, all notes off, of their channel",
+    f"{LEARNED} to {LEARNED + PARAMETERS - 1}": f"{', '.join(LEARNABLE)}; MIDI takes record here what --learn moves",
+    "program": "General MIDI 33 to 38 choose a preset, see `livebass presets list`; in a --file only without -p",
+    "6, 38, 100, 101": "RPN 0: range of the pitch bend; RPN 1 and 2: tuning; RPN 6: MPE, where each note has its own "
+    "bend, vibrato by pressure and plucking place by controller 74",
+    "126": "1: overlapping notes up to two frets apart are legato; 2 and more: a channel per string, the highest "
+    "string first, as MIDI guitars do, each with its own wheel; notes on channels without a string are dropped, and "
+    "counted",
+    "any other": f"assigned by --learn: {LEARNT}; 64 is the bass's own value, 127 for gain",
+    "120, 121, 123": "all sound off, reset all controllers, all notes off, on their channel",
 }
-KEYS = "Key switches, below the notes of the bass, as MODO BASS has them; of --keys modo-12, in place of notes, too:"
+KEYS = "Key switches of --keys modo, below the notes of the bass, and of --keys modo-12, which replace notes:"
 MORE = """\
---keys FILE has them as you like: `livebass presets keymap`. --controllers --keys FILE explains yours. --wheel slide:
-the pitch wheel goes over frets, up to 2 up or down.
-
-When a block takes more than three quarters of its time, strings change to 150 modes and contact steps at 192 kHz, one
-after the other: first those that have touched a fret, the one plucked last before the others; then those that only
-sound, the oldest first. They change back one by one when the load has stayed below 35 % for half a second."""
+For a map of your own see `livebass presets keymap`; --controllers --keys FILE explains it. With --wheel slide the pitch
+wheel slides over frets, 2 up or down."""
 
 
 def controllers_text() -> str:
@@ -56,7 +51,7 @@ def controllers_text() -> str:
     keys = [
         (keys_text(row.modo), keys_text(row.modo_12), f"{row.asked}: {meaning(row)}") for row in TECHNIQUE_ROWS.values()
     ]
-    keys.insert(0, ("modo", "modo-12", "C4 is 60; hold: as long as the key is down"))
+    keys.insert(0, ("modo", "modo-12", "C4 is 60; hold: while the key is down"))
     wide = [max(len(row[column]) for row in keys) + 2 for column in range(2)]
     return "\n".join(
         [

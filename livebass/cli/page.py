@@ -24,14 +24,14 @@ LOOK_EVERY = 0.2  # s, for a signal that ends it
 @presets_option
 @hands_options
 @effects_options
-@quality_option("live", "How finely the strings are computed; studio needs a fast computer.", among=("live", "studio"))
+@quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
 @click.option(
-    "--port", type=Number("port", 0, 65535, whole=True), default=0, help="Serve at this port.  [default: any free one]"
+    "--port", type=Number("port", 0, 65535, whole=True), default=0, help="Port of the server.  [default: any free port]"
 )
 @click.option(
     "--link", metavar="LINK", help="Open a saved link: a bass with its bench settings, or a case such as case=b."
 )
-@click.option("--no-browser", is_flag=True, help="Open no browser: the address is printed.")
+@click.option("--no-browser", is_flag=True, help="Print the address only.")
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def page(
@@ -43,11 +43,11 @@ def page(
     more: tuple[str, ...],
     **options: Any,
 ) -> None:
-    """Open the page that plays the bass and shows its strings, in a browser on this machine.
+    """Open the page that plays the bass and shows its strings.
 
-    It is the page that `livebass export web` writes, served to this machine alone until Ctrl-C. Its address is printed
-    on standard output. LINK is the address of such a page, or the part behind its #: a bass with its bench settings,
-    or a case of the paper, a, b or c, which is shown slowly.
+    The page is the same as that of `livebass export web`. Only this machine can open it, until Ctrl-C. Its address is
+    printed on standard output. LINK is the address of such a page, or the part after its #: a bass with its bench
+    settings, or a case of the paper (a, b or c), shown in slow motion.
 
     \b
     Examples:

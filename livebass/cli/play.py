@@ -53,11 +53,11 @@ GROUPS = {
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@preset_option(f"The bass. [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]")
+@preset_option(f"The bass.  [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]")
 @tuning_options
 @quality_option(
     AUTO,
-    "How finely strings are computed; auto: studio where this machine carries it, else live. See `livebass help cost`.",
+    "Precision of the strings. auto: studio if this machine can play it, else live. See `livebass help cost`.",
     among=(AUTO, *QUALITIES),
 )
 @click.option(
@@ -68,7 +68,7 @@ GROUPS = {
     help="auto: JACK if a server runs, else PortAudio.",
 )
 @click.option("--audio", metavar="NUMBER|NAME", help="PortAudio output; see `livebass devices`.")
-@click.option("--midi", metavar="NUMBER|NAME", help="MIDI input; default: the first, or a virtual one.")
+@click.option("--midi", metavar="NUMBER|NAME", help="MIDI input.  [default: the first, or a virtual port]")
 @click.option(
     "--rate", type=RATE, default=48000, show_default=True, help="Sample rate for PortAudio; a JACK server has its own."
 )
@@ -77,13 +77,15 @@ GROUPS = {
     type=Number("frames", *BLOCK, whole=True),
     default=128,
     show_default=True,
-    help="Length of a block, for PortAudio and PipeWire; a JACK server has its own.",
+    help="Block size for PortAudio and PipeWire, 16 to 1024; a JACK server has its own.",
 )
-@click.option("--latency", type=Quantity("time", 0.0, 1.0), help="Latency to ask PortAudio for; default: the lowest.")
+@click.option(
+    "--latency", type=Quantity("time", 0.0, 1.0), help="Latency for PortAudio, up to 1 s.  [default: the lowest]"
+)
 @click.option(
     "--cores",
     type=Number("cores", *CORES, whole=True),
-    help="Processor cores that play strings; 1: the audio thread alone.  [default: all, at most one a string]",
+    help="Processor cores that play strings; 1: the audio thread alone.  [default: all, at most one per string]",
 )
 @click.option(
     "--channel", type=Number("channel", 1, 16, whole=True), help="Listen to this MIDI channel only.  [default: all]"
@@ -97,43 +99,47 @@ GROUPS = {
     is_flag=False,
     flag_value="preset",
     type=DEMOS,
-    help="Also play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
+    help="Also play a nine-second demo phrase of the preset, or with `techniques` a phrase for each technique.",
 )
 @click.option(
     "--loop",
     type=Span(),
     is_flag=False,
     flag_value="all",
-    help="Repeat the --file, or the part of it between two times, such as 4s:12s.",
+    help="Repeat the --file, or a part of it, such as 4s:12s.",
 )
 @click.option(
-    "--tempo", type=Number("percent", 10, 400, unit="%"), default=100, show_default=True, help="Tempo of the --file, %."
+    "--tempo",
+    type=Number("percent", 10, 400, unit="%"),
+    default=100,
+    show_default=True,
+    help="Tempo of the --file, 10 to 400 %.",
 )
-@click.option("--transport", is_flag=True, help="The --file starts, stops and moves with JACK's transport.")
-@click.option("--metronome", type=Number("BPM", 20, 400), help="Click so many times a minute.")
-@click.option("--metronome-port", is_flag=True, help="Click in a JACK port of its own, `metronome`, alone.")
-@click.option("--tuner", is_flag=True, help="Show the pitch of what sounds, and how many cents it is off.")
+@click.option("--transport", is_flag=True, help="The --file follows JACK's transport.")
+@click.option("--metronome", type=Number("BPM", 20, 400), help="Clicks per minute, 20 to 400.")
+@click.option("--metronome-port", is_flag=True, help="Send the click to the JACK port `metronome` only.")
+@click.option("--tuner", is_flag=True, help="Show the pitch and how many cents it is off.")
 @click.option(
     "--learn",
     multiple=True,
     type=Learn(),
-    help="The MIDI controller that moves a parameter: tone=74; tone alone, the control you move next; tone=off, none.",
+    help="Let a MIDI controller move a parameter: tone=74; tone: the next control you move; tone=off: none.",
 )
 @click.option(
-    "--osc", type=Number("port", 1, 65535, whole=True), help="Listen to OSC on this UDP port of this machine alone."
+    "--osc", type=Number("port", 1, 65535, whole=True), help="Listen to OSC on this UDP port, from this machine only."
 )
 @click.option("--client-name", metavar="NAME", help="Name of the JACK client.  [default: livebass]")
-@click.option("--no-connect", is_flag=True, help="Leave JACK's ports unconnected.")
-@click.option("--strings", is_flag=True, help="Also a JACK port for each string, string_1 (the lowest) and so on.")
+@click.option("--no-connect", is_flag=True, help="Connect no JACK ports.")
+@click.option("--strings", is_flag=True, help="Add a JACK port per string; string_1 is the lowest.")
 @file_option("--record", metavar="TAKE.WAV", help="Record the sound into this file.")
 @file_option("--record-midi", metavar="TAKE.MID", help="Record the notes as a MIDI file.")
 @file_option("--log", help="Append messages and load to this file.")
 @click.option(
-    "--watch", is_flag=True, help="Serve a page that shows the strings, to this machine alone; print its address."
+    "--watch", is_flag=True, help="Print the address of a page that shows the strings, for this machine only."
 )
-@click.option("--no-settings", is_flag=True, help="Neither use nor keep what is remembered of the last time.")
-@click.option("--forget", "forgotten", is_flag=True, help="Forget what is remembered, and start anew.")
-@click.option("--controllers", is_flag=True, help="Explain what MIDI messages do, and exit.")
+@click.option("--no-settings", is_flag=True, help="Neither use nor change the remembered settings.")
+@click.option("--forget", "forgotten", is_flag=True, help="Delete the remembered settings first.")
+@click.option("--controllers", is_flag=True, help="Explain the MIDI messages and exit.")
 @click.option("--quiet", is_flag=True, help="Show no status line and no summary.")
 def play(**options: Any) -> None:
     """Play the bass live.
@@ -150,7 +156,7 @@ def play(**options: Any) -> None:
       livebass play --learn tone --metronome 100 --tuner
       livebass play --keys mine.toml --velocity-curve soft --wheel slide
 
-    Bass, tuning, capo, A, temperament, gain, devices and learned controllers are remembered until the next time.
+    livebass remembers bass, tuning, capo, A, temperament, gain, devices and learned controllers.
     """
     command, asked = click.get_current_context().command, {name: options[name] for name in SOUND}
     hands, behind = Hands.taken(options), Behind.taken(options)

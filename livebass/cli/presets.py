@@ -28,7 +28,7 @@ def presets() -> None:
 def list_() -> None:
     """List the presets that come with livebass.
 
-    The basses first, then the experiments. GM is the program of General MIDI, counted from 1, that chooses a bass.
+    Basses come first, then experiments. GM is the General MIDI program, counted from 1, that chooses the bass.
     """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
     from livebass.preset.programs import PROGRAMS
@@ -44,7 +44,7 @@ def list_() -> None:
 @presets.command()
 @click.argument("name")
 def show(name: str) -> None:
-    """Print the text of a preset, to start your own from.
+    """Print a preset, to start your own.
 
     \b
     Example:
@@ -60,8 +60,8 @@ def show(name: str) -> None:
 def check(file: str) -> None:
     """Check a preset FILE.
 
-    An error names the key, its value and what is allowed. Of a good preset, keys that change no note are named, and
-    why they do not.
+    An error names the key, its value and the limits. For a good preset the command names keys that change no note, and
+    says why.
     """
     from livebass.preset.idle import idle_keys
     from livebass.preset.load import load_preset, preset_tables
@@ -82,10 +82,7 @@ def check(file: str) -> None:
 
 @presets.command()
 def keys() -> None:
-    """List the keys of a preset file.
-
-    Each with its meaning, the values allowed and its default.
-    """
+    """List the keys of a preset file, with limits, defaults and meanings."""
     from livebass.preset.load import preset_reference
 
     click.echo(preset_reference(), nl=False)
@@ -94,10 +91,10 @@ def keys() -> None:
 @presets.command()
 @click.argument("key_map", metavar="NAME|FILE", default="modo")
 def keymap(key_map: str) -> None:
-    """Print a key map: what MIDI keys and controllers do.
+    """Print a key map: the jobs of MIDI keys and controllers.
 
-    A map that comes with livebass, modo (the usual one, as in MODO BASS) or modo-12 (an octave higher), or your own
-    FILE, which is checked. Start your own from one; play, render and export take it by --keys, a preset by player.keys.
+    livebass comes with modo (the default, as in MODO BASS) and modo-12 (an octave higher). The command also checks a
+    FILE of your own, for --keys of play, render and export, or player.keys of a preset.
 
     \b
     Example:
@@ -114,42 +111,44 @@ MOST_RESONANCES = 16
 @click.command()
 @click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="RECORDING...")
 @preset_option(
-    "The bass the string is on; the rest of the new preset is taken from it.", default=DEFAULT_PRESET, show_default=True
+    "The bass that has the string; the new preset takes everything else from it.",
+    default=DEFAULT_PRESET,
+    show_default=True,
 )
 @click.option("--string", "string", metavar="NAME", help="Name of the string.  [default: the one tuned nearest]")
-@click.option("--note", type=NOTE, help="Its open note.  [default: that of --string, or the pitch heard]")
-@click.option("--f0", type=Quantity(*limits.F0), help="Its pitch in Hz, to a semitone, instead of --note.")
+@click.option("--note", type=NOTE, help="Its open note.  [default: the note of --string, or the pitch heard]")
+@click.option("--f0", type=Quantity(*limits.F0), help="Its pitch in Hz, within a semitone, instead of --note.")
 @click.option(
     "--modes", type=Number("count", *limits.MODES, whole=True), default=60, show_default=True,
-    help="How many partials to look for.",
+    help="Number of partials to look for.",
 )  # fmt: skip
 @click.option(
     "--start", type=Quantity(*limits.START), default=0.02, show_default="20ms",
-    help="Time to skip after each attack; skip more if the string rattles.",
+    help="Time to skip after each attack; more if the string rattles.",
 )  # fmt: skip
 @click.option(
     "--duration",
     type=Quantity(*limits.DURATION),
     default=5.0,
     show_default="5s",
-    help="How much of each note to use at most.",
+    help="Longest part of each note to use.",
 )
 @click.option(
     "--channel",
     type=Number("number", *limits.CHANNELS, whole=True),
-    help="Channel of the recordings, 1 is left.  [default: the loudest]",
+    help="Channel of the recordings; 1 is left.  [default: the loudest]",
 )
 @click.option(
     "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
-    help="How the preset describes what the neck takes: by partial, or by resonances, which take about 10 s to find.",
+    help="How the preset describes the loss to the neck: by partial, or by resonances (takes about 10 s).",
 )  # fmt: skip
 @click.option(
     "--only-string",
     is_flag=True,
-    help="Leave pluck, pickups and tone as the preset has them, and fit the string alone.",
+    help="Fit only the string; keep the preset's pluck, pickups and tone.",
 )
 @file_option("-o", "--output", metavar="FILE.toml", help="Preset to write.")
-@file_option("--json", "json_file", help="Write everything found as JSON.")
+@file_option("--json", "json_file", help="Write all results as JSON.")
 @file_option("--csv", "csv_file", help="Write the partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
@@ -158,21 +157,20 @@ def identify(
 ) -> None:  # fmt: skip
     """Measure an open string from recordings.
 
-    The string is plucked alone, softly enough not to touch the frets.
+    Pluck the string alone, softly enough to miss the frets. Let each note ring, and damp the other strings. A pluck
+    close to the nut and a pickup close to the bridge show the most partials. RECORDINGs (WAV, FLAC, Ogg ...) may hold
+    several notes; the command then gives medians and their scatter.
 
-    Let each note ring, and damp the other strings. A pluck close to the nut and a pickup close to the bridge show the
-    most partials. The RECORDINGs (WAV, FLAC, Ogg ...) may hold several notes; then medians and their scatter are given.
+    Prints the frequency and damping of each partial (by ESPRIT), the f0 and B of the law that fits better,
+    j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses. The glide of a hard note is removed first. T60 is the
+    decay you hear. A partial of two lines shows the string swinging in two directions: the line that dies sooner is u,
+    away from the neck, the other is v, across it. If neck.stiffness_across and neck.longer_across explain several such
+    partials, the preset gets them. The levels of the partials tell the place of the pluck, the finger, the pickups and
+    the tone.
 
-    Prints the frequency and damping of each partial (found by ESPRIT), the f0 and B of the law that describes them
-    better, j f0 sqrt(1 + B j^2) or j f0 (1 + B j^2 / 2), and the losses through them. A note that begins sharp, as hard
-    ones do, is measured as if it did not. T60 is that heard. Where a partial is two lines, as the string swings in two
-    directions, both are printed: the one that dies sooner as u, away from the neck, the other as v, across it. Where
-    several are, the preset gets a law of v, neck.stiffness_across and neck.longer_across, if one explains them. From
-    the levels of the partials it finds where the string was plucked, the finger, the pickups and the tone.
-
-    Clipped sound, loops, fades, other notes and partials that no string has are left out and named in lines that begin
-    "doubt:", as are cuts and compression. With -o it also writes a preset for `livebass render`, `play` and `simulate`:
-    the given one with this string, and with this pluck, pickups and tone.
+    Lines that begin "doubt:" name clipped sound, loops, fades, other notes and partials that no string has, which are
+    left out, and cuts and compression. -o writes a preset for `livebass render`, `play` and `simulate`: the preset of
+    -p with this string, pluck, pickups and tone.
 
     \b
     Examples:

@@ -54,7 +54,7 @@ class Options:
 
 
 rendered_quality = quality_option(
-    "studio", "How finely the strings are computed: more modes, finer contact with the frets."
+    "studio", "Precision of the strings: number of modes, steps of contact with the frets."
 )
 
 
@@ -76,11 +76,9 @@ GROUPS = {
     is_flag=False,
     flag_value="preset",
     type=DEMOS,
-    help="Play a phrase of nine seconds that shows the preset off, or a phrase for each technique.",
+    help="Play a nine-second demo phrase of the preset, or with `techniques` a phrase for each technique.",
 )
-@file_option(
-    "--all-presets", "directory", metavar="DIR", help="Play the demo phrase with each preset; the files go into DIR."
-)
+@file_option("--all-presets", "directory", metavar="DIR", help="Play the demo phrase with every preset, into DIR.")
 @click.option(
     "-o",
     "--output",
@@ -90,7 +88,7 @@ GROUPS = {
 )
 @preset_option(
     f"The bass: a name from `livebass presets list`, or your own file.  "
-    f"[default: {DEFAULT_PRESET}, or those that the MIDI file asks for]"
+    f"[default: {DEFAULT_PRESET}, or the basses that the MIDI file asks for]"
 )
 @tuning_options
 @rendered_quality
@@ -101,59 +99,57 @@ GROUPS = {
     type=Number("1-127", 1, 127, whole=True),
     default=100,
     show_default=True,
-    help="How hard --note is played. Soft notes miss the frets, hard ones hit most of them.",
+    help="Velocity of --note. Soft notes miss the frets, hard notes hit them.",
 )
 @click.option(
     "--duration",
     type=Quantity("time", 1e-3, 3600.0),
     default=3.0,
     show_default="3s",
-    help="How long --note is held, 1ms to 3600s.",
+    help="Length of --note, 1ms to 3600s.",
 )
 @click.option(
     "--channel",
     type=Channel(),
     default="auto",
     show_default=True,
-    help="MIDI channel to play. auto: the notes with a bass program, 33 to 40; or else tracks called bass; or else the "
-    "only part, or the lowest without a program; all: everything but drums.",
+    help="MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else the only "
+    "part, or the lowest without a program. all: everything but drums.",
 )
 @click.option(
-    "--list", "listing", is_flag=True, help="Write no sound: list what is in the MIDI file and what would be played."
+    "--list", "listing", is_flag=True, help="Write no sound; list the parts of the MIDI file and which would play."
 )
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Samples a second, 22050 to 192000.")
+@click.option("--rate", type=RATE, default=48000, show_default=True, help="Sample rate, 22050 to 192000 Hz.")
+@click.option("--format", type=click.Choice(FORMATS), help="File format.  [default: by the name of OUTPUT, or wav]")
 @click.option(
-    "--format", type=click.Choice(FORMATS), help="Format of the file.  [default: by the ending of OUTPUT, or wav]"
+    "--bits", type=click.Choice(BITS), help="Bits per sample: 16, 24, float for wav; 16, 24 for flac.  [default: 24]"
 )
-@click.option(
-    "--bits", type=click.Choice(BITS), help="Bits a sample: 16, 24, float for wav; 16, 24 for flac.  [default: 24]"
-)
-@click.option(
-    "--stems", is_flag=True, help="Also write a file for each string, song.E.wav ...; they add up to the mix."
-)
+@click.option("--stems", is_flag=True, help="Also write a file per string, song.E.wav ...; they add up to the mix.")
 @click.option(
     "--tail",
     type=Quantity("time", 0.0, 600.0),
-    help="How long to go on after the last event.  [default: until the strings are still]",
+    help="Sound after the last event, 0 to 600 s.  [default: until the strings are still]",
 )
-@click.option("--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="Volume in dB.")
+@click.option(
+    "--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="Level in dB, -60 to 40."
+)
 @click.option(
     "--normalize",
     type=Number("LUFS", -60, 0),
-    help="Integrated loudness of the sound, such as -16, in place of --gain; less if its peak would pass -1 dBFS.",
+    help="Integrated loudness, -60 to 0, such as -16, instead of --gain; lower if the peak would exceed -1 dBFS.",
 )
-@click.option("--modes", type=MODES, help="Number of modes of an open string, instead of the quality's.")
+@click.option("--modes", type=MODES, help="Number of modes of an open string; replaces the quality's.")
 @click.option(
     "--contact-rate",
     type=CONTACT_RATE,
-    help="Computing steps a second while a string touches a fret, such as 4MHz, instead of the quality's.",
+    help="Steps a second while a string touches a fret, such as 4MHz; replaces the quality's.",
 )
 @click.option(
     "--seed",
     type=Number("number", 0, 2**32 - 1, whole=True),
     default=0,
     show_default=True,
-    help="Seed of the player's small irregularities; the same seed gives the same file.",
+    help="Seed of the player's small variations; the same seed gives the same file.",
 )
 def render(
     midi: Path | None, note: Note | None, demo: str | None, directory: Path | None, output: Path | None,
@@ -161,9 +157,8 @@ def render(
 ) -> None:  # fmt: skip
     """Render a MIDI file, a note or a demo to a sound file.
 
-    MIDI files may be of any type; - reads one from standard input.
-
-    An existing file is replaced. Files appear when they are complete; an interrupted render leaves nothing behind.
+    MIDI is a file of any type, or - for standard input. The new file replaces an old one when it is complete; an
+    interrupted render leaves nothing behind.
 
     \b
     Examples:

@@ -25,21 +25,21 @@ FILES = ("claims.json", "claims.csv", "claims.html")
 PLUCK = (
     preset_option("The bass.", default="paper-g", show_default=True),
     click.option("--string", default="G", show_default=True, help="Name of the string."),
-    click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0: open."),
+    click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0 is open."),
     click.option(
         "--apex", type=Quantity(*APEX), default=3.6e-3, show_default="3.6mm", help="How far the string is pulled."
     ),
     click.option(
         "--at", type=Quantity(*AT), default=0.64, show_default="0.64m",
-        help="Where it is plucked, from the nut or the pressed fret.",
+        help="Place of the pluck, from the nut or the pressed fret.",
     ),
     click.option(
         "--angle", type=Quantity(*ANGLE), default=0.0, show_default="0deg",
         help="Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
     ),
     click.option("--duration", type=Quantity(*DURATION), default=1.0, show_default="1 s", help="Length of the motion."),
-    quality_option("reference", "How finely the string is computed."),
-    click.option("--modes", type=MODES, help="Number of modes of the stopped string, instead of the quality's."),
+    quality_option("reference", "Precision of the string."),
+    click.option("--modes", type=MODES, help="Number of modes of the stopped string; replaces the quality's."),
 )  # fmt: skip
 
 
@@ -57,7 +57,7 @@ def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @count_option(
     "--plucks",
     1000,
-    "Plucks by which claims about contacts are judged; 0: the paper's own pluck alone.",
+    "Plucks that judge claims about contacts; 0: only the paper's own pluck.",
     default=40,
     least=0,
 )
@@ -65,16 +65,14 @@ def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def claims(
     ids: tuple[str, ...], output: Path | None, file: Path | None, plucks: int, workers: int | None
 ) -> int:  # fmt: skip
-    """Check the paper's statements.
+    """Check the paper's statements: all, or those with the given IDs.
 
-    Every one that can be checked, or those of the given IDs.
-
-    Solves the paper's cases with all modes at its contact rates, and some more, and holds each statement of Issanchou
-    et al. (2018) against what is measured in them: a table on stdout, whose first column has the IDs. Contacts are
-    chaotic: a millimetre of place or rounding moves their end by a third. Statements about them are judged by the
-    median over many plucks within what the paper leaves open; a number that the paper has from one such pluck, by
-    whether it lies between the values that 5 and 95 % of these plucks stay below. Takes about a minute on two cores,
-    with --plucks 0 a quarter of a minute. The status is 1 if a statement does not hold.
+    Computes the cases of Issanchou et al. (2018) with all modes at the paper's contact rates and compares each
+    statement with the result. Prints a table; its first column has the IDs. Contacts are chaotic: a millimetre of place
+    or rounding moves their end by a third. Statements about contacts are therefore judged by the median of many plucks
+    within what the paper leaves open. A number that the paper takes from one such pluck holds if it lies between the
+    5 and 95 % quantiles of these plucks. Takes about a minute on two cores, with --plucks 0 a quarter of a minute. The
+    exit status is 1 if a statement fails.
 
     \b
     Examples:
@@ -139,12 +137,12 @@ def _quantities() -> str:
 
 
 @click.command(epilog=_quantities())
-@click.option("--vary", "axes", type=Vary(), multiple=True, help="A parameter and its values; may be given again.")
+@click.option("--vary", "axes", type=Vary(), multiple=True, help="A parameter and its values; repeatable.")
 @pluck_options
 @click.option(
     "--contact-rate",
     type=CONTACT_RATE,
-    help="Such as 8MHz, instead of the quality's; raised to a whole multiple of 51.2 kHz.",
+    help="Steps a second in contact, such as 8MHz, rounded up to a multiple of 51.2 kHz; replaces the quality's.",
 )
 @click.option(
     "--quantity",
@@ -152,12 +150,14 @@ def _quantities() -> str:
     metavar="NAME",
     type=click.Choice(list(QUANTITIES)),
     multiple=True,
-    help=f"To draw; may be given again. [default: {', '.join(USUAL)}]",
+    help=f"Quantity to draw; repeatable.  [default: {', '.join(USUAL)}]",
 )
-@click.option("--picture/--no-picture", default=True, help="Draw it, or leave matplotlib alone.")
-@count_option("--workers", 1024, "Processes. [default: one a core]")
-@click.option("--scheduler", metavar="ADDRESS", help="Of a Dask cluster that computes instead: tcp://host:8786.")
-@file_option("--json", "file", help="Write all of it to FILE too.")
+@click.option("--picture/--no-picture", default=True, help="Draw the quantities; needs matplotlib.")
+@count_option("--workers", 1024, "Number of processes.  [default: one per core]")
+@click.option(
+    "--scheduler", metavar="ADDRESS", help="Compute on the Dask cluster with this scheduler, such as tcp://host:8786."
+)
+@file_option("--json", "file", help="Also write everything to FILE as JSON.")
 @folder_option(CREATED, "directory", required=True)
 def sweep(
     axes: tuple[Axis, ...],
@@ -171,17 +171,17 @@ def sweep(
 ) -> None:
     """Pluck a string for every combination of parameters.
 
-    KEY is a number of a preset file, neck.action, neck.lift.6, string.tension (all strings), string.G.tension,
-    string.G.neck.action, pickup.1.position, player.rounding (see `livebass presets keys`), or pluck.apex, pluck.at,
-    pluck.angle, pluck.fret. FROM and TO have units where the key has; N values in equal steps, or with :log in equal
+    KEY is a number of a preset (see `livebass presets keys`), such as neck.action, neck.lift.6, string.tension (all
+    strings), string.G.tension, string.G.neck.action, pickup.1.position or player.rounding; or pluck.apex, pluck.at,
+    pluck.angle, pluck.fret. FROM and TO have the units of the key. N values are in equal steps, or with :log in equal
     ratios.
 
-    Into DIR go sweep.csv with all quantities, sweep.png and sweep.svg of those chosen, and points/, a file a point.
-    Killed or interrupted at any moment, the same command goes on where it was. Points of other sweeps in DIR are used
-    where they are the same; the table and picture are those of the last sweep.
+    DIR gets sweep.csv with all quantities, sweep.png and sweep.svg with the chosen quantities, and points/ with a file
+    per point. After an interruption the same command continues. Points in DIR from other sweeps are used if they are
+    the same; table and picture show the last sweep.
 
-    With --scheduler the points are computed by the workers of a Dask cluster, for the same table: scheduler and workers
-    need this version of livebass, with the same NumPy and Numba (pip install 'livebass[cluster]').
+    --scheduler gives the same table. Scheduler and workers need this version of livebass with the same NumPy and Numba
+    (pip install 'livebass[cluster]').
 
     \b
     Examples:
@@ -283,20 +283,20 @@ def _title(settings: Settings) -> str:
 @click.command()
 @pluck_options
 @click.option(
-    "--contact-rate", type=CONTACT_RATE, help="Steps a second in contact, such as 8MHz, instead of the quality's."
+    "--contact-rate", type=CONTACT_RATE, help="Steps a second in contact, such as 8MHz; replaces the quality's."
 )
-@click.option("--rate", type=RATE, default=44100, show_default=True, help="Samples a second of the output.")
+@click.option("--rate", type=RATE, default=44100, show_default=True, help="Sample rate of the output.")
 @click.option(
     "--solver",
     type=click.Choice(["engine", "reference"]),
     default="engine",
     show_default=True,
-    help="reference: brute force, step by step, slow.",
+    help="reference: brute force, step by step; slow.",
 )
 @click.option("--analyse", is_flag=True, help="Also write pitch, characteristic frequency, energies and T60.")
 @click.option(
     "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
-    help="Also write the string's shape at this time, such as 3.9ms; may be repeated.",
+    help="Also write the string's shape at this time, such as 3.9ms; repeatable.",
 )  # fmt: skip
 @folder_option(CREATED, required=True)
 def simulate(
@@ -304,14 +304,13 @@ def simulate(
     modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
     output: Path,
 ) -> None:  # fmt: skip
-    """Pluck one string once and write how it moved.
+    """Pluck one string once and write its motion.
 
-    Into DIR go displacement.wav (at the sensor, scaled to a peak of -1 dBFS; wav_metres_per_unit in
-    result.npz makes metres of it), contacts.csv (time_s,fret,position_m; fret 0: wood) and result.npz
-    (all of it): all three or none.
+    DIR gets displacement.wav (the sensor, peak -1 dBFS; wav_metres_per_unit in result.npz converts it to metres),
+    contacts.csv (time_s,fret,position_m; fret 0 is wood) and result.npz (everything), all three or none.
 
-    With --analyse result.npz also has the pitch over time (YIN), the characteristic frequency (eq. 14; needs SciPy),
-    T60 by mode and, with the engine, the energy of all and of each mode at some 100 times.
+    --analyse adds to result.npz the pitch over time (YIN), the characteristic frequency (eq. 14; needs SciPy), T60 by
+    mode and, with the engine, the total energy and the energy of each mode at about 100 times.
 
     \b
     Example, case B of Issanchou et al. (2018):
@@ -346,21 +345,19 @@ class StudyGroup(click.Group):
 
 @click.group(cls=StudyGroup)
 def study() -> None:
-    """Compute the paper anew, or sweep parameters.
-
-    The paper's cases, figures and statements; and any parameter of a preset over a grid.
+    """Reproduce the paper, or sweep parameters.
 
     \b
     Examples:
-      livebass study list                 what there is
-      livebass study all -o paper         all of it; then open paper/index.html
+      livebass study list                 the studies
+      livebass study all -o paper         all studies; then open paper/index.html
       livebass study b neck -o paper      case B and the necks only
     """
 
 
 @study.command("list")
 def list_studies() -> None:
-    """Print the studies: name, section, title, what comes out."""
+    """Print the studies: name, section, title, results."""
     from livebass.paper.figures.studies import STUDIES
 
     for one in STUDIES.values():
@@ -370,26 +367,26 @@ def list_studies() -> None:
 @study.command()
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
 @folder_option(CREATED, required=True)
-@file_option("--json", "json_file", help="All numbers as JSON.")
+@file_option("--json", "json_file", help="Also write all numbers as JSON.")
 @click.option(
-    "--duration", type=Quantity("time", 0.1, 10), help="Of each motion, instead of the study's own (mostly 1 s)."
+    "--duration", type=Quantity("time", 0.1, 10), help="Length of each motion; replaces the study's own (mostly 1 s)."
 )
 @click.option(
     "--workers", type=Number("count", 1, 256, whole=True), default=core_count(), show_default="cores",
-    help="Motions computed side by side.",
+    help="Number of motions computed at once.",
 )  # fmt: skip
-@click.option("--player", is_flag=True, help="Write the page that plays, too, and link the cases to it.")
+@click.option("--player", is_flag=True, help="Also write the page that plays, and link the cases to it.")
 def run(
     names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int, player: bool
 ) -> None:
-    """Run studies: those of the NAMEs, or `all`. The word `run` may be left out.
+    """Run the named studies, or `all`. You may omit the word `run`.
 
-    Into DIR/NAME go figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json;
-    over all the studies in DIR goes the page DIR/index.html. A study's files appear together, or none of them. Needs
-    pip install 'livebass[analysis,plots]'. The study `statements` is what `livebass study claims` checks.
+    DIR/NAME gets figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json, all
+    of them or none. DIR/index.html shows all studies in DIR. The study `statements` shows the results of `livebass
+    study claims`. Needs pip install 'livebass[analysis,plots]'.
 
-    With --player DIR/page/livebass.html is what `livebass export web --single` writes, with the string of the paper:
-    the cases A, B and C link to it and are shown there slowly, with their sound.
+    --player writes DIR/page/livebass.html, as `livebass export web --single` does, with the string of the paper. Cases
+    A, B and C link to it; it shows them in slow motion with their sound.
     """
     from livebass.paper.figures.studies import check_extras, chosen, run_studies
 

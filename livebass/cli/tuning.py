@@ -56,17 +56,17 @@ OPTIONS = (
     click.option(
         "--tuning",
         type=Parsed("tuning", _tuning, "NAME|NOTES"),
-        help="Tune the strings: drop-d, eb, half-step-down ..., or their notes, the lowest first: DADG, 'D1 A1 D2 G2'.",
+        help="Tuning: drop-d, eb, half-step-down ..., or the notes, lowest first: DADG, 'D1 A1 D2 G2'.",
     ),
-    click.option("--capo", type=Number("fret", 0, 31, whole=True), help="A capo at this fret."),
+    click.option("--capo", type=Number("fret", 0, 31, whole=True), help="Fret of a capo, 0 to 31."),
     click.option(
         "--a4", type=Parsed("hz", _reference), help="Pitch of the A above middle C.  [default: 440, or the preset's]"
     ),
     click.option(
         "--temperament",
         type=Temperament(),
-        help="just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal of the 12 notes "
-        "from C on, with commas; or a file with them or with a scale (.scl).",
+        help="just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal for the 12 "
+        "notes from C on, with commas; or a file with these or with a scale (.scl).",
     ),
 )
 
