@@ -4,14 +4,14 @@ A field that `number` or `choice` makes is a row of its dataclass. From it follo
 checks, messages and help (preset/keys.py), and for fields with a `word` the record of the kernels, its struct in C, and
 the limits within which instrument files may have it. A record of the kernels alone is a list of Words.
 
-To add a number of the player: its row in parts.py, with the next word and another VERSION and WITH_STROKES;
-and the kernel that uses it.
+To add a number of a string, a neck or the player: its row in parts.py, with the next word and another VERSION; the
+kernel that uses it; a sentence in the handbook.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import MISSING, dataclass, field, fields
 from math import prod
 from sys import float_info
 from typing import Any, NamedTuple
@@ -24,6 +24,7 @@ from livebass.units import DIMENSIONS, quantity
 TINY = float_info.min  # the least that is more than 0
 LARGEST = 1e15  # of any number in a file, unless its row says otherwise
 BYTES = 8  # of a word
+REQUIRED: Any = MISSING  # in place of a default: a preset must say
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,11 @@ def number(
     return field(default=default, metadata={"row": row})
 
 
+def result(word: int, least: float = -LARGEST, most: float = LARGEST, kind: str = "number") -> Any:
+    """Makes a field of a dataclass that no preset has, as it follows from others; limits in SI."""
+    return field(metadata={"row": Row(kind, "", "", "", word=word, file=(least, most))})
+
+
 def choice(default: str, choices: Sequence[str], meaning: str, *, of: str = "", record: str = "") -> Any:
     """Makes a field of a dataclass that is one of `choices`."""
     return field(
@@ -73,6 +79,14 @@ def choice(default: str, choices: Sequence[str], meaning: str, *, of: str = "", 
 def rows(cls: type) -> dict[str, Row]:
     """The rows of a dataclass by the names of their fields, in their order."""
     return {f.name: f.metadata["row"] for f in fields(cls) if "row" in f.metadata}
+
+
+def copier(names: Iterable[str]) -> Callable[[Any, Any], None]:
+    """Makes a function of Python, for kernels too, that copies fields from one record or object to another."""
+    scope: dict[str, Any] = {"__name__": __name__}
+    exec("\n    ".join(["def copy(given, to):", *(f"to.{name} = given.{name}" for name in names)]), scope)
+    made: Callable[[Any, Any], None] = scope["copy"]
+    return made
 
 
 class Word(NamedTuple):

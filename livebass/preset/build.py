@@ -43,7 +43,6 @@ from livebass.preset.keymap import keys_of_player
 from livebass.preset.keys import (
     HAND,
     KEYS,
-    REQUIRED,
     SECTIONS,
     allowed,
     checked,
@@ -56,6 +55,7 @@ from livebass.preset.keys import (
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
+from livebass.rows import REQUIRED
 from livebass.units import format_quantity, note_name
 
 # What the engine has room for.

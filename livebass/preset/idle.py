@@ -85,6 +85,7 @@ RULES = (
         "this pickup's level is 0",
         lambda bass, pickup: pickup.level == 0,
     ),
+    *_group("unheard", "no sound depends on it yet", lambda bass, part: True),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
     Rule("neck", ("free_length", "stiffness_across"), "the neck is rigid", lambda bass, neck: not _bends(neck)),
     Rule("neck", ("stop_across",), "neck.stop_conductance is 0", lambda bass, neck: neck.stop_conductance == 0),

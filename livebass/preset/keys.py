@@ -18,11 +18,10 @@ from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
-from livebass.rows import rows
+from livebass.rows import REQUIRED, rows
 from livebass.techniques import FUNCTION_ROWS, RPN
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
-REQUIRED = object()
 DATACLASSES = {
     "neck": Neck,
     "string": String,
@@ -55,8 +54,8 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
     """The keys that are rows of the section's dataclass, if given those behind `after`, and up to `last`."""
     cls, made = DATACLASSES[section], []
     for name, row in rows(cls).items():
-        value = None if row.optional else getattr(cls, name)
-        if row.kind in DIMENSIONS and value is not None:
+        value = None if row.optional else getattr(cls, name, REQUIRED)
+        if row.kind in DIMENSIONS and isinstance(value, float):
             value = readable_quantity(value, row.kind)
         made.append(Key(section, name, row.kind, row.least, row.most, value, row.meaning))
     names = [key.name for key in made]
@@ -104,15 +103,13 @@ KEYS = (
     Key("neck", "susceptance_values", "susceptance[]", "-10 m/s/N", "10 m/s/N", None, "Im Y of eq. 8; left out: 0"),
     Key("string", "name", "text", "1", "20", REQUIRED, "unlike the other strings' names"),
     Key("string", "open_note", "note", "0", "127", REQUIRED, "pitch of the open string"),
-    Key("string", "linear_density", "linear density", "0.1 g/m", "200 g/m", REQUIRED, "mass per length"),
-    Key("string", "tension", "force", "5 N", "1000 N", None, "left out: what the pitch needs"),
-    Key("string", "diameter", "length", "0.1 mm", "10 mm", REQUIRED, "outside"),
-    Key("string", "inharmonicity", "number", "0", "0.01", None, "B, see physics; or give core_diameter"),
-    *_rows("string", last="stiffness_law"),
+    *_rows("string", last="diameter"),
+    *_rows("string", after="extra_damping_slope", last="inharmonicity"),
     Key("string", "core_diameter", "length", "0.05 mm", "5 mm", None, "of the core; or give inharmonicity"),
     Key("string", "core_modulus", "modulus", "1 GPa", "500 GPa", "200 GPa", "E of the core; steel: 200 GPa"),
     Key("string", "stiffness_ratio", "number", "1", "10", 1.5, "bending stiffness over that of the core"),
-    *_rows("string", after="stiffness_law"),
+    *_rows("string", after="inharmonicity"),
+    *_rows("string", after="diameter", last="extra_damping_slope"),
     Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
     Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),
     *_rows("output"),

@@ -19,6 +19,10 @@ from livebass.kernels.string.law import (
     neck_damping,
     stretched,
 )
+from livebass.parts import NeckLaw, StringLaw
+from livebass.rows import copier, rows
+
+take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 
 BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
 ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
@@ -150,17 +154,8 @@ def take_numbers(string, numbers, stop, note):
     note.bending = bending_stiffness(inharmonicity, tension, string.length)
     note.held_stiffness = held_part(string.paper_law, note.inharmonicity, note.length)
     note.clamp = clamped_mode(note.length)
-    note.linear_density = string.linear_density
-    note.diameter = string.diameter
-    note.viscoelastic_angle = string.viscoelastic_angle
-    note.thermoelastic = string.thermoelastic
-    note.extra_damping = string.extra_damping
-    note.extra_damping_slope = string.extra_damping_slope
-    note.contact_stiffness = string.contact_stiffness
-    note.contact_exponent = string.contact_exponent
     note.contact_loss = string.contact_loss
-    note.friction = string.friction
-    note.friction_speed = string.friction_speed
+    take_law(string, note)
 
 
 @shared
