@@ -45,15 +45,15 @@ class StringNumbers(StringLaw):
     """All numbers of a string that kernels make its notes of."""
 
     # fmt: off
-    tension: float = number(REQUIRED, "force", "5 N", "1000 N", "left out: what the pitch needs",
-        optional=True)  # N, nominal: the notes set the pitch
-    inharmonicity: float = number(REQUIRED, "number", "0", "0.01", "B, see physics; or give core_diameter",
-        optional=True)  # pi^2 E I / (T L^2) of the open string
     level: float = number(1.0, "number", "0", "10", "how strongly pickups sense it")  # its steel, its poles
     axial_stiffness: float = number(0.0, "force", "0 N", "1000000 N", "E A: hard notes begin sharp; 0: they do not")
     winding: float = number(0.0, "length", "0 mm", "2 mm", "pitch of a round winding: slides squeak; 0: flat")
     law_fundamental: float = number(0.0, "frequency", "5 Hz", "5000 Hz", "f0 of the law of partials if measured",
         optional=True)  # 0: from open_note
+    tension: float = number(REQUIRED, "force", "5 N", "1000 N", "left out: what the pitch needs",
+        optional=True)  # N, nominal: the notes set the pitch
+    inharmonicity: float = number(REQUIRED, "number", "0", "0.01", "B, see physics; or give core_diameter",
+        optional=True)  # pi^2 E I / (T L^2) of the open string
     # fmt: on
 
 

@@ -61,9 +61,12 @@ PICKING = tuple(key_names("pick"))
 
 
 def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> list[Rule]:
-    """Rules for the rows of the group `name`, one for each section that has such."""
-    of = {section: tuple(n for n, row in rows(cls).items() if name in row.of) for section, cls in DATACLASSES.items()}
-    return [Rule(section, keys, why, holds) for section, keys in of.items() if keys]
+    """Rules for the rows of the group `name`, one for each section that has any."""
+    found = [
+        Rule(section, tuple(key for key, row in rows(cls).items() if name in row.of.split()), why, holds)
+        for section, cls in DATACLASSES.items()
+    ]
+    return [rule for rule in found if rule.keys]
 
 
 RULES = (

@@ -43,7 +43,7 @@ ADDRESSES = (
     "answers",
 )
 # Of every version so far: what is stored, and how. A file of another layout must have another version. From 5 on the
-# next one is that of files with strokes: 5 and 6, then 7 and 8; 9 is that of files with effects, as 12 is of 10 and 11.
+# next one is that of files with strokes: 5 and 6, then 7 and 8, 10 and 11, 14 and 15; 9, 12, 13, 16 are for effects.
 LAYOUTS = {
     1: "4a97951d4a5441f0",
     3: "0e201a4e5c4026f4",
@@ -57,6 +57,9 @@ LAYOUTS = {
     11: "8c1deb19b4b71602",
     12: "099076a2a13df472",
     13: "c561b35c442efc4b",
+    14: "cc78ffddc6531416",
+    15: "0cbb7c5ebac82e7b",
+    16: "9c41c03e5cef0329",
 }
 
 

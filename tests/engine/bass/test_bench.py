@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -46,6 +47,18 @@ def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int
             assert ((taps > 0) & (taps < s.length)).all() and note["taps_count"] > 0
             for quality, count in zip(qualities, modes[:, i, fret].tolist(), strict=True):
                 assert count == modes_for(quality, s.length, string.length, s.grid_points)
+
+
+def test_a_number_of_a_neck_reaches_every_note(tmp_path: Path) -> None:
+    """A preset inherits it; a string may have its own; each note has it."""
+    (tmp_path / "a.toml").write_text('like = "jazz-finger"\nname = "A"\n[neck]\naxes_turned = "20 deg"\n')
+    own = '[[string]]\nname = "A"\nneck.axes_turned = "-55 deg"\n'
+    (tmp_path / "b.toml").write_text(f'like = "a.toml"\nname = "B"\n{own}')
+    bass = load_preset(tmp_path / "b.toml")
+    notes, *_ = bench_notes(bass, [QUALITIES["live"]] * 3, frets_of(bass))
+    wanted = np.radians([20.0, -55.0, 20.0, 20.0])
+    assert np.allclose([neck.axes_turned for neck in bass.necks], wanted, rtol=1e-15)
+    assert np.allclose(notes["axes_turned"], wanted[:, None], rtol=1e-15)
 
 
 def raised(neck: Neck, by: float, fret: int) -> Neck:
