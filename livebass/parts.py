@@ -1,7 +1,7 @@
 """The parts of a bass that reach the kernels number by number, a row each (rows.py): strings, necks, circuit, player.
 
-Words count the numbers of a record in the kernels and in instrument files. Their order there is that in which they
-came: a new number takes the next word, wherever its row stands, and files get another VERSION.
+Words number the fields of a record in the kernels and in instrument files. A new number takes the next word, wherever
+its row stands, and files get a new VERSION.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-# Of instrument files: another one for any change of their layout, or of what it means.
+# Versions of instrument files. Any change of the layout or its meaning needs new ones.
 VERSION = 14
-WITH_STROKES = 15  # the one of files that have strokes ...
-WITH_EFFECTS = 16  # ... and the one of files that have strokes and effects, or a hand of another neck
+WITH_STROKES = 15  # of files with strokes ...
+WITH_EFFECTS = 16  # ... and of files with strokes and effects, or a hand that belongs to another neck
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
-ANSWERING = ("off", "pedal", "always")  # likewise
+ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
 MOST_GRID = 20_000  # steps of a note
@@ -24,7 +24,7 @@ MOST_GRID = 20_000  # steps of a note
 
 @dataclass(frozen=True, kw_only=True)
 class StringLaw:
-    """The numbers of a string that all its notes share. Words of this, NeckLaw and NoteNumbers count together."""
+    """The numbers of a string that all its notes share. Words run on through NeckLaw and NoteNumbers."""
 
     # fmt: off
     linear_density: float = number(REQUIRED, "linear density", "0.1 g/m", "200 g/m", "mass per length",
@@ -42,7 +42,7 @@ class StringLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class StringNumbers(StringLaw):
-    """All numbers of a string that kernels make its notes of."""
+    """All numbers of a string. The bench has them; kernels make its notes from them."""
 
     # fmt: off
     level: float = number(1.0, "number", "0", "10", "how strongly pickups sense it")  # its steel, its poles
@@ -79,7 +79,7 @@ class NeckLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class NeckNumbers(NeckLaw):
-    """All numbers of a neck that kernels make its notes of."""
+    """All numbers of a neck. The bench has them; kernels make its notes from them."""
 
     # fmt: off
     contact_loss: float = number(0.0, "mechanical resistance", "0 N s/m", "10000 N s/m",
@@ -99,7 +99,7 @@ class NeckNumbers(NeckLaw):
 
 @dataclass(frozen=True, kw_only=True)
 class NoteNumbers(StringLaw, NeckLaw):
-    """The numbers of a string that is stopped at a fret: those that it shares, and those that follow."""
+    """The numbers of a string that is stopped at a fret: the shared ones, and the results for this fret."""
 
     grid_points: int = result(0, 2, MOST_GRID, "integer")  # N: `length` / N is the grid step dx
     paper_law: int = result(1, 0, 1, "integer")  # 1: String.stiffness_law is "paper", 0: "hinged"
@@ -159,7 +159,7 @@ class PlayerNumbers:
     rounding_soft: float = number(0.0, "length", "0 mm", "50 mm", "... and at velocity 1; 0 mm: the same",
         word=16, file=(0, 1), of="pluck")
     release_time: float = number(0.0, "time", "0 us", "10 ms", "how gradually it lets go, at velocity 127 ...",
-        word=17, file=(0, 1), of="pluck")  # as modes.pluck_amplitudes has it
+        word=17, file=(0, 1), of="pluck")  # see modes.pluck_amplitudes
     release_time_soft: float = number(0.0, "time", "0 us", "10 ms", "... and at velocity 1; 0 us: the same",
         word=18, file=(0, 1), of="pluck")
     release_speed: float = number(0.0, "speed", "0 m/s", "10 m/s", "of the finger letting go, at greatest_apex",
@@ -208,7 +208,7 @@ class PlayerNumbers:
     bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)
     out_of_range: str = choice("transpose", ("transpose", "drop"), "notes the bass does not have", record="drop")
     position_controller: int = number(16, "controller", "0", "119", "MIDI controller of the pluck position",
-        of="pluck")  # besides that of `keys`
+        of="pluck")  # in addition to the one in `keys`
     ghost_below: int = number(0, "integer", "0", "128", "notes of a velocity below are ghost notes", word=28)
     wheel: str = choice("bend", ("bend", "slide"), "the pitch wheel bends, or slides over the frets",
         record="wheel_slides")

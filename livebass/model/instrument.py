@@ -55,7 +55,7 @@ class String(StringNumbers):
 
     @property
     def called(self) -> int:
-        """Pitch class by which key switches call it: that of its note before tuning and capo."""
+        """Pitch class by which key switches call it: its open note before tuning and capo."""
         return (self.open_note if self.own_note is None else self.own_note) % 12
 
     @property
@@ -72,7 +72,7 @@ class Neck(NeckNumbers):
     fret_heights: tuple[float, ...]  # m relative to the open string at rest, negative is below
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
-    fretless: bool = False  # the fret positions are but places where notes are stopped
+    fretless: bool = False  # the fret positions only mark where notes are stopped
     capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
 
     @property
@@ -93,7 +93,7 @@ class Neck(NeckNumbers):
 
 @dataclass(frozen=True)
 class Pickup:
-    """A magnetic pickup under all strings, or under some, as half of a split coil is."""
+    """A magnetic pickup under all strings, or under some, such as half of a split coil."""
 
     position: float  # m from the saddle
     aperture: float = number(0.02, "length", "0 mm", "100 mm", "length of string it senses")
@@ -107,7 +107,7 @@ class Pickup:
 
 @dataclass(frozen=True)
 class Output:
-    """How the motion of the strings becomes a signal: through pickups, or as the displacement at a sensor."""
+    """Turns the motion of the strings into a signal: through pickups, or as the displacement at a sensor."""
 
     kind: str = choice("pickups", ("pickups", "displacement"), "magnetic, or the string at the sensor")
     pickups: tuple[Pickup, ...] = (Pickup(0.09),)
@@ -120,7 +120,7 @@ class Output:
 
 @dataclass(frozen=True, kw_only=True)
 class Player(PlayerNumbers):
-    """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
+    """Turns notes into plucks. Strengths are forces of the hand; at 1 the open string grazes a fret."""
 
     pick: Pick = field(default_factory=Pick)
     keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
@@ -132,9 +132,9 @@ class Response:
     """An impulse response, of a cabinet or a room."""
 
     rate: int  # Hz
-    samples: bytes = field(repr=False)  # float64, as the file has them; 1: as loud as without it
+    samples: bytes = field(repr=False)  # float64, unchanged from the file; 1: as loud as without it
     normalized: bool = False  # its level is set so that a bass is as loud as without it
-    remark: str = field(default="", compare=False)  # one line about how the file was read, for who plays it
+    remark: str = field(default="", compare=False)  # one line for the player about how the file was read
 
     @property
     def count(self) -> int:
@@ -143,13 +143,13 @@ class Response:
 
     @cached_property
     def played(self) -> bytes:
-        """The samples by which it is heard, float64."""
+        """The samples that play, float64."""
         return self.cut(True) if self.normalized else self.samples
 
     def cut(self, normalized: bool = False) -> bytes:
-        """The samples without silence, float64; `normalized`: at the level by which a bass is as loud as without them.
+        """The samples without silence, float64; `normalized`: at the level that keeps a bass as loud as before.
 
-        Of a response that lasts too long, or is `normalized`, what comes before the sound is silence, too.
+        If the response lasts too long, or is `normalized`, everything before the sound counts as silence, too.
         """
         from livebass.kernels.effects.response import cut_response
 
@@ -160,7 +160,7 @@ class Response:
 
 @dataclass(frozen=True)
 class Effects(Knobs):
-    """What comes after the DI, on the mix of all strings: compressor, valve stage, impulse response; off by default."""
+    """The effects on the mix of all strings after the DI: compressor, valve stage, impulse response. Default: off."""
 
     response: Response | None = None
 
@@ -181,7 +181,7 @@ class Instrument:
 
     @property
     def switches(self) -> frozenset[int]:
-        """The keys that switch, and are no notes: those of its map that it has no notes for, or that go first."""
+        """The keys that switch instead of sounding: keys of its map below its notes, or ones that go before notes."""
         keys = self.player.keys
         return frozenset(key for key, *_ in keys.keys if keys.over_notes or key < self.note_range[0])
 
@@ -193,7 +193,7 @@ class Instrument:
 
     @property
     def loss(self) -> float:
-        """The least `Neck.loss`, s/m, of all strings; of those over a board, if any are."""
+        """The least `Neck.loss`, s/m, of all strings, or only of the strings over a board if there are any."""
         return min(neck.loss for neck in self.necks if bool(neck.surface) == self.over_board)
 
     @property
@@ -202,7 +202,7 @@ class Instrument:
         return any(neck.surface for neck in self.necks)
 
     def string_index(self, name: str) -> int:
-        """Index of the string called `name`, in any case. Raises LookupError, which lists the names there are."""
+        """Index of the string called `name`, in any case. Raises LookupError, which lists the names."""
         names = [s.name for s in self.strings]
         for i, have in enumerate(names):
             if have.casefold() == name.casefold():

@@ -32,10 +32,10 @@ CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played wi
 def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bool = False) -> Floats:
     """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
 
-    across: of v, which may have a law of its own; a measured frequency is that of u, and v as far off as the law says.
+    across: of v, which may have a law of its own. Measured frequencies belong to u; v differs from them by the law.
 
-    At j = 862 the two laws differ 2.7 times. The neck's term, that of eq. 8, is taken at omega_{0,j}, with the sign
-    that model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
+    At j = 862 the two laws differ 2.7 times. The neck's term in eq. 8 is taken at omega_{0,j}, with the sign that
+    model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
     """
     j = np.arange(1.0, count + 1)
     shift = neck_detuning(s, count) if shift is None else shift
@@ -62,7 +62,7 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
     By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
     neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
-    known already; across: of v, whose measured dampings follow from those of u by `dampings_across`.
+    known already; across: of v; `dampings_across` derives its measured dampings.
     """
     ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))

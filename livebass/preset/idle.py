@@ -24,7 +24,7 @@ NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open
 
 @dataclass(frozen=True)
 class Rule:
-    """Fields of a section that change no note of a bass for which `holds`; it gets the bass and the part of it."""
+    """Fields of a section that change no note of a bass if `holds(bass, part)` is true."""
 
     section: str
     keys: tuple[str, ...]
@@ -158,7 +158,7 @@ class Given:
 def idle_keys(data: dict[str, Any], label: str = "") -> list[tuple[str, str]]:
     """Keys of a preset's tables `data`, as parsed, that change no note, as (place, why); in the order of the file.
 
-    `label` is the path of the file, from which that of a key map goes.
+    `label` is the path of the file. The path of a key map is relative to it.
 
     Raises PresetError for tables that make no bass.
     """

@@ -1,7 +1,7 @@
-"""The keys of a preset file, one row each: kind, limits, default and meaning.
+"""The keys of a preset file, a row each: kind, limits, default and meaning.
 
-The checks of a value, the messages about it and the reference that `livebass presets keys` prints all follow the rows.
-Keys that are rows of a dataclass of the model (rows.py) come from there.
+The checks of a value, the messages about it and the output of `livebass presets keys` all follow from the rows. The
+model's dataclasses have most of the rows (rows.py).
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
 
 
 KEYS = (
-    Key("", "like", "text", "1", "1000", None, "name or path of a preset: what this one leaves out is as there"),
+    Key("", "like", "text", "1", "1000", None, "name or path of a preset: everything else is inherited from it"),
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("", "tuning", "tuning", "", "", "standard", "of the open strings; standard: as string.open_note says"),
@@ -126,23 +126,15 @@ KEYS = (
         "soft: soft keys sound harder, hard: softer",
     ),
     *_rows("player", after="position_controller"),
-    Key(
-        "player",
-        "graze_action",
-        "length",
-        "0.1 mm",
-        "20 mm",
-        None,
-        "of the neck that force 1 grazes, or a list; left out: its own",
-    ),
-    Key("player", "graze_relief", "length", "0 mm", "5 mm", None, "its relief, likewise"),
-    Key("player", "graze_nut_height", "length", "0 mm", "10 mm", None, "its gap at fret 1, likewise"),
+    Key("player", "graze_action", "length", "0.1 mm", "20 mm", None, "of the neck that force 1 grazes; or a list"),
+    Key("player", "graze_relief", "length", "0 mm", "5 mm", None, "its relief; or a list"),
+    Key("player", "graze_nut_height", "length", "0 mm", "10 mm", None, "its gap at fret 1; or a list"),
     *_rows("pick"),
     *_rows("effects"),
     Key("effects", "response", "sound file", "", "", None, "impulse response of a cabinet or a room; left out: none"),
     Key("effects", "response_level", "normalized|file", "", "", "file", "as loud as without it, or as the file has it"),
 )
-HAND = "graze_"  # begins the keys of the neck by which the hand measures its force: those of [neck] follow
+HAND = "graze_"  # begins the keys of the neck by which the hand measures its force; the name of a [neck] key follows
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 
@@ -291,6 +283,6 @@ def quoted(raw: Any) -> str:
 
 
 def nearest(name: str, names: list[str]) -> str:
-    """Advice for an unknown name: those of `names` that look like it, or all of them."""
+    """Advice for an unknown name: similar `names`, or all of them."""
     near = difflib.get_close_matches(name[:40], names, 3, 0.5)
     return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"

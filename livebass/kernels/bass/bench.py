@@ -1,9 +1,9 @@
 """Makes the notes of a bass from its numbers: strings, necks and pickups in, NOTEs (preparing.py) and their lists out.
 
-A BENCH holds what its maker decides, in SI units, with a BENCH_STRING for each string and its neck; lists of any length
-lie in one array of numbers, as those of a NOTE do. What takes powers or bending shapes is among them, worked out once:
-the frequencies of the notes, and by which part each resonance of the neck is felt at each fret. kernels/string/note.py
-makes each note. [any thread]
+A BENCH holds the maker's decisions, in SI units, with a BENCH_STRING for each string and its neck. Lists of any length
+lie in one array of numbers, as the lists of a NOTE do. Python works out once all that takes powers or bending shapes:
+the frequencies of the notes, and the part of each resonance of the neck that is felt at each fret.
+kernels/string/note.py makes each note. [any thread]
 """
 
 from typing import Any
@@ -30,9 +30,9 @@ BENCH_STRING = np.dtype(
         ("answering_modes", "i8"),  # of the open string, that may answer others
         ("tap_width", "i8"),  # numbers of a tap
         ("capo", "i8"),  # 1: the neck has one, and even the open string a stop
-        ("bowed", "i8"),  # 1: the surface is a bare board through the frets, as `bow_through` has it
+        ("bowed", "i8"),  # 1: the surface is a bare board through the frets, see `bow_through`
         ("length", "f8"),  # m, nut to saddle
-        # as a preset has them, in SI; but `contact_loss` is c of contact.py, s/m
+        # The rows of both, in SI; but `contact_loss` is c of contact.py, s/m
         *((name, "f8") for part in (StringNumbers, NeckNumbers) for name in rows(part)),
         ("nut_conductance", "f8"),  # m/s/N, as `stop_conductance`, of the nut
         ("own_across", "i8"),  # 1: v has a neck of its own, the next two and `longer_across`; 0: it is as u
