@@ -1,24 +1,119 @@
-"""The parts of a bass that reach the kernels number by number, a row each (rows.py): the circuit and the player.
+"""The parts of a bass that reach the kernels number by number, a row each (rows.py): strings, necks, circuit, player.
 
-Words count the numbers of a record in the kernels and in instrument files. Their order there is that in which they
-came: a new number takes the next word, wherever its row stands, and files get another VERSION.
+Words number the fields of a record in the kernels and in instrument files. A new number takes the next word, wherever
+its row stands, and files get a new VERSION.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from livebass.rows import LARGEST, TINY, choice, number
+from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-# Of instrument files: another one for any change of their layout, or of what it means. Files of 7 to 9 know no floor.
-VERSION = 10
-WITH_STROKES = 11  # the one of files that have strokes, and are of VERSION else ...
-WITH_EFFECTS = 13  # ... and the one of files that have strokes and effects, or a hand of another neck; 12 knew none
+# Versions of instrument files. Any change of the layout or its meaning needs new ones.
+VERSION = 14
+WITH_STROKES = 15  # of files with strokes ...
+WITH_EFFECTS = 16  # ... and of files with strokes and effects, or a hand that belongs to another neck
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
-ANSWERING = ("off", "pedal", "always")  # likewise
+ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
-ABOVE_ZERO = (TINY, LARGEST)
+ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
+MOST_GRID = 20_000  # steps of a note
+
+
+@dataclass(frozen=True, kw_only=True)
+class StringLaw:
+    """The numbers of a string that all its notes share. Words run on through NeckLaw and NoteNumbers."""
+
+    # fmt: off
+    linear_density: float = number(REQUIRED, "linear density", "0.1 g/m", "200 g/m", "mass per length",
+        word=8, file=(1e-6, 1.0))  # kg/m
+    diameter: float = number(REQUIRED, "length", "0.1 mm", "10 mm", "outside",
+        word=9, file=(1e-6, 0.1))  # m, for friction with the air (eq. 10)
+    viscoelastic_angle: float = number(0.01, "number", "0", "0.5", "delta_ve of eq. 11", word=12, file=NOT_BELOW_ZERO)
+    thermoelastic: float = number(6e-6, "number", "0", "0.01", "1/Q_te of eq. 9", word=13, file=NOT_BELOW_ZERO)
+    extra_damping: float = number(0.0, "decay rate", "0 /s", "10000 /s", "a mute, on every mode",
+        word=14, file=NOT_BELOW_ZERO)
+    extra_damping_slope: float = number(0.0, "number", "0", "1", "1/s added per rad/s of the mode",
+        word=15, file=NOT_BELOW_ZERO)
+    # fmt: on
+
+
+@dataclass(frozen=True, kw_only=True)
+class StringNumbers(StringLaw):
+    """All numbers of a string. The bench has them; kernels make its notes from them."""
+
+    # fmt: off
+    level: float = number(1.0, "number", "0", "10", "how strongly pickups sense it")  # its steel, its poles
+    axial_stiffness: float = number(0.0, "force", "0 N", "1000000 N", "E A: hard notes begin sharp; 0: they do not")
+    winding: float = number(0.0, "length", "0 mm", "2 mm", "pitch of a round winding: slides squeak; 0: flat")
+    law_fundamental: float = number(0.0, "frequency", "5 Hz", "5000 Hz", "f0 of the law of partials if measured",
+        optional=True)  # 0: from open_note
+    tension: float = number(REQUIRED, "force", "5 N", "1000 N", "left out: what the pitch needs",
+        optional=True)  # N, nominal: the notes set the pitch
+    inharmonicity: float = number(REQUIRED, "number", "0", "0.01", "B, see physics; or give core_diameter",
+        optional=True)  # pi^2 E I / (T L^2) of the open string
+    # fmt: on
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeckLaw:
+    """The numbers of a neck that all notes on it share.
+
+    Contact and friction are a force per unit length on one `grid_step`. A stiffness of 1e8 to 1e9 on a grid of 1 mm is
+    an effective law for windings, fret, wood and what the modes leave out, far softer than steel on steel.
+    """
+
+    # fmt: off
+    contact_stiffness: float = number(1e13, "number", "1e5", "1e15", "K of eq. 6, SI", word=17, file=(TINY, 1e30))
+    contact_exponent: float = number(1.5, "number", "1", "3", "alpha of eq. 6", word=18, file=(1.0, 5.0))
+    friction: float = number(900.0, "force per length", "0 N/m", "1000000 N/m", "A of eq. 7",
+        word=20, file=NOT_BELOW_ZERO, of="across")
+    friction_speed: float = number(1e-5, "speed", "0.01 um/s", "1 m/s", "s of eq. 7: slower, a point sticks",
+        word=21, file=ABOVE_ZERO, of="across")
+    axes_turned: float = number(0.0, "angle", "-90 deg", "90 deg", "of the axes of u and v, from up to across",
+        word=23, file=(-1.6, 1.6), of="unheard")
+    # fmt: on
+
+
+@dataclass(frozen=True, kw_only=True)
+class NeckNumbers(NeckLaw):
+    """All numbers of a neck. The bench has them; kernels make its notes from them."""
+
+    # fmt: off
+    contact_loss: float = number(0.0, "mechanical resistance", "0 N s/m", "10000 N s/m",
+        "of a fret that the string presses in by 0.1 mm")
+    grid_step: float = number(1e-3, "length", "0.2 mm", "10 mm", "length of string that a fret pushes on")  # dx
+    free_length: float = number(0.0, "length", "10 mm", "1500 mm", "nut to body; left out: 0.6 of the scale",
+        optional=True)  # 0: model.neck.FREE_PART of the scale
+    stop_conductance: float = number(0.0, "conductance", "0 m/s/N", "0.1 m/s/N", "Re Y of a stop, on stopped notes")
+    stiffness_across: float = number(1.0, "number", "0.1", "100", "of the neck bent across, over that bent back",
+        of="across")
+    stop_across: float = number(1.0, "number", "0", "10", "what a stop takes across, over stop_conductance",
+        of="across")
+    longer_across: float = number(0.0, "length", "-10 mm", "10 mm", "by which the string is longer across",
+        of="across")
+    # fmt: on
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoteNumbers(StringLaw, NeckLaw):
+    """The numbers of a string that is stopped at a fret: the shared ones, and the results for this fret."""
+
+    grid_points: int = result(0, 2, MOST_GRID, "integer")  # N: `length` / N is the grid step dx
+    paper_law: int = result(1, 0, 1, "integer")  # 1: String.stiffness_law is "paper", 0: "hinged"
+    length: float = result(2, 0.05, 5.0)  # m
+    fundamental: float = result(3, 1.0, 20e3)  # Hz, f0 of the frequency law: c / 2L
+    damped_fundamental: float = result(4, 0.0, 20e3)  # Hz, over which the damping law is taken
+    clamp: float = result(5, 0.0)  # number of the mode from which on the law "paper" of damping is constant
+    inharmonicity: float = result(6, 0.0, 1.0)  # B for this length
+    held_stiffness: float = result(7, 0.0)  # m^2, E I / T for the shape that a finger holds
+    tension: float = result(10, 1e-3, 1e5)  # N
+    bending: float = result(11, 0.0, 1e3)  # N m^2, E I
+    contact_loss: float = result(16, 0.0)  # s/m, c of kernels/string/contact.py
+    own_across: int = result(19, 0, 1, "integer")  # 1: v has a neck of its own; 0: it is as u
+    longer_across: float = result(22, -0.1, 0.1)  # part of the length by which v is longer
 
 
 @dataclass(frozen=True)
@@ -64,7 +159,7 @@ class PlayerNumbers:
     rounding_soft: float = number(0.0, "length", "0 mm", "50 mm", "... and at velocity 1; 0 mm: the same",
         word=16, file=(0, 1), of="pluck")
     release_time: float = number(0.0, "time", "0 us", "10 ms", "how gradually it lets go, at velocity 127 ...",
-        word=17, file=(0, 1), of="pluck")  # as modes.pluck_amplitudes has it
+        word=17, file=(0, 1), of="pluck")  # see modes.pluck_amplitudes
     release_time_soft: float = number(0.0, "time", "0 us", "10 ms", "... and at velocity 1; 0 us: the same",
         word=18, file=(0, 1), of="pluck")
     release_speed: float = number(0.0, "speed", "0 m/s", "10 m/s", "of the finger letting go, at greatest_apex",
@@ -113,7 +208,7 @@ class PlayerNumbers:
     bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)
     out_of_range: str = choice("transpose", ("transpose", "drop"), "notes the bass does not have", record="drop")
     position_controller: int = number(16, "controller", "0", "119", "MIDI controller of the pluck position",
-        of="pluck")  # besides that of `keys`
+        of="pluck")  # in addition to the one in `keys`
     ghost_below: int = number(0, "integer", "0", "128", "notes of a velocity below are ghost notes", word=28)
     wheel: str = choice("bend", ("bend", "slide"), "the pitch wheel bends, or slides over the frets",
         record="wheel_slides")

@@ -1,17 +1,17 @@
-"""Rows: a number of the bass stands once, with its unit, limits, default and meaning, and the rest follows.
+"""Rows: each number of the bass stands once, with its unit, limits, default and meaning.
 
-A field that `number` or `choice` makes is a row of its dataclass. From it follow the key of preset files with its
-checks, messages and help (preset/keys.py), and for fields with a `word` the record of the kernels, its struct in C, and
-the limits within which instrument files may have it. A record of the kernels alone is a list of Words.
+A field made by `number` or `choice` is a row of its dataclass. The key of preset files, with its checks, messages and
+help, follows from it (preset/keys.py). If it has a `word`, so do its place in a record of the kernels, the struct in C,
+and its limits in instrument files. A record that only kernels know is a list of Words.
 
-To add a number of the player: its row in parts.py, with the next word and another VERSION and WITH_STROKES;
-and the kernel that uses it.
+To add a number of a string, a neck or the player, write its row in parts.py with the next word and a new VERSION, the
+kernel that uses it, and a sentence in the handbook.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import MISSING, dataclass, field, fields
 from math import prod
 from sys import float_info
 from typing import Any, NamedTuple
@@ -24,25 +24,26 @@ from livebass.units import DIMENSIONS, quantity
 TINY = float_info.min  # the least that is more than 0
 LARGEST = 1e15  # of any number in a file, unless its row says otherwise
 BYTES = 8  # of a word
+REQUIRED: Any = MISSING  # in place of a default: a preset must say
 
 
 @dataclass(frozen=True)
 class Row:
-    """What is said of a field; limits as a preset writes them."""
+    """Describes a field. Limits are written as in a preset."""
 
     kind: str  # a dimension of `units`, choices "a|b", number, integer or controller
     least: str
     most: str
     meaning: str
-    of: tuple[str, ...] = ()  # groups of numbers that are without effect together: preset/idle.py
-    optional: bool = False  # no default in a preset: `meaning` says what holds if it is left out
+    of: str = ""  # groups, with spaces between, of numbers that lose their effect together: preset/idle.py
+    optional: bool = False  # no default in a preset: `meaning` says what holds without the key
     word: int | None = None  # place in the record of the kernels
-    file: tuple[float, float] | None = None  # SI, limits in an instrument file if they are others than in a preset
+    file: tuple[float, float] | None = None  # SI, limits in an instrument file where they differ from a preset's
     record: str = ""  # of a choice: the number of INSTRUMENT that has its place among the choices
 
     @property
     def choices(self) -> list[str]:
-        """What there is to choose from."""
+        """The choices of a `choice`."""
         return self.kind.split("|")
 
     @property
@@ -54,20 +55,19 @@ class Row:
         return least, most
 
 
-def number(
-    default: float, kind: str, least: str, most: str, meaning: str, *, of: str = "", optional: bool = False,
-    word: int | None = None, file: tuple[float, float] | None = None,
-) -> Any:  # fmt: skip
-    """Makes a field of a dataclass that has a Row; `of`: groups, with spaces between."""
-    row = Row(kind, least, most, meaning, tuple(of.split()), optional, word, file)
-    return field(default=default, metadata={"row": row})
+def number(default: float, kind: str, least: str, most: str, meaning: str, **more: Any) -> Any:
+    """Makes a field of a dataclass that has a Row, with `more` of its fields by name."""
+    return field(default=default, metadata={"row": Row(kind, least, most, meaning, **more)})
 
 
-def choice(default: str, choices: Sequence[str], meaning: str, *, of: str = "", record: str = "") -> Any:
-    """Makes a field of a dataclass that is one of `choices`."""
-    return field(
-        default=default, metadata={"row": Row("|".join(choices), "", "", meaning, tuple(of.split()), record=record)}
-    )
+def result(word: int, least: float = -LARGEST, most: float = LARGEST, kind: str = "number") -> Any:
+    """Makes a field of a dataclass that follows from others, so that no preset has it; limits in SI."""
+    return field(metadata={"row": Row(kind, "", "", "", word=word, file=(least, most))})
+
+
+def choice(default: str, choices: Sequence[str], meaning: str, **more: Any) -> Any:
+    """Makes a field of a dataclass that is one of `choices`, with `more` fields of its Row by name."""
+    return field(default=default, metadata={"row": Row("|".join(choices), "", "", meaning, **more)})
 
 
 def rows(cls: type) -> dict[str, Row]:
@@ -75,8 +75,16 @@ def rows(cls: type) -> dict[str, Row]:
     return {f.name: f.metadata["row"] for f in fields(cls) if "row" in f.metadata}
 
 
+def copier(names: Iterable[str]) -> Callable[[Any, Any], None]:
+    """Makes a function, for Python and for kernels, that copies these fields from one record or object to another."""
+    scope: dict[str, Any] = {"__name__": __name__}
+    exec("\n    ".join(["def copy(given, to):", *(f"to.{name} = given.{name}" for name in names)]), scope)
+    made: Callable[[Any, Any], None] = scope["copy"]
+    return made
+
+
 class Word(NamedTuple):
-    """A number of a record of the kernels, or many of a kind: its type, limits in an instrument file, and shape."""
+    """A number in a record of the kernels, or an array: its type, limits in an instrument file, and shape."""
 
     name: str
     type: str | Sequence[Word]  # "f8", "i8", or the words of a record
@@ -86,7 +94,7 @@ class Word(NamedTuple):
 
 
 def words(cls: type) -> list[Word]:
-    """The words of the rows of a dataclass that have one, in their order. Raises ValueError if they do not count on."""
+    """The words of a dataclass, by number. Raises ValueError if they do not count from 0 without a gap."""
     placed = sorted((row.word, name) for name, row in rows(cls).items() if row.word is not None)
     if [word for word, _ in placed] != list(range(len(placed))):
         raise ValueError(f"{cls.__name__}: words must count from 0, each of one row: {placed}")
@@ -101,21 +109,21 @@ def record(given: Sequence[Word]) -> np.dtype[np.void]:
 
 
 class Limit(NamedTuple):
-    """The limits of words one after the other in a record."""
+    """The limits of neighbouring words in a record."""
 
-    name: str  # with those of the records it is in: "player.thumb_mass"
+    name: str  # with the names of the records around it: "player.thumb_mass"
     first: int  # word
     size: int  # words
-    each: int  # of them for each string; 0: there are always `size`
+    each: int  # words for each string; 0: there are always `size`
     whole: bool  # int64, not float64
     least: float
     most: float
 
 
 def limits(given: Sequence[Word], strings: int = 0, first: int = 0, inside: str = "") -> list[Limit]:
-    """The limits of a record whose first word is `first`, and of the records in it, that of `inside` among them.
+    """The limits of a record whose first word is `first`, and of the records inside it; `inside` begins their names.
 
-    strings: so many a record has room for. What has this size, has an item for each; not all need be there.
+    strings: how many strings the record has room for. An array of this size has an item for each, used or not.
     """
     made = []
     for w in given:
@@ -132,5 +140,5 @@ def limits(given: Sequence[Word], strings: int = 0, first: int = 0, inside: str 
 
 
 def table(given: Sequence[Limit]) -> NDArray[np.float64]:
-    """The limits as kernels walk them, (n, 6), without names."""
+    """The limits without their names, (n, 6), as kernels read them."""
     return np.array([limit[1:] for limit in given], float)

@@ -10,7 +10,7 @@ import pytest
 
 from livebass.engine.prepare import fill
 from livebass.model.instrument import Player
-from livebass.parts import Coil, PlayerNumbers
+from livebass.parts import Coil, NeckLaw, PlayerNumbers, StringLaw
 from livebass.preset import idle, keys
 from livebass.preset.keys import DATACLASSES, KEYS, allowed, checked
 from livebass.rows import BYTES, Limit, Word, choice, limits, number, record, rows, table, words
@@ -60,12 +60,13 @@ def test_each_row_is_a_key_of_its_section(section: str) -> None:
     assert in_order == list(named)
 
 
-@pytest.mark.parametrize("cls", [Coil, Player])
+@pytest.mark.parametrize("cls", [Coil, Player, StringLaw, NeckLaw])
 def test_the_limits_of_a_file_take_in_those_of_a_preset(cls: type) -> None:
-    for word in words(cls):
-        least, most = replace(rows(cls)[word.name], file=None).limits
-        assert word.least <= least <= most <= word.most, word.name
-        assert word.least <= getattr(cls, word.name) <= word.most, word.name
+    for name, row in rows(cls).items():
+        if row.word is not None:
+            (file_least, file_most), (least, most) = row.limits, replace(row, file=None).limits
+            assert file_least <= least <= most <= file_most, name
+            assert file_least <= getattr(cls, name, least) <= file_most, name
 
 
 def test_words_count_on_and_each_is_of_one_row() -> None:

@@ -32,6 +32,7 @@ from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, 
 from livebass.model.keymap import velocity_parts
 from livebass.model.modes import CARRIED
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
+from livebass.parts import NoteNumbers
 from livebass.rows import rows, words
 from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
@@ -169,8 +170,9 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
         "taps": note.taps,
     }
     to["modes"] = note.modes
-    for name, value in vars(s.note).items():
-        to[name] = value
+    to["stop"], to["stop_across"] = s.admittance.stop, s.admittance_across.stop
+    for name in rows(NoteNumbers):
+        to[name] = getattr(s, name)
     for name, listed in lists.items():
         to[name], count = len(numbers), 0
         for items in listed:

@@ -112,16 +112,12 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
     s = speaking(string, replace(neck, admittance=Admittance()), 0)
     nominal = modes.law_frequencies(s, number.astype(np.float64), string.nominal_fundamental)
     loss = damping / (math.pi * nominal)
-    bare = replace(string, diameter=0.0, viscoelastic_angle=0.0, thermoelastic=0.0)
-
-    def factor(given: String) -> Floats:
-        return modes.loss_factor(replace(s, string=given), nominal)
-
-    constant = factor(bare)
+    bare = replace(s, diameter=0.0, viscoelastic_angle=0.0, thermoelastic=0.0)
+    constant = modes.loss_factor(bare, nominal)
     columns = np.stack([
-        factor(replace(bare, diameter=string.diameter)) - constant,
-        factor(replace(bare, viscoelastic_angle=ANGLE)) - constant,
-        factor(replace(bare, thermoelastic=THERMOELASTIC_SPREAD)) - constant,
+        modes.loss_factor(replace(bare, diameter=string.diameter), nominal) - constant,
+        modes.loss_factor(replace(bare, viscoelastic_angle=ANGLE), nominal) - constant,
+        modes.loss_factor(replace(bare, thermoelastic=THERMOELASTIC_SPREAD), nominal) - constant,
     ], axis=1)  # fmt: skip
     high = _upper(number.size)
     known = np.array([1.0, string.viscoelastic_angle / ANGLE, string.thermoelastic / THERMOELASTIC_SPREAD])

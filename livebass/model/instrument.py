@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -24,9 +25,9 @@ from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid, wooden_surface
 from livebass.parts import STROKES as STROKES
 from livebass.parts import Coil as Coil
-from livebass.parts import Knobs, PlayerNumbers
+from livebass.parts import Knobs, NeckNumbers, NoteNumbers, PlayerNumbers, StringNumbers
 from livebass.parts import Pick as Pick
-from livebass.rows import choice, number
+from livebass.rows import choice, number, rows
 
 A4_NOTE, A4_HZ = 69, 440.0
 LOG_PRESSED = -13.287712379549449  # log2 of 1e-4, m: the penetration at which `Neck.contact_loss` holds
@@ -34,27 +35,13 @@ STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
 
 
 @dataclass(frozen=True)
-class String:
+class String(StringNumbers):
     """One open string between nut and saddle: sections 2.1 and 2.2."""
 
     name: str
     open_note: int  # MIDI note number
     length: float  # m, nut to saddle
-    linear_density: float  # kg/m
-    tension: float  # N, nominal: the pitch itself is set by the notes, see `speaking`
-    diameter: float  # m, outside, for friction with the air (eq. 10)
-    inharmonicity: float  # B = pi^2 E I / (T L^2), open string
     stiffness_law: str = choice("hinged", STIFFNESS_LAWS, "f0 j sqrt(1 + B j^2); eq. 8, for B j^2 < 0.04")
-    viscoelastic_angle: float = number(0.01, "number", "0", "0.5", "delta_ve of eq. 11")
-    thermoelastic: float = number(6e-6, "number", "0", "0.01", "1/Q_te of eq. 9")
-    extra_damping: float = number(0.0, "decay rate", "0 /s", "10000 /s", "a mute, on every mode")
-    extra_damping_slope: float = number(0.0, "number", "0", "1", "1/s added per rad/s of the mode")
-    level: float = number(1.0, "number", "0", "10", "how strongly pickups sense it")  # its steel, its poles
-    axial_stiffness: float = number(0.0, "force", "0 N", "1000000 N", "E A: hard notes begin sharp; 0: they do not")
-    winding: float = number(0.0, "length", "0 mm", "2 mm", "pitch of a round winding: slides squeak; 0: flat")
-    law_fundamental: float = number(
-        0.0, "frequency", "5 Hz", "5000 Hz", "f0 of the law of partials if measured", optional=True
-    )  # 0: from open_note
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
     offsets: tuple[float, ...] = ()  # cents, (12,): notes over equal temperament at A4_HZ, C first; empty: none
@@ -68,7 +55,7 @@ class String:
 
     @property
     def called(self) -> int:
-        """Pitch class by which key switches call it: that of its note before tuning and capo."""
+        """Pitch class by which key switches call it: its open note before tuning and capo."""
         return (self.open_note if self.own_note is None else self.own_note) % 12
 
     @property
@@ -78,37 +65,14 @@ class String:
 
 
 @dataclass(frozen=True)
-class Neck:
+class Neck(NeckNumbers):
     """The frets or the board under one string, the law of a contact with them (eq. 6), and how the neck gives way."""
 
     fret_positions: tuple[float, ...]  # m from the nut, ascending, fret 1 first
     fret_heights: tuple[float, ...]  # m relative to the open string at rest, negative is below
-    # Contact and friction: force per unit length on one `grid_step`. A stiffness of 1e8 to 1e9 on a grid of 1 mm is
-    # an effective law for windings, fret, wood and what the modes leave out, far softer than steel on steel.
-    contact_stiffness: float = number(1e13, "number", "1e5", "1e15", "K of eq. 6, SI")
-    contact_exponent: float = number(1.5, "number", "1", "3", "alpha of eq. 6")
-    contact_loss: float = number(
-        0.0, "mechanical resistance", "0 N s/m", "10000 N s/m", "of a fret that the string presses in by 0.1 mm"
-    )
-    grid_step: float = number(1e-3, "length", "0.2 mm", "10 mm", "length of string that a fret pushes on")  # dx
-    friction: float = number(900.0, "force per length", "0 N/m", "1000000 N/m", "A of eq. 7", of="across")
-    friction_speed: float = number(
-        1e-5, "speed", "0.01 um/s", "1 m/s", "s of eq. 7: slower, a point sticks", of="across"
-    )
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
-    free_length: float = number(
-        0.0, "length", "10 mm", "1500 mm", "nut to body; left out: 0.6 of the scale", optional=True
-    )  # 0: FREE_PART of the scale
-    stop_conductance: float = number(0.0, "conductance", "0 m/s/N", "0.1 m/s/N", "Re Y of a stop, on stopped notes")
-    stiffness_across: float = number(
-        1.0, "number", "0.1", "100", "of the neck bent across, over that bent back", of="across"
-    )
-    stop_across: float = number(
-        1.0, "number", "0", "10", "what a stop takes across, over stop_conductance", of="across"
-    )
-    longer_across: float = number(0.0, "length", "-10 mm", "10 mm", "by which the string is longer across", of="across")
     surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
-    fretless: bool = False  # the fret positions are but places where notes are stopped
+    fretless: bool = False  # the fret positions only mark where notes are stopped
     capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
 
     @property
@@ -129,7 +93,7 @@ class Neck:
 
 @dataclass(frozen=True)
 class Pickup:
-    """A magnetic pickup under all strings, or under some, as half of a split coil is."""
+    """A magnetic pickup under all strings, or under some, such as half of a split coil."""
 
     position: float  # m from the saddle
     aperture: float = number(0.02, "length", "0 mm", "100 mm", "length of string it senses")
@@ -143,7 +107,7 @@ class Pickup:
 
 @dataclass(frozen=True)
 class Output:
-    """How the motion of the strings becomes a signal: through pickups, or as the displacement at a sensor."""
+    """Turns the motion of the strings into a signal: through pickups, or as the displacement at a sensor."""
 
     kind: str = choice("pickups", ("pickups", "displacement"), "magnetic, or the string at the sensor")
     pickups: tuple[Pickup, ...] = (Pickup(0.09),)
@@ -156,7 +120,7 @@ class Output:
 
 @dataclass(frozen=True, kw_only=True)
 class Player(PlayerNumbers):
-    """How notes become plucks. Strengths are forces of the hand over that by which the open string grazes a fret."""
+    """Turns notes into plucks. Strengths are forces of the hand; at 1 the open string grazes a fret."""
 
     pick: Pick = field(default_factory=Pick)
     keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
@@ -168,9 +132,9 @@ class Response:
     """An impulse response, of a cabinet or a room."""
 
     rate: int  # Hz
-    samples: bytes = field(repr=False)  # float64, as the file has them; 1: as loud as without it
+    samples: bytes = field(repr=False)  # float64, unchanged from the file; 1: as loud as without it
     normalized: bool = False  # its level is set so that a bass is as loud as without it
-    remark: str = field(default="", compare=False)  # one line about how the file was read, for who plays it
+    remark: str = field(default="", compare=False)  # one line for the player about how the file was read
 
     @property
     def count(self) -> int:
@@ -179,13 +143,13 @@ class Response:
 
     @cached_property
     def played(self) -> bytes:
-        """The samples by which it is heard, float64."""
+        """The samples that play, float64."""
         return self.cut(True) if self.normalized else self.samples
 
     def cut(self, normalized: bool = False) -> bytes:
-        """The samples without silence, float64; `normalized`: at the level by which a bass is as loud as without them.
+        """The samples without silence, float64; `normalized`: at the level that keeps a bass as loud as before.
 
-        Of a response that lasts too long, or is `normalized`, what comes before the sound is silence, too.
+        If the response lasts too long, or is `normalized`, everything before the sound counts as silence, too.
         """
         from livebass.kernels.effects.response import cut_response
 
@@ -196,7 +160,7 @@ class Response:
 
 @dataclass(frozen=True)
 class Effects(Knobs):
-    """What comes after the DI, on the mix of all strings: compressor, valve stage, impulse response; off by default."""
+    """The effects on the mix of all strings after the DI: compressor, valve stage, impulse response. Default: off."""
 
     response: Response | None = None
 
@@ -217,7 +181,7 @@ class Instrument:
 
     @property
     def switches(self) -> frozenset[int]:
-        """The keys that switch, and are no notes: those of its map that it has no notes for, or that go first."""
+        """The keys that switch instead of sounding: keys of its map below its notes, or ones that go before notes."""
         keys = self.player.keys
         return frozenset(key for key, *_ in keys.keys if keys.over_notes or key < self.note_range[0])
 
@@ -229,7 +193,7 @@ class Instrument:
 
     @property
     def loss(self) -> float:
-        """The least `Neck.loss`, s/m, of all strings; of those over a board, if any are."""
+        """The least `Neck.loss`, s/m, of all strings, or only of the strings over a board if there are any."""
         return min(neck.loss for neck in self.necks if bool(neck.surface) == self.over_board)
 
     @property
@@ -238,7 +202,7 @@ class Instrument:
         return any(neck.surface for neck in self.necks)
 
     def string_index(self, name: str) -> int:
-        """Index of the string called `name`, in any case. Raises LookupError, which lists the names there are."""
+        """Index of the string called `name`, in any case. Raises LookupError, which lists the names."""
         names = [s.name for s in self.strings]
         for i, have in enumerate(names):
             if have.casefold() == name.casefold():
@@ -258,29 +222,18 @@ class Pluck:
     speed: float = 0.0  # m/s, of the finger, and of the corner, as it lets go
 
 
-@dataclass(frozen=True)
-class Speaking:
+@dataclass(frozen=True, kw_only=True)
+class Speaking(NoteNumbers):
     """The part of a string that sounds, from the pressed fret (or the nut) to the saddle, and its P obstacles."""
 
     string: String
     fret: int  # asked for; 0 is open
     stop: int  # fret the string rests on: one beyond `fret` if it stands so high that it chokes the note
-    length: float  # m
-    fundamental: float  # Hz, f0 of the frequency law: c / 2L
-    inharmonicity: float  # B for this length
-    grid_points: int  # N: `length` / N is the grid step dx
     contact_fret: tuple[int, ...]  # (P,) fret number of each obstacle; 0: wood
     contact_position: tuple[float, ...]  # (P,) x_m, m from the stop, on the grid
     contact_height: tuple[float, ...]  # (P,) g, m; negative: below the string at rest
-    contact_stiffness: float  # K of eq. 6
-    contact_exponent: float  # alpha of eq. 6
-    contact_loss: float  # s/m, c of kernels/string/contact.py
     admittance: Admittance  # of the neck at the stop
-    own_across: bool  # the string moves across by a law of its own: the next two
-    admittance_across: Admittance  # of the neck at the stop, as motion across meets it
-    longer_across: float  # part of the length, by which the string is longer across
-    friction: float  # N/m, A of eq. 7
-    friction_speed: float  # m/s, s of eq. 7
+    admittance_across: Admittance  # the same as motion across meets it, if `own_across`
     surface: Surface = ()  # of the board, in m from the stop and m above the string at rest
 
     def felt(self, across: bool) -> Admittance:
@@ -291,39 +244,6 @@ class Speaking:
     def step(self) -> float:
         """Grid step dx, m."""
         return self.length / self.grid_points
-
-    @cached_property
-    def note(self) -> SimpleNamespace:
-        """The numbers of its NOTE (kernels/string/preparing.py), without the lists, for the law of the modes."""
-        string, paper = self.string, int(self.string.stiffness_law == "paper")
-        measured = self.stop == 0 and string.law_fundamental
-        return SimpleNamespace(
-            grid_points=self.grid_points,
-            paper_law=paper,
-            length=self.length,
-            fundamental=self.fundamental,
-            damped_fundamental=string.nominal_fundamental if measured else self.fundamental,
-            clamp=float(modal_law.clamped_mode(self.length)),
-            inharmonicity=self.inharmonicity,
-            linear_density=string.linear_density,
-            diameter=string.diameter,
-            tension=string.tension,
-            bending=modal_law.bending_stiffness(string.inharmonicity, string.tension, string.length),
-            viscoelastic_angle=string.viscoelastic_angle,
-            thermoelastic=string.thermoelastic,
-            extra_damping=string.extra_damping,
-            extra_damping_slope=string.extra_damping_slope,
-            held_stiffness=modal_law.held_part(paper, self.inharmonicity, self.length),
-            contact_stiffness=self.contact_stiffness,
-            contact_exponent=self.contact_exponent,
-            contact_loss=self.contact_loss,
-            friction=self.friction,
-            friction_speed=self.friction_speed,
-            stop=self.admittance.stop,
-            own_across=int(self.own_across),
-            stop_across=self.admittance_across.stop,
-            longer_across=self.longer_across,
-        )
 
 
 def frets_from_geometry(
@@ -377,27 +297,20 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     set_obstacles(given, numbers, stop, note, lists, behind)  # over a board, too
     obstacles = rows_of(lists, behind, note.obstacles_count)
     first = given.parts + stop * (len(neck.admittance.resonances) + 1)
+    law: dict[str, Any] = {
+        name: (int if row.kind == "integer" else float)(getattr(note, name)) for name, row in rows(NoteNumbers).items()
+    }
     s = Speaking(
         string=_tuned_for(string, string.open_note + stop),
         fret=fret,
         stop=stop,
-        length=note.length,
-        fundamental=float(note.fundamental),
-        inharmonicity=note.inharmonicity,
-        grid_points=note.grid_points,
         contact_fret=tuple(range(stop + 1, count + 1)),
         contact_position=tuple(x for x, _ in obstacles),
         contact_height=tuple(h for _, h in obstacles),
-        contact_stiffness=neck.contact_stiffness,
-        contact_exponent=neck.contact_exponent,
-        contact_loss=neck.loss,
         admittance=_felt(neck.admittance, numbers[first:], note, lists),
-        own_across=neck.own_across,
         admittance_across=_felt(neck.admittance, numbers[first:], note, lists, across=True),
-        longer_across=note.longer_across,
-        friction=neck.friction,
-        friction_speed=neck.friction_speed,
         surface=surface,
+        **law,
     )
     return on_grid(s, s.grid_points) if neck.surface else s
 
@@ -409,12 +322,13 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
     answering: with what strings need that answer each other.
     """
     numbers: list[float] = []
-    given = SimpleNamespace(answering_modes=0, tap_width=1, capo=int(neck.capo > 0), contact_loss=neck.loss)
+    given = SimpleNamespace(answering_modes=0, tap_width=1, length=string.length, capo=int(neck.capo > 0))
+    vars(given).update({name: getattr(string, name) for name in rows(StringNumbers)})
+    vars(given).update({name: getattr(neck, name) for name in rows(NeckNumbers)})
+    given.contact_loss = neck.loss
     given.own_across, given.higher_across = int(neck.own_across), math.sqrt(neck.stiffness_across)
     given.stop_conductance_across = neck.stop_conductance * neck.stop_across
     given.paper_law = int(string.stiffness_law == "paper")
-    for source, names in ((string, FROM_STRING), (neck, FROM_NECK)):
-        vars(given).update({name: getattr(source, name) for name in names})
     y, free = neck.admittance, neck.free_length or FREE_PART * string.length
     given.nut_conductance, given.bowed = y.stop, int(_is_bowed(neck))
     places, taken = (0.0, *neck.fret_positions), len(y.resonances) + 1
@@ -436,8 +350,8 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
         "surface": neck.surface,
         "taps": (),
     }
-    for name, rows in lists.items():
-        listed = list(rows)
+    for name, of in lists.items():
+        listed = list(of)
         vars(given).update({name: len(numbers), f"{name}_count": len(listed)})
         numbers.extend(flat(listed))
     return given, numbers
@@ -447,16 +361,6 @@ def _is_bowed(neck: Neck) -> bool:
     """True for a bare board that follows the parabola of its places, as those by geometry do."""
     x, h = neck.fret_positions, neck.fret_heights
     return len(x) > 2 and bool(neck.surface) and neck.surface == wooden_surface(x, h, neck.surface[-1][0], bowed=True)
-
-
-FROM_STRING = (
-    "length", "linear_density", "tension", "diameter", "inharmonicity", "viscoelastic_angle", "thermoelastic",
-    "extra_damping", "extra_damping_slope", "law_fundamental",
-)  # fmt: skip
-FROM_NECK = (
-    "contact_stiffness", "contact_exponent", "friction", "friction_speed", "grid_step", "stop_conductance",
-    "longer_across",
-)  # fmt: skip
 
 
 def _felt(

@@ -17,13 +17,13 @@ Equation numbers: Issanchou et al. (2018).
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 
 from livebass.arrays import Floats
 from livebass.kernels.string import law
-from livebass.model.instrument import Pluck, Speaking, stretched
+from livebass.model.instrument import Pluck, Speaking
 from livebass.model.neck import detuning, neck_damping
 
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.string.modal.MOST_TURN)
@@ -32,14 +32,14 @@ CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played wi
 def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bool = False) -> Floats:
     """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
 
-    across: of v, which may have a law of its own; a measured frequency is that of u, and v as far off as the law says.
+    across: of v, which may have a law of its own. Measured frequencies belong to u; v differs from them by the law.
 
-    At j = 862 the two laws differ 2.7 times. The neck's term, that of eq. 8, is taken at omega_{0,j}, with the sign
-    that model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
+    At j = 862 the two laws differ 2.7 times. The neck's term in eq. 8 is taken at omega_{0,j}, with the sign that
+    model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
     """
     j = np.arange(1.0, count + 1)
     shift = neck_detuning(s, count) if shift is None else shift
-    nu = j * s.fundamental * (stretched(s.string.stiffness_law, s.inharmonicity, j) + shift)
+    nu = j * s.fundamental * (law.stretched(s.paper_law, s.inharmonicity, j) + shift)
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
@@ -62,7 +62,7 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
     By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
     neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
-    known already; across: of v, whose measured dampings follow from those of u by `dampings_across`.
+    known already; across: of v; `dampings_across` derives its measured dampings.
     """
     ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
@@ -73,7 +73,7 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
             of_u = frequencies(s, known.size)
             known = dampings_across(s, np.arange(1.0, known.size + 1), of_u, ringing_at[: known.size], known)
         sigma[: known.size] = known
-    return sigma + s.string.extra_damping + s.string.extra_damping_slope * 2 * math.pi * nu
+    return sigma + s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu
 
 
 def dampings_across(s: Speaking, number: Floats, nu: Floats, nu_across: Floats, measured: Floats) -> Floats:
@@ -98,13 +98,8 @@ def law_frequencies(s: Speaking, mode: Floats, fundamental: float | None = None)
     If that is left out: over f0, or, where f0 was measured, over c / 2L of the tension in the table, as the published
     dampings follow that.
     """
-    note = s.note if fundamental is None else SimpleNamespace(**vars(s.note) | {"damped_fundamental": fundamental})
-    return np.asarray(law.damped_at(note, mode))
-
-
-def bending(s: Speaking) -> float:
-    """Returns the bending stiffness E I of the core, N m^2, by the inharmonicity: B = pi^2 E I / (T L^2)."""
-    return float(s.note.bending)
+    s = s if fundamental is None else replace(s, damped_fundamental=fundamental)
+    return np.asarray(law.damped_at(s, mode))
 
 
 def loss_factor(s: Speaking, nu: Floats) -> Floats:
@@ -112,12 +107,12 @@ def loss_factor(s: Speaking, nu: Floats) -> Floats:
 
     Friction with the air (eq. 10), the viscoelastic term (eq. 11) and the thermoelastic one (eq. 9).
     """
-    return np.asarray(law.loss_factor(s.note, nu))
+    return np.asarray(law.loss_factor(s, nu))
 
 
 def impedance(s: Speaking) -> float:
     """Wave impedance mu c of the string, kg/s, with c = 2 L f0."""
-    return float(law.impedance(s.string.linear_density, s.length, s.fundamental))
+    return float(law.impedance(s.linear_density, s.length, s.fundamental))
 
 
 def neck_detuning(s: Speaking, count: int, across: bool = False) -> Floats:
@@ -146,7 +141,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck, across: bool = False
     k = np.arange(1, count + 1) * (math.pi / s.length)  # rad/m
     a = pluck.position
     bend = pluck.apex * s.length / (a * (s.length - a))  # change of slope at the corner
-    corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + held_stiffness(s) * k**2)
+    corner = np.exp(-((k * pluck.rounding) ** 2) / 2) / (1 + s.held_stiffness * k**2)
     if pluck.release:
         corner /= release_loss(frequencies(s, count, across=across), pluck.release)
     return np.asarray(math.sqrt(2 / s.length) * bend * np.sin(k * a) / k**2 * corner)
@@ -158,11 +153,6 @@ def release_loss(nu: Floats, release: float) -> Floats:
     1 + (omega tau)^2, as if its force ended along exp(-|t| / tau) / (2 tau).
     """
     return np.asarray(1 + (2 * math.pi * nu * release) ** 2)
-
-
-def held_stiffness(s: Speaking) -> float:
-    """Returns E I / T (m^2) for the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
-    return float(s.note.held_stiffness)
 
 
 def grazing_apex(s: Speaking, position: float) -> float:

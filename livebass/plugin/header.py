@@ -1,7 +1,7 @@
-"""Writes kernels.h: what the C of the plugins knows of the kernels, from the records and entries themselves.
+"""Writes kernels.h, which tells the plugins' C code about the kernels, from the records and entries themselves.
 
-Each record becomes a struct, with assertions that C lays it out as numpy does; each entry the plugins call a member of
-`lb_kernels`, of which there is a table for each level of processor.
+Each record becomes a struct, with assertions that C lays it out as numpy does. Each entry that the plugins call becomes
+a member of `lb_kernels`; each level of processor has a table of these.
 """
 
 from __future__ import annotations

@@ -43,7 +43,6 @@ from livebass.preset.keymap import keys_of_player
 from livebass.preset.keys import (
     HAND,
     KEYS,
-    REQUIRED,
     SECTIONS,
     allowed,
     checked,
@@ -56,12 +55,15 @@ from livebass.preset.keys import (
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
+from livebass.rows import REQUIRED, rows
 from livebass.units import format_quantity, note_name
 
 # What the engine has room for.
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section
 MOST_SENSING = 4  # pickups that sense one string
 MOST_FRETS = 32
+TENSION = next(key for key in KEYS if (key.section, key.name) == ("string", "tension"))
+LEAST_TENSION, MOST_TENSION = rows(String)["tension"].limits  # N
 _FRETS = {"fret_positions", "fret_heights"}
 MEASURED = _FRETS | {"height_scale", "height_offset"}
 GEOMETRY = {"frets", *HEIGHTS_BY_GEOMETRY}
@@ -195,12 +197,11 @@ class Builder:
         if not 0 <= head["capo"] < frets:
             raise self.error("capo", f"allowed: 0 to {frets - 1}, as the neck has {frets} frets", head["capo"])
         pairs = []
-        limits = next(k for k in KEYS if (k.section, k.name) == ("string", "tension"))
         for (string, neck, where, place), each in zip(made, wanted, strict=True):
             string = tuned(string, each.note, each.offsets)
-            if not units.quantity(limits.least, "force") <= string.tension <= units.quantity(limits.most, "force"):
+            if not LEAST_TENSION <= string.tension <= MOST_TENSION:
                 why = f"{note_name(each.note)} needs {format_quantity(string.tension, 'force')} on string {string.name}"
-                raise self.error("tuning", f"{why}, allowed: {allowed(limits)}", data.get("tuning"))
+                raise self.error("tuning", f"{why}, allowed: {allowed(TENSION)}", data.get("tuning"))
             string, neck = with_capo(string, neck, head["capo"])
             self.check_notes(string, neck, where, place)
             pairs.append((string, neck))
@@ -335,10 +336,9 @@ class Builder:
         mu = values["linear_density"]
         speed = 2 * length * pitch
         tension = values.setdefault("tension", mu * (speed * speed))
-        limits = next(k for k in KEYS if (k.section, k.name) == ("string", "tension"))
-        if not units.quantity(limits.least, "force") <= tension <= units.quantity(limits.most, "force"):
+        if not LEAST_TENSION <= tension <= MOST_TENSION:
             note = note_name(values["open_note"])
-            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, allowed: {allowed(limits)}"
+            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, allowed: {allowed(TENSION)}"
             raise self.error(f"{where}.tension", f"{why}; another linear_density or open_note would do")
         core = values.pop("core_diameter", None)
         modulus, ratio = values.pop("core_modulus"), values.pop("stiffness_ratio")

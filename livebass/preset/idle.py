@@ -24,7 +24,7 @@ NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open
 
 @dataclass(frozen=True)
 class Rule:
-    """Fields of a section that change no note of a bass for which `holds`; it gets the bass and the part of it."""
+    """Fields of a section that change no note of a bass if `holds(bass, part)` is true."""
 
     section: str
     keys: tuple[str, ...]
@@ -61,9 +61,12 @@ PICKING = tuple(key_names("pick"))
 
 
 def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> list[Rule]:
-    """Rules for the rows of the group `name`, one for each section that has such."""
-    of = {section: tuple(n for n, row in rows(cls).items() if name in row.of) for section, cls in DATACLASSES.items()}
-    return [Rule(section, keys, why, holds) for section, keys in of.items() if keys]
+    """Rules for the rows of the group `name`, one for each section that has any."""
+    found = [
+        Rule(section, tuple(key for key, row in rows(cls).items() if name in row.of.split()), why, holds)
+        for section, cls in DATACLASSES.items()
+    ]
+    return [rule for rule in found if rule.keys]
 
 
 RULES = (
@@ -85,6 +88,7 @@ RULES = (
         "this pickup's level is 0",
         lambda bass, pickup: pickup.level == 0,
     ),
+    *_group("unheard", "no sound depends on it yet", lambda bass, part: True),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
     Rule("neck", ("free_length", "stiffness_across"), "the neck is rigid", lambda bass, neck: not _bends(neck)),
     Rule("neck", ("stop_across",), "neck.stop_conductance is 0", lambda bass, neck: neck.stop_conductance == 0),
@@ -154,7 +158,7 @@ class Given:
 def idle_keys(data: dict[str, Any], label: str = "") -> list[tuple[str, str]]:
     """Keys of a preset's tables `data`, as parsed, that change no note, as (place, why); in the order of the file.
 
-    `label` is the path of the file, from which that of a key map goes.
+    `label` is the path of the file. The path of a key map is relative to it.
 
     Raises PresetError for tables that make no bass.
     """

@@ -1,7 +1,7 @@
-"""The keys of a preset file, one row each: kind, limits, default and meaning.
+"""The keys of a preset file, a row each: kind, limits, default and meaning.
 
-The checks of a value, the messages about it and the reference that `livebass presets keys` prints all follow the rows.
-Keys that are rows of a dataclass of the model (rows.py) come from there.
+The checks of a value, the messages about it and the output of `livebass presets keys` all follow from the rows. The
+model's dataclasses have most of the rows (rows.py).
 """
 
 from __future__ import annotations
@@ -18,11 +18,10 @@ from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
-from livebass.rows import rows
+from livebass.rows import REQUIRED, rows
 from livebass.techniques import FUNCTION_ROWS, RPN
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
-REQUIRED = object()
 DATACLASSES = {
     "neck": Neck,
     "string": String,
@@ -55,8 +54,8 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
     """The keys that are rows of the section's dataclass, if given those behind `after`, and up to `last`."""
     cls, made = DATACLASSES[section], []
     for name, row in rows(cls).items():
-        value = None if row.optional else getattr(cls, name)
-        if row.kind in DIMENSIONS and value is not None:
+        value = None if row.optional else getattr(cls, name, REQUIRED)
+        if row.kind in DIMENSIONS and isinstance(value, float):
             value = readable_quantity(value, row.kind)
         made.append(Key(section, name, row.kind, row.least, row.most, value, row.meaning))
     names = [key.name for key in made]
@@ -64,7 +63,7 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
 
 
 KEYS = (
-    Key("", "like", "text", "1", "1000", None, "name or path of a preset: what this one leaves out is as there"),
+    Key("", "like", "text", "1", "1000", None, "name or path of a preset: everything else is inherited from it"),
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("", "tuning", "tuning", "", "", "standard", "of the open strings; standard: as string.open_note says"),
@@ -104,15 +103,10 @@ KEYS = (
     Key("neck", "susceptance_values", "susceptance[]", "-10 m/s/N", "10 m/s/N", None, "Im Y of eq. 8; left out: 0"),
     Key("string", "name", "text", "1", "20", REQUIRED, "unlike the other strings' names"),
     Key("string", "open_note", "note", "0", "127", REQUIRED, "pitch of the open string"),
-    Key("string", "linear_density", "linear density", "0.1 g/m", "200 g/m", REQUIRED, "mass per length"),
-    Key("string", "tension", "force", "5 N", "1000 N", None, "left out: what the pitch needs"),
-    Key("string", "diameter", "length", "0.1 mm", "10 mm", REQUIRED, "outside"),
-    Key("string", "inharmonicity", "number", "0", "0.01", None, "B, see physics; or give core_diameter"),
-    *_rows("string", last="stiffness_law"),
+    *_rows("string"),
     Key("string", "core_diameter", "length", "0.05 mm", "5 mm", None, "of the core; or give inharmonicity"),
     Key("string", "core_modulus", "modulus", "1 GPa", "500 GPa", "200 GPa", "E of the core; steel: 200 GPa"),
     Key("string", "stiffness_ratio", "number", "1", "10", 1.5, "bending stiffness over that of the core"),
-    *_rows("string", after="stiffness_law"),
     Key("string", "measured_frequencies", "frequency[]", "5 Hz", "100 kHz", None, "first modes, open string"),
     Key("string", "measured_dampings", "decay rate[]", "0 /s", "100000 /s", None, "of the same modes"),
     *_rows("output"),
@@ -132,23 +126,15 @@ KEYS = (
         "soft: soft keys sound harder, hard: softer",
     ),
     *_rows("player", after="position_controller"),
-    Key(
-        "player",
-        "graze_action",
-        "length",
-        "0.1 mm",
-        "20 mm",
-        None,
-        "of the neck that force 1 grazes, or a list; left out: its own",
-    ),
-    Key("player", "graze_relief", "length", "0 mm", "5 mm", None, "its relief, likewise"),
-    Key("player", "graze_nut_height", "length", "0 mm", "10 mm", None, "its gap at fret 1, likewise"),
+    Key("player", "graze_action", "length", "0.1 mm", "20 mm", None, "of the neck that force 1 grazes; or a list"),
+    Key("player", "graze_relief", "length", "0 mm", "5 mm", None, "its relief; or a list"),
+    Key("player", "graze_nut_height", "length", "0 mm", "10 mm", None, "its gap at fret 1; or a list"),
     *_rows("pick"),
     *_rows("effects"),
     Key("effects", "response", "sound file", "", "", None, "impulse response of a cabinet or a room; left out: none"),
     Key("effects", "response_level", "normalized|file", "", "", "file", "as loud as without it, or as the file has it"),
 )
-HAND = "graze_"  # begins the keys of the neck by which the hand measures its force: those of [neck] follow
+HAND = "graze_"  # begins the keys of the neck by which the hand measures its force; the name of a [neck] key follows
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 
@@ -297,6 +283,6 @@ def quoted(raw: Any) -> str:
 
 
 def nearest(name: str, names: list[str]) -> str:
-    """Advice for an unknown name: those of `names` that look like it, or all of them."""
+    """Advice for an unknown name: similar `names`, or all of them."""
     near = difflib.get_close_matches(name[:40], names, 3, 0.5)
     return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"

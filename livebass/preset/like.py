@@ -1,7 +1,7 @@
-"""A preset that is like another: `like` names that one, and what the file says takes the place of what is there.
+"""A preset that is like another: `like` names the base, and the keys of the file replace the keys of the base.
 
-Tables go key by key, [[string]] by their names, [[pickup]] in their order. What [neck] says holds for every string,
-whose own neck in the other preset may have said otherwise.
+Tables merge key by key, [[string]] by name, [[pickup]] by order. A key of [neck] holds for every string, even where the
+base gives a string its own.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Tables = dict[str, Any]
 
 
 def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], deep: int = 1) -> Tables:
-    """The tables of a preset with those of the one it is like, if it names one.
+    """The tables of a preset, merged into the tables of its base if it names one.
 
     label: its file; `read` returns the label and the tables of a preset by its name or path. Raises PresetError.
     """
@@ -58,7 +58,7 @@ def _with_paths(label: str, base: Tables) -> Tables:
 
 
 def _merged(label: str, base: Tables, own: Tables) -> Tables:
-    """The tables of `base` with those that a file has of its `own`."""
+    """The tables of `base`, with the `own` tables of a file merged in."""
     made = base | {key: value for key, value in own.items() if key not in SECTIONS}
     for section in (section for section in SECTIONS if section in own):
         given, there = own[section], base.get(section, {})

@@ -12,9 +12,10 @@ from typing import Any
 
 from livebass.model.instrument import Instrument
 from livebass.preset.build import Builder
-from livebass.preset.keys import KEYS, REQUIRED, Key, allowed, nearest, quoted
+from livebass.preset.keys import KEYS, Key, allowed, nearest, quoted
 from livebass.preset.like import whole
 from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
+from livebass.rows import REQUIRED
 
 LABORATORY = "laboratory"  # folder of the presets that are experiments, not basses
 

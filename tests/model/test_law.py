@@ -11,7 +11,7 @@ from support.strings import g_neck, g_string
 
 from livebass import load_preset
 from livebass.model.instrument import Neck, String, speaking
-from livebass.model.modes import bending, dampings, frequencies
+from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance
 
 VISCOSITY, AIR = 1.8e-5, 1.2  # kg/m/s, kg/m3
@@ -38,7 +38,7 @@ def test_frequencies_and_dampings_are_those_of_the_paper(law: str, fret: int) ->
     np.testing.assert_allclose(frequencies(s, count), nu, rtol=1e-13)
     at = np.minimum(j, math.floor(800 * s.length / PAPER_LENGTH)) * f0 if law == "paper" else j * f0 * rigid
     friction = 2 * math.pi * VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(math.pi * VISCOSITY * AIR * at)
-    stiffness = math.pi**2 * string.tension**-2 * mu * bending(s) * 4 * at**2
+    stiffness = math.pi**2 * string.tension**-2 * mu * s.bending * 4 * at**2
     if law == "hinged":  # the part of a mode's elastic energy that is in bending
         stiffness = 1 - 1 / ((np.sqrt(1 + 4 * stiffness) + 1) / 2)
     quality = friction / (2 * math.pi * mu * at) + string.viscoelastic_angle * stiffness + string.thermoelastic
@@ -54,4 +54,4 @@ def test_bending_is_that_of_the_core() -> None:
         bass = load_preset(name)
         for string, neck in zip(bass.strings, bass.necks, strict=True):
             ei = string.inharmonicity * string.tension * string.length**2 / math.pi**2
-            assert bending(speaking(string, neck, 5)) == pytest.approx(ei, rel=1e-14)
+            assert speaking(string, neck, 5).bending == pytest.approx(ei, rel=1e-14)

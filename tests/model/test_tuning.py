@@ -133,7 +133,7 @@ def test_tension_stiffness_and_pull_follow_the_pitch() -> None:
     assert after.linear_density == before.linear_density and after.length == before.length
     assert dropped.strings[1:] == usual.strings[1:] and dropped.necks == usual.necks
     s, t = (speaking(bass.strings[0], bass.necks[0], 7) for bass in (usual, dropped))
-    assert modes.bending(t) == pytest.approx(modes.bending(s))
+    assert t.bending == pytest.approx(s.bending)
     assert cents(modes.frequencies(t, 1)[0] / modes.frequencies(s, 1)[0]) == pytest.approx(-200, abs=0.01)
     assert load("drop-d").strings[0].tension == pytest.approx(after.tension, rel=1e-4)
 
@@ -173,7 +173,7 @@ def test_a_temperament_bends_each_pitch_class_by_its_tension() -> None:
             nu = [modes.frequencies(each, 1)[0] for each in (s, t)]
             assert cents(nu[1] / nu[0]) == pytest.approx(wanted, abs=0.01)
             assert t.string.tension / s.string.tension == pytest.approx(2 ** (2 * wanted / 1200))
-            assert modes.bending(t) == pytest.approx(modes.bending(s))
+            assert t.bending == pytest.approx(s.bending)
             assert (t.length, t.contact_position, t.contact_height) == (s.length, s.contact_position, s.contact_height)
 
 

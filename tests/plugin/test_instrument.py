@@ -42,21 +42,11 @@ ADDRESSES = (
     "left_out",
     "answers",
 )
-# Of every version so far: what is stored, and how. A file of another layout must have another version. From 5 on the
-# next one is that of files with strokes: 5 and 6, then 7 and 8; 9 is that of files with effects, as 12 is of 10 and 11.
+# The layout of each version of files: plain, with strokes, with effects. A new layout needs new versions.
 LAYOUTS = {
-    1: "4a97951d4a5441f0",
-    3: "0e201a4e5c4026f4",
-    4: "6a8a25d173eb4522",
-    5: "4165266b974932bb",
-    6: "fac1e29a111396d4",
-    7: "8fc181f3543f2fb5",
-    8: "85f48577f0105f46",
-    9: "7156ad3c176f909f",
-    10: "718182b51d284d6b",
-    11: "8c1deb19b4b71602",
-    12: "099076a2a13df472",
-    13: "c561b35c442efc4b",
+    14: "cc78ffddc6531416",
+    15: "0cbb7c5ebac82e7b",
+    16: "9c41c03e5cef0329",
 }
 
 

@@ -199,6 +199,7 @@ contact_loss = "10 N s/m"
 grid_step = "1 mm"
 friction = "300 N/m"
 friction_speed = "10 um/s"
+axes_turned = "20 deg"
 free_length = "500 mm"
 stop_conductance = "1 mm/s/N"
 stiffness_across = 2

@@ -29,7 +29,7 @@ from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, PresetError
 from livebass.preset.checks import overdamped
 from livebass.preset.keymap import load_key_map
-from livebass.preset.keys import HAND, KEYS, REQUIRED, Key, checked, key_names
+from livebass.preset.keys import HAND, KEYS, Key, checked, key_names
 from livebass.preset.load import load_preset, preset_names, preset_reference, preset_text
 from livebass.units import DIMENSIONS, quantity
 
@@ -561,7 +561,7 @@ SECTIONS = {
 @pytest.mark.parametrize("key", [k for k in KEYS if k.section], ids=lambda k: f"{k.section}.{k.name}")
 def test_default_is_the_instruments_own(key: Key) -> None:
     own = {f.name: f.default for f in fields(SECTIONS[key.section])}
-    if key.default in (REQUIRED, None):
+    if key.default in (MISSING, None):
         assert own.get(key.name, MISSING) in (MISSING, (), 0.0, None)
     elif key.kind == "key map":
         assert load_key_map(checked(key, key.default)) == own[key.name]

@@ -101,10 +101,12 @@ def tiny(
     stiffness: float = 1e12, exponent: float = 1.5, lossless: bool = False, output_rate: float = 0.0,
 ) -> Trial:  # fmt: skip
     """A short coarse string over three frets, for slow solvers."""
-    string = String("T", 60, 0.3, 5e-3, 0.0, 1e-3, 2e-4, extra_damping=0.0 if lossless else 20.0)
-    fundamental = 440 * 2 ** (-9 / 12)
-    string = String(**{**string.__dict__, "tension": 5e-3 * (0.6 * fundamental) ** 2})
-    neck = Neck((0.05, 0.1, 0.15), (-0.5e-3, -0.7e-3, -0.9e-3), stiffness, exponent, grid_step=0.3 / points)
+    string = String(
+        "T", 60, 0.3, linear_density=5e-3, tension=5e-3 * (0.6 * 440 * 2 ** (-9 / 12)) ** 2, diameter=1e-3,
+        inharmonicity=2e-4, extra_damping=0.0 if lossless else 20.0,
+    )  # fmt: skip
+    contact = {"contact_stiffness": stiffness, "contact_exponent": exponent, "grid_step": 0.3 / points}
+    neck = Neck((0.05, 0.1, 0.15), (-0.5e-3, -0.7e-3, -0.9e-3), **contact)
     s = speaking(string, neck, 0)
     return Trial(s, Pluck(3e-3, 0.2), modes, contact_rate, output_rate or contact_rate, duration, 0.28, lossless)
 
@@ -158,14 +160,21 @@ def random_trial(seed: int, duration: float = 0.03) -> Trial:
     note, dead = int(rng.integers(28, 56)), float(rng.choice([0.0, 0.0, 15.0]))
     tension = density * (2 * length * 440 * 2 ** ((note - 69) / 12)) ** 2
     stiffness = 10 ** rng.uniform(-5, -3.7)
-    string = String("R", note, length, density, tension, rng.uniform(5e-4, 2.6e-3), stiffness, extra_damping=dead)
+    string = String(
+        "R", note, length, linear_density=density, tension=tension, diameter=rng.uniform(5e-4, 2.6e-3),
+        inharmonicity=stiffness, extra_damping=dead,
+    )  # fmt: skip
     count = int(rng.integers(12, 25))
     x, h = frets_from_geometry(
         length, count, rng.uniform(1.2e-3, 3e-3), rng.uniform(0, 4e-4), rng.uniform(3e-4, 8e-4),
         {int(rng.integers(1, count)): rng.uniform(0, 1e-4)},
     )  # fmt: skip
-    law = 10 ** rng.uniform(9, 14), float(rng.choice([1.5, 1.5, 1.5, 1.3, 2.0]))
-    neck = Neck(x, h, *law, grid_step=float(rng.choice([1e-3, 1e-3, 1.5e-3])))
+    law = {
+        "contact_stiffness": 10 ** rng.uniform(9, 14),
+        "contact_exponent": float(rng.choice([1.5, 1.5, 1.5, 1.3, 2.0])),
+        "grid_step": float(rng.choice([1e-3, 1e-3, 1.5e-3])),
+    }
+    neck = Neck(x, h, **law)
     s = speaking(string, neck, int(rng.integers(0, 10)))
     position = s.length * rng.uniform(0.5, 0.95)
     apex = min(modes.grazing_apex(s, position) * rng.uniform(1.2, 5), 0.010)

@@ -1,9 +1,9 @@
 """Makes the notes of a bass from its numbers: strings, necks and pickups in, NOTEs (preparing.py) and their lists out.
 
-A BENCH holds what its maker decides, in SI units, with a BENCH_STRING for each string and its neck; lists of any length
-lie in one array of numbers, as those of a NOTE do. What takes powers or bending shapes is among them, worked out once:
-the frequencies of the notes, and by which part each resonance of the neck is felt at each fret. kernels/string/note.py
-makes each note. [any thread]
+A BENCH holds the maker's decisions, in SI units, with a BENCH_STRING for each string and its neck. Lists of any length
+lie in one array of numbers, as the lists of a NOTE do. Python works out once all that takes powers or bending shapes:
+the frequencies of the notes, and the part of each resonance of the neck that is felt at each fret.
+kernels/string/note.py makes each note. [any thread]
 """
 
 from typing import Any
@@ -17,6 +17,8 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.law import frequency, resonance, tabled
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, gap_under, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, listed, note_at
+from livebass.parts import NeckNumbers, StringNumbers
+from livebass.rows import rows
 
 jit = compiled(attributes=SMALL)
 
@@ -28,29 +30,14 @@ BENCH_STRING = np.dtype(
         ("answering_modes", "i8"),  # of the open string, that may answer others
         ("tap_width", "i8"),  # numbers of a tap
         ("capo", "i8"),  # 1: the neck has one, and even the open string a stop
-        ("bowed", "i8"),  # 1: the surface is a bare board through the frets, as `bow_through` has it
+        ("bowed", "i8"),  # 1: the surface is a bare board through the frets, see `bow_through`
         ("length", "f8"),  # m, nut to saddle
-        ("linear_density", "f8"),  # kg/m
-        ("tension", "f8"),  # N
-        ("diameter", "f8"),  # m
-        ("inharmonicity", "f8"),  # B of the open string
-        ("viscoelastic_angle", "f8"),
-        ("thermoelastic", "f8"),
-        ("extra_damping", "f8"),  # 1/s
-        ("extra_damping_slope", "f8"),
-        ("law_fundamental", "f8"),  # Hz, f0 of the open string if measured; 0: from its pitch
-        ("contact_stiffness", "f8"),  # K of eq. 6
-        ("contact_exponent", "f8"),  # alpha of eq. 6
-        ("contact_loss", "f8"),  # s/m, c of contact.py
-        ("friction", "f8"),  # N/m, A of eq. 7
-        ("friction_speed", "f8"),  # m/s, s of eq. 7
-        ("grid_step", "f8"),  # m, dx
-        ("nut_conductance", "f8"),  # m/s/N, Re Y at every frequency, of the nut ...
-        ("stop_conductance", "f8"),  # ... and of a fret and the finger behind it
-        ("own_across", "i8"),  # 1: v has a neck of its own, the next three; 0: it is as u
+        # The rows of both, in SI; but `contact_loss` is c of contact.py, s/m
+        *((name, "f8") for part in (StringNumbers, NeckNumbers) for name in rows(part)),
+        ("nut_conductance", "f8"),  # m/s/N, as `stop_conductance`, of the nut
+        ("own_across", "i8"),  # 1: v has a neck of its own, the next two and `longer_across`; 0: it is as u
         ("stop_conductance_across", "f8"),  # m/s/N
         ("higher_across", "f8"),  # by which factor the neck's bending is higher, Hz
-        ("longer_across", "f8"),  # m, by which the string is longer
         *listed("pitches"),  # (Hz, and how many times as high the string is tuned for it) of the notes, the open first
         *listed("frets"),  # (m from the nut, height of the crown in m) each
         *listed("resonances"),  # (Hz, Q, kg) each

@@ -154,7 +154,7 @@ def bytes_told(building):
 
 @jit
 def take_response_of_file(building):
-    """Has a BUILDING without a response use that of its file, if this has one."""
+    """Gives a BUILDING without a response the response in its file, if there is one."""
     added = added_of(building.file)
     if building.response_count == 0 and added != 0:
         building.response_count = added_at(added).count

@@ -1,10 +1,10 @@
 """Makes one note: a string with its neck, stopped at a fret, becomes a NOTE (preparing.py) and its lists.
 
 A `string` is a BENCH_STRING (kernels/bass/bench.py), a `note` a NOTE, or objects with their fields; `numbers` are the
-lists of the string, `lists` those of the note. What takes powers or bending shapes stands in the numbers, worked out
-once; here are additions, multiplications, divisions and square roots, which have the same bits everywhere. Python calls
-these functions as they are (model/instrument.py): a preset loads without compiled kernels. Equation numbers: Issanchou
-et al. (2018). [any thread]
+lists of the string, `lists` the lists of the note. The numbers contain all that takes powers or bending shapes. This
+file only adds, multiplies, divides and takes square roots, which gives the same bits everywhere. Python calls these
+functions uncompiled (model/instrument.py), so a preset loads without compiled kernels. Equation numbers: Issanchou et
+al. (2018). [any thread]
 """
 
 import numpy as np
@@ -19,6 +19,10 @@ from livebass.kernels.string.law import (
     neck_damping,
     stretched,
 )
+from livebass.parts import NeckLaw, StringLaw
+from livebass.rows import copier, rows
+
+take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 
 BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
 ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
@@ -43,8 +47,8 @@ def crown(string, numbers, k):
 def gap_under(numbers, frets, count, k, action, relief, nut_height):
     """Gap (m) under the open string at fret `k`, from 0, of `count` whose rows (place, height) begin at `frets`.
 
-    By geometry, all in m: `action` is the gap at fret 12, `nut_height` that at fret 1, `relief` the depth of the hollow
-    between the first and the last fret, at its middle.
+    By geometry, all in m: `action` is the gap at fret 12, `nut_height` the gap at fret 1, `relief` the depth of the
+    hollow between the first and the last fret, at its middle.
     """
     s = along(numbers, frets, count, k)
     pivot = along(numbers, frets, count, min(12, count) - 1)
@@ -140,7 +144,7 @@ def make_note(string, numbers, fret, note, lists, end):
 
 @shared
 def take_numbers(string, numbers, stop, note):
-    """Sets what the note has of its string and neck."""
+    """Sets the numbers that follow from string, neck and fret."""
     ratio = numbers[string.pitches + 2 * stop + 1]
     tension, inharmonicity = under_tension(string.tension, string.inharmonicity, ratio)
     part = string.length / note.length
@@ -150,17 +154,8 @@ def take_numbers(string, numbers, stop, note):
     note.bending = bending_stiffness(inharmonicity, tension, string.length)
     note.held_stiffness = held_part(string.paper_law, note.inharmonicity, note.length)
     note.clamp = clamped_mode(note.length)
-    note.linear_density = string.linear_density
-    note.diameter = string.diameter
-    note.viscoelastic_angle = string.viscoelastic_angle
-    note.thermoelastic = string.thermoelastic
-    note.extra_damping = string.extra_damping
-    note.extra_damping_slope = string.extra_damping_slope
-    note.contact_stiffness = string.contact_stiffness
-    note.contact_exponent = string.contact_exponent
     note.contact_loss = string.contact_loss
-    note.friction = string.friction
-    note.friction_speed = string.friction_speed
+    take_law(string, note)
 
 
 @shared
@@ -227,7 +222,7 @@ def felt_table(string, numbers, stop, higher, lists, end):
 
 @shared
 def set_measured(string, numbers, stop, note, lists, end):
-    """Copies the measured modes, which are those of the open string. Returns the place behind them."""
+    """Copies the measured modes of the open string. Returns the place behind them."""
     note.frequencies, note.frequencies_count = end, string.frequencies_count if stop == 0 else 0
     for k in range(note.frequencies_count):
         lists[end + k] = numbers[string.frequencies + k]

@@ -45,7 +45,8 @@ from livebass.kernels.string.operators import (
     tap_row,
 )
 from livebass.kernels.string.records import BLOCK, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
-from livebass.rows import TINY, Word, record
+from livebass.parts import MOST_GRID, NoteNumbers
+from livebass.rows import Word, record, words
 
 jit = compiled(attributes=SMALL)
 
@@ -83,34 +84,11 @@ LISTS = {
     "answers": 2,  # (Re Y, Im Y), m/s/N: of the nut by this stop, for each mode that may answer
 }
 MOST_WORDS = 1 << 23  # of an instrument file
-MOST_GRID = 20_000  # steps
 NOTE_WORDS = [
     Word("modes", "i8", 1, MOST_GRID),  # wanted; `measure_operators` takes away what the contact rate cannot carry
-    Word("grid_points", "i8", 2, MOST_GRID),  # N over the length; with a surface `measure_operators` sets it
-    Word("paper_law", "i8", 0, 1),  # 1: String.stiffness_law is "paper", 0: "hinged"
-    Word("length", "f8", 0.05, 5.0),  # m
-    Word("fundamental", "f8", 1.0, 20e3),  # Hz, f0
-    Word("damped_fundamental", "f8", 0.0, 20e3),  # Hz, over which the damping law is taken
-    Word("clamp", "f8", 0.0),  # number of the mode from which on the law "paper" of damping is constant
-    Word("inharmonicity", "f8", 0.0, 1.0),  # B for this length
-    Word("linear_density", "f8", 1e-6, 1.0),  # kg/m
-    Word("diameter", "f8", 1e-6, 0.1),  # m
-    Word("tension", "f8", 1e-3, 1e5),  # N
-    Word("bending", "f8", 0.0, 1e3),  # N m^2, E I
-    Word("viscoelastic_angle", "f8", 0.0),
-    Word("thermoelastic", "f8", 0.0),
-    Word("extra_damping", "f8", 0.0),  # 1/s
-    Word("extra_damping_slope", "f8", 0.0),
-    Word("held_stiffness", "f8", 0.0),  # m^2, as OPERATOR
-    Word("contact_stiffness", "f8", TINY, 1e30),  # K of eq. 6
-    Word("contact_exponent", "f8", 1.0, 5.0),  # alpha of eq. 6
-    Word("contact_loss", "f8", 0.0),  # s/m, c of contact.py
-    Word("friction", "f8", 0.0),  # N/m, A of eq. 7
-    Word("friction_speed", "f8", TINY),  # m/s, s of eq. 7
-    Word("stop", "f8", 0.0),  # m/s/N, Re Y at every frequency
-    Word("own_across", "i8", 0, 1),  # 1: v has a neck of its own, the following and the lists "across"; 0: it is as u
-    Word("stop_across", "f8", 0.0),  # m/s/N, as `stop`
-    Word("longer_across", "f8", -0.1, 0.1),  # part of the length by which v is longer
+    *words(NoteNumbers),  # of which `measure_operators` sets the grid over a surface
+    Word("stop", "f8", 0.0),  # m/s/N, Re Y at every frequency ...
+    Word("stop_across", "f8", 0.0),  # ... the same for v, if `own_across`
     # of each list: where its first row begins, and how many rows it has
     *(Word(f"{name}{end}", "i8", 0, MOST_WORDS) for name in LISTS for end in ("", "_count")),
 ]

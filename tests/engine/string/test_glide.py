@@ -39,7 +39,8 @@ def row_of_strings(name: str) -> list[Speaking]:
     string = dataclasses.replace(bass.strings[i], inharmonicity=0.0)
     whole = speaking(string, neck, 0)
     row = [speaking(string, neck, fret) for fret in range(21)]
-    return [dataclasses.replace(s, fundamental=whole.fundamental * whole.length / s.length) for s in row]
+    f0 = [whole.fundamental * whole.length / s.length for s in row]
+    return [dataclasses.replace(s, fundamental=f, damped_fundamental=f) for s, f in zip(row, f0, strict=True)]
 
 
 def glided(row: list[Speaking], first: int, last: int, seconds: float, partials: int = MODES) -> Floats:

@@ -21,7 +21,7 @@ from livebass.kernels.string import operators as rows
 from livebass.kernels.string.preparing import FADE_FROM, FADE_TO, SAMPLED, SENSORS
 from livebass.kernels.string.records import BLOCK, MOST_NEAR
 from livebass.model.instrument import Coil, Output, Speaking, for_modes, speaking
-from livebass.model.modes import carried, dampings, frequencies, held_stiffness, shapes
+from livebass.model.modes import carried, dampings, frequencies, shapes
 from livebass.model.neck import Admittance, Resonance
 from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
@@ -147,7 +147,7 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
         "length": s.length,
         "speed": 2 * s.length * s.fundamental,
         "graze": 2e-3 * s.length,
-        "held_stiffness": held_stiffness(s),
+        "held_stiffness": s.held_stiffness,
     }
     for name, value in scalars.items():
         assert op[name] == pytest.approx(value, rel=1e-15), name
@@ -250,9 +250,8 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
         ((20.0, 1e-3, 2e-4), (300.0, 5e-3, -1e-3), (301.0, 1e-3, 0.0), (9000.0, 2e-3, 1e-4)) if seed % 3 else (),
         1e-4 if seed % 2 else 0.0,
     )
-    law = "paper" if seed % 5 == 0 else "hinged"
-    string = dataclasses.replace(trial.speaking.string, stiffness_law=law, extra_damping_slope=1e-4)
-    s = dataclasses.replace(trial.speaking, string=string, admittance=y, inharmonicity=1e-6, contact_loss=seed * 7.0)
+    law = {"paper_law": int(seed % 5 == 0), "inharmonicity": 1e-6, "extra_damping_slope": 1e-4}
+    s = dataclasses.replace(trial.speaking, **law, admittance=y, contact_loss=seed * 7.0)
     if seed % 2:
         across = Admittance((Resonance(60.0, 25.0, 1.3),), tuple((1.7 * f, *y) for f, *y in y.table), 3e-5)
         s = dataclasses.replace(s, own_across=True, admittance_across=across, longer_across=1e-3)
@@ -325,10 +324,10 @@ def test_what_cannot_be_prepared_is_refused() -> None:
     for count in (0, s.grid_points):
         with pytest.raises(ValueError, match=f"^modes {count}: allowed are 1 to 862"):
             operators([[Note(s, count, taps)]], SENSORS, Rates(48000, 768000))
-    mute = dataclasses.replace(s, string=dataclasses.replace(s.string, extra_damping=1e4))
+    mute = dataclasses.replace(s, extra_damping=1e4)
     with pytest.raises(ValueError, match="above critical"):
         operators([[Note(mute, 100, taps)]], SENSORS, Rates(48000, 768000))
-    known = dataclasses.replace(s.string, measured_frequencies=(48000.0,), measured_dampings=(), law_fundamental=0.0)
+    known = dataclasses.replace(s.string, measured_frequencies=(48000.0,), measured_dampings=())
     still = dataclasses.replace(s, string=known)
     with pytest.raises(ValueError, match="stands still"):
         operators([[Note(still, 1, taps)]], SENSORS, Rates(48000, 96000), lossless=True)
