@@ -188,15 +188,18 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
                 store.write(file, (folder / name).read_bytes())
 
 
-def link(folder: Path, system: System, using: list[str]) -> bytes:
-    """Links the binary for a system by a C compiler, from the object files in `folder`. Raises BuildError."""
+def link(folder: Path, system: System, using: list[str], more: Sequence[str] = ()) -> bytes:
+    """Links the binary for a system by a C compiler, from the object files in `folder`, with `more` flags.
+
+    Raises BuildError.
+    """
     (folder / "kernels.h").write_text(header(system.levels))
     objects = [str(folder / object_name(PLUGIN, level, system)) for level in system.levels]
     sources = [str(source) for source in sorted(C.glob("*.c"))]
     made = folder / f"plugin.{system.ending}"
     if system.ending == "dll":
         objects += [str(imports(folder, library, names)) for library, names in OF_WINDOWS.items()]
-    command = [*using, *FLAGS, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
+    command = [*using, *FLAGS, *more, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
     run(command, "the plugins do not compile")
     return made.read_bytes()
 

@@ -65,11 +65,12 @@ from livebass.plugin.systems import SYSTEMS, this_system
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
 PALM, VIBRATO, COMPRESSION, DRIVE, CORES = range(12, 17)
 ACTION, GAUGE = (next(p.number for p in PARAMETERS if p.symbol == symbol) for symbol in ("action", "gauge"))
+pytestmark = pytest.mark.usefixtures("thread_checks")
 NO_HELPERS = "one core plays: threads of the plugin's own need real-time priority, which the system refuses"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(clap, tmp_path_factory.mktemp("clap") / "livebass")
 
 

@@ -49,7 +49,7 @@ ACTION = next(p.number for p in PARAMETERS if p.symbol == "action")
 
 
 @pytest.fixture(scope="module")
-def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def bundle(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(vst3, tmp_path_factory.mktemp("vst3") / "livebass.vst3")
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 import subprocess
+import tempfile
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +19,7 @@ from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.cores import core_count
 from livebass.engine.render import mixed
+from livebass.plugin import build
 from livebass.plugin.systems import this_system
 from livebass.score.reading import read_score
 from livebass.score.score import Score
@@ -42,6 +45,15 @@ def written(plugin: ModuleType, folder: Path) -> Path:
     """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns that."""
     plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
     return folder
+
+
+@functools.cache
+def checked_binary() -> bytes:
+    """The binary of the plugins for this system, built so that it aborts where a thread rule is broken (thread.h)."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, system = Path(name), this_system()
+        build.emit(folder, [system], [build.PLUGIN])
+        return build.link(folder, system, build.compiler(system), ["-DLB_CHECK_THREADS"])
 
 
 def helpers() -> int:

@@ -136,9 +136,9 @@ static void take(clap *c, const clap_event *e) {
     else if (e->type == CLAP_MIDI) lb_take_midi(i, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;
     const lb_named shaped = {x->channel, x->key, x->note_id};
-    if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, shaped, x->value);
+    if (x->expression == CLAP_TUNING) lb_express(i, e->time, shaped, LB_EXPRESS_BEND, x->value);
     else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
-        lb_express_vibrato(i, e->time, shaped, x->value);
+        lb_express(i, e->time, shaped, LB_EXPRESS_VIBRATO, x->value);
     else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, x->key, x->note_id, x->value);
 }
 

@@ -24,6 +24,7 @@ _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for no
 
 /* Memory that begins on a cache line; 0 if there is none. */
 static void *new_lines(int64_t bytes) {
+    LB_MAY_WAIT();
     char *raw = malloc((size_t)bytes + LINE + sizeof(void *));
     if (!raw) return 0;
     char *place = raw + sizeof(void *);
@@ -35,6 +36,7 @@ static void *new_lines(int64_t bytes) {
 static void free_lines(void *place) {
     void *raw;
     if (!place) return;
+    LB_MAY_WAIT();
     memcpy(&raw, (char *)place - sizeof(void *), sizeof(void *));
     free(raw);
 }

@@ -567,8 +567,8 @@ static void tell_controller(vst3 *v, int64_t offset, int channel, uint32_t numbe
 
 static void express(vst3 *v, int64_t at, uint32_t type, int32_t id, double value) {
     lb_instance *i = &v->instance;
-    if (type == VST3_TUNING) lb_express_bend(i, at, (lb_named){-1, -1, id}, SEMITONES * (value - 0.5));
-    else if (type == VST3_VIBRATO) lb_express_vibrato(i, at, (lb_named){-1, -1, id}, value);
+    if (type == VST3_TUNING) lb_express(i, at, (lb_named){-1, -1, id}, LB_EXPRESS_BEND, SEMITONES * (value - 0.5));
+    else if (type == VST3_VIBRATO) lb_express(i, at, (lb_named){-1, -1, id}, LB_EXPRESS_VIBRATO, value);
     else lb_express_place(i, at, -1, id, value);
 }
 
@@ -605,10 +605,10 @@ static void tell(vst3 *v, const change *c) {
     }
     else if (c->kind == VST3_NOTE_ON) {
         lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
-        if (e->on.tuning != 0) lb_express_bend(i, at, (lb_named){e->on.channel, e->on.key, e->on.id}, e->on.tuning / 100);
+        if (e->on.tuning != 0) lb_express(i, at, (lb_named){e->on.channel, e->on.key, e->on.id}, LB_EXPRESS_BEND, e->on.tuning / 100);
     } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, (lb_named){e->off.channel, e->off.key, e->off.id}, e->off.velocity);
     else if (c->kind == VST3_NOTE_PRESSURE)
-        lb_express_vibrato(i, at, (lb_named){e->pressure.channel, e->pressure.key, e->pressure.id}, e->pressure.pressure);
+        lb_express(i, at, (lb_named){e->pressure.channel, e->pressure.key, e->pressure.id}, LB_EXPRESS_VIBRATO, e->pressure.pressure);
     else if (c->kind == VST3_NOTE_EXPRESSION)
         express(v, at, e->expression.type, e->expression.id, e->expression.value);
 }

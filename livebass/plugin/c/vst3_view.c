@@ -168,8 +168,8 @@ static vst3_result can_resize(void *self) {
 static vst3_result set_scale(void *self, float scale) {
     view *v = at(self, SCALE);
     if (!(scale >= 0.5f && scale <= 4) || !strcmp(PLATFORM, "NSView")) return VST3_NO;
-    v->width = (int)(v->width * scale / v->scale);
-    v->height = (int)(v->height * scale / v->scale);
+    v->width = (int)((float)v->width * scale / v->scale);
+    v->height = (int)((float)v->height * scale / v->scale);
     v->scale = scale;
     if (v->editor) lb_resize_editor(v->editor, v->width, v->height, v->scale);
     vst3_box box = {0, 0, v->width, v->height};
