@@ -30,14 +30,8 @@ SUPPORT = Path(__file__).parents[1] / "support"
 BASSES = ("slap", "five-string")
 KINDS = ("thread", "address")
 BLOCKS = 160
-FLAGS = (
-    "-g",
-    "-O1",
-    "-ffp-contract=off",
-    "-DWITHIN",
-    "-DLB_CHECK_THREADS",
-    f"-Dkernels{suffix(OTHER)}=kernels{suffix(LEVEL)}",
-)
+LEVELS = f"-Dkernels{suffix(OTHER)}=kernels{suffix(LEVEL)}"
+FLAGS = ("-g", "-O1", "-ffp-contract=off", "-DWITHIN", "-DLB_CHECK_THREADS", LEVELS)
 
 pytestmark = [
     pytest.mark.slow,  # tests/live/test_helpers.py and tests/live/test_team.py always run

@@ -61,7 +61,7 @@ def library() -> Any:
         (folder / "kernels.h").write_text(header(system.levels))
         objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
         sources = [*sorted(build.C.glob("*.c")), Path(__file__).with_name("picturehost.c")]
-        flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")]
+        flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")] + ["-DLB_CHECK_THREADS"]
         made = folder / f"picture.{system.ending}"
         command = [
             *build.compiler(system),
