@@ -29,7 +29,8 @@ BUILD_TIME = 45  # s, about
 C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
-    "-Wall", "-Wextra", "-Werror",
+    "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wformat=2", "-Wvla", "-Wundef", "-Werror",
+    "-Wno-unused-parameter",  # functions of hosts' interfaces get what they may not need
 )  # fmt: skip
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),

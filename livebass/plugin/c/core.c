@@ -295,7 +295,6 @@ static lb_bass *bass_at(int64_t address) {
 
 /* The monotonic clock, in the shape of clock_gettime: seconds and nanoseconds. */
 static int read_clock(int which, int64_t time[2]) {
-    (void)which;
 #ifdef _WIN32
     LARGE_INTEGER now, second;
     QueryPerformanceCounter(&now);
@@ -474,8 +473,8 @@ void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {
 
 /* --- strings side by side --- */
 
-void lb_share(lb_synth *s, void (*pool)(int64_t, int64_t), void *owner) {
-    s->pool = ADDRESS(pool);
+void lb_share(lb_synth *s, void (*call)(int64_t, int64_t), void *owner) {
+    s->pool = ADDRESS(call);
     s->record.team.owner = ADDRESS(owner);
     set_clock(s);
 }
@@ -484,7 +483,6 @@ void lb_help(lb_synth *s) { s->kernels->help_now(ADDRESS(&s->record)); }
 
 #ifdef _WIN32
 int lb_set_helpers(lb_synth *s, int count) {
-    (void)s;
     return !count;
 }
 #else

@@ -270,25 +270,16 @@ static void run(void *handle, uint32_t frames) {
 
 static int work(void *handle, lv2_respond respond, void *to, uint32_t size, const void *data) {
     plugin *p = handle;
-    (void)respond;
-    (void)to;
-    (void)size;
-    (void)data;
     __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
     lb_serve(&p->instance);
     return LV2_SUCCESS;
 }
 
 static int answered(void *handle, uint32_t size, const void *data) { /* the worker answers nothing */
-    (void)handle;
-    (void)size;
-    (void)data;
     return LV2_SUCCESS;
 }
 
 static int save(void *handle, lv2_store store, void *to, uint32_t flags, const lv2_feature *const *features) {
-    (void)flags;
-    (void)features;
     plugin *p = handle;
     lb_state state;
     lb_save_state(&p->instance, &state);
@@ -331,7 +322,6 @@ static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *
 
 /* The bass is loaded while the one before plays on; then the synth begins anew with it. */
 static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, const lv2_feature *const *features) {
-    (void)features;
     plugin *p = handle;
     lb_instance *i = &p->instance;
     lb_kept state = {0};

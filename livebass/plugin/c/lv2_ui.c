@@ -21,11 +21,10 @@ typedef struct {
 } ui;
 
 static void complain(void *owner, const char *line) {
-    (void)owner;
     fprintf(stderr, "livebass: %s\n", line);
 }
 
-static void nothing(void *owner) { (void)owner; }
+static void nothing(void *owner) {}
 
 static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder, lv2_ui_write write, void *controller,
                          void **widget, const lv2_feature *const *features) {
@@ -33,7 +32,6 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     const lv2_ui_resize *resize = 0;
     void *parent = 0;
     ui *u = calloc(1, sizeof *u);
-    (void)d;
     for (; u && *features; features++) {
         if (!strcmp((*features)->uri, LV2_MAP)) map = (*features)->data;
         if (!strcmp((*features)->uri, LV2_UI_PARENT)) parent = (*features)->data;

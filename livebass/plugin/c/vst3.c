@@ -78,8 +78,8 @@ typedef struct {
 /* The object of an interface. */
 static vst3 *of(void *self, int which) { return (vst3 *)((char *)self - (size_t)which * sizeof(void *)); }
 
+/* VST3 has no log. */
 static void complain(void *owner, const char *line) {
-    (void)owner; /* VST3 has no log */
     fprintf(stderr, "livebass: %s\n", line);
 }
 
@@ -228,9 +228,7 @@ static int is_own(uint32_t id) { return id >= CHANNELS && id < CHANNELS + OWN; }
 static int is_other(uint32_t id) { return id >= OTHERS + EACH && id < OTHERS + LB_CHANNELS * EACH; }
 
 /* The controller that a way of a channel's own is. */
-static uint32_t controller_of(int way) {
-    return way == WHEEL ? VST3_BEND : way == PRESSURE ? VST3_PRESSURE : PLACED;
-}
+static uint32_t controller_of(int way) { return way == WHEEL ? VST3_BEND : way == PRESSURE ? VST3_PRESSURE : PLACED; }
 
 /* The controller that a parameter stands for, and its channel; -1: it stands for none. */
 static int controller_behind(uint32_t id, int *channel) {
@@ -324,7 +322,6 @@ UNKNOWN(physical, PHYSICAL)
 static vst3_result initialize(void *self, void *context) {
     vst3 *v = of(self, COMPONENT);
     char folder[LINE];
-    (void)context;
     if (v->instance.shelf) return VST3_OK;
     find_folder(folder, sizeof folder);
     if (!lb_open_instance(&v->instance, folder)) return VST3_NO;
@@ -339,16 +336,10 @@ static vst3_result terminate(void *self) {
 }
 
 static vst3_result controller_class(void *self, vst3_id id) { /* this object is its own controller */
-    (void)self;
-    (void)id;
     return VST3_MISSING;
 }
 
-static vst3_result set_io_mode(void *self, int32_t mode) {
-    (void)self;
-    (void)mode;
-    return VST3_MISSING;
-}
+static vst3_result set_io_mode(void *self, int32_t mode) { return VST3_MISSING; }
 
 static int32_t bus_count(void *self, int32_t media, int32_t direction) {
     if (media == VST3_EVENTS) return direction == VST3_INPUT;
@@ -372,15 +363,10 @@ static vst3_result bus_info(void *self, int32_t media, int32_t direction, int32_
     return VST3_OK;
 }
 
-static vst3_result routing(void *self, void *in, void *out) {
-    (void)self;
-    (void)in;
-    (void)out;
-    return VST3_MISSING;
-}
+static vst3_result routing(void *self, void *in, void *out) { return VST3_MISSING; }
 
+/* Buses that are not active have no memory: their strings are played into nothing. */
 static vst3_result activate_bus(void *self, int32_t media, int32_t direction, int32_t index, uint8_t on) {
-    (void)on; /* buses that are not active have no memory: their strings are played into nothing */
     return index >= 0 && index < bus_count(self, media, direction) ? VST3_OK : VST3_INVALID;
 }
 
@@ -427,7 +413,6 @@ static vst3_result get_state(void *self, vst3_stream **to) {
 
 static vst3_result set_arrangements(void *self, uint64_t *in, int32_t ins, uint64_t *out, int32_t outs) {
     vst3 *v = of(self, PROCESSOR);
-    (void)in;
     if (ins || outs != bus_count(&v->interfaces[COMPONENT], VST3_AUDIO, VST3_OUTPUT)) return VST3_NO;
     const int stereo = !v->apart && out[0] == VST3_SPEAKERS_STEREO; /* for hosts that know no mono: twice the same */
     for (int32_t k = 0; k < outs; k++)
@@ -443,15 +428,9 @@ static vst3_result arrangement(void *self, int32_t direction, int32_t index, uin
     return VST3_OK;
 }
 
-static vst3_result can_sample_size(void *self, int32_t size) {
-    (void)self;
-    return size == VST3_SAMPLE_32 ? VST3_OK : VST3_NO;
-}
+static vst3_result can_sample_size(void *self, int32_t size) { return size == VST3_SAMPLE_32 ? VST3_OK : VST3_NO; }
 
-static uint32_t latency(void *self) {
-    (void)self;
-    return 0;
-}
+static uint32_t latency(void *self) { return 0; }
 
 static uint32_t tail(void *self) { return (uint32_t)(TAIL * of(self, PROCESSOR)->instance.rate); }
 
@@ -664,20 +643,11 @@ static vst3_result process(void *self, vst3_process_data *d) {
 
 /* --- controller --- */
 
-static vst3_result nothing(void *self, void *x) {
-    (void)self;
-    (void)x;
-    return VST3_OK;
-}
+static vst3_result nothing(void *self, void *x) { return VST3_OK; }
 
-static vst3_result nothing_to_end(void *self) {
-    (void)self;
-    return VST3_OK;
-}
+static vst3_result nothing_to_end(void *self) { return VST3_OK; }
 
 static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the component keeps all */
-    (void)self;
-    (void)stream;
     return VST3_OK;
 }
 
@@ -691,10 +661,7 @@ static int32_t group_of(const char *group) {
     return VST3_ROOT_UNIT;
 }
 
-static int32_t parameter_count(void *self) {
-    (void)self;
-    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT + 1;
-}
+static int32_t parameter_count(void *self) { return LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT + 1; }
 
 /* What a way of a channel's own is called, and where it stands until it is moved. */
 static void own_info(int own, vst3_parameter *p) {
@@ -864,7 +831,6 @@ static void *create_view(void *self, const char *name) {
 /* --- MIDI controllers --- */
 
 static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t number, uint32_t *id) {
-    (void)self;
     if (bus || number < 0 || number >= VST3_CONTROLLERS) return VST3_NO;
     const int known = channel >= 0 && channel < LB_CHANNELS;
     *id = known && channel && number < EACH ? OTHERS + (uint32_t)(channel * EACH + number)
@@ -876,15 +842,9 @@ static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t numb
 
 /* --- instruments as programs --- */
 
-static int32_t one(void *self) {
-    (void)self;
-    return 1;
-}
+static int32_t one(void *self) { return 1; }
 
-static int32_t unit_count(void *self) {
-    (void)self;
-    return 1 + GROUPS;
-}
+static int32_t unit_count(void *self) { return 1 + GROUPS; }
 
 static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
     if (index < 0 || index >= unit_count(self)) return VST3_INVALID;
@@ -920,10 +880,6 @@ static vst3_result program_name(void *self, int32_t list, int32_t program, vst3_
 }
 
 static vst3_result program_info(void *self, int32_t list, int32_t program, const char *attribute, vst3_text out) {
-    (void)self;
-    (void)list;
-    (void)program;
-    (void)attribute;
     out[0] = 0;
     return VST3_NO;
 }
@@ -941,34 +897,19 @@ static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t
     return s ? VST3_OK : VST3_NO;
 }
 
-static int32_t selected_unit(void *self) {
-    (void)self;
-    return VST3_ROOT_UNIT;
-}
+static int32_t selected_unit(void *self) { return VST3_ROOT_UNIT; }
 
 static vst3_result select_unit(void *self, int32_t unit) {
-    (void)self;
     return unit >= VST3_ROOT_UNIT && unit <= GROUPS ? VST3_OK : VST3_INVALID;
 }
 
 static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel,
                                int32_t *unit) {
-    (void)self;
-    (void)media;
-    (void)direction;
-    (void)bus;
-    (void)channel;
     *unit = VST3_ROOT_UNIT;
     return VST3_OK;
 }
 
-static vst3_result set_program_data(void *self, int32_t list, int32_t program, vst3_stream **data) {
-    (void)self;
-    (void)list;
-    (void)program;
-    (void)data;
-    return VST3_NO;
-}
+static vst3_result set_program_data(void *self, int32_t list, int32_t program, vst3_stream **data) { return VST3_NO; }
 
 /* --- the expressions of notes --- */
 
@@ -991,14 +932,9 @@ static int find_expression(uint32_t type) {
 }
 
 /* Nothing of the host's transport is needed. */
-static uint32_t requirements(void *self) {
-    (void)self;
-    return 0;
-}
+static uint32_t requirements(void *self) { return 0; }
 
 static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vst3_physicals *asked) {
-    (void)self;
-    (void)channel;
     if (bus) return VST3_INVALID;
     for (uint32_t j = 0; j < asked->count; j++) {
         asked->map[j].expression = UINT32_MAX;
@@ -1009,11 +945,7 @@ static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vs
     return VST3_OK;
 }
 
-static int32_t expression_count(void *self, int32_t bus, int16_t channel) {
-    (void)self;
-    (void)channel;
-    return bus ? 0 : EXPRESSION_COUNT;
-}
+static int32_t expression_count(void *self, int32_t bus, int16_t channel) { return bus ? 0 : EXPRESSION_COUNT; }
 
 static vst3_result expression_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_expression *e) {
     if (index < 0 || index >= expression_count(self, bus, channel)) return VST3_INVALID;
@@ -1052,7 +984,6 @@ static vst3_result expression_from_text(void *self, int32_t bus, int16_t channel
 
 static int32_t switch_count(void *self, int32_t bus, int16_t channel) {
     uint32_t count = LB_KEY_COUNT;
-    (void)channel;
     lb_switch_key(&of(self, SWITCHES)->instance, &count);
     return bus ? 0 : (int32_t)count;
 }
@@ -1060,7 +991,6 @@ static int32_t switch_count(void *self, int32_t bus, int16_t channel) {
 static vst3_result switch_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_switch *s) {
     const lb_instance *i = &of(self, SWITCHES)->instance;
     uint32_t number = (uint32_t)index;
-    (void)channel;
     const int key = bus || index < 0 ? -1 : lb_switch_key(i, &number);
     if (key < 0) return VST3_INVALID;
     memset(s, 0, sizeof *s);
@@ -1113,22 +1043,17 @@ static vst3_result factory_query(void *self, const vst3_id id, void **out) {
 }
 
 static uint32_t factory_users(void *self) { /* it is never freed */
-    (void)self;
     return 1;
 }
 
 static vst3_result factory_info(void *self, vst3_factory_info *info) {
-    (void)self;
     memset(info, 0, sizeof *info);
     snprintf(info->vendor, sizeof info->vendor, "livebass");
     info->flags = VST3_UNICODE;
     return VST3_OK;
 }
 
-static int32_t class_count(void *self) {
-    (void)self;
-    return sizeof classes / sizeof *classes;
-}
+static int32_t class_count(void *self) { return sizeof classes / sizeof *classes; }
 
 static vst3_result class_info_2(void *self, int32_t index, vst3_class_2 *c) {
     if (index < 0 || index >= class_count(self)) return VST3_INVALID;
@@ -1203,15 +1128,9 @@ EXPORTED void *GetPluginFactory(void) {
 EXPORTED bool InitDll(void) { return true; }
 EXPORTED bool ExitDll(void) { return true; }
 #elif defined(__APPLE__)
-EXPORTED bool bundleEntry(void *bundle) {
-    (void)bundle;
-    return true;
-}
+EXPORTED bool bundleEntry(void *bundle) { return true; }
 EXPORTED bool bundleExit(void) { return true; }
 #else
-EXPORTED bool ModuleEntry(void *library) {
-    (void)library;
-    return true;
-}
+EXPORTED bool ModuleEntry(void *library) { return true; }
 EXPORTED bool ModuleExit(void) { return true; }
 #endif

@@ -78,10 +78,7 @@ UNKNOWN(view, VIEW)
 UNKNOWN(scale, SCALE)
 UNKNOWN(timer, TIMER)
 
-static vst3_result supported(void *self, const char *type) {
-    (void)self;
-    return strcmp(type, PLATFORM) ? VST3_NO : VST3_OK;
-}
+static vst3_result supported(void *self, const char *type) { return strcmp(type, PLATFORM) ? VST3_NO : VST3_OK; }
 
 /* Has the host's run loop call on_timer, where it has one: it is asked of the frame. */
 static void start_timer(view *v) {
@@ -111,16 +108,10 @@ static vst3_result removed(void *self) {
 }
 
 static vst3_result wheel(void *self, float way) { /* the window takes it itself */
-    (void)self;
-    (void)way;
     return VST3_NO;
 }
 
 static vst3_result key(void *self, int16_t letter, int16_t code, int16_t modifiers) { /* keys are the host's */
-    (void)self;
-    (void)letter;
-    (void)code;
-    (void)modifiers;
     return VST3_NO;
 }
 
@@ -148,21 +139,14 @@ static vst3_result on_size(void *self, const vst3_box *box) {
     return VST3_OK;
 }
 
-static vst3_result focus(void *self, uint8_t on) {
-    (void)self;
-    (void)on;
-    return VST3_OK;
-}
+static vst3_result focus(void *self, uint8_t on) { return VST3_OK; }
 
 static vst3_result set_frame(void *self, void *frame) {
     at(self, VIEW)->frame = frame;
     return VST3_OK;
 }
 
-static vst3_result can_resize(void *self) {
-    (void)self;
-    return VST3_OK;
-}
+static vst3_result can_resize(void *self) { return VST3_OK; }
 
 /* Takes the scale of the screen, and the size that goes with it; macOS has neither. */
 static vst3_result set_scale(void *self, float scale) {
