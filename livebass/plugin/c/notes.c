@@ -42,20 +42,22 @@ void lb_tell_notes(lb_instance *i) {
 
 /* --- which notes are meant --- */
 
-/* Writes the notes that are meant into `found` and returns their number: those that are held, or else, of a key or an
-   id, those that were let go. An id counts where no key is given, on any channel. */
+/* Writes the notes that are meant into `found` and returns their number. An id counts where no key is given. Of a key or
+   an id that nobody holds on its channel, all channels that hold it are meant, or else the note that was let go. */
 static int find(const lb_instance *i, lb_named named, int16_t found[LB_NOTES]) {
-    const int by_id = named.key < 0 && named.id >= 0, any = by_id || !is_channel(named.channel);
-    const int first = any ? 0 : named.channel, last = any ? LB_CHANNELS - 1 : named.channel;
+    const int by_id = named.key < 0 && named.id >= 0, attempts = by_id || named.key >= 0 ? 3 : 1;
     const int low = named.key < 0 ? 0 : named.key, high = named.key < 0 ? LB_KEYS - 1 : named.key;
     int count = 0;
-    for (int state = HELD; !count && high < LB_KEYS && state >= (by_id || named.key >= 0 ? LET_GO : HELD); state--)
+    for (int attempt = 0; !count && high < LB_KEYS && attempt < attempts; attempt++) {
+        const int state = attempt < 2 ? HELD : LET_GO, any = by_id || attempt == 1 || !is_channel(named.channel);
+        const int first = any ? 0 : named.channel, last = any ? LB_CHANNELS - 1 : named.channel;
         for (int channel = first; channel <= last; channel++)
             for (int key = low; key <= high; key++) {
                 const int n = channel * LB_KEYS + key;
                 const lb_note *note = &i->audio.notes[n];
                 if (note->state == state && (!by_id || note->id == named.id)) found[count++] = (int16_t)n;
             }
+    }
     return count;
 }
 
