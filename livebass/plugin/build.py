@@ -31,6 +31,7 @@ FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
     "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wformat=2", "-Wvla", "-Wundef", "-Werror",
     "-Wno-unused-parameter",  # functions of hosts' interfaces get what they may not need
+    "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),

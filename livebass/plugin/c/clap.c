@@ -158,8 +158,8 @@ static void take_all(clap *c, const clap_in_events *in) {
                 lb_express_place(&c->instance, e->time, n->key, -1,
                                  ((const clap_note_expression *)in->get(in, j))->value);
         int placed = 0; /* by a note before it */
-        for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && j-- && in->get(in, j)->time == e->time && !placed;)
-            placed = places(in->get(in, j), e);
+        for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && !placed && j && in->get(in, j - 1)->time == e->time; j--)
+            placed = places(in->get(in, j - 1), e);
         if (!placed) take(c, e);
     }
 }
@@ -289,9 +289,10 @@ static bool param_to_text(const clap_plugin *p, uint32_t id, double value, char 
 }
 
 static bool param_from_text(const clap_plugin *p, uint32_t id, const char *text, double *value) {
+    char *end = 0;
     if (id == OVERLOAD) {
-        *value = atof(text);
-        return true;
+        *value = strtod(text, &end);
+        return end != text;
     }
     return id < LB_PARAMETERS && lb_text_to_value(&of(p)->instance, (int)id, text, value);
 }

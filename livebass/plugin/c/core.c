@@ -145,7 +145,6 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     file sliders = {0, 0}, made = {0, 0};
     LB_CHANGE change = {.file = ADDRESS(f->words)};
     const int length = (int)(strlen(path) - strlen(ENDING));
-    int64_t state = -1;
     if (snprintf(beside, sizeof beside, "%.*s" SLIDERS, length, path) >= (int)sizeof beside) *beside = 0;
     if (!read_bytes(&sliders, beside, error, room)) {
         snprintf(error, room, "%s: is missing, by which this bass is built anew: export it anew", beside);
@@ -158,7 +157,7 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     change.memory = ADDRESS(memory);
     if (!change.bytes) snprintf(error, room, "%s: is of another file than that of the bass: export it anew", beside);
     else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
-    else if ((state = kernels->make_change(ADDRESS(&change))) != LB_MADE)
+    else if (kernels->make_change(ADDRESS(&change)) != LB_MADE)
         snprintf(error, room, "the strings would lie on the neck: change action, relief or nut");
     else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
         snprintf(error, room, "a bass built like this cannot be played");
@@ -418,7 +417,7 @@ static int control(lb_synth *s, int64_t offset, int kind, int number, int end, d
     const int64_t frame = s->record.frame + offset;
     if (number < 0 || (number & LB_NUMBER) >= end) return 1;
     if (s->busy < frame) s->busy = frame;
-    if (s->busy - frame >= AT_ONCE * EACH) return 0;
+    if (s->busy - frame >= (int64_t)AT_ONCE * EACH) return 0;
     s->busy += EACH;
     push(s, offset, kind, number, value);
     return 1;
@@ -637,7 +636,7 @@ static void add_listed(lb_shelf *s, const char *folder) {
         char *quality = strchr(line, ' ');
         if (quality) *quality++ = 0;
         add(s, folder, line);
-        if (quality && s->count > before)
+        if (quality && before < LB_MOST_BASSES && s->count > before)
             s->places[before].quality = !strcmp(quality, lb_parameters[LB_QUALITY].points[LB_STUDIO]);
     }
     if (in) fclose(in);

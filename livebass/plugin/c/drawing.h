@@ -16,7 +16,7 @@ enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
 enum { SAVE_WIDTH = 44 };
 enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
-#define FLOOR_DB -48.0 /* where the meter begins */
+#define FLOOR_DB (-48.0) /* where the meter begins */
 #define SMALL 11.0 /* letters */
 #define MIDDLE 12.5
 #define LARGE 20.0

@@ -156,9 +156,9 @@ static void lay_out_lamps(lb_picture *p, double width, double top) {
 /* Column by column: basses, then, from a new column on, sounds. Where there is no room for all, the last place is for
    the button that goes on by a column. */
 static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
-    enum { MOST_PLACES = MOST_PARTS / 2 }; /* what is laid out behind the list needs parts, too */
-    const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_PLACES / 2);
-    const int columns = (int)fmin(fmax(w / px(p, 200), 1), MOST_PLACES / rows), room = rows * columns;
+    enum { MOST_PLACES = MOST_PARTS / 2, MOST_ROWS = MOST_PLACES / 2 }; /* what is laid out behind the list needs parts, too */
+    const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_ROWS);
+    const int fitting = MOST_PLACES / rows, columns = (int)fmin(fmax(w / px(p, 200), 1), fitting), room = rows * columns;
     const int count = lb_basses(p), first = (count + rows - 1) / rows * rows; /* place of the sounds' heading */
     const int places = p->sounds ? first + 1 + p->sounds : count, full = places > room;
     p->columns = full ? (places + rows) / rows - columns : 0;
@@ -166,9 +166,9 @@ static void lay_out_list(lb_picture *p, double x, double y, double w, double h) 
     for (int k = 0; k < room; k++) {
         const int at = k + p->scrolled * rows, more = full && k == room - 1;
         const int kind = more ? MORE : at < count ? ITEM : at < first || at >= places ? NOTHING : at == first ? SOUNDS : SOUND;
+        const int column = k / rows, row = k % rows, number = kind == SOUND ? at - first - 1 : at;
         if (kind != NOTHING)
-            add(p, kind, kind == SOUND ? at - first - 1 : at, x + k / rows * w / columns, y + k % rows * px(p, 24),
-                w / columns - px(p, 6), px(p, 22));
+            add(p, kind, number, x + column * w / columns, y + row * px(p, 24), w / columns - px(p, 6), px(p, 22));
     }
 }
 

@@ -34,7 +34,8 @@ int lb_learned_by(const lb_instance *i, int controller) {
 static double value_of(const lb_instance *i, int parameter, int seven) {
     const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
     if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;
-    if (lb_parameters[parameter].points) return least + seven * (int)(most - least + 1) / (MOST + 1);
+    const int names = (int)(most - least + 1), name = seven * names / (MOST + 1);
+    if (lb_parameters[parameter].points) return least + name;
     if (least >= 0) return least + (most - least) * seven / MOST;
     return seven <= MIDDLE ? least * (MIDDLE - seven) / MIDDLE : most * (seven - MIDDLE) / (MOST - MIDDLE);
 }

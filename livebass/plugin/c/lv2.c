@@ -352,7 +352,7 @@ static char *midnam_model(void *handle) {
 }
 
 /* Prints behind the n characters that a text of MIDNAM has; returns how many more it has then. */
-static size_t print(char *text, size_t n, const char *form, ...) {
+__attribute__((format(printf, 3, 4))) static size_t print(char *text, size_t n, const char *form, ...) {
     va_list arguments;
     va_start(arguments, form);
     const int written = vsnprintf(text + n, MIDNAM - n, form, arguments);

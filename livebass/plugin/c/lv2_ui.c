@@ -124,7 +124,7 @@ static int idle(void *handle) {
     }
     for (lb_touch t; lb_take_touch(&u->instance.touches, &t);) send(u, u->touched, &t, sizeof t);
     lb_read_sides(&u->instance, &sides);
-    if (memcmp(&sides, &u->sides, sizeof sides)) {
+    if (memcmp((const void *)&sides, (const void *)&u->sides, sizeof sides)) {
         send(u, u->sides_atom, &sides, sizeof sides);
         u->sides = sides;
         u->asks = 0;

@@ -222,7 +222,7 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
     for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
     for (int j = 0; j < DRAWN && j < s->modes && j < LB_SEEN; j++) {
         const float a = (float)scale * s->u[j];
-        const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
+        const quad q = {a, a, a, a}, *row = p->sines + (ptrdiff_t)j * (STRIDE / 4);
         for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
     }
     for (int k = 0; k <= NODES; k++) {

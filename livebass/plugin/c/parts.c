@@ -252,7 +252,7 @@ static int lamp_is_on(const lb_picture *p, int lamp) {
     case LB_SWITCH_SLIDE: if (l->sliding) return 1; break;
     default: break;
     }
-    return l->switched >> lamp & 1;
+    return (int)(l->switched >> lamp & 1);
 }
 
 static void draw_lamp(lb_picture *p, const part *q) {

@@ -24,7 +24,7 @@ lb_picture *lb_new_picture(const lb_face *face) {
     p->zoom = 1;
     p->level = FLOOR_DB;
     p->shapes = calloc(LB_LOOKS, sizeof *p->shapes);
-    p->sines = calloc(DRAWN * STRIDE, sizeof(float));
+    p->sines = calloc((size_t)DRAWN * STRIDE / 4, sizeof *p->sines);
     if (!p->shapes || !p->sines) {
         lb_free_picture(p);
         return 0;

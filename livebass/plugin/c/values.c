@@ -106,11 +106,10 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
         return 1;
     }
     if (parameter == LB_BASS || p->points) {
-        for (double v = p->least; v <= lb_most(i, parameter); v++) {
-            lb_value_to_text(i, parameter, v, other, sizeof other);
-            if (strcmp(other, text)) continue;
-            *value = v;
-            return 1;
+        for (int k = 0; p->least + k <= lb_most(i, parameter); k++) {
+            *value = p->least + k;
+            lb_value_to_text(i, parameter, *value, other, sizeof other);
+            if (!strcmp(other, text)) return 1;
         }
     }
     const double read = strtod(text, &end);

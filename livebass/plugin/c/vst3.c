@@ -47,6 +47,7 @@ typedef struct {
     vst3_event event;
 } change;
 enum { CHANGE = 1 << 16, PLACES = 1 << 20, MOST_REPEATS = PLACES / (2 * CHANGES) - 1 };
+#define FRAME (2 * (int64_t)PLACES) /* of `order` */
 
 typedef struct {
     const void *interfaces[INTERFACES]; /* first: hosts know their addresses */
@@ -505,7 +506,7 @@ static void collect(vst3 *v, const vst3_process_data *d) {
     int64_t points = 0, places = CHANGES - v->change_count;
     for (int32_t k = 0; k < queues; k++)
         if ((q = queue_of(d, k, &id))) points += (*q)->count(q);
-    const int64_t thin = places - 2 * queues; /* a queue may take two more than its share: its first and its last */
+    const int64_t thin = places - 2 * (int64_t)queues; /* a queue may take two more than its share: its first and its last */
     const int64_t step = points <= places ? 1 : points / (thin > 1 ? thin : 1) + 1;
     for (int32_t k = 0; k < queues; k++) {
         if (!(q = queue_of(d, k, &id))) continue;
@@ -558,7 +559,7 @@ static void place_note(vst3 *v, int k) {
         const vst3_event *e = &v->changes[j].event;
         if (v->changes[j].kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_BRIGHTNESS &&
             e->expression.id == c->event.on.id)
-            lb_express_place(&v->instance, c->order / (2 * PLACES), c->event.on.key, -1, e->expression.value);
+            lb_express_place(&v->instance, c->order / FRAME, c->event.on.key, -1, e->expression.value);
     }
 }
 
@@ -573,7 +574,7 @@ static int is_placed(const vst3 *v, int k) {
 
 static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
-    const int64_t at = c->order / (2 * PLACES);
+    const int64_t at = c->order / FRAME;
     const vst3_event *e = &c->event;
     int channel;
     const int controller = c->kind == CHANGE ? controller_behind(c->id, &channel) : -1;
