@@ -16,12 +16,12 @@ LAYERS = (
     {"thread", "files", "paint", "stack_win32"},
     {"core", "look", "drawing"},  # basses and synths; what windows see of them
     {"values", "neck"},
-    {"learn", "hand", "layout"},
+    {"learn", "hand", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
     {"sounds", "picture"},
     {"instance", "window"},  # all that a shell holds
     {"editor"},
-    {"page", "vst3_view"},
+    {"page", "vst3_view", "loader"},
     {"clap", "lv2", "lv2_ui", "vst3"},  # the shells: none knows another
 )
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
