@@ -5,10 +5,9 @@ from __future__ import annotations
 import ctypes as c
 import os
 import resource
-import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +35,6 @@ from support.clap import (
     value,
 )
 from support.plugins import (
-    DAMAGES,
     NO_THREADS,
     NOTES,
     PRESETS,
@@ -44,12 +42,9 @@ from support.plugins import (
     check_binary,
     hard_score,
     helpers,
-    midi_score,
     mono,
-    rendered,
     written,
 )
-from support.scores import SWITCH_KEYS
 
 from livebass import QUALITIES, Instrument, load_preset, score_of
 from livebass.arrays import Floats
@@ -78,19 +73,6 @@ def folder(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Pat
 def plugin(folder: Path) -> Iterator[Plugin]:
     with closing(Plugin(folder)) as made:
         yield made
-
-
-@pytest.mark.parametrize("preset", PRESETS)
-def test_it_plays_what_is_rendered_bit_for_bit(folder: Path, preset: str) -> None:
-    plugin, score = Plugin(folder, active=False), hard_score(notes=2 if preset == "fretless" else 12)
-    wanted = mono(preset, score)
-    assert np.abs(wanted).max() > 0.1
-    assert plugin.load_preset(preset)
-    plugin.activate()
-    for sizes in [(512,), (4096, 3, 100), (17,)] if preset == "slap" else [(4096, 3, 100)]:
-        plugin.plugin.reset(plugin.handle)
-        assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted), sizes
-    plugin.close()
 
 
 def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: Path) -> None:
@@ -125,30 +107,6 @@ def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: 
     plugin.close()
 
 
-@pytest.mark.parametrize("rate", [44100, 96000, 192000])
-def test_so_it_does_at_other_rates(folder: Path, rate: int) -> None:
-    plugin, score = Plugin(folder, rate), hard_score(rate)
-    wanted = mono("jazz-finger", score)
-    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-    plugin.close()
-
-
-def test_a_midi_file_is_rendered_alike(plugin: Plugin, tmp_path: Path) -> None:
-    score = midi_score(tmp_path / "a.mid")
-    wanted = mono("jazz-finger", score)
-    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
-
-
-def test_notes_of_clap_are_those_of_midi(plugin: Plugin) -> None:
-    score = hard_score()
-    wanted = mono("jazz-finger", score)
-    events = []
-    for frame, (status, key, velocity) in zip(score.frames.tolist(), score.messages.tolist(), strict=True):
-        on = status & 0xF0 == 0x90 and velocity
-        events.append((frame, note_on(key, velocity / 127) if on else note_off(key)))
-    assert np.array_equal(plugin.play(events, len(wanted)), wanted)
-
-
 def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
     """By channel or id, or by neither: then all of the key are meant."""
 
@@ -176,15 +134,6 @@ def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
     assert np.array_equal(played((1000, note_off(-1, channel=3)), (1001, note_on(28, 0.5)))[2], off[2])
     everything = played((1000, note_off(-1, channel=-1)))
     assert np.array_equal(everything[2], off[2]) and not np.array_equal(everything[3], plain[3])
-
-
-def test_an_output_a_string(folder: Path) -> None:
-    plugin, score = Plugin(folder, name=STRINGS), hard_score()
-    wanted = rendered("jazz-finger", score)
-    stems = plugin.play(score, wanted.shape[1], (300,))
-    assert np.array_equal(stems[: len(wanted)], wanted)
-    assert not stems[len(wanted) :].any()
-    plugin.close()
 
 
 def test_a_preset_has_every_value_as_its_bass_has_it(folder: Path) -> None:
@@ -230,14 +179,6 @@ def test_basses_of_one_title_are_told_apart(tmp_path: Path, monkeypatch: pytest.
 def test_outputs_of_strings_say_which_they_are(folder: Path) -> None:
     plugin = Plugin(folder, name=STRINGS, active=False)
     assert plugin.outputs_called() == list(OUTPUTS) and OUTPUTS[0] == "String 1 (lowest)" and len(OUTPUTS) == 8
-    plugin.close()
-
-
-def test_keys_that_switch_say_what_they_do(folder: Path) -> None:
-    plugin = Plugin(folder, active=False)
-    called = plugin.notes_called()
-    assert sorted(called) == sorted(SWITCH_KEYS) and all(called.values())
-    assert (called[10], called[12], called[16]) == ("Ghost notes", "Hammer-on", "String E")
     plugin.close()
 
 
@@ -319,14 +260,6 @@ def test_parameters_change_the_sound_at_their_frames(folder: Path) -> None:
         assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), number
 
 
-def test_sound_is_not_cut_at_full_scale(plugin: Plugin) -> None:
-    plugin.set(GAIN, 20.0)
-    score = hard_score()
-    wanted = mono("jazz-finger", score, gain=10.0)
-    assert np.abs(wanted).max() > 1.5
-    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-
-
 @pytest.mark.parametrize("how", [{"key": 33}, {"number": 77}], ids=["key", "number"])
 def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, int]) -> None:
     """The second of two notes; the next one on that string sounds at its own pitch again."""
@@ -356,7 +289,7 @@ def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, in
 MPE = [(0, midi(bytes(m))) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
 
 
-def test_channels_bend_apart_and_pressure_vibrates_one_string(folder: Path) -> None:
+def test_expressions_move_the_string_of_their_note(folder: Path) -> None:
     """Notes of CLAP keep their channels, and so do messages of MIDI; expressions move the string of their note."""
 
     def played(*more: Any, zone: list[tuple[int, Any]] = MPE) -> Floats:
@@ -379,7 +312,7 @@ def test_channels_bend_apart_and_pressure_vibrates_one_string(folder: Path) -> N
     plugin.close()
 
 
-def test_brightness_places_the_note_it_begins_with(folder: Path) -> None:
+def test_an_expression_places_the_note_it_begins_with(folder: Path) -> None:
     """As controller 74 of MPE places the next note of its channel."""
 
     def played(*events: Any, first: list[tuple[int, Any]] | None = None) -> Floats:
@@ -412,7 +345,7 @@ def test_many_notes_in_one_frame_play_as_rendered(plugin: Plugin) -> None:
         assert np.array_equal(plugin.play(score, len(wanted), (size,)), wanted), size
 
 
-def test_a_program_change_chooses_a_bass_that_is_there(plugin: Plugin) -> None:
+def test_the_host_hears_of_a_program_change(plugin: Plugin) -> None:
     """By General MIDI, from 0; the host hears of it."""
     plugin.offline()
     for program, bass in ((36, 1), (32, 1), (35, 3), (99, 3), (33, 0)):  # 32 is flatwound's
@@ -473,27 +406,6 @@ def test_notes_go_by_their_ids(folder: Path) -> None:
     assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
 
 
-def test_notes_are_heard_under_dense_automation(folder: Path) -> None:
-    """More values in a block than the synth takes: notes lose none of their room, each parameter ends as it was set."""
-
-    def played(values: list[tuple[int, Any]]) -> Floats:
-        plugin = Plugin(folder)
-        plugin.play([(0, note_on(33, 0.5))], 512)
-        notes = [(7000, note_on(28, 0.5)), (8000, note_off(28)), (8000, note_off(33))]
-        plugin.play(sorted(values + notes, key=lambda e: e[0]), 8192, (8192,))
-        out = plugin.play([(96000, note_on(33, 0.5))], 100800)
-        plugin.close()
-        return out
-
-    points = [(GAIN, -20.0), (DYNAMICS, 0.0), (UNEVENNESS, 0.0), (BEND_RANGE, 2.0)]
-    dense = [(k, value(*points[k % 4])) for k in range(6000)]
-    last = [(8100, value(GAIN, 0.0))]
-    out = played(dense + last)
-    assert np.abs(out[91200:96000]).max() < 1e-3 < np.abs(out[:4800]).max()
-    assert np.allclose(out[96000:], played(dense[:100] + last)[96000:], rtol=0, atol=1e-5)
-    assert np.abs(out[96000:]).max() > 0.01
-
-
 @pytest.mark.parametrize("how", [{"key": 33}, {"number": 2}, {}], ids=["key", "number", "all"])
 def test_notes_are_heard_in_time_under_a_flood_of_expressions(folder: Path, how: dict[str, int]) -> None:
     """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
@@ -521,22 +433,6 @@ def test_notes_are_heard_in_time_under_a_flood_of_expressions(folder: Path, how:
         return float(1200 * np.log2((low + np.argmax(spectrum[low:high])) * RATE / (1 << 18)))
 
     assert cents(flooded[1, 5500:13000]) == pytest.approx(cents(plain[1, 5500:13000]), abs=8)
-
-
-def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
-    for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
-        plugin.set(number, wanted)
-    state = plugin.save()
-    other = Plugin(folder, active=False)
-    assert other.load(state) and other.save() == state and other.rescanned
-    other.activate()
-    plugin.work()
-    plugin.plugin.deactivate(plugin.handle)
-    plugin.activate()
-    score = hard_score()
-    assert np.array_equal(other.play(score, 9600), plugin.play(score, 9600))
-    assert other.play(score, 9600).any() and not other.logged
-    other.close()
 
 
 @pytest.mark.parametrize("less", [1, 3, 5])
@@ -589,7 +485,7 @@ def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
     assert checksum(words.ctypes.data, len(words) - 1) == words[-1:].view(np.uint64)[0]  # as of instrument files
 
 
-def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
+def test_a_preset_takes_the_place_of_a_missing_bass(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
     """All else is taken over, and the name is saved again until another bass is chosen."""
     changes = {**CHANGES, BASS: 3, QUALITY: 1}
     for number, wanted in changes.items():
@@ -610,7 +506,7 @@ def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_
     other.close()
 
 
-def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> None:
+def test_the_quality_follows_the_bass_until_it_is_moved(tmp_path: Path) -> None:
     """The quality follows the bass until it is moved; a session keeps it; without the list's word it is live."""
     names = ["jazz-finger", "slap", "fretless"]
     basses = {name: load_preset(name) for name in names}
@@ -659,25 +555,6 @@ def test_offline_a_change_of_bass_waits_for_no_thread(plugin: Plugin) -> None:
     plugin.offline()
     plugin.set(BASS, 1)
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-
-
-def test_offline_the_bass_is_built_anew_where_the_value_is(folder: Path) -> None:
-    """In a block of any size; in real time, where it is loaded meanwhile, from a later block on."""
-
-    def played(sizes: tuple[int, ...], when: int = 3000, offline: bool = True) -> Floats:
-        with closing(Plugin(folder)) as plugin:
-            plugin.offline(offline)
-            events = [(0, note_on(33, 0.9)), (when, value(ACTION, 0.4)), (when, value(GAUGE, 5.0))]
-            return plugin.play([*events, (3100, note_on(40, 0.9))], 6000, sizes)
-
-    whole = played((6000,))
-    assert np.abs(whole[3200:]).max() > 0.01
-    for sizes in ((3000, 3000), (500,), (1, 2999), (64,)):
-        assert np.array_equal(played(sizes), whole), sizes
-    other = played((6000,), 3050)
-    assert np.array_equal(other[:3000], whole[:3000]) and not np.array_equal(other[3100:], whole[3100:])
-    late = played((6000,), offline=False)
-    assert np.array_equal(late[:3000], whole[:3000]) and not np.array_equal(late, whole)
 
 
 def test_a_flood_of_values_of_what_the_bass_is_built_by_ends_as_its_last(folder: Path) -> None:
@@ -761,7 +638,7 @@ def real_time(plugin: Plugin) -> bool:
 
 
 @NO_THREADS
-def test_threads_of_its_own_change_no_bit_and_end(folder: Path) -> None:
+def test_the_main_thread_starts_threads_that_play_strings(folder: Path) -> None:
     score = hard_score()
     wanted = mono("jazz-finger", score)
     plugin = Plugin(folder)
@@ -823,30 +700,6 @@ def test_without_real_time_priority_it_says_so_once_and_plays_alone(folder: Path
         [sys.executable, "-c", REFUSED, folder], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout == NO_HELPERS + "\n"
-
-
-@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_a_damaged_instrument_is_refused_with_one_line(
-    folder: Path, tmp_path: Path, damage: Callable[[bytes], bytes]
-) -> None:
-    """As the first bass the plugin does not start; as another one the bass before plays on."""
-    whole, folder = folder, tmp_path / "livebass"
-    shutil.copytree(whole, folder)
-    (folder / "instruments.txt").write_text("slap\njazz-finger\n")
-    data = (folder / "slap.lbass").read_bytes()
-    (folder / "slap.lbass").write_bytes(damage(data))
-    with pytest.raises(RuntimeError, match=r"^[^;]*slap\.lbass: [^;]*$"):
-        Plugin(folder)
-    plugin, score = Plugin(folder, active=False), hard_score()
-    assert plugin.load_preset("jazz-finger")
-    plugin.activate()
-    wanted = mono("jazz-finger", score)
-    plugin.set(BASS, 0)
-    plugin.block(0)
-    plugin.work()
-    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-    assert len(plugin.logged) == 1 and "slap.lbass: " in plugin.logged[0]
-    plugin.close()
 
 
 def test_without_instruments_it_says_so(tmp_path: Path) -> None:
