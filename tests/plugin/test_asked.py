@@ -114,7 +114,7 @@ STEINBERG = {
     "Variable Block Size": "test_promises.py::test_it_plays_what_is_rendered_bit_for_bit",
     "Process Format": "test_it_plays_at_any_rate",
     "Speaker Arrangement": "test_vst3.py::test_stereo_is_twice_the_same",
-    "Accuracy": "test_vst3.py::test_points_of_parameters_are_heard_at_their_frames",
+    "Accuracy": "test_promises.py::test_values_are_heard_at_their_frames",
     "Double Precision (64 bit)": NO_DOUBLE,
 }
 PLUGINVAL = {

@@ -16,8 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 from support.clap import (
-    BRIGHTNESS,
-    EXPRESSION_VIBRATO,
     MONO,
     NOTE_PORT,
     PORTS,
@@ -36,7 +34,6 @@ from support.clap import (
 )
 from support.plugins import (
     NO_THREADS,
-    NOTES,
     PRESETS,
     RATE,
     check_binary,
@@ -46,7 +43,7 @@ from support.plugins import (
     written,
 )
 
-from livebass import QUALITIES, Instrument, load_preset, score_of
+from livebass import QUALITIES, Instrument, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.check import checksum
@@ -176,6 +173,13 @@ def test_basses_of_one_title_are_told_apart(tmp_path: Path, monkeypatch: pytest.
     plugin.close()
 
 
+def test_notes_may_come_as_clap_has_them_or_as_midi(folder: Path) -> None:
+    with closing(Plugin(folder, active=False)) as plugin:
+        port = NOTE_PORT()
+        assert plugin.extension("note-ports", PORTS).get(plugin.handle, 0, True, c.addressof(port))
+        assert (port.supported, port.preferred) == (7, 1)
+
+
 def test_outputs_of_strings_say_which_they_are(folder: Path) -> None:
     plugin = Plugin(folder, name=STRINGS, active=False)
     assert plugin.outputs_called() == list(OUTPUTS) and OUTPUTS[0] == "String 1 (lowest)" and len(OUTPUTS) == 8
@@ -235,99 +239,6 @@ CHANGES = {
 }
 
 
-def test_parameters_change_the_sound_at_their_frames(folder: Path) -> None:
-    """The blocks' size changes nothing, and each parameter something."""
-
-    def played(changes: dict[int, float], sizes: tuple[int, ...]) -> Floats:
-        events: list[tuple[int, Any]] = [(0, midi(bytes([0xE0, 0, 80])))]
-        for begin, length, key, velocity in NOTES:
-            events += [
-                (round(RATE * begin), note_on(key, velocity / 127)),
-                (round(RATE * (begin + length)), note_off(key)),
-            ]
-        events += [(7000 + 911 * k, value(number, wanted)) for k, (number, wanted) in enumerate(changes.items())]
-        plugin = Plugin(folder)
-        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE, sizes)
-        plugin.close()
-        return out
-
-    usual = played({}, (512,))
-    together = played(CHANGES, (512,))
-    for sizes in ((32,), (4096,), (1000, 1, 77)):
-        assert np.array_equal(played(CHANGES, sizes), together), sizes
-    for number, wanted in CHANGES.items():
-        one = played({number: wanted}, (512,))
-        assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), number
-
-
-@pytest.mark.parametrize("how", [{"key": 33}, {"number": 77}], ids=["key", "number"])
-def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, int]) -> None:
-    """The second of two notes; the next one on that string sounds at its own pitch again."""
-
-    def played(*more: tuple[int, Any]) -> Floats:
-        events = [(0, note_on(28, 0.5, 76)), (0, note_on(33, 0.5, 77)), (24000, note_on(35, 0.5, 78)), *more]
-        plugin = Plugin(folder, name=STRINGS)
-        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE, (500,))
-        plugin.close()
-        return out
-
-    def pitch(sound: Floats) -> float:
-        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
-        low, high = (round(f * (1 << 19) / RATE) for f in (50, 70))
-        return float((low + np.argmax(spectrum[low:high])) * RATE / (1 << 19))
-
-    plain, bent = played(), played((4800, tuning(1.0, **how)))
-    assert np.array_equal(plain[0], bent[0]) and not np.array_equal(plain[1], bent[1])
-    span = slice(7200, 23500)
-    assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(2 ** (1 / 12), abs=2e-3)
-    span = slice(30000, 48000)
-    assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(1.0, abs=2e-3)
-    everywhere = played((4800, tuning(1.0)))
-    assert not np.array_equal(plain[0], everywhere[0])
-
-
-MPE = [(0, midi(bytes(m))) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
-
-
-def test_expressions_move_the_string_of_their_note(folder: Path) -> None:
-    """Notes of CLAP keep their channels, and so do messages of MIDI; expressions move the string of their note."""
-
-    def played(*more: Any, zone: list[tuple[int, Any]] = MPE) -> Floats:
-        plugin = Plugin(folder, name=STRINGS)
-        events = [*zone, (10, note_on(35, 0.5, 1, channel=1)), (10, note_on(40, 0.5, 2, channel=2))]
-        out = plugin.play([*events, *((1000, event) for event in more)], 9600)
-        plugin.close()
-        return out
-
-    plain, pressed = played(), played(midi(bytes([0xD2, 127])))
-    for moved in (played(midi(bytes([0xE2, 0, 66]))), pressed):
-        assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2])
-    for kind in (PRESSURE, EXPRESSION_VIBRATO):
-        assert np.array_equal(played(expression(kind, 1.0, 40)), pressed)
-        assert np.array_equal(played(expression(kind, 1.0, number=2), zone=[]), pressed)
-    plugin = Plugin(folder, active=False)
-    port = NOTE_PORT()
-    assert plugin.extension("note-ports", PORTS).get(plugin.handle, 0, True, c.addressof(port))
-    assert (port.supported, port.preferred) == (7, 1)
-    plugin.close()
-
-
-def test_an_expression_places_the_note_it_begins_with(folder: Path) -> None:
-    """As controller 74 of MPE places the next note of its channel."""
-
-    def played(*events: Any, first: list[tuple[int, Any]] | None = None) -> Floats:
-        plugin = Plugin(folder)
-        out = plugin.play([*(first or []), *((10, event) for event in events)], 4800)
-        plugin.close()
-        return out
-
-    note = note_on(33, 0.5, 1, channel=1)
-    bright = played(note, expression(BRIGHTNESS, 1.0, number=1))
-    assert np.array_equal(bright, played(expression(BRIGHTNESS, 1.0, 33), note))
-    assert np.array_equal(bright, played(midi(bytes([0xB1, 74, 127])), note, first=MPE))
-    assert not np.array_equal(bright, played(note))
-
-
 def test_a_choke_ends_a_note_under_the_pedal(folder: Path) -> None:
     plugin = Plugin(folder, name=STRINGS)
     events = [(0, midi(bytes([0xB0, 64, 127]))), (0, note_on(33, 0.9)), (0, note_on(28, 0.9)), (9600, choke(33))]
@@ -335,14 +246,6 @@ def test_a_choke_ends_a_note_under_the_pedal(folder: Path) -> None:
     plugin.close()
     peak = np.abs(out[1, :9600]).max()
     assert np.abs(out[1, 14400:]).max() < 1e-3 * peak and np.abs(out[0, 14400:]).max() > 0.05 * peak
-
-
-def test_many_notes_in_one_frame_play_as_rendered(plugin: Plugin) -> None:
-    score = score_of([(0.01, 0.3, 28 + k % 36, 40 + k % 80) for k in range(128)], RATE)
-    wanted = mono("jazz-finger", score)
-    for size in (64, 512):
-        plugin.plugin.reset(plugin.handle)
-        assert np.array_equal(plugin.play(score, len(wanted), (size,)), wanted), size
 
 
 def test_the_host_hears_of_a_program_change(plugin: Plugin) -> None:
@@ -404,35 +307,6 @@ def test_notes_go_by_their_ids(folder: Path) -> None:
     assert np.array_equal(both[1], off[1]) and not np.array_equal(both[0], plain[0])
     again = [(1000, note_off(33)), (2000, note_on(28, 0.7, 0))]  # a lower key with the id of a higher one
     assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
-
-
-@pytest.mark.parametrize("how", [{"key": 33}, {"number": 2}, {}], ids=["key", "number", "all"])
-def test_notes_are_heard_in_time_under_a_flood_of_expressions(folder: Path, how: dict[str, int]) -> None:
-    """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
-
-    def played(tunings: list[tuple[int, Any]]) -> Floats:
-        plugin = Plugin(folder, name=STRINGS)
-        notes = [(0, note_on(33, 0.9, 2)), (3000, note_on(28, 0.9, 1)), (3500, note_off(28)), (4090, note_on(38, 0.9))]
-        out = [plugin.play(sorted(notes + tunings, key=lambda e: e[0]), 4096, (4096,))]
-        out.append(plugin.play([(9000, note_off(33)), (9000, note_off(38))], 60000, (500,)))
-        plugin.close()
-        return np.concatenate(out, axis=-1)
-
-    plain = played([])
-    flooded = played([*((k, tuning(0.5 + k % 7 / 10, **how)) for k in range(10, 4090) for _ in range(3)),
-                      (4092, tuning(0.0, **how))])  # fmt: skip
-    for string, onset in ((0, 3000), (2, 4090)):
-        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
-        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
-    tail = slice(-9600, None)
-    assert np.abs(flooded[:, tail]).max() < 1e-3 < np.abs(flooded[:, :9000]).max()  # all were released
-
-    def cents(sound: Floats) -> float:
-        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 18))
-        low, high = (round(f * (1 << 18) / RATE) for f in (45, 70))
-        return float(1200 * np.log2((low + np.argmax(spectrum[low:high])) * RATE / (1 << 18)))
-
-    assert cents(flooded[1, 5500:13000]) == pytest.approx(cents(plain[1, 5500:13000]), abs=8)
 
 
 @pytest.mark.parametrize("less", [1, 3, 5])
@@ -575,15 +449,6 @@ def test_reset_makes_it_as_new(plugin: Plugin) -> None:
     assert np.array_equal(plugin.play(score, RATE), first)
 
 
-def test_running_ahead_changes_no_bit(folder: Path) -> None:
-    plugin, score = Plugin(folder, active=False), hard_score()
-    wanted = mono("jazz-finger", score)
-    plugin.set(AHEAD, 1)
-    plugin.activate()
-    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
-    plugin.close()
-
-
 @pytest.mark.parametrize(("preset", "name"), [("slap", MONO), ("paper-bass", STRINGS), ("fretless", MONO)])
 def test_threads_of_the_host_change_no_bit(folder: Path, preset: str, name: str) -> None:
     """However many they are, and whatever the blocks; the host declines, or has none: as well."""
@@ -700,13 +565,6 @@ def test_without_real_time_priority_it_says_so_once_and_plays_alone(folder: Path
         [sys.executable, "-c", REFUSED, folder], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout == NO_HELPERS + "\n"
-
-
-def test_without_instruments_it_says_so(tmp_path: Path) -> None:
-    clap.write_bundle({"slap": load_preset("slap")}, tmp_path / "livebass")
-    (tmp_path / "livebass/instruments.txt").unlink()
-    with pytest.raises(RuntimeError, match="there is no instrument"):
-        Plugin(tmp_path / "livebass")
 
 
 @pytest.mark.skipif(this_system().ending != "so", reason="glibc's names of malloc")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.hosts import FORMATS, HOSTS, Host
+from support.hosts import FORMATS, HOSTS, PLACE, TUNING, VIBRATO, Event, Expression, Host
 from support.plugins import (
     DAMAGES,
     NO_THREADS,
@@ -81,6 +81,7 @@ def host(make: Any) -> Host:
 
 every_format = pytest.mark.parametrize("kind", FORMATS)
 every_host = pytest.mark.parametrize("kind", HOSTS)
+with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has MIDI alone
 
 
 # --- the sound ---
@@ -151,6 +152,16 @@ def test_switched_off_and_on_it_is_as_new(host: Host) -> None:
 
 
 @every_format
+def test_running_ahead_changes_no_bit(host: Host) -> None:
+    score = hard_score()
+    wanted = mono("jazz-finger", score)
+    host.play([], 64, (64,), [(0, "running_ahead", 1.0)])
+    host.work()
+    host.renew()
+    assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)
+
+
+@every_format
 def test_offline_the_bass_is_built_anew_in_a_block(make: Any) -> None:
     """At the frame of the value; with LV2, whose ports have one value a block, with the block."""
 
@@ -202,6 +213,86 @@ def test_channels_bend_apart_and_pressure_vibrates_one_string(make: Any) -> None
     for message in (bytes([0xE2, 0, 66]), bytes([0xD2, 127])):
         moved = played((1000, message))
         assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2]), message
+
+
+def pitch(sound: Floats, low: float = 50.0, high: float = 70.0) -> float:
+    """The frequency of the highest peak between two, Hz."""
+    spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
+    first, last = (round(f * (1 << 19) / RATE) for f in (low, high))
+    return float((first + np.argmax(spectrum[first:last])) * RATE / (1 << 19))
+
+
+@with_expressions
+def test_tuning_of_a_note_bends_its_string_alone(make: Any) -> None:
+    """The second of two notes; the next note on that string sounds at its own pitch."""
+
+    def played(*more: Event) -> Floats:
+        notes = [(0, on(28)), (0, on(33)), (24000, off(33)), (24000, on(35))]
+        return make(apart=True).play([*notes, *more], RATE, (500,))  # type: ignore[no-any-return]
+
+    plain, bent = played(), played((4800, Expression(TUNING, 0, 33, 1.0)))
+    assert np.array_equal(plain[0], bent[0]) and not np.array_equal(plain[1], bent[1])
+    for span, semitones in ((slice(7200, 23500), 1), (slice(30000, 48000), 0)):
+        assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(2 ** (semitones / 12), abs=2e-3)
+
+
+@with_expressions
+def test_expressions_do_what_mpe_does(make: Any) -> None:
+    """Vibrato as pressure of the note's channel; brightness, which places the note it begins with, as controller 74."""
+
+    def played(*events: Event) -> Floats:
+        return make(apart=True).play([*MPE, *events], 9600)  # type: ignore[no-any-return]
+
+    notes = [(10, on(35, 64, 1)), (10, on(40, 64, 2))]
+    pressed = played(*notes, (1000, bytes([0xD2, 127])))
+    assert np.array_equal(played(*notes, (1000, Expression(VIBRATO, 2, 40, 1.0))), pressed)
+    bright = played((9, bytes([0xB1, 74, 127])), (10, on(33, 64, 1)))
+    assert np.array_equal(played((10, on(33, 64, 1)), (10, Expression(PLACE, 1, 33, 1.0))), bright)
+    assert not np.array_equal(played((10, on(33, 64, 1))), bright)
+
+
+@with_expressions
+def test_notes_are_heard_in_time_under_a_flood_of_expressions(make: Any) -> None:
+    """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
+
+    def played(*tunings: Event) -> Floats:
+        notes = [(0, on(33, 114)), (3000, on(28, 114)), (3500, off(28)), (4090, on(38, 114))]
+        ends = [(13000, off(33)), (13000, off(38))]
+        events = sorted([*notes, *tunings], key=lambda event: event[0])
+        return make(apart=True, offline=True).play([*events, *ends], 65536, (4096,))  # type: ignore[no-any-return]
+
+    flood = [(k, Expression(TUNING, 0, 33, 0.5 + k % 7 / 10)) for k in range(10, 4090) for _ in range(3)]
+    plain, flooded = played(), played(*flood, (4092, Expression(TUNING, 0, 33, 0.0)))
+    for string, onset in ((0, 3000), (2, 4090)):
+        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
+        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
+    assert np.abs(flooded[:, -9600:]).max() < 1e-3 < np.abs(flooded[:, :9000]).max()
+    span = slice(5500, 12500)
+    assert 1200 * np.log2(pitch(flooded[1, span], 45) / pitch(plain[1, span], 45)) == pytest.approx(0, abs=8)
+
+
+VALUES = {
+    "gain": -6.0, "tone": -0.5, "pluck_position": 0.7, "dynamics": 5.0, "technique": 3.0, "hand_damping": 0.4,
+    "unevenness": 0.3, "bend_range": 12.0, "palm_mute": 0.6, "vibrato": 0.8, "compression": 0.5, "drive": 0.9,
+}  # fmt: skip
+
+
+@with_expressions
+def test_values_are_heard_at_their_frames(make: Any) -> None:
+    """The size of the blocks changes nothing, and each value something."""
+
+    def played(values: dict[str, float], sizes: tuple[int, ...] = (512,)) -> Floats:
+        score = hard_score()
+        events = [(0, bytes([0xE0, 0, 80])), *zip(score.frames.tolist(), map(bytes, score.messages), strict=True)]
+        points = [(7000 + 911 * k, symbol, x) for k, (symbol, x) in enumerate(values.items())]
+        return make(offline=True).play(events, RATE, sizes, points)  # type: ignore[no-any-return]
+
+    usual, together = played({}), played(VALUES)
+    for sizes in ((32,), (4096,), (1000, 1, 77)):
+        assert np.array_equal(played(VALUES, sizes), together), sizes
+    for symbol, x in VALUES.items():
+        one = played({symbol: x})
+        assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), symbol
 
 
 @pytest.mark.parametrize("kind", ["clap", "clap-midi", "lv2"])
@@ -364,7 +455,7 @@ def test_threads_of_its_own_change_no_bit_and_end(kind: str, make: Any, capfd: A
 # --- floods ---
 
 
-@pytest.mark.parametrize("kind", ["clap", "vst3"])
+@with_expressions
 def test_notes_are_heard_under_dense_automation(make: Any) -> None:
     """More values in a block than the plugin takes: no note is lost, each parameter ends as its last value says."""
     symbols = ("gain", "dynamics", "unevenness", "hand_damping")

@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support import vst3 as low
-from support.clap import Plugin, note_off, note_on, value
 from support.plugins import (
-    NOTES,
     PRESETS,
     RATE,
     hard_score,
@@ -28,7 +26,7 @@ from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
-from livebass.plugin import clap, vst3
+from livebass.plugin import vst3
 from livebass.plugin.systems import SYSTEMS
 from livebass.score.score import Score
 
@@ -158,100 +156,26 @@ def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, mon
     assert np.array_equal(play(other, score, 9600), play(plugin, score, 9600))
 
 
-def test_parameters_change_the_sound_as_in_clap(plugin: Any, tmp_path: Path) -> None:
-    """From the first frame of a block, the only place this host has for them."""
-    clap.write_bundle({"jazz-finger": load_preset("jazz-finger")}, tmp_path / "livebass")
-    other, events = Plugin(tmp_path / "livebass"), [(9600, value(TONE, -0.5)), (9600, value(GAIN, -15.0))]
-    for begin, length, key, velocity in NOTES:
-        events += [(round(RATE * begin), note_on(key, velocity / 127)), (round(RATE * (begin + length)), note_off(key))]
-    wanted = other.play(sorted(events, key=lambda event: event[0]), 2 * 9600)
-    other.close()
-    score = hard_score()
-    late = score.frames >= 9600
-    first = Score(score.frames[~late], score.messages[~late], 9600, 4, "first", RATE)
-    second = Score(score.frames[late] - 9600, score.messages[late], 9600, 8, "second", RATE)
-    out = [play(plugin, first, 9600)]
-    plugin.tone, plugin.gain_db = -0.5, -15.0
-    out.append(play(plugin, second, 9600, reset=False))
-    assert np.array_equal(np.concatenate(out), wanted)
-
-
-def test_outputs_a_string_and_the_tuning_of_a_note(bundle: Path) -> None:
-    """Tuning bends the string of its note alone; what comes late in the host's lists is heard at its frame."""
-
-    def played(*more: low.Event) -> Floats:
-        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
-        events = [low.note_on(33, 0.5, 77, 300), low.note_on(28, 0.5, 76, 100)]
-        out = [plugin.block(1000, events), plugin.block(4000, more), plugin.block(4000)]
-        plugin.close()
-        return np.concatenate(out, axis=-1)[:, 0]
-
-    plain, bent = played(), played(low.tuning(1.0, 77))
-    assert plain[:2, 1000:].any(axis=1).all() and not plain[2:].any()
-    assert not plain[0, :100].any() and plain[0, 100:300].any() and not plain[1, :300].any()
-    assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
-
-
-def test_notes_are_heard_under_a_flood_of_expressions(bundle: Path) -> None:
-    """More tunings in a block than the plugin takes, and other expressions: no note or release is lost."""
-
-    def played(*more: low.Event) -> Floats:
-        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
-        notes = [low.note_on(33, 0.9, 1), low.note_on(28, 0.9, 2, 3000), low.note_off(28, 2, 4000)]
-        last = [low.note_on(38, 0.9, 3, 4090)]
-        out = [plugin.block(4096, sorted([*notes, *more, *last], key=lambda e: int(e.offset)))]
-        out.append(plugin.block(4096, [low.note_off(33, 1), low.note_off(38, 3)]))
-        out += [plugin.block(4096) for _ in range(14)]
-        plugin.close()
-        return np.concatenate(out, axis=-1)[:, 0]
-
-    plain, flood = played(), [low.tuning(0.5, 1, k) for k in range(10, 4000)]
-    for event in (other := [low.tuning(0.5, 1, k) for k in range(10, 4000)]):
-        event.of.expression.type = 1  # pan
-    assert np.array_equal(played(*other), plain)
-    flooded = played(*flood, *other, low.tuning(0.0, 1, 4080))
-    for string, onset in ((0, 3000), (2, 4090)):
-        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
-        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
-    assert np.abs(flooded[:, -4096:]).max() < 1e-3 < np.abs(flooded[:, :4096]).max()
-    assert not np.array_equal(flooded[1], plain[1])
-
-
 def test_every_channel_has_a_wheel_and_pressure(bundle: Path) -> None:
-    """Each channel has a wheel, pressure and controller 74 of its own; those of channel 3 move its string alone."""
+    """And a controller 74: those of channel 3 move its string alone."""
 
-    def played(*moves: tuple[int, float], expressions: tuple[low.Event, ...] = ()) -> Floats:
+    def played(*moves: tuple[int, float]) -> Floats:
         plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
         zone = [(CONTROLLERS + k, at, x / 127) for at, (k, x) in enumerate(((101, 0), (100, 6), (6, 15)))]
         notes = [low.note_on(35, 0.5, 1, 100, 1), low.note_on(40, 0.5, 2, 100, 2)]
         points = [(plugin.mapped(2, number), 0, x) for number, x in moves]
-        out = [plugin.block(512, notes, zone), plugin.block(9000, expressions, points)]
+        out = [plugin.block(512, notes, zone), plugin.block(9000, (), points)]
         plugin.close()
         return np.concatenate(out, axis=-1)[:, 0]
 
     plain = played()
-    moves = [{"moves": ((BEND, 0.52),)}, {"moves": ((128, 1.0),)}]
-    moves.append({"expressions": (low.expression(low.EXPRESSION_VIBRATO, 1.0, 2),)})
-    for move in moves:
-        moved = played(*move.get("moves", ()), expressions=move.get("expressions", ()))
+    for move in ((BEND, 0.52), (128, 1.0)):
+        moved = played(move)
         assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2]), move
-    assert np.array_equal(played((128, 1.0)), played(expressions=moves[2]["expressions"]))
     assert not np.array_equal(played((BEND, 0.52))[2], played((BEND, 0.48))[2])
     plugin = low.Plugin(bundle)
     assert len({plugin.mapped(c, n) for c in range(16) for n in (74, 128, BEND)} & set(plugin.parameters())) == 48
     plugin.close()
-
-
-def test_an_expression_places_the_note_it_begins_with(bundle: Path) -> None:
-    def played(*more: low.Event) -> Floats:
-        plugin = low.Plugin(bundle, mode=low.OFFLINE)
-        out = plugin.block(4000, [low.note_on(33, 0.5, 1, 50), *more])
-        plugin.close()
-        return out
-
-    bright, dark = (played(low.expression(low.BRIGHTNESS, x, 1, 50)) for x in (1.0, 0.0))
-    assert not np.array_equal(bright, dark)
-    assert np.array_equal(played(low.expression(low.BRIGHTNESS, 0.5, 1, 50)), played())
 
 
 def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
@@ -427,32 +351,6 @@ def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) 
     ]
     assert ids[1, 0] == 3128 and ids[15, 127] == 5047
     assert known[ids[7, VOLUME]].usual == known[ids[7, EXPRESSION]].usual == 1.0 and known[ids[7, SUSTAIN]].usual == 0.0
-
-
-def test_points_of_parameters_are_heard_at_their_frames(bundle: Path) -> None:
-    """Those of the bass, and those that stand for MIDI controllers; the blocks' size changes nothing."""
-
-    def played(sizes: tuple[int, ...]) -> Floats:
-        plugin, out, done = low.Plugin(bundle, mode=low.OFFLINE), [], 0
-        points = [(GAIN, 700 * k, 0.5 + 0.05 * k) for k in range(8)] + [(TONE, 333 * k, 0.1 * k) for k in range(9)]
-        points += [(CONTROLLERS + BEND, 1501 + 7 * k, 0.5 + 0.01 * k) for k in range(30)]
-        points += [(CONTROLLERS + EXPRESSION, 2501 + 5 * k, 1 - 0.02 * k) for k in range(30)]
-        events = [low.note_on(28 + 5 * k, 0.9, k, 500 * k) for k in range(4)]
-        for size in sizes:
-            now = [
-                low.note_on(e.of.on.key, 0.9, e.of.on.id, e.offset - done)
-                for e in events
-                if 0 <= e.offset - done < size
-            ]
-            out.append(plugin.block(size, now, [(i, at - done, x) for i, at, x in points if 0 <= at - done < size]))
-            done += size
-        plugin.close()
-        return np.concatenate(out, axis=-1)[0, 0]
-
-    whole = played((6000,))
-    assert np.abs(whole).max() > 0.01
-    assert np.array_equal(played((64,) * 93 + (48,)), whole)
-    assert np.array_equal(played((1, 2999, 3000)), whole)
 
 
 def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> None:

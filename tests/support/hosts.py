@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from ctypes import c_uint8
 from itertools import cycle
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,19 @@ from support import lv2 as of_lv2
 from support import vst3 as of_vst3
 from support.plugins import RATE, written
 
-Events = Sequence[tuple[int, bytes]] | Score  # (frame, MIDI) in order
+
+class Expression(NamedTuple):
+    """How a note of a channel and key is shaped: TUNING, in semitones, VIBRATO or PLACE, 0 to 1."""
+
+    kind: int
+    channel: int
+    key: int
+    amount: float
+
+
+TUNING, VIBRATO, PLACE = range(3)
+Event = tuple[int, bytes | Expression]  # (frame, MIDI or an expression)
+Events = Sequence[Event] | Score  # in order
 Points = Sequence[tuple[int, str, float]]  # (frame, symbol of a parameter, value) in order
 NUMBERS = {p.symbol: p.number for p in PARAMETERS}
 NOTE_OFF, NOTE_ON, CONTROLLER, PRESSURE, BEND = 0x80, 0x90, 0xB0, 0xD0, 0xE0
@@ -40,7 +52,7 @@ class Host:
         """Writes the usual bundle into a folder of its own below `folder`."""
         return written(cls.module, folder / cls.folder)
 
-    def block(self, frames: int, events: list[tuple[int, bytes]], points: list[tuple[int, str, float]]) -> Floats:
+    def block(self, frames: int, events: list[Event], points: list[tuple[int, str, float]]) -> Floats:
         """Plays a block; returns (outputs, frames)."""
         raise NotImplementedError
 
@@ -98,7 +110,10 @@ class Clap(Host):
         self.plugin.offline(offline)
         self.plugin.activate()
 
-    def _event(self, message: bytes) -> Any:
+    def _event(self, message: bytes | Expression) -> Any:
+        if isinstance(message, Expression):
+            kind = (of_clap.TUNING, of_clap.EXPRESSION_VIBRATO, of_clap.BRIGHTNESS)[message.kind]
+            return of_clap.expression(kind, message.amount, message.key, channel=message.channel)
         kind, channel = message[0] & 0xF0, message[0] & 0x0F
         if not self.native or kind not in (NOTE_ON, NOTE_OFF):
             return of_clap.midi(message)
@@ -106,7 +121,7 @@ class Clap(Host):
             return of_clap.note_on(message[1], message[2] / 127, channel=channel)
         return of_clap.note_off(message[1], channel=channel)
 
-    def block(self, frames: int, events: list[tuple[int, bytes]], points: list[tuple[int, str, float]]) -> Floats:
+    def block(self, frames: int, events: list[Event], points: list[tuple[int, str, float]]) -> Floats:
         made = [(frame, of_clap.value(NUMBERS[symbol], x)) for frame, symbol, x in points]
         made += [(frame, self._event(message)) for frame, message in events]
         for frame, event in made:
@@ -143,11 +158,11 @@ class Lv2(Host):
         self.plugin = of_lv2.Plugin(place, rate, index=int(apart), outputs=8 if apart else 1)
         self.plugin.controls["freewheeling"].value = float(offline)
 
-    def block(self, frames: int, events: list[tuple[int, bytes]], points: list[tuple[int, str, float]]) -> Floats:
+    def block(self, frames: int, events: list[Event], points: list[tuple[int, str, float]]) -> Floats:
         for frame, symbol, x in points:
             assert frame == 0, "its ports have one value a block"
             self.plugin.controls[symbol].value = x
-        return self.plugin.block(frames, events).reshape(-1, frames)
+        return self.plugin.block(frames, [(f, m) for f, m in events if isinstance(m, bytes)]).reshape(-1, frames)
 
     def renew(self) -> None:
         self.plugin.plugin.deactivate(self.plugin.handle)
@@ -193,9 +208,14 @@ class Vst3(Host):
             self.mapped[channel, controller] = self.plugin.mapped(channel, controller)
         return self.mapped[channel, controller], frame, x
 
-    def block(self, frames: int, events: list[tuple[int, bytes]], points: list[tuple[int, str, float]]) -> Floats:
+    def block(self, frames: int, events: list[Event], points: list[tuple[int, str, float]]) -> Floats:
         notes, moved = [], [(NUMBERS[symbol], frame, self._normal(symbol, x)) for frame, symbol, x in points]
         for frame, message in events:
+            if isinstance(message, Expression):
+                amount = message.amount / 240 + 0.5 if message.kind == TUNING else message.amount
+                kind = (of_vst3.TUNING, of_vst3.EXPRESSION_VIBRATO, of_vst3.BRIGHTNESS)[message.kind]
+                notes.append(of_vst3.expression(kind, amount, self.ids[message.channel, message.key], frame))
+                continue
             kind, channel, first = message[0] & 0xF0, message[0] & 0x0F, message[1]
             if kind == NOTE_ON and message[2]:
                 self.sent += 1
