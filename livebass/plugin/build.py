@@ -103,7 +103,7 @@ def binary(system: System) -> bytes:
     if found is not None:
         return found
     kept = _kept(system)
-    return store.kept_or_made(kept, made, f"{kept}: is damaged: building it anew")
+    return store.kept_or_made(kept, made, f"{kept}: is damaged: building it again")
 
 
 def _from_package(system: System) -> bytes | None:
@@ -112,11 +112,11 @@ def _from_package(system: System) -> bytes | None:
     if place.exists():
         found = store.whole(place)
         if found is None:
-            raise BuildError(f"{place}: is damaged: install livebass anew")
+            raise BuildError(f"{place}: is damaged: install livebass again")
         return found
     other = next(iter(sorted(store.BUILT.glob(f"plugin-*-{system.name}.*"))), None)
     if other is not None:
-        raise BuildError(f"{other}: is of another version than the rest of livebass: install livebass anew")
+        raise BuildError(f"{other}: belongs to another version of livebass: install livebass again")
     return None
 
 

@@ -53,7 +53,7 @@ static void ask(void *owner) {
 
 /* --- strings side by side --- */
 
-/* Has the host's threads call `help`, and waits for them; a host that declines does nothing. */
+/* Lets the host's threads call `help`, and waits for them; a host that declines does nothing. */
 static void share(int64_t owner, int64_t strings) {
     const clap *c = (const clap *)(intptr_t)owner;
     c->pool->request_exec(c->host, (uint32_t)strings);
@@ -411,7 +411,7 @@ static uint32_t latency(const clap_plugin *p) { return 0; }
 
 static uint32_t tail(const clap_plugin *p) { return (uint32_t)(TAIL * of(p)->instance.rate); }
 
-/* Takes a bass, and every parameter as it has it; returns 0 if there is none of that name. */
+/* Takes a bass and its own value of every parameter; returns 0 if no bass has that name. */
 static int take_bass(lb_instance *i, const char *name) {
     const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
     if (bass < 0) return 0;
@@ -556,7 +556,7 @@ static bool hear_page(const clap_plugin *p, const void *bytes, uint32_t size) {
     return lb_hear_page(&of(p)->instance, &of(p)->page, bytes, size, answer_page, of(p));
 }
 
-/* Has the host take what was done in the window, and play it. [the window's thread] */
+/* Asks the host to take what was done in the window, and to play it. [the window's thread] */
 static void moved(void *owner) {
     const clap *c = owner;
     if (c->params) c->params->request_flush(c->host);

@@ -51,7 +51,7 @@ struct lb_picture {
     int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck, and sounds behind them */
     int columns;                   /* of the list that have no room, at its end */
     int sounds, doomed, lists;     /* how many; the one that the next press deletes, -1: none; lists that were read so far */
-    char notice[MOST_TEXT];        /* what is said in place of the title ... */
+    char notice[MOST_TEXT];        /* stands in place of the title ... */
     double noticed;                /* ... and since when */
     uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
     double values[LB_PARAMETERS];
@@ -139,8 +139,8 @@ uint64_t lb_neck_state(const lb_picture *);
 void lb_draw_neck(lb_picture *, const part *);
 /* Reads the looks that are new. */
 void lb_read_looks(lb_picture *);
-/* Draws what moves on the neck, if that has changed or `anew`; returns where. */
-lb_area lb_draw_lively(lb_picture *, int anew);
+/* Draws what moves on the neck, if it has changed or if `all` is drawn; returns where. */
+lb_area lb_draw_lively(lb_picture *, int all);
 
 /* --- of layout.c --- */
 

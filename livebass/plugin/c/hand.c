@@ -71,7 +71,7 @@ void lb_play_touch(lb_synth *s, lb_taps *taps, const lb_touch *t) {
         end_later(s, taps, t->key);
         return;
     }
-    int last = taps->count; /* of those that wait, if the key begins anew */
+    int last = taps->count; /* of those that wait, if the key is struck again */
     while (last && taps->keys[last - 1] != t->key) last--;
     end_first(s, taps, last);
     taps->began[t->key] = s->record.frame;

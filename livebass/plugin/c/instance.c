@@ -62,8 +62,8 @@ static int64_t wish(const lb_instance *i) {
 
 static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n(&i->loaded, __ATOMIC_ACQUIRE); }
 
-/* Loads the bass that is wanted; says why if it cannot. One that cannot be built so is taken as its file has it, if no
-   other plays. */
+/* Loads the bass that is wanted; the log says why if that fails. If no other bass plays, one that cannot be built as
+   wanted is loaded unchanged. */
 static lb_bass *load(lb_instance *i) {
     char why[LINE];
     double built[LB_BUILT];
@@ -165,7 +165,7 @@ void lb_begin_block(lb_instance *i) {
     for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &i->audio.taps, &t);
 }
 
-/* Has another bass loaded if one is wanted, hands over those that are ready and those that are done. */
+/* Asks for another bass if one is wanted; hands over basses that are ready, and those that are done. */
 static void change_bass(lb_instance *i) {
     lb_synth *s = i->synth;
     int busy = __atomic_load_n(&i->done, __ATOMIC_ACQUIRE) != 0;

@@ -158,7 +158,7 @@ static void deactivate(void *handle) {
     lb_rest_instance(&p->instance);
 }
 
-/* Takes the values that the host has moved; of what is chosen, none that there is not. */
+/* Takes the values that the host has moved. A choice that does not exist changes nothing. */
 static void follow_ports(plugin *p) {
     lb_instance *i = &p->instance;
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -173,7 +173,7 @@ static void follow_ports(plugin *p) {
     lb_set_offline(i, freewheeling && *freewheeling > 0.5f);
 }
 
-/* Takes what a window says. */
+/* Takes an atom from a window. */
 static void take_atom(plugin *p, const lv2_atom *atom) {
     lb_touch touch;
     lb_sides sides;
@@ -305,7 +305,7 @@ static int64_t kept(const plugin *p, lv2_retrieve get, void *from, uint32_t key,
     return otherwise;
 }
 
-/* A and B of a state, of which it has what is not as in a new instance. */
+/* Reads A and B of a state. Only values that differ from a new instance's are in it. */
 static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *sides) {
     sides->side = kept(p, get, from, p->key_side, 0) == 1;
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -320,7 +320,7 @@ static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *
     }
 }
 
-/* The bass is loaded while the one before plays on; then the synth begins anew with it. */
+/* The bass is loaded while the one before plays on; then the synth starts again with it. */
 static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, const lv2_feature *const *features) {
     plugin *p = handle;
     lb_instance *i = &p->instance;

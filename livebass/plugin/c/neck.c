@@ -493,12 +493,12 @@ static int is_lively(const lb_picture *p) {
     return 0;
 }
 
-lb_area lb_draw_lively(lb_picture *p, int anew) {
+lb_area lb_draw_lively(lb_picture *p, int all) {
     const part *q = &p->parts[p->board];
     const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
     const int lively = is_lively(p);
     const uint64_t still = still_state(p);
-    if (!anew && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
+    if (!all && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
     lb_sheet s = p->sheet;
     p->still = still;
     p->lively = lively;

@@ -1,7 +1,7 @@
 /* The picture in the plugin's window: header, neck, lamps, and a panel of parameters by group.
 
    What seldom changes is drawn into the ground, part by part, as each part's state changes; the neck's strings, lights
-   and notes go over it, anew for each look. */
+   and notes go over it with each look. */
 #include "drawing.h"
 
 #include <stdio.h>
@@ -100,9 +100,9 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     tell_load(p);
     for (int k = 0; k < LB_PARAMETERS; k++) p->values[k] = value_of(p, k);
     lb_area changed = {0, 0, 0, 0};
-    int anew = 0;
+    int all = 0;
     if (p->laid_out != lb_layout_state(p)) {
-        anew = 1;
+        all = 1;
         let_go(p); /* parts get other numbers */
         lb_lay_out(p);
         p->laid_out = lb_layout_state(p);
@@ -118,11 +118,11 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
         if (k != p->board) lb_box(&p->ground, floor(x), floor(y), ceil(w), ceil(h), p->t->ground);
         lb_kinds[q->kind].draw(p, q);
         const lb_area area = lb_area_of(x, y, w, h);
-        if (!anew) lb_copy_area(p, area);
+        if (!all) lb_copy_area(p, area);
         changed = lb_joined(changed, area);
     }
-    if (anew) lb_copy_area(p, changed);
-    if (p->board >= 0) changed = lb_joined(changed, lb_draw_lively(p, anew || !p->still));
+    if (all) lb_copy_area(p, changed);
+    if (p->board >= 0) changed = lb_joined(changed, lb_draw_lively(p, all || !p->still));
     changed = lb_common(changed, (lb_area){0, 0, width, height});
     if (lb_empty(changed)) return;
     dirty[0] = changed.x0;

@@ -80,7 +80,7 @@ UNKNOWN(timer, TIMER)
 
 static vst3_result supported(void *self, const char *type) { return strcmp(type, PLATFORM) ? VST3_NO : VST3_OK; }
 
-/* Has the host's run loop call on_timer, where it has one: it is asked of the frame. */
+/* Registers on_timer with the host's run loop, if its frame has one. */
 static void start_timer(view *v) {
     static const vst3_id run_loop = VST3_RUN_LOOP;
     void *loop = 0;
