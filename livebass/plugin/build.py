@@ -29,7 +29,9 @@ BUILD_TIME = 45  # s, about
 C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
-    "-Wall", "-Wextra", "-Werror",
+    "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wformat=2", "-Wvla", "-Wundef", "-Werror",
+    "-Wno-unused-parameter",  # functions of hosts' interfaces get what they may not need
+    "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
@@ -101,7 +103,7 @@ def binary(system: System) -> bytes:
     if found is not None:
         return found
     kept = _kept(system)
-    return store.kept_or_made(kept, made, f"{kept}: is damaged: building it anew")
+    return store.kept_or_made(kept, made, f"{kept}: is damaged: building it again")
 
 
 def _from_package(system: System) -> bytes | None:
@@ -110,11 +112,11 @@ def _from_package(system: System) -> bytes | None:
     if place.exists():
         found = store.whole(place)
         if found is None:
-            raise BuildError(f"{place}: is damaged: install livebass anew")
+            raise BuildError(f"{place}: is damaged: install livebass again")
         return found
     other = next(iter(sorted(store.BUILT.glob(f"plugin-*-{system.name}.*"))), None)
     if other is not None:
-        raise BuildError(f"{other}: is of another version than the rest of livebass: install livebass anew")
+        raise BuildError(f"{other}: belongs to another version of livebass: install livebass again")
     return None
 
 
@@ -188,15 +190,18 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
                 store.write(file, (folder / name).read_bytes())
 
 
-def link(folder: Path, system: System, using: list[str]) -> bytes:
-    """Links the binary for a system by a C compiler, from the object files in `folder`. Raises BuildError."""
+def link(folder: Path, system: System, using: list[str], more: Sequence[str] = ()) -> bytes:
+    """Links the binary for a system by a C compiler, from the object files in `folder`, with `more` flags.
+
+    Raises BuildError.
+    """
     (folder / "kernels.h").write_text(header(system.levels))
     objects = [str(folder / object_name(PLUGIN, level, system)) for level in system.levels]
     sources = [str(source) for source in sorted(C.glob("*.c"))]
     made = folder / f"plugin.{system.ending}"
     if system.ending == "dll":
         objects += [str(imports(folder, library, names)) for library, names in OF_WINDOWS.items()]
-    command = [*using, *FLAGS, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
+    command = [*using, *FLAGS, *more, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
     run(command, "the plugins do not compile")
     return made.read_bytes()
 

@@ -33,7 +33,7 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
     ValueError for names or basses that do not fit.
     """
     if not 1 <= len(basses) <= MOST_BASSES:
-        raise ValueError(f"{len(basses)} instruments: allowed are 1 to {MOST_BASSES}")
+        raise ValueError(f"a plugin must have from 1 to {MOST_BASSES} instruments, not {len(basses)}")
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
@@ -46,7 +46,8 @@ def checked_name(name: str) -> str:
     """Returns the short name of an instrument. Raises ValueError for one that does not fit."""
     fits = name.isprintable() and not set(name) & set('/\\"<>{}|^` ') and 1 <= len(name.encode()) <= LONGEST_NAME
     if not fits:
-        raise ValueError(f"instrument {name!r}: allowed are 1 to {LONGEST_NAME} letters, digits, - and _")
+        needed = f"must be from 1 to {LONGEST_NAME} letters, digits, - and _"
+        raise ValueError(f"the name of an instrument {needed}, not {name!r}")
     return name
 
 

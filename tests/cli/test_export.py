@@ -317,7 +317,7 @@ def test_one_of_another_version_is_refused_by_name(run: Run, elsewhere: Path, pa
     old = file.rename(file.with_name(file.name.replace(build.digest(), "0" * 16)))
     status, _, err = run("export", "lv2", "-p", "slap")
     assert_one_clear_line(status, err, (1,))
-    assert f"{old}: is of another version" in err and not list(elsewhere.iterdir())
+    assert f"{old}: belongs to another version" in err and not list(elsewhere.iterdir())
 
 
 def test_one_in_the_cache_that_is_damaged_is_built_anew(

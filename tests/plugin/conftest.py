@@ -5,10 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from support.plugins import checked_binary
+
+from livebass.plugin import bundle
+from livebass.plugin.systems import this_system
 
 
 @pytest.fixture(scope="module", autouse=True)
 def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        yield
+
+
+@pytest.fixture(scope="module")
+def thread_checks() -> Iterator[None]:
+    """Plugins that are written for this system abort where a thread rule is broken."""
+    with pytest.MonkeyPatch.context() as patch:
+        other, here = bundle.binary, this_system()
+        patch.setattr(bundle, "binary", lambda system: checked_binary() if system == here else other(system))
         yield

@@ -5,10 +5,9 @@ from __future__ import annotations
 import ctypes as c
 import os
 import resource
-import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +16,6 @@ from typing import Any
 import numpy as np
 import pytest
 from support.clap import (
-    BRIGHTNESS,
-    EXPRESSION_VIBRATO,
     MONO,
     NOTE_PORT,
     PORTS,
@@ -36,22 +33,17 @@ from support.clap import (
     value,
 )
 from support.plugins import (
-    DAMAGES,
     NO_THREADS,
-    NOTES,
     PRESETS,
     RATE,
     check_binary,
     hard_score,
     helpers,
-    midi_score,
     mono,
-    rendered,
     written,
 )
-from support.scores import SWITCH_KEYS
 
-from livebass import QUALITIES, Instrument, load_preset, score_of
+from livebass import QUALITIES, Instrument, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.check import checksum
@@ -65,11 +57,12 @@ from livebass.plugin.systems import SYSTEMS, this_system
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
 PALM, VIBRATO, COMPRESSION, DRIVE, CORES = range(12, 17)
 ACTION, GAUGE = (next(p.number for p in PARAMETERS if p.symbol == symbol) for symbol in ("action", "gauge"))
+pytestmark = pytest.mark.usefixtures("thread_checks")
 NO_HELPERS = "one core plays: threads of the plugin's own need real-time priority, which the system refuses"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(clap, tmp_path_factory.mktemp("clap") / "livebass")
 
 
@@ -77,19 +70,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def plugin(folder: Path) -> Iterator[Plugin]:
     with closing(Plugin(folder)) as made:
         yield made
-
-
-@pytest.mark.parametrize("preset", PRESETS)
-def test_it_plays_what_is_rendered_bit_for_bit(folder: Path, preset: str) -> None:
-    plugin, score = Plugin(folder, active=False), hard_score(notes=2 if preset == "fretless" else 12)
-    wanted = mono(preset, score)
-    assert np.abs(wanted).max() > 0.1
-    assert plugin.load_preset(preset)
-    plugin.activate()
-    for sizes in [(512,), (4096, 3, 100), (17,)] if preset == "slap" else [(4096, 3, 100)]:
-        plugin.plugin.reset(plugin.handle)
-        assert np.array_equal(plugin.play(score, len(wanted), sizes), wanted), sizes
-    plugin.close()
 
 
 def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: Path) -> None:
@@ -124,30 +104,6 @@ def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: 
     plugin.close()
 
 
-@pytest.mark.parametrize("rate", [44100, 96000, 192000])
-def test_so_it_does_at_other_rates(folder: Path, rate: int) -> None:
-    plugin, score = Plugin(folder, rate), hard_score(rate)
-    wanted = mono("jazz-finger", score)
-    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-    plugin.close()
-
-
-def test_a_midi_file_is_rendered_alike(plugin: Plugin, tmp_path: Path) -> None:
-    score = midi_score(tmp_path / "a.mid")
-    wanted = mono("jazz-finger", score)
-    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
-
-
-def test_notes_of_clap_are_those_of_midi(plugin: Plugin) -> None:
-    score = hard_score()
-    wanted = mono("jazz-finger", score)
-    events = []
-    for frame, (status, key, velocity) in zip(score.frames.tolist(), score.messages.tolist(), strict=True):
-        on = status & 0xF0 == 0x90 and velocity
-        events.append((frame, note_on(key, velocity / 127) if on else note_off(key)))
-    assert np.array_equal(plugin.play(events, len(wanted)), wanted)
-
-
 def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
     """By channel or id, or by neither: then all of the key are meant."""
 
@@ -175,15 +131,6 @@ def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
     assert np.array_equal(played((1000, note_off(-1, channel=3)), (1001, note_on(28, 0.5)))[2], off[2])
     everything = played((1000, note_off(-1, channel=-1)))
     assert np.array_equal(everything[2], off[2]) and not np.array_equal(everything[3], plain[3])
-
-
-def test_an_output_a_string(folder: Path) -> None:
-    plugin, score = Plugin(folder, name=STRINGS), hard_score()
-    wanted = rendered("jazz-finger", score)
-    stems = plugin.play(score, wanted.shape[1], (300,))
-    assert np.array_equal(stems[: len(wanted)], wanted)
-    assert not stems[len(wanted) :].any()
-    plugin.close()
 
 
 def test_a_preset_has_every_value_as_its_bass_has_it(folder: Path) -> None:
@@ -226,17 +173,16 @@ def test_basses_of_one_title_are_told_apart(tmp_path: Path, monkeypatch: pytest.
     plugin.close()
 
 
+def test_notes_may_come_as_clap_has_them_or_as_midi(folder: Path) -> None:
+    with closing(Plugin(folder, active=False)) as plugin:
+        port = NOTE_PORT()
+        assert plugin.extension("note-ports", PORTS).get(plugin.handle, 0, True, c.addressof(port))
+        assert (port.supported, port.preferred) == (7, 1)
+
+
 def test_outputs_of_strings_say_which_they_are(folder: Path) -> None:
     plugin = Plugin(folder, name=STRINGS, active=False)
     assert plugin.outputs_called() == list(OUTPUTS) and OUTPUTS[0] == "String 1 (lowest)" and len(OUTPUTS) == 8
-    plugin.close()
-
-
-def test_keys_that_switch_say_what_they_do(folder: Path) -> None:
-    plugin = Plugin(folder, active=False)
-    called = plugin.notes_called()
-    assert sorted(called) == sorted(SWITCH_KEYS) and all(called.values())
-    assert (called[10], called[12], called[16]) == ("Ghost notes", "Hammer-on", "String E")
     plugin.close()
 
 
@@ -293,107 +239,6 @@ CHANGES = {
 }
 
 
-def test_parameters_change_the_sound_at_their_frames(folder: Path) -> None:
-    """The blocks' size changes nothing, and each parameter something."""
-
-    def played(changes: dict[int, float], sizes: tuple[int, ...]) -> Floats:
-        events: list[tuple[int, Any]] = [(0, midi(bytes([0xE0, 0, 80])))]
-        for begin, length, key, velocity in NOTES:
-            events += [
-                (round(RATE * begin), note_on(key, velocity / 127)),
-                (round(RATE * (begin + length)), note_off(key)),
-            ]
-        events += [(7000 + 911 * k, value(number, wanted)) for k, (number, wanted) in enumerate(changes.items())]
-        plugin = Plugin(folder)
-        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE, sizes)
-        plugin.close()
-        return out
-
-    usual = played({}, (512,))
-    together = played(CHANGES, (512,))
-    for sizes in ((32,), (4096,), (1000, 1, 77)):
-        assert np.array_equal(played(CHANGES, sizes), together), sizes
-    for number, wanted in CHANGES.items():
-        one = played({number: wanted}, (512,))
-        assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), number
-
-
-def test_sound_is_not_cut_at_full_scale(plugin: Plugin) -> None:
-    plugin.set(GAIN, 20.0)
-    score = hard_score()
-    wanted = mono("jazz-finger", score, gain=10.0)
-    assert np.abs(wanted).max() > 1.5
-    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-
-
-@pytest.mark.parametrize("how", [{"key": 33}, {"number": 77}], ids=["key", "number"])
-def test_tuning_of_a_note_bends_its_string_alone(folder: Path, how: dict[str, int]) -> None:
-    """The second of two notes; the next one on that string sounds at its own pitch again."""
-
-    def played(*more: tuple[int, Any]) -> Floats:
-        events = [(0, note_on(28, 0.5, 76)), (0, note_on(33, 0.5, 77)), (24000, note_on(35, 0.5, 78)), *more]
-        plugin = Plugin(folder, name=STRINGS)
-        out = plugin.play(sorted(events, key=lambda event: event[0]), RATE, (500,))
-        plugin.close()
-        return out
-
-    def pitch(sound: Floats) -> float:
-        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
-        low, high = (round(f * (1 << 19) / RATE) for f in (50, 70))
-        return float((low + np.argmax(spectrum[low:high])) * RATE / (1 << 19))
-
-    plain, bent = played(), played((4800, tuning(1.0, **how)))
-    assert np.array_equal(plain[0], bent[0]) and not np.array_equal(plain[1], bent[1])
-    span = slice(7200, 23500)
-    assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(2 ** (1 / 12), abs=2e-3)
-    span = slice(30000, 48000)
-    assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(1.0, abs=2e-3)
-    everywhere = played((4800, tuning(1.0)))
-    assert not np.array_equal(plain[0], everywhere[0])
-
-
-MPE = [(0, midi(bytes(m))) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
-
-
-def test_channels_bend_apart_and_pressure_vibrates_one_string(folder: Path) -> None:
-    """Notes of CLAP keep their channels, and so do messages of MIDI; expressions move the string of their note."""
-
-    def played(*more: Any, zone: list[tuple[int, Any]] = MPE) -> Floats:
-        plugin = Plugin(folder, name=STRINGS)
-        events = [*zone, (10, note_on(35, 0.5, 1, channel=1)), (10, note_on(40, 0.5, 2, channel=2))]
-        out = plugin.play([*events, *((1000, event) for event in more)], 9600)
-        plugin.close()
-        return out
-
-    plain, pressed = played(), played(midi(bytes([0xD2, 127])))
-    for moved in (played(midi(bytes([0xE2, 0, 66]))), pressed):
-        assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2])
-    for kind in (PRESSURE, EXPRESSION_VIBRATO):
-        assert np.array_equal(played(expression(kind, 1.0, 40)), pressed)
-        assert np.array_equal(played(expression(kind, 1.0, number=2), zone=[]), pressed)
-    plugin = Plugin(folder, active=False)
-    port = NOTE_PORT()
-    assert plugin.extension("note-ports", PORTS).get(plugin.handle, 0, True, c.addressof(port))
-    assert (port.supported, port.preferred) == (7, 1)
-    plugin.close()
-
-
-def test_brightness_places_the_note_it_begins_with(folder: Path) -> None:
-    """As controller 74 of MPE places the next note of its channel."""
-
-    def played(*events: Any, first: list[tuple[int, Any]] | None = None) -> Floats:
-        plugin = Plugin(folder)
-        out = plugin.play([*(first or []), *((10, event) for event in events)], 4800)
-        plugin.close()
-        return out
-
-    note = note_on(33, 0.5, 1, channel=1)
-    bright = played(note, expression(BRIGHTNESS, 1.0, number=1))
-    assert np.array_equal(bright, played(expression(BRIGHTNESS, 1.0, 33), note))
-    assert np.array_equal(bright, played(midi(bytes([0xB1, 74, 127])), note, first=MPE))
-    assert not np.array_equal(bright, played(note))
-
-
 def test_a_choke_ends_a_note_under_the_pedal(folder: Path) -> None:
     plugin = Plugin(folder, name=STRINGS)
     events = [(0, midi(bytes([0xB0, 64, 127]))), (0, note_on(33, 0.9)), (0, note_on(28, 0.9)), (9600, choke(33))]
@@ -403,15 +248,7 @@ def test_a_choke_ends_a_note_under_the_pedal(folder: Path) -> None:
     assert np.abs(out[1, 14400:]).max() < 1e-3 * peak and np.abs(out[0, 14400:]).max() > 0.05 * peak
 
 
-def test_many_notes_in_one_frame_play_as_rendered(plugin: Plugin) -> None:
-    score = score_of([(0.01, 0.3, 28 + k % 36, 40 + k % 80) for k in range(128)], RATE)
-    wanted = mono("jazz-finger", score)
-    for size in (64, 512):
-        plugin.plugin.reset(plugin.handle)
-        assert np.array_equal(plugin.play(score, len(wanted), (size,)), wanted), size
-
-
-def test_a_program_change_chooses_a_bass_that_is_there(plugin: Plugin) -> None:
+def test_the_host_hears_of_a_program_change(plugin: Plugin) -> None:
     """By General MIDI, from 0; the host hears of it."""
     plugin.offline()
     for program, bass in ((36, 1), (32, 1), (35, 3), (99, 3), (33, 0)):  # 32 is flatwound's
@@ -472,72 +309,6 @@ def test_notes_go_by_their_ids(folder: Path) -> None:
     assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
 
 
-def test_notes_are_heard_under_dense_automation(folder: Path) -> None:
-    """More values in a block than the synth takes: notes lose none of their room, each parameter ends as it was set."""
-
-    def played(values: list[tuple[int, Any]]) -> Floats:
-        plugin = Plugin(folder)
-        plugin.play([(0, note_on(33, 0.5))], 512)
-        notes = [(7000, note_on(28, 0.5)), (8000, note_off(28)), (8000, note_off(33))]
-        plugin.play(sorted(values + notes, key=lambda e: e[0]), 8192, (8192,))
-        out = plugin.play([(96000, note_on(33, 0.5))], 100800)
-        plugin.close()
-        return out
-
-    points = [(GAIN, -20.0), (DYNAMICS, 0.0), (UNEVENNESS, 0.0), (BEND_RANGE, 2.0)]
-    dense = [(k, value(*points[k % 4])) for k in range(6000)]
-    last = [(8100, value(GAIN, 0.0))]
-    out = played(dense + last)
-    assert np.abs(out[91200:96000]).max() < 1e-3 < np.abs(out[:4800]).max()
-    assert np.allclose(out[96000:], played(dense[:100] + last)[96000:], rtol=0, atol=1e-5)
-    assert np.abs(out[96000:]).max() > 0.01
-
-
-@pytest.mark.parametrize("how", [{"key": 33}, {"number": 2}, {}], ids=["key", "number", "all"])
-def test_notes_are_heard_in_time_under_a_flood_of_expressions(folder: Path, how: dict[str, int]) -> None:
-    """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
-
-    def played(tunings: list[tuple[int, Any]]) -> Floats:
-        plugin = Plugin(folder, name=STRINGS)
-        notes = [(0, note_on(33, 0.9, 2)), (3000, note_on(28, 0.9, 1)), (3500, note_off(28)), (4090, note_on(38, 0.9))]
-        out = [plugin.play(sorted(notes + tunings, key=lambda e: e[0]), 4096, (4096,))]
-        out.append(plugin.play([(9000, note_off(33)), (9000, note_off(38))], 60000, (500,)))
-        plugin.close()
-        return np.concatenate(out, axis=-1)
-
-    plain = played([])
-    flooded = played([*((k, tuning(0.5 + k % 7 / 10, **how)) for k in range(10, 4090) for _ in range(3)),
-                      (4092, tuning(0.0, **how))])  # fmt: skip
-    for string, onset in ((0, 3000), (2, 4090)):
-        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
-        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
-    tail = slice(-9600, None)
-    assert np.abs(flooded[:, tail]).max() < 1e-3 < np.abs(flooded[:, :9000]).max()  # all were released
-
-    def cents(sound: Floats) -> float:
-        spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 18))
-        low, high = (round(f * (1 << 18) / RATE) for f in (45, 70))
-        return float(1200 * np.log2((low + np.argmax(spectrum[low:high])) * RATE / (1 << 18)))
-
-    assert cents(flooded[1, 5500:13000]) == pytest.approx(cents(plain[1, 5500:13000]), abs=8)
-
-
-def test_a_session_brings_its_sound_back(folder: Path, plugin: Plugin) -> None:
-    for number, wanted in {**CHANGES, BASS: 1, QUALITY: 1, AHEAD: 1}.items():
-        plugin.set(number, wanted)
-    state = plugin.save()
-    other = Plugin(folder, active=False)
-    assert other.load(state) and other.save() == state and other.rescanned
-    other.activate()
-    plugin.work()
-    plugin.plugin.deactivate(plugin.handle)
-    plugin.activate()
-    score = hard_score()
-    assert np.array_equal(other.play(score, 9600), plugin.play(score, 9600))
-    assert other.play(score, 9600).any() and not other.logged
-    other.close()
-
-
 @pytest.mark.parametrize("less", [1, 3, 5])
 def test_a_session_of_a_plugin_with_fewer_parameters_is_taken_over(folder: Path, plugin: Plugin, less: int) -> None:
     """Older ones have twelve, fourteen or sixteen parameters; what they do not have is as usual."""
@@ -588,7 +359,7 @@ def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
     assert checksum(words.ctypes.data, len(words) - 1) == words[-1:].view(np.uint64)[0]  # as of instrument files
 
 
-def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
+def test_a_preset_takes_the_place_of_a_missing_bass(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
     """All else is taken over, and the name is saved again until another bass is chosen."""
     changes = {**CHANGES, BASS: 3, QUALITY: 1}
     for number, wanted in changes.items():
@@ -609,7 +380,7 @@ def test_a_state_with_another_bass_says_which(folder: Path, plugin: Plugin, tmp_
     other.close()
 
 
-def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> None:
+def test_the_quality_follows_the_bass_until_it_is_moved(tmp_path: Path) -> None:
     """The quality follows the bass until it is moved; a session keeps it; without the list's word it is live."""
     names = ["jazz-finger", "slap", "fretless"]
     basses = {name: load_preset(name) for name in names}
@@ -660,25 +431,6 @@ def test_offline_a_change_of_bass_waits_for_no_thread(plugin: Plugin) -> None:
     assert np.array_equal(plugin.play(score, len(wanted)), wanted)
 
 
-def test_offline_the_bass_is_built_anew_where_the_value_is(folder: Path) -> None:
-    """In a block of any size; in real time, where it is loaded meanwhile, from a later block on."""
-
-    def played(sizes: tuple[int, ...], when: int = 3000, offline: bool = True) -> Floats:
-        with closing(Plugin(folder)) as plugin:
-            plugin.offline(offline)
-            events = [(0, note_on(33, 0.9)), (when, value(ACTION, 0.4)), (when, value(GAUGE, 5.0))]
-            return plugin.play([*events, (3100, note_on(40, 0.9))], 6000, sizes)
-
-    whole = played((6000,))
-    assert np.abs(whole[3200:]).max() > 0.01
-    for sizes in ((3000, 3000), (500,), (1, 2999), (64,)):
-        assert np.array_equal(played(sizes), whole), sizes
-    other = played((6000,), 3050)
-    assert np.array_equal(other[:3000], whole[:3000]) and not np.array_equal(other[3100:], whole[3100:])
-    late = played((6000,), offline=False)
-    assert np.array_equal(late[:3000], whole[:3000]) and not np.array_equal(late, whole)
-
-
 def test_a_flood_of_values_of_what_the_bass_is_built_by_ends_as_its_last(folder: Path) -> None:
     """Offline: more in a block than there are places for."""
     with closing(Plugin(folder)) as plugin:
@@ -695,15 +447,6 @@ def test_reset_makes_it_as_new(plugin: Plugin) -> None:
     first = plugin.play(score, RATE)
     plugin.plugin.reset(plugin.handle)
     assert np.array_equal(plugin.play(score, RATE), first)
-
-
-def test_running_ahead_changes_no_bit(folder: Path) -> None:
-    plugin, score = Plugin(folder, active=False), hard_score()
-    wanted = mono("jazz-finger", score)
-    plugin.set(AHEAD, 1)
-    plugin.activate()
-    assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
-    plugin.close()
 
 
 @pytest.mark.parametrize(("preset", "name"), [("slap", MONO), ("paper-bass", STRINGS), ("fretless", MONO)])
@@ -760,7 +503,7 @@ def real_time(plugin: Plugin) -> bool:
 
 
 @NO_THREADS
-def test_threads_of_its_own_change_no_bit_and_end(folder: Path) -> None:
+def test_the_main_thread_starts_threads_that_play_strings(folder: Path) -> None:
     score = hard_score()
     wanted = mono("jazz-finger", score)
     plugin = Plugin(folder)
@@ -822,37 +565,6 @@ def test_without_real_time_priority_it_says_so_once_and_plays_alone(folder: Path
         [sys.executable, "-c", REFUSED, folder], env=environment, capture_output=True, text=True, check=True
     )
     assert done.stdout == NO_HELPERS + "\n"
-
-
-@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_a_damaged_instrument_is_refused_with_one_line(
-    folder: Path, tmp_path: Path, damage: Callable[[bytes], bytes]
-) -> None:
-    """As the first bass the plugin does not start; as another one the bass before plays on."""
-    whole, folder = folder, tmp_path / "livebass"
-    shutil.copytree(whole, folder)
-    (folder / "instruments.txt").write_text("slap\njazz-finger\n")
-    data = (folder / "slap.lbass").read_bytes()
-    (folder / "slap.lbass").write_bytes(damage(data))
-    with pytest.raises(RuntimeError, match=r"^[^;]*slap\.lbass: [^;]*$"):
-        Plugin(folder)
-    plugin, score = Plugin(folder, active=False), hard_score()
-    assert plugin.load_preset("jazz-finger")
-    plugin.activate()
-    wanted = mono("jazz-finger", score)
-    plugin.set(BASS, 0)
-    plugin.block(0)
-    plugin.work()
-    assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-    assert len(plugin.logged) == 1 and "slap.lbass: " in plugin.logged[0]
-    plugin.close()
-
-
-def test_without_instruments_it_says_so(tmp_path: Path) -> None:
-    clap.write_bundle({"slap": load_preset("slap")}, tmp_path / "livebass")
-    (tmp_path / "livebass/instruments.txt").unlink()
-    with pytest.raises(RuntimeError, match="there is no instrument"):
-        Plugin(tmp_path / "livebass")
 
 
 @pytest.mark.skipif(this_system().ending != "so", reason="glibc's names of malloc")

@@ -11,16 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.clap import Plugin, midi, note_on
+from support.plugins import c_host
 
 from livebass import load_preset
 from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import PARAMETERS
-from livebass.plugin import build, clap
-from livebass.plugin.header import header
+from livebass.plugin import clap
 from livebass.plugin.systems import this_system
 from livebass.techniques import CHANNEL_MODES, PARAMETER_ROWS
 
-SUPPORT = Path(__file__).parents[1] / "support"
 TONE, BASS = PARAMETER_ROWS["tone"].number, PARAMETER_ROWS["bass"].number
 
 
@@ -33,14 +32,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.skipif(not shutil.which("cc") or this_system().ending != "so", reason="needs a C compiler on Linux")
 def test_the_next_controller_is_learned(folder: Path, tmp_path: Path) -> None:
-    build.emit(tmp_path, [this_system()], [build.PLUGIN])
-    levels = this_system().levels
-    (tmp_path / "kernels.h").write_text(header(levels))
-    objects = [tmp_path / build.object_name(build.PLUGIN, level, this_system()) for level in levels]
-    sources = [*sorted(build.C.glob("*.c")), SUPPORT / "learnhost.c"]
-    where = [f"-I{tmp_path}", f"-I{build.C}", "-o", tmp_path / "learnhost", "-lm", "-lpthread"]
-    subprocess.run(["cc", "-std=gnu11", *sources, *objects, *where], check=True)
-    assert subprocess.run([tmp_path / "learnhost", folder], timeout=60).returncode == 0
+    assert subprocess.run([c_host(tmp_path, "learnhost"), folder], timeout=60).returncode == 0
 
 
 def with_learned(state: bytes, learned: dict[int, int]) -> bytes:

@@ -28,25 +28,10 @@ from livebass.plugin.systems import this_system
 LEVEL, OTHER = "x86-64-v2", "x86-64-v3"
 SUPPORT = Path(__file__).parents[1] / "support"
 BASSES = ("slap", "five-string")
-SHELLS = (
-    "core.c",
-    "files.c",
-    "look.c",
-    "instance.c",
-    "state.c",
-    "sounds.c",
-    "page.c",
-    "learn.c",
-    "clap.c",
-    "editor.c",
-    "picture.c",
-    "neck.c",
-    "paint.c",
-    "window_x11.c",
-)
 KINDS = ("thread", "address")
 BLOCKS = 160
-FLAGS = ("-g", "-O1", "-ffp-contract=off", "-DWITHIN", f"-Dkernels{suffix(OTHER)}=kernels{suffix(LEVEL)}")
+LEVELS = f"-Dkernels{suffix(OTHER)}=kernels{suffix(LEVEL)}"
+FLAGS = ("-g", "-O1", "-ffp-contract=off", "-DWITHIN", "-DLB_CHECK_THREADS", LEVELS)
 
 pytestmark = [
     pytest.mark.slow,  # tests/live/test_helpers.py and tests/live/test_team.py always run
@@ -91,7 +76,7 @@ def built(folder: Path, kind: str, host: str, text: str, name: str = "") -> Path
         (folder / f"{kind}.ll").write_text(checked)
         cpu = f"-mcpu={LEVEL.replace('-', '_')}"
         run(*zig, f"-fsanitize={kind}", "-O2", "-Wno-override-module", cpu, "-c", folder / f"{kind}.ll", "-o", code)
-    sources = [*(build.C / shell for shell in SHELLS), SUPPORT / f"{host}.c"]
+    sources = [*sorted(build.C.glob("*.c")), SUPPORT / f"{host}.c"]
     compiler = zig if kind == "thread" else ["gcc"]
     where = (f"-I{folder}", f"-I{build.C}")
     run(*compiler, f"-fsanitize={kind}", *FLAGS, *where, *sources, code, "-o", made, "-lm", "-lpthread")

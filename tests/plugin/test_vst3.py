@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import threading
 import time
 from collections.abc import Sequence
@@ -15,19 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 from support import vst3 as low
-from support.clap import Plugin, note_off, note_on, value
-from support.jack import wait_for
 from support.plugins import (
-    DAMAGES,
-    NO_THREADS,
-    NOTES,
     PRESETS,
     RATE,
     hard_score,
-    helpers,
     midi_score,
     mono,
-    rendered,
     written,
 )
 
@@ -35,7 +26,7 @@ from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
-from livebass.plugin import clap, vst3
+from livebass.plugin import vst3
 from livebass.plugin.systems import SYSTEMS
 from livebass.score.score import Score
 
@@ -49,7 +40,7 @@ ACTION = next(p.number for p in PARAMETERS if p.symbol == "action")
 
 
 @pytest.fixture(scope="module")
-def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def bundle(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(vst3, tmp_path_factory.mktemp("vst3") / "livebass.vst3")
 
 
@@ -73,38 +64,15 @@ def play(plugin: Any, score: Score, frames: int, size: int = 512, reset: bool = 
     return plugin.process(messages, (frames + 0.25) / score.rate, score.rate, 1, size, reset)[0]
 
 
-SLOW = {"fretless": [pytest.mark.slow]}  # always played in CLAP
-
-
-@pytest.mark.parametrize("preset", [pytest.param(name, marks=SLOW.get(name, [])) for name in PRESETS])
-def test_it_plays_what_is_rendered_bit_for_bit(plugin: Any, preset: str) -> None:
-    score = hard_score(notes=2 if preset == "fretless" else 12)
-    wanted = mono(preset, score)
-    plugin.bass = load_preset(preset).name
-    for size in (64, 8192) if preset == "slap" else (511,):
+def test_a_host_made_with_juce_plays_what_is_rendered(plugin: Any, tmp_path: Path) -> None:
+    """And MIDI files in blocks of one frame: it hands on one value of a controller a block, at its beginning."""
+    score, midi = hard_score(), midi_score(tmp_path / "a.mid")
+    wanted = mono("slap", score)
+    plugin.bass = "Slap"
+    for size in (64, 8192):
         assert np.array_equal(play(plugin, score, len(wanted), size), wanted), size
-
-
-@pytest.mark.parametrize("rate", [44100, 96000])
-def test_so_it_does_at_other_rates(plugin: Any, rate: int) -> None:
-    score = hard_score(rate)
-    wanted = mono("jazz-finger", score)
-    assert np.array_equal(play(plugin, score, len(wanted)), wanted)
-
-
-def test_a_midi_file_is_rendered_alike(plugin: Any, tmp_path: Path) -> None:
-    """In blocks of one frame: this host hands on one value of a controller a block, at its beginning."""
-    score = midi_score(tmp_path / "a.mid")
-    wanted = mono("jazz-finger", score)
-    assert np.array_equal(play(plugin, score, len(wanted), 1), wanted)
-
-
-def test_the_plugin_with_an_output_a_string(bundle: Path) -> None:
-    """This host takes the first output alone."""
-    score = hard_score()
-    wanted = rendered("jazz-finger", score)
-    assert np.array_equal(play(loaded(bundle, STRINGS), score, wanted.shape[1]), wanted[0])
-    assert pedalboard.VST3Plugin.get_plugin_names_for_file(str(bundle)) == [MONO, STRINGS]
+    wanted = mono("slap", midi)
+    assert np.array_equal(play(plugin, midi, len(wanted), 1), wanted)
 
 
 def test_parameters_and_presets_are_listed(plugin: Any) -> None:
@@ -130,7 +98,7 @@ def test_bass_and_cores_are_not_automatable(bundle: Path) -> None:
     plugin.close()
 
 
-def test_hosts_show_what_keys_switch(bundle: Path, tmp_path: Path) -> None:
+def test_key_switches_are_names_of_pitches_too(bundle: Path, tmp_path: Path) -> None:
     """Of the bass that is chosen, as key switches; of every program, as names of its pitches."""
     slap = load_preset("slap")
     other = replace(slap, player=replace(slap.player, keys=MODO_12))
@@ -188,162 +156,26 @@ def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, mon
     assert np.array_equal(play(other, score, 9600), play(plugin, score, 9600))
 
 
-def test_sound_is_not_cut_at_full_scale(plugin: Any) -> None:
-    plugin.gain_db = 20.0
-    score = hard_score()
-    wanted = mono("jazz-finger", score, gain=10.0)
-    assert np.abs(wanted).max() > 1.5
-    assert np.array_equal(play(plugin, score, len(wanted)), wanted)
+def test_every_channel_has_a_wheel_and_pressure(bundle: Path) -> None:
+    """And a controller 74: those of channel 3 move its string alone."""
 
-
-def test_parameters_change_the_sound_as_in_clap(plugin: Any, tmp_path: Path) -> None:
-    """From the first frame of a block, the only place this host has for them."""
-    clap.write_bundle({"jazz-finger": load_preset("jazz-finger")}, tmp_path / "livebass")
-    other, events = Plugin(tmp_path / "livebass"), [(9600, value(TONE, -0.5)), (9600, value(GAIN, -15.0))]
-    for begin, length, key, velocity in NOTES:
-        events += [(round(RATE * begin), note_on(key, velocity / 127)), (round(RATE * (begin + length)), note_off(key))]
-    wanted = other.play(sorted(events, key=lambda event: event[0]), 2 * 9600)
-    other.close()
-    score = hard_score()
-    late = score.frames >= 9600
-    first = Score(score.frames[~late], score.messages[~late], 9600, 4, "first", RATE)
-    second = Score(score.frames[late] - 9600, score.messages[late], 9600, 8, "second", RATE)
-    out = [play(plugin, first, 9600)]
-    plugin.tone, plugin.gain_db = -0.5, -15.0
-    out.append(play(plugin, second, 9600, reset=False))
-    assert np.array_equal(np.concatenate(out), wanted)
-
-
-def test_a_session_brings_its_sound_back(bundle: Path, plugin: Any) -> None:
-    plugin.bass, plugin.quality, plugin.tone, plugin.gain_db = "Slap", "studio", 0.5, 3.0
-    score = hard_score()
-    wanted = play(plugin, score, 9600)
-    other = loaded(bundle)
-    assert not np.array_equal(play(other, score, 9600), wanted)
-    other.raw_state = plugin.raw_state
-    assert (other.bass, other.quality, other.tone) == ("Slap", "studio", pytest.approx(0.5))
-    assert np.array_equal(play(other, score, 9600), wanted)
-
-
-def test_reset_makes_it_as_new(plugin: Any) -> None:
-    score = hard_score()
-    first = play(plugin, score, 9600)
-    assert first.any() and np.array_equal(play(plugin, score, 9600), first)
-
-
-def test_a_damaged_instrument_is_refused_with_one_line(bundle: Path, tmp_path: Path, capfd: Any) -> None:
-    """The bass before plays on."""
-    copy = tmp_path / "livebass.vst3"
-    shutil.copytree(bundle, copy)
-    path, score = copy / "Contents/Resources/slap.lbass", hard_score()
-    wanted = mono("jazz-finger", score)
-    path.write_bytes(DAMAGES["changed"](path.read_bytes()))
-    plugin = loaded(copy)
-    assert not play(plugin, hard_score(notes=0), 512).any()
-    plugin.bass = "Slap"
-    assert np.array_equal(play(plugin, score, len(wanted), reset=False), wanted)
-    said = [line for line in capfd.readouterr().err.splitlines() if "livebass" in line]
-    assert len(said) == 1 and said[0].endswith("slap.lbass: damaged: export it anew")
-
-
-def test_outputs_a_string_and_the_tuning_of_a_note(bundle: Path) -> None:
-    """Tuning bends the string of its note alone; what comes late in the host's lists is heard at its frame."""
-
-    def played(*more: low.Event) -> Floats:
-        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
-        events = [low.note_on(33, 0.5, 77, 300), low.note_on(28, 0.5, 76, 100)]
-        out = [plugin.block(1000, events), plugin.block(4000, more), plugin.block(4000)]
-        plugin.close()
-        return np.concatenate(out, axis=-1)[:, 0]
-
-    plain, bent = played(), played(low.tuning(1.0, 77))
-    assert plain[:2, 1000:].any(axis=1).all() and not plain[2:].any()
-    assert not plain[0, :100].any() and plain[0, 100:300].any() and not plain[1, :300].any()
-    assert np.array_equal(bent[0], plain[0]) and not np.array_equal(bent[1], plain[1])
-
-
-def test_notes_are_heard_under_dense_automation(bundle: Path) -> None:
-    """More points in a block than the plugin takes: no note is lost, each parameter ends as its last point says."""
-
-    def played(points: list[tuple[int, int, float]]) -> Floats:
-        plugin = low.Plugin(bundle, mode=low.OFFLINE)
-        plugin.block(512, [low.note_on(33, 0.5, 1)])
-        notes = [low.note_on(28, 0.5, 2, 4000), low.note_off(33, 1, 4090), low.note_off(28, 2, 4090)]
-        plugin.block(4096, notes, points)
-        blocks = [plugin.block(4096) for _ in range(24)] + [plugin.block(4096, [low.note_on(33, 0.5, 3)])]
-        out = np.concatenate(blocks, axis=-1)[0, 0]
-        plugin.close()
-        return out
-
-    ids = (GAIN, 2, 3, 5, 6, 7, CONTROLLERS + EXPRESSION)
-    dense = [(k, j, 0.5) for k in ids for j in range(600)]
-    last = [(k, 4095, 0.9) for k in ids]
-    out = played(dense + last)
-    assert np.abs(out[-8192:-4096]).max() < 1e-3 < np.abs(out[:4096]).max()
-    assert np.allclose(out[-4096:], played([(k, 0, 0.5) for k in ids] + last)[-4096:], rtol=0, atol=1e-5)
-    assert np.abs(out[-4096:]).max() > 0.01
-
-
-def test_notes_are_heard_under_a_flood_of_expressions(bundle: Path) -> None:
-    """More tunings in a block than the plugin takes, and other expressions: no note or release is lost."""
-
-    def played(*more: low.Event) -> Floats:
-        plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
-        notes = [low.note_on(33, 0.9, 1), low.note_on(28, 0.9, 2, 3000), low.note_off(28, 2, 4000)]
-        last = [low.note_on(38, 0.9, 3, 4090)]
-        out = [plugin.block(4096, sorted([*notes, *more, *last], key=lambda e: int(e.offset)))]
-        out.append(plugin.block(4096, [low.note_off(33, 1), low.note_off(38, 3)]))
-        out += [plugin.block(4096) for _ in range(14)]
-        plugin.close()
-        return np.concatenate(out, axis=-1)[:, 0]
-
-    plain, flood = played(), [low.tuning(0.5, 1, k) for k in range(10, 4000)]
-    for event in (other := [low.tuning(0.5, 1, k) for k in range(10, 4000)]):
-        event.of.expression.type = 1  # pan
-    assert np.array_equal(played(*other), plain)
-    flooded = played(*flood, *other, low.tuning(0.0, 1, 4080))
-    for string, onset in ((0, 3000), (2, 4090)):
-        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
-        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
-    assert np.abs(flooded[:, -4096:]).max() < 1e-3 < np.abs(flooded[:, :4096]).max()
-    assert not np.array_equal(flooded[1], plain[1])
-
-
-def test_channels_bend_apart_and_pressure_vibrates_one_string(bundle: Path) -> None:
-    """Each channel has a wheel, pressure and controller 74 of its own; those of channel 3 move its string alone."""
-
-    def played(*moves: tuple[int, float], expressions: tuple[low.Event, ...] = ()) -> Floats:
+    def played(*moves: tuple[int, float]) -> Floats:
         plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
         zone = [(CONTROLLERS + k, at, x / 127) for at, (k, x) in enumerate(((101, 0), (100, 6), (6, 15)))]
         notes = [low.note_on(35, 0.5, 1, 100, 1), low.note_on(40, 0.5, 2, 100, 2)]
         points = [(plugin.mapped(2, number), 0, x) for number, x in moves]
-        out = [plugin.block(512, notes, zone), plugin.block(9000, expressions, points)]
+        out = [plugin.block(512, notes, zone), plugin.block(9000, (), points)]
         plugin.close()
         return np.concatenate(out, axis=-1)[:, 0]
 
     plain = played()
-    moves = [{"moves": ((BEND, 0.52),)}, {"moves": ((128, 1.0),)}]
-    moves.append({"expressions": (low.expression(low.EXPRESSION_VIBRATO, 1.0, 2),)})
-    for move in moves:
-        moved = played(*move.get("moves", ()), expressions=move.get("expressions", ()))
+    for move in ((BEND, 0.52), (128, 1.0)):
+        moved = played(move)
         assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2]), move
-    assert np.array_equal(played((128, 1.0)), played(expressions=moves[2]["expressions"]))
     assert not np.array_equal(played((BEND, 0.52))[2], played((BEND, 0.48))[2])
     plugin = low.Plugin(bundle)
     assert len({plugin.mapped(c, n) for c in range(16) for n in (74, 128, BEND)} & set(plugin.parameters())) == 48
     plugin.close()
-
-
-def test_brightness_places_the_note_it_begins_with(bundle: Path) -> None:
-    def played(*more: low.Event) -> Floats:
-        plugin = low.Plugin(bundle, mode=low.OFFLINE)
-        out = plugin.block(4000, [low.note_on(33, 0.5, 1, 50), *more])
-        plugin.close()
-        return out
-
-    bright, dark = (played(low.expression(low.BRIGHTNESS, x, 1, 50)) for x in (1.0, 0.0))
-    assert not np.array_equal(bright, dark)
-    assert np.array_equal(played(low.expression(low.BRIGHTNESS, 0.5, 1, 50)), played())
 
 
 def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
@@ -521,32 +353,6 @@ def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) 
     assert known[ids[7, VOLUME]].usual == known[ids[7, EXPRESSION]].usual == 1.0 and known[ids[7, SUSTAIN]].usual == 0.0
 
 
-def test_points_of_parameters_are_heard_at_their_frames(bundle: Path) -> None:
-    """Those of the bass, and those that stand for MIDI controllers; the blocks' size changes nothing."""
-
-    def played(sizes: tuple[int, ...]) -> Floats:
-        plugin, out, done = low.Plugin(bundle, mode=low.OFFLINE), [], 0
-        points = [(GAIN, 700 * k, 0.5 + 0.05 * k) for k in range(8)] + [(TONE, 333 * k, 0.1 * k) for k in range(9)]
-        points += [(CONTROLLERS + BEND, 1501 + 7 * k, 0.5 + 0.01 * k) for k in range(30)]
-        points += [(CONTROLLERS + EXPRESSION, 2501 + 5 * k, 1 - 0.02 * k) for k in range(30)]
-        events = [low.note_on(28 + 5 * k, 0.9, k, 500 * k) for k in range(4)]
-        for size in sizes:
-            now = [
-                low.note_on(e.of.on.key, 0.9, e.of.on.id, e.offset - done)
-                for e in events
-                if 0 <= e.offset - done < size
-            ]
-            out.append(plugin.block(size, now, [(i, at - done, x) for i, at, x in points if 0 <= at - done < size]))
-            done += size
-        plugin.close()
-        return np.concatenate(out, axis=-1)[0, 0]
-
-    whole = played((6000,))
-    assert np.abs(whole).max() > 0.01
-    assert np.array_equal(played((64,) * 93 + (48,)), whole)
-    assert np.array_equal(played((1, 2999, 3000)), whole)
-
-
 def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> None:
     def beginning(plugin: low.Plugin) -> Floats:
         """The first sound of a note, played as new."""
@@ -576,7 +382,7 @@ def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> N
     plugin.close()
 
 
-def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> None:
+def test_the_host_hears_of_the_quality_that_follows_the_bass(tmp_path: Path) -> None:
     basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
     vst3.write_bundle(basses, tmp_path / "livebass.vst3", qualities={"jazz-finger": "studio"})
     plugin = low.Plugin(tmp_path / "livebass.vst3")
@@ -589,29 +395,12 @@ def test_a_new_instance_begins_in_the_quality_of_the_list(tmp_path: Path) -> Non
     plugin.close()
 
 
-def test_offline_the_bass_is_built_anew_where_the_value_is(bundle: Path) -> None:
-    """In a block of any size."""
-
-    def played(sizes: tuple[int, ...]) -> Floats:
-        plugin = low.Plugin(bundle, mode=low.OFFLINE)
-        out, done = [plugin.block(64, [low.note_on(33, 0.9, 1)])[0, 0]], 0
-        for size in sizes:
-            at = 3000 - done
-            inside = 0 <= at < size
-            notes = [low.note_on(40, 0.9, 2, 3100 - done)] if 0 <= 3100 - done < size else []
-            out.append(plugin.block(size, notes, [(ACTION, at, 0.7)] if inside else [])[0, 0])
-            done += size
-        plugin.close()
-        return np.concatenate(out)
-
-    whole = played((6000,))
-    assert np.array_equal(played((3000, 3000)), whole) and np.array_equal(played((500,) * 12), whole)
-    assert not np.array_equal(played((3001, 2999))[3000:], np.zeros(3064)) and np.abs(whole[3200:]).max() > 0.01
+def test_a_block_without_frames_tells_values(bundle: Path) -> None:
+    """Of what the bass is built by, too."""
+    least, most = PARAMETERS[ACTION].least, PARAMETERS[ACTION].most
     plugin = low.Plugin(bundle, mode=low.OFFLINE)
     plugin.block(0, points=[(ACTION, 0, 0.7)])
-    assert np.frombuffer(plugin.save(), "f8")[12 + ACTION] == pytest.approx(
-        PARAMETERS[ACTION].least + 0.7 * (PARAMETERS[ACTION].most - PARAMETERS[ACTION].least), abs=0.01
-    ), "a block without frames tells values"
+    assert np.frombuffer(plugin.save(), "f8")[12 + ACTION] == pytest.approx(least + 0.7 * (most - least), abs=0.01)
     plugin.close()
 
 
@@ -640,27 +429,3 @@ def test_bundles_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.
     (folder / "Contents/Resources/diary.txt").write_text("dear diary")
     with pytest.raises(OSError, match="holds other files"):
         vst3.write_bundle(basses, folder)
-
-
-@NO_THREADS
-def test_threads_of_its_own_change_no_bit_and_end(bundle: Path, capfd: Any) -> None:
-    """Hosts of VST3 have none to lend."""
-
-    def played(plugin: low.Plugin) -> Floats:
-        assert plugin.processor.call(8, c_uint8(0)) == plugin.processor.call(8, c_uint8(1)) == 0  # as new
-        notes = [[low.note_on(28 + 5 * (k % 4), 1.0, k)] if k < 12 else [] for k in range(200)]
-        return np.concatenate([plugin.block(64, events)[0, 0] for events in notes])
-
-    plugin = low.Plugin(bundle)
-    alone = played(plugin)
-    assert np.abs(alone).max() > 0.05 and not helpers()
-    for part in (1 / 3, 1.0):  # 2 cores, and 4
-        plugin.block(1, points=[(CORES, 0, part)])
-        own = min(round(1 + 3 * part), os.cpu_count() or 1) - 1
-        wait_for(lambda own=own: helpers() == own or capfd.readouterr().err)  # type: ignore[misc]
-        if not helpers():
-            pytest.skip("the system refuses them real-time priority")
-        assert np.array_equal(played(plugin), alone)
-    assert plugin.component.call(11, c_uint8(0)) == 0
-    assert not helpers()
-    plugin.close()

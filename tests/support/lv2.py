@@ -132,22 +132,11 @@ class Plugin:
             at += 16 + (size + 7) // 8 * 8
         return found
 
-    def answers(self) -> list[bytes]:
-        """Does the first job that waits; returns its answers, which `hand_in` takes."""
-        answers: list[bytes] = []
-        job = self.jobs.pop(0)
-        answer = RESPOND(lambda _, size, data: answers.append(c.string_at(data, size)) or 0)
-        self.extension("worker", WORKER).work(self.handle, answer, None, len(job), job)
-        return answers
-
-    def hand_in(self, answers: list[bytes]) -> None:
-        for data in answers:
-            self.extension("worker", WORKER).respond(self.handle, len(data), data)
-
     def work(self) -> None:
-        """Does the jobs that wait, and hands the answers in."""
+        """Does the jobs that wait."""
         while self.jobs:
-            self.hand_in(self.answers())
+            job = self.jobs.pop(0)
+            self.extension("worker", WORKER).work(self.handle, RESPOND(lambda *_: 0), None, len(job), job)
 
     def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,), start: int = 0) -> Floats:
         """Plays `frames` of a score from `start` on in blocks of `sizes`, in turn; a whole last block."""

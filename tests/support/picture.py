@@ -21,9 +21,6 @@ from livebass.plugin.header import header
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
 
-SOURCES = (
-    "core.c", "files.c", "instance.c", "learn.c", "look.c", "neck.c", "paint.c", "picture.c", "sounds.c", "state.c",
-)  # fmt: skip
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
 WIDTH, HEIGHT = 900, 460
@@ -63,10 +60,18 @@ def library() -> Any:
         build.emit(folder, [system], [build.PLUGIN])
         (folder / "kernels.h").write_text(header(system.levels))
         objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
-        sources = [*(build.C / source for source in SOURCES), Path(__file__).with_name("picturehost.c")]
-        flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")]
+        sources = [*sorted(build.C.glob("*.c")), Path(__file__).with_name("picturehost.c")]
+        flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")] + ["-DLB_CHECK_THREADS"]
         made = folder / f"picture.{system.ending}"
-        command = [*build.compiler(system), *flags, f"-I{folder}", f"-I{build.C}", *sources, *objects]
+        command = [
+            *build.compiler(system),
+            *flags,
+            "-DLB_CHECK_THREADS",
+            f"-I{folder}",
+            f"-I{build.C}",
+            *sources,
+            *objects,
+        ]
         subprocess.run([*map(str, command), *build.LINKING[system.ending], "-o", str(made)], check=True)
         found = c.CDLL(str(made))
     address, whole, real = c.c_void_p, c.c_int, c.c_double

@@ -9,13 +9,14 @@
 
 typedef struct {
     lb_instance instance;
+    int asked; /* to load a bass, behind the block */
 } host;
 
 static void complain(void *owner, const char *line) {
     (void)owner;
     fprintf(stderr, "%s\n", line);
 }
-static void ask(void *owner) { lb_serve(&((host *)owner)->instance); }
+static void ask(void *owner) { ((host *)owner)->asked = 1; }
 static void moved(void *owner) { (void)owner; }
 
 host *new_host(const char *folder, double rate) {
@@ -45,6 +46,8 @@ void play_host(host *h, float *out, int64_t n) {
     float *outs[LB_STRINGS] = {out};
     lb_begin_block(&h->instance);
     lb_play_block(&h->instance, 0, outs, n);
+    if (h->asked) lb_serve(&h->instance);
+    h->asked = 0;
 }
 void note_host(host *h, int on, int key, double velocity) {
     if (on) lb_start_note(&h->instance, 0, 0, key, velocity, -1);

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 import subprocess
+import tempfile
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +19,8 @@ from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.cores import core_count
 from livebass.engine.render import mixed
+from livebass.plugin import build
+from livebass.plugin.header import header
 from livebass.plugin.systems import this_system
 from livebass.score.reading import read_score
 from livebass.score.score import Score
@@ -42,6 +46,27 @@ def written(plugin: ModuleType, folder: Path) -> Path:
     """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns that."""
     plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
     return folder
+
+
+@functools.cache
+def checked_binary() -> bytes:
+    """The binary of the plugins for this system, built so that it aborts where a thread rule is broken (thread.h)."""
+    with tempfile.TemporaryDirectory() as name:
+        folder, system = Path(name), this_system()
+        build.emit(folder, [system], [build.PLUGIN])
+        return build.link(folder, system, build.compiler(system), ["-DLB_CHECK_THREADS"])
+
+
+def c_host(folder: Path, name: str, *flags: str) -> Path:
+    """Compiles NAME.c beside this file with the plugins' C and kernels into `folder`; returns the program."""
+    system, made = this_system(), folder / name
+    build.emit(folder, [system], [build.PLUGIN])
+    (folder / "kernels.h").write_text(header(system.levels))
+    objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
+    sources = [*sorted(build.C.glob("*.c")), Path(__file__).with_name(f"{name}.c"), *objects]
+    where = (f"-I{folder}", f"-I{build.C}", "-o", made, "-lm", "-lpthread")
+    subprocess.run([*build.compiler(system), "-std=gnu11", *flags, *sources, *where], check=True)
+    return made
 
 
 def helpers() -> int:

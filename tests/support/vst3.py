@@ -169,12 +169,14 @@ class Object:
 
 
 class Plugin:
-    """One object of the bundle's classes, active at 48 kHz.
+    """One object of the bundle's classes, active at `rate`.
 
     `told` is what it told of parameters by itself, (id, value); `silent`: it called all of the last block silent.
     """
 
-    def __init__(self, bundle: Path, which: int = MONO, mode: int = REAL_TIME, relief: bool = False) -> None:
+    def __init__(
+        self, bundle: Path, which: int = MONO, mode: int = REAL_TIME, relief: bool = False, rate: float = 48000.0
+    ) -> None:
         library = c.CDLL(str(bundle / "Contents/x86_64-linux/livebass.so"))
         library.GetPluginFactory.restype = P
         factory, found = Object(library.GetPluginFactory()), P()
@@ -189,7 +191,7 @@ class Plugin:
         self.outputs = self.component.call(7, I32(0), I32(1))
         self.told: list[tuple[int, float]] = []
         self.silent = False
-        setup = Setup(mode, 0, 4096, 48000.0)
+        setup = Setup(mode, 0, 4096, rate)
         assert self.processor.call(7, c.addressof(setup)) == 0
         if not relief:  # a test is no real time
             self.controller.call(15, U32(RELIEF), 0.0)

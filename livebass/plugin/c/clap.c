@@ -53,14 +53,14 @@ static void ask(void *owner) {
 
 /* --- strings side by side --- */
 
-/* Has the host's threads call `help`, and waits for them; a host that declines does nothing. */
+/* Lets the host's threads call `help`, and waits for them; a host that declines does nothing. */
 static void share(int64_t owner, int64_t strings) {
     const clap *c = (const clap *)(intptr_t)owner;
     c->pool->request_exec(c->host, (uint32_t)strings);
 }
 
+/* Plays any string, whatever the task. */
 static void help(const clap_plugin *p, uint32_t task) {
-    (void)task; /* any string */
     lb_help(of(p)->instance.synth);
 }
 
@@ -84,20 +84,16 @@ static void destroy(const clap_plugin *p) {
     free(of(p));
 }
 
+/* Blocks may be of any size. */
 static bool activate(const clap_plugin *p, double rate, uint32_t least, uint32_t most) {
-    (void)least; /* blocks may be of any size */
-    (void)most;
     return lb_activate_instance(&of(p)->instance, rate);
 }
 
 static void deactivate(const clap_plugin *p) { lb_deactivate_instance(&of(p)->instance); }
 
-static bool start_processing(const clap_plugin *p) {
-    (void)p;
-    return true;
-}
+static bool start_processing(const clap_plugin *p) { return true; }
 
-static void stop_processing(const clap_plugin *p) { (void)p; }
+static void stop_processing(const clap_plugin *p) {}
 
 static void reset(const clap_plugin *p) { lb_reset_instance(&of(p)->instance); }
 
@@ -136,9 +132,9 @@ static void take(clap *c, const clap_event *e) {
     else if (e->type == CLAP_MIDI) lb_take_midi(i, e->time, ((const clap_midi *)e)->data, 3);
     if (e->type != CLAP_NOTE_EXPRESSION) return;
     const lb_named shaped = {x->channel, x->key, x->note_id};
-    if (x->expression == CLAP_TUNING) lb_express_bend(i, e->time, shaped, x->value);
+    if (x->expression == CLAP_TUNING) lb_express(i, e->time, shaped, LB_EXPRESS_BEND, x->value);
     else if (x->expression == CLAP_VIBRATO || x->expression == CLAP_PRESSURE)
-        lb_express_vibrato(i, e->time, shaped, x->value);
+        lb_express(i, e->time, shaped, LB_EXPRESS_VIBRATO, x->value);
     else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, x->key, x->note_id, x->value);
 }
 
@@ -162,8 +158,8 @@ static void take_all(clap *c, const clap_in_events *in) {
                 lb_express_place(&c->instance, e->time, n->key, -1,
                                  ((const clap_note_expression *)in->get(in, j))->value);
         int placed = 0; /* by a note before it */
-        for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && j-- && in->get(in, j)->time == e->time && !placed;)
-            placed = places(in->get(in, j), e);
+        for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && !placed && j && in->get(in, j - 1)->time == e->time; j--)
+            placed = places(in->get(in, j - 1), e);
         if (!placed) take(c, e);
     }
 }
@@ -238,10 +234,7 @@ static bool audio_port(const clap_plugin *p, uint32_t index, bool is_input, clap
     return true;
 }
 
-static uint32_t note_count(const clap_plugin *p, bool is_input) {
-    (void)p;
-    return is_input;
-}
+static uint32_t note_count(const clap_plugin *p, bool is_input) { return is_input; }
 
 static bool note_port(const clap_plugin *p, uint32_t index, bool is_input, clap_note_port *port) {
     if (index >= note_count(p, is_input)) return false;
@@ -254,10 +247,7 @@ static bool note_port(const clap_plugin *p, uint32_t index, bool is_input, clap_
 
 /* --- parameters --- */
 
-static uint32_t param_count(const clap_plugin *p) {
-    (void)p;
-    return LB_PARAMETERS + 1;
-}
+static uint32_t param_count(const clap_plugin *p) { return LB_PARAMETERS + 1; }
 
 static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *info) {
     memset(info, 0, sizeof *info);
@@ -299,9 +289,10 @@ static bool param_to_text(const clap_plugin *p, uint32_t id, double value, char 
 }
 
 static bool param_from_text(const clap_plugin *p, uint32_t id, const char *text, double *value) {
+    char *end = 0;
     if (id == OVERLOAD) {
-        *value = atof(text);
-        return true;
+        *value = strtod(text, &end);
+        return end != text;
     }
     return id < LB_PARAMETERS && lb_text_to_value(&of(p)->instance, (int)id, text, value);
 }
@@ -342,13 +333,11 @@ static uint32_t find_page(uint32_t group, uint32_t page, uint32_t found[CLAP_CON
 
 static uint32_t page_count(const clap_plugin *p) {
     uint32_t count = 0, unused[CLAP_CONTROLS];
-    (void)p;
     for (uint32_t group = 0; group < GROUPS; group++) count += find_page(group, 0, unused);
     return count;
 }
 
 static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *page) {
-    (void)p;
     memset(page, 0, sizeof *page);
     for (uint32_t group = 0; group < GROUPS; group++) {
         const uint32_t pages = find_page(group, index, page->parameters);
@@ -411,24 +400,18 @@ static bool switch_name(const clap_plugin *p, uint32_t index, clap_note_name *na
     return true;
 }
 
-static bool needs_real_time(const clap_plugin *p) {
-    (void)p;
-    return false;
-}
+static bool needs_real_time(const clap_plugin *p) { return false; }
 
 static bool set_rendering(const clap_plugin *p, int32_t mode) {
     lb_set_offline(&of(p)->instance, mode == CLAP_OFFLINE);
     return true;
 }
 
-static uint32_t latency(const clap_plugin *p) {
-    (void)p;
-    return 0;
-}
+static uint32_t latency(const clap_plugin *p) { return 0; }
 
 static uint32_t tail(const clap_plugin *p) { return (uint32_t)(TAIL * of(p)->instance.rate); }
 
-/* Takes a bass, and every parameter as it has it; returns 0 if there is none of that name. */
+/* Takes a bass and its own value of every parameter; returns 0 if no bass has that name. */
 static int take_bass(lb_instance *i, const char *name) {
     const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
     if (bass < 0) return 0;
@@ -465,7 +448,6 @@ static bool has_windows(const clap_plugin *p, const char *api, bool floating) {
 }
 
 static bool preferred_windows(const clap_plugin *p, const char **api, bool *floating) {
-    (void)p;
     *api = LB_WINDOWS;
     *floating = false;
     return true;
@@ -510,13 +492,9 @@ static bool window_size(const clap_plugin *p, uint32_t *width, uint32_t *height)
     return true;
 }
 
-static bool can_resize(const clap_plugin *p) {
-    (void)p;
-    return true;
-}
+static bool can_resize(const clap_plugin *p) { return true; }
 
 static bool resize_hints(const clap_plugin *p, clap_resize_hints *hints) {
-    (void)p;
     *hints = (clap_resize_hints){true, true, false, LB_WIDTH, LB_HEIGHT};
     return true;
 }
@@ -549,38 +527,23 @@ static bool set_parent(const clap_plugin *p, const clap_window *parent) {
 }
 
 static bool set_transient(const clap_plugin *p, const clap_window *parent) { /* for those that float */
-    (void)p;
-    (void)parent;
     return false;
 }
 
-static void suggest_title(const clap_plugin *p, const char *title) {
-    (void)p;
-    (void)title;
-}
+static void suggest_title(const clap_plugin *p, const char *title) {}
 
-static bool show(const clap_plugin *p) {
-    return of(p)->editor || of(p)->paged;
-}
+static bool show(const clap_plugin *p) { return of(p)->editor || of(p)->paged; }
 
-static bool hide(const clap_plugin *p) {
-    return of(p)->editor || of(p)->paged;
-}
+static bool hide(const clap_plugin *p) { return of(p)->editor || of(p)->paged; }
 
 /* --- the page, in a web view of the host's --- */
 
 static int32_t page_address(const clap_plugin *p, char *to, uint32_t room) {
-    (void)p;
     return (int32_t)lb_page_address(folder, to, room);
 }
 
 static bool page_resource(const clap_plugin *p, const char *path, char *type, uint32_t room,
                           const clap_out_stream *to) { /* the page is one file, which is not asked for by a path */
-    (void)p;
-    (void)path;
-    (void)type;
-    (void)room;
-    (void)to;
     return false;
 }
 
@@ -593,7 +556,7 @@ static bool hear_page(const clap_plugin *p, const void *bytes, uint32_t size) {
     return lb_hear_page(&of(p)->instance, &of(p)->page, bytes, size, answer_page, of(p));
 }
 
-/* Has the host take what was done in the window, and play it. [the window's thread] */
+/* Asks the host to take what was done in the window, and to play it. [the window's thread] */
 static void moved(void *owner) {
     const clap *c = owner;
     if (c->params) c->params->request_flush(c->host);
@@ -627,7 +590,6 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_GUI, &gui},           {CLAP_WEBVIEW, &page},
         {CLAP_REMOTE_CONTROLS, &controls}, {CLAP_REMOTE_CONTROLS_DRAFT, &controls},
     };
-    (void)p;
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)
         if (!strcmp(id, all[k].id)) return all[k].extension;
     return 0;
@@ -672,7 +634,6 @@ static bool provide_sound(const char *path, const clap_preset_receiver *to) {
 
 static bool provide(const clap_preset_provider *p, uint32_t kind, const char *location,
                     const clap_preset_receiver *to) {
-    (void)p;
     if (kind == CLAP_LOCATION_FILE) return location && provide_sound(location, to);
     lb_shelf *shelf = kind == CLAP_LOCATION_PLUGIN ? lb_open_shelf(folder) : 0;
     if (!shelf) return false;
@@ -684,27 +645,18 @@ static bool provide(const clap_preset_provider *p, uint32_t kind, const char *lo
     return true;
 }
 
-static const void *no_extension(const clap_preset_provider *p, const char *id) {
-    (void)p;
-    (void)id;
-    return 0;
-}
+static const void *no_extension(const clap_preset_provider *p, const char *id) { return 0; }
 
 static const clap_provider_descriptor provider = {CLAP_VERSION, PROVIDER, "livebass", "livebass"};
 
-static uint32_t provider_count(const clap_preset_factory *f) {
-    (void)f;
-    return 1;
-}
+static uint32_t provider_count(const clap_preset_factory *f) { return 1; }
 
 static const clap_provider_descriptor *provider_descriptor(const clap_preset_factory *f, uint32_t index) {
-    (void)f;
     return index ? 0 : &provider;
 }
 
 static const clap_preset_provider *provider_create(const clap_preset_factory *f, const clap_preset_indexer *indexer,
                                                    const char *id) {
-    (void)f;
     clap_preset_provider *p = strcmp(id, PROVIDER) ? 0 : malloc(sizeof *p);
     if (p)
         *p = (clap_preset_provider){
@@ -722,10 +674,7 @@ static const clap_descriptor descriptors[] = {
      "A physical-model electric bass with an output a string", features},
 };
 
-static uint32_t plugin_count(const clap_plugin_factory *f) {
-    (void)f;
-    return sizeof descriptors / sizeof *descriptors;
-}
+static uint32_t plugin_count(const clap_plugin_factory *f) { return sizeof descriptors / sizeof *descriptors; }
 
 static const clap_descriptor *plugin_descriptor(const clap_plugin_factory *f, uint32_t index) {
     return index < plugin_count(f) ? &descriptors[index] : 0;

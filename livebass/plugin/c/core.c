@@ -24,6 +24,7 @@ _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for no
 
 /* Memory that begins on a cache line; 0 if there is none. */
 static void *new_lines(int64_t bytes) {
+    LB_MAY_WAIT();
     char *raw = malloc((size_t)bytes + LINE + sizeof(void *));
     if (!raw) return 0;
     char *place = raw + sizeof(void *);
@@ -35,6 +36,7 @@ static void *new_lines(int64_t bytes) {
 static void free_lines(void *place) {
     void *raw;
     if (!place) return;
+    LB_MAY_WAIT();
     memcpy(&raw, (char *)place - sizeof(void *), sizeof(void *));
     free(raw);
 }
@@ -143,7 +145,6 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     file sliders = {0, 0}, made = {0, 0};
     LB_CHANGE change = {.file = ADDRESS(f->words)};
     const int length = (int)(strlen(path) - strlen(ENDING));
-    int64_t state = -1;
     if (snprintf(beside, sizeof beside, "%.*s" SLIDERS, length, path) >= (int)sizeof beside) *beside = 0;
     if (!read_bytes(&sliders, beside, error, room)) {
         snprintf(error, room, "%s: is missing, by which this bass is built anew: export it anew", beside);
@@ -156,7 +157,7 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
     change.memory = ADDRESS(memory);
     if (!change.bytes) snprintf(error, room, "%s: is of another file than that of the bass: export it anew", beside);
     else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
-    else if ((state = kernels->make_change(ADDRESS(&change))) != LB_MADE)
+    else if (kernels->make_change(ADDRESS(&change)) != LB_MADE)
         snprintf(error, room, "the strings would lie on the neck: change action, relief or nut");
     else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
         snprintf(error, room, "a bass built like this cannot be played");
@@ -293,7 +294,6 @@ static lb_bass *bass_at(int64_t address) {
 
 /* The monotonic clock, in the shape of clock_gettime: seconds and nanoseconds. */
 static int read_clock(int which, int64_t time[2]) {
-    (void)which;
 #ifdef _WIN32
     LARGE_INTEGER now, second;
     QueryPerformanceCounter(&now);
@@ -417,7 +417,7 @@ static int control(lb_synth *s, int64_t offset, int kind, int number, int end, d
     const int64_t frame = s->record.frame + offset;
     if (number < 0 || (number & LB_NUMBER) >= end) return 1;
     if (s->busy < frame) s->busy = frame;
-    if (s->busy - frame >= AT_ONCE * EACH) return 0;
+    if (s->busy - frame >= (int64_t)AT_ONCE * EACH) return 0;
     s->busy += EACH;
     push(s, offset, kind, number, value);
     return 1;
@@ -472,8 +472,8 @@ void lb_play_strings(lb_synth *s, float *const *outs, int64_t n) {
 
 /* --- strings side by side --- */
 
-void lb_share(lb_synth *s, void (*pool)(int64_t, int64_t), void *owner) {
-    s->pool = ADDRESS(pool);
+void lb_share(lb_synth *s, void (*call)(int64_t, int64_t), void *owner) {
+    s->pool = ADDRESS(call);
     s->record.team.owner = ADDRESS(owner);
     set_clock(s);
 }
@@ -482,7 +482,6 @@ void lb_help(lb_synth *s) { s->kernels->help_now(ADDRESS(&s->record)); }
 
 #ifdef _WIN32
 int lb_set_helpers(lb_synth *s, int count) {
-    (void)s;
     return !count;
 }
 #else
@@ -637,7 +636,7 @@ static void add_listed(lb_shelf *s, const char *folder) {
         char *quality = strchr(line, ' ');
         if (quality) *quality++ = 0;
         add(s, folder, line);
-        if (quality && s->count > before)
+        if (quality && before < LB_MOST_BASSES && s->count > before)
             s->places[before].quality = !strcmp(quality, lb_parameters[LB_QUALITY].points[LB_STUDIO]);
     }
     if (in) fclose(in);

@@ -59,7 +59,7 @@ lb_bass *lb_take_next(lb_synth *);
 /* Returns a bass that has rung out, or 0; whoever asked frees it, elsewhere. [audio thread] */
 lb_bass *lb_take_faded(lb_synth *);
 
-/* What is sent is for the frame `offset` of the next block; offsets must not fall within one block. Values beyond their
+/* Messages are for the frame `offset` of the next block; offsets must not fall within one block. Values beyond their
    limits are held within, NaN is the usual value. [audio thread] */
 void lb_send(lb_synth *, int64_t offset, const uint8_t *bytes, size_t count); /* MIDI; whatever else is left out */
 /* Moves a controller on every channel: for notes of whatever channel. */
@@ -76,9 +76,9 @@ int lb_bend_note(lb_synth *, int64_t offset, int channel, int key, double semito
 int lb_vibrate_note(lb_synth *, int64_t offset, int channel, int key, double amount);
 /* Ends the sound of the note of a key of a channel at once, whatever the pedal does. */
 void lb_cut_note(lb_synth *, int64_t offset, int channel, int key);
-/* Has the next note of a key played on a string, counted from 0. */
+/* The next note of a key will be played on this string, counted from 0. */
 void lb_choose_string(lb_synth *, int64_t offset, int key, int string);
-/* Has the next note of a key plucked at a place of its own, -1 to 1 as the parameter LB_PLUCK_POSITION. */
+/* The next note of a key will be plucked at this place, -1 to 1 as the parameter LB_PLUCK_POSITION. */
 void lb_place_note(lb_synth *, int64_t offset, int key, double position);
 
 /* Plays n frames. [audio thread] */

@@ -16,7 +16,7 @@ enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
 enum { SAVE_WIDTH = 44 };
 enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
-#define FLOOR_DB -48.0 /* where the meter begins */
+#define FLOOR_DB (-48.0) /* where the meter begins */
 #define SMALL 11.0 /* letters */
 #define MIDDLE 12.5
 #define LARGE 20.0
@@ -27,7 +27,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, KINDS };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -51,7 +51,7 @@ struct lb_picture {
     int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck, and sounds behind them */
     int columns;                   /* of the list that have no room, at its end */
     int sounds, doomed, lists;     /* how many; the one that the next press deletes, -1: none; lists that were read so far */
-    char notice[MOST_TEXT];        /* what is said in place of the title ... */
+    char notice[MOST_TEXT];        /* stands in place of the title ... */
     double noticed;                /* ... and since when */
     uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
     double values[LB_PARAMETERS];
@@ -109,11 +109,20 @@ static inline void mix(uint64_t *hash, double v) {
     *hash ^= *hash >> 29;
 }
 
-/* --- of picture.c --- */
+/* --- values --- */
+
+static inline double value_of(const lb_picture *p, int k) { return p->face.value(p->face.owner, k); }
+static inline double most_of(const lb_picture *p, int k) { return p->face.most(p->face.owner, k); }
+
+static inline void text_of(const lb_picture *p, int k, double v, char text[MOST_TEXT]) {
+    *text = 0;
+    p->face.text(p->face.owner, k, v, text, MOST_TEXT);
+}
+
+/* --- of drawing.c --- */
 
 /* Writes a text in the middle of a box, or from its left edge on. */
-void lb_label(lb_picture *, lb_sheet *, double x, double y, double w, double h, double units, uint32_t colour,
-              const char *text, int centred);
+void lb_label(lb_picture *, lb_sheet *, const part *box, double units, uint32_t colour, const char *, int centred);
 /* Copies from the ground to the array. */
 void lb_copy_area(const lb_picture *, lb_area);
 
@@ -130,6 +139,37 @@ uint64_t lb_neck_state(const lb_picture *);
 void lb_draw_neck(lb_picture *, const part *);
 /* Reads the looks that are new. */
 void lb_read_looks(lb_picture *);
-/* Draws what moves on the neck, if that has changed or `anew`; returns where. */
-lb_area lb_draw_lively(lb_picture *, int anew);
+/* Draws what moves on the neck, if it has changed or if `all` is drawn; returns where. */
+lb_area lb_draw_lively(lb_picture *, int all);
+
+/* --- of layout.c --- */
+
+extern const char *const lb_groups[];
+enum { LET_RING = 100, PLAYED_ON }; /* lamps besides those of actions: the pedal, and the string that keys call */
+/* The number of basses: with one, its parameter has two values of the same name. */
+int lb_basses(const lb_picture *);
+int lb_key_of(const lb_picture *, int action); /* the key that switches it; -1: none */
+void lb_lamp_name(const lb_picture *, int lamp, int with_key, char text[64]);
+void lb_tab_name(const lb_picture *, int page, char text[MOST_TEXT]);
+/* A number for what the places of the parts depend on. */
+uint64_t lb_layout_state(const lb_picture *);
+void lb_lay_out(lb_picture *);
+
+/* --- of parts.c: what the kinds of parts do --- */
+
+typedef struct { /* what the pointer does: way 1: the wheel goes up, -1: down */
+    double x, y;
+    int modifiers, way;
+} hand;
+typedef struct {
+    void (*draw)(lb_picture *, const part *);                    /* onto the ground; 0: it is drawn with what moves */
+    void (*state)(const lb_picture *, const part *, uint64_t *); /* mixes in what it shows besides the pointer */
+    void (*press)(lb_picture *, const part *, const hand *);
+    void (*drag)(lb_picture *, const part *, const hand *);
+    void (*wheel)(lb_picture *, const part *, const hand *);
+    int pointer; /* its shape over the part; LB_POINTER_ACROSS: the part's number is a parameter that the pointer moves */
+} lb_kind;
+extern const lb_kind lb_kinds[KINDS];
+void lb_change(const lb_picture *, int parameter, double value); /* at once */
+void lb_end_note(lb_picture *);                                   /* the note that the pointer plays */
 #endif

@@ -1,4 +1,4 @@
-/* MIDI learn: controllers that move parameters of an instance, in place of what the key map has them do. */
+/* MIDI learn: controllers that move parameters of an instance, in place of what the key map says. */
 #include "instance.h"
 
 #include <math.h>
@@ -34,35 +34,32 @@ int lb_learned_by(const lb_instance *i, int controller) {
 static double value_of(const lb_instance *i, int parameter, int seven) {
     const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
     if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;
-    if (lb_parameters[parameter].points) return least + seven * (int)(most - least + 1) / (MOST + 1);
+    const int names = (int)(most - least + 1), name = seven * names / (MOST + 1);
+    if (lb_parameters[parameter].points) return least + name;
     if (least >= 0) return least + (most - least) * seven / MOST;
     return seven <= MIDDLE ? least * (MIDDLE - seven) / MIDDLE : most * (seven - MIDDLE) / (MOST - MIDDLE);
 }
 
-void lb_take_midi(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t count) {
+int lb_take_learned(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t count) {
     const int controller = count == 3 && (bytes[0] & 0xF0) == CONTROLLER && bytes[1] < LB_CONTROLLERS ? bytes[1] : -1;
-    if (controller < 0 || memchr(reserved, controller, sizeof reserved)) {
-        lb_send(i->synth, offset, bytes, count);
-        return;
-    }
+    if (controller < 0 || memchr(reserved, controller, sizeof reserved)) return 0;
     const int wanted = __atomic_exchange_n(&i->learned.wanted, 0, __ATOMIC_RELAXED);
     if (wanted) {
         lb_forget(i, wanted - 1);
         __atomic_store_n(&i->learned.of[controller], (uint8_t)wanted, __ATOMIC_RELAXED);
     }
     const int parameter = lb_learned_by(i, controller);
-    if (parameter < 0) {
-        lb_send(i->synth, offset, bytes, count);
-        return;
-    }
+    if (parameter < 0) return 0;
     lb_set_value_at(i, offset, parameter, value_of(i, parameter, bytes[2] & MOST));
-    i->learned.moved |= (uint64_t)1 << parameter;
+    i->audio.moved |= (uint64_t)1 << parameter;
+    return 1;
 }
 
 int lb_next_moved(lb_instance *i) {
-    if (!i->learned.moved) return -1;
-    const int parameter = __builtin_ctzll(i->learned.moved);
-    i->learned.moved &= i->learned.moved - 1;
+    LB_ALONE(i->audio.owner);
+    if (!i->audio.moved) return -1;
+    const int parameter = __builtin_ctzll(i->audio.moved);
+    i->audio.moved &= i->audio.moved - 1;
     return parameter;
 }
 

@@ -21,11 +21,10 @@ typedef struct {
 } ui;
 
 static void complain(void *owner, const char *line) {
-    (void)owner;
     fprintf(stderr, "livebass: %s\n", line);
 }
 
-static void nothing(void *owner) { (void)owner; }
+static void nothing(void *owner) {}
 
 static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder, lv2_ui_write write, void *controller,
                          void **widget, const lv2_feature *const *features) {
@@ -33,7 +32,6 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     const lv2_ui_resize *resize = 0;
     void *parent = 0;
     ui *u = calloc(1, sizeof *u);
-    (void)d;
     for (; u && *features; features++) {
         if (!strcmp((*features)->uri, LV2_MAP)) map = (*features)->data;
         if (!strcmp((*features)->uri, LV2_UI_PARENT)) parent = (*features)->data;
@@ -126,7 +124,7 @@ static int idle(void *handle) {
     }
     for (lb_touch t; lb_take_touch(&u->instance.touches, &t);) send(u, u->touched, &t, sizeof t);
     lb_read_sides(&u->instance, &sides);
-    if (memcmp(&sides, &u->sides, sizeof sides)) {
+    if (memcmp((const void *)&sides, (const void *)&u->sides, sizeof sides)) {
         send(u, u->sides_atom, &sides, sizeof sides);
         u->sides = sides;
         u->asks = 0;

@@ -54,8 +54,8 @@ static double body_begin(const lb_picture *p) {
 
 /* How far a place is from the middle between two others, where it is 0, to them, 1; its fourth power. */
 static double towards(double x, double from, double to) {
-    const double part = (2 * x - from - to) / (to - from);
-    return part * part * part * part;
+    const double way = (2 * x - from - to) / (to - from);
+    return way * way * way * way;
 }
 
 static void draw_body(lb_picture *p, const part *q) {
@@ -168,7 +168,7 @@ void lb_draw_neck(lb_picture *p, const part *q) {
     lb_box(s, q->x, q->y, q->w, q->h, p->t->ground);
     if (!strings_of(p)) {
         static const char *const why = "No bass is loaded: the host has not switched the plugin on.";
-        lb_label(p, s, q->x, q->y, q->w, q->h, MIDDLE, p->t->soft, why, 1);
+        lb_label(p, s, q, MIDDLE, p->t->soft, why, 1);
         return;
     }
     s->clip = lb_area_of(q->x, q->y, q->w, q->h);
@@ -222,7 +222,7 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
     for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
     for (int j = 0; j < DRAWN && j < s->modes && j < LB_SEEN; j++) {
         const float a = (float)scale * s->u[j];
-        const quad q = {a, a, a, a}, *row = p->sines + j * (STRIDE / 4);
+        const quad q = {a, a, a, a}, *row = p->sines + (ptrdiff_t)j * (STRIDE / 4);
         for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
     }
     for (int k = 0; k <= NODES; k++) {
@@ -307,12 +307,12 @@ static void stroke(const column *c, float y, float half, const uint32_t *tones) 
 }
 
 /* Says that a stroke was between two heights for a part of the time. */
-static void smear(float *sums, float from, float to, float part) {
+static void smear(float *sums, float from, float to, float share) {
     const int first = (int)from, last = (int)to;
-    sums[first] += part * (1 - (from - (float)first));
-    sums[first + 1] += part * (from - (float)first);
-    sums[last] -= part * (1 - (to - (float)last));
-    sums[last + 1] -= part * (to - (float)last);
+    sums[first] += share * (1 - (from - (float)first));
+    sums[first + 1] += share * (from - (float)first);
+    sums[last] -= share * (1 - (to - (float)last));
+    sums[last + 1] -= share * (to - (float)last);
 }
 
 /* The blur of a string that went through heights y over its rest, in this column and, with `wide` 2, in the next. */
@@ -335,9 +335,9 @@ static void blur(const column *c, int wide, float rest, float half, const float 
         sum += sums[j];
         if (sum < 0.004f || top + j < c->top || top + j >= c->foot) continue;
         uint32_t *p = pixel(c, top + j);
-        const uint32_t part = (uint32_t)(int)(200 * (sum < 1 ? sum : 1));
-        *p = lb_over(*p, MOVING, part);
-        if (wide > 1) p[1] = lb_over(p[1], MOVING, part);
+        const uint32_t cover = (uint32_t)(int)(200 * (sum < 1 ? sum : 1));
+        *p = lb_over(*p, MOVING, cover);
+        if (wide > 1) p[1] = lb_over(p[1], MOVING, cover);
     }
 }
 
@@ -408,10 +408,10 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
         for (int k = 1; k <= l->frets; k++) {
             const double bright = l->string[i].light[k], x = x_of(p, l->place[k]), y = lane_at(p, i, x);
             if (!(bright > 0.02)) continue;
-            const double lane = 2 * half_at(p, x) / (double)l->strings, part = 0.3 + 0.7 * fmin(bright, 1);
-            lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, part));
+            const double lane = 2 * half_at(p, x) / (double)l->strings, shown = 0.3 + 0.7 * fmin(bright, 1);
+            lb_glow(s, x, y, px(p, 7 + 9 * bright), lane * (0.4 + 0.3 * bright), lb_faded(FLASH, shown));
             if (l->fretless) continue;
-            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, part));
+            lb_box(s, x - px(p, 1.2), y - 0.42 * lane, px(p, 2.4), 0.84 * lane, lb_faded(0xFFFFF0C8, shown));
         }
 }
 
@@ -493,12 +493,12 @@ static int is_lively(const lb_picture *p) {
     return 0;
 }
 
-lb_area lb_draw_lively(lb_picture *p, int anew) {
+lb_area lb_draw_lively(lb_picture *p, int all) {
     const part *q = &p->parts[p->board];
     const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
     const int lively = is_lively(p);
     const uint64_t still = still_state(p);
-    if (!anew && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
+    if (!all && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
     lb_sheet s = p->sheet;
     p->still = still;
     p->lively = lively;

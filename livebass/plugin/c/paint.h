@@ -23,7 +23,7 @@ __attribute__((always_inline)) static inline uint32_t lb_over(uint32_t from, uin
     const uint32_t two = 0x00FF00FFu, a = from & two, b = to & two, c = from & 0xFF00u, d = to & 0xFF00u;
     return 0xFF000000u | ((a * (256 - part) + b * part) >> 8 & two) | ((c * (256 - part) + d * part) >> 8 & 0xFF00u);
 }
-/* A colour between two, of which the second has the part 0 to 1. */
+/* A mixture of two colours; `part`, 0 to 1, is the share of the second. */
 uint32_t lb_mixed(uint32_t a, uint32_t b, double part);
 /* A colour with so much of its opacity. */
 uint32_t lb_faded(uint32_t colour, double part);

@@ -27,11 +27,11 @@ typedef struct {
     /* Takes the last change back; goes to the other side, A or B; which one that is, 1: B. */
     void (*undo)(void *owner), (*swap)(void *owner);
     int (*side)(void *owner);
-    /* Has the next MIDI controller move a parameter, or if one does, no more; which one does: LB_NO_CONTROLLER, or
+    /* Lets the next MIDI controller move a parameter, or frees it from the one that does; which one does: LB_NO_CONTROLLER, or
        LB_WAITS for it. 0: this window cannot. */
     void (*learn)(void *owner, int parameter);
     int (*controller)(void *owner, int parameter);
-    /* Sounds of the user: reads anew which there are, and says how many; the name of one. 0: this window has none. */
+    /* The user's sounds: reads the folder and returns how many there are; the name of one. 0: this window has none. */
     int (*list)(void *owner);
     const char *(*sound)(void *owner, int sound);
     /* Keeps what is set, and says under which name; takes one over; both return 0 if that cannot be done. */

@@ -87,31 +87,32 @@ static void add(void *to, const char *folder, const char *name) {
     lb_instance *i = to;
     lb_kept kept;
     (void)folder;
-    if (i->sound_count == MOST_SOUNDS || !read_named(i, name, &kept)) return;
-    if (i->sound_count % 64 == 0) { /* there is no room for more */
-        lb_sound *more = realloc(i->sounds, (size_t)(i->sound_count + 64) * sizeof *more);
+    if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, &kept)) return;
+    if (i->window.sound_count % 64 == 0) { /* there is no room for more */
+        lb_sound *more = realloc(i->window.sounds, (size_t)(i->window.sound_count + 64) * sizeof *more);
         if (!more) return;
-        i->sounds = more;
+        i->window.sounds = more;
     }
-    strcpy(i->sounds[i->sound_count++].name, name);
+    strcpy(i->window.sounds[i->window.sound_count++].name, name);
 }
 
 int lb_list_sounds(lb_instance *i) {
+    LB_ALONE(i->window.owner);
     char folder[LB_PATH];
-    i->sound_count = 0;
+    i->window.sound_count = 0;
     if (lb_users_folder(folder)) lb_each_file(folder, ENDING, add, i);
-    if (i->sound_count) qsort(i->sounds, (size_t)i->sound_count, sizeof *i->sounds, by_name);
-    return i->sound_count;
+    if (i->window.sound_count) qsort(i->window.sounds, (size_t)i->window.sound_count, sizeof *i->window.sounds, by_name);
+    return i->window.sound_count;
 }
 
 const char *lb_sound_name(const lb_instance *i, int sound) {
-    return sound < i->sound_count ? i->sounds[sound].name : ""; /* another view may have listed fewer */
+    return sound < i->window.sound_count ? i->window.sounds[sound].name : ""; /* another view may have listed fewer */
 }
 
 void lb_forget_sounds(lb_instance *i) {
-    free(i->sounds);
-    i->sounds = 0;
-    i->sound_count = 0;
+    free(i->window.sounds);
+    i->window.sounds = 0;
+    i->window.sound_count = 0;
 }
 
 /* --- one of them --- */
@@ -141,8 +142,9 @@ int lb_save_sound(lb_instance *i, char *name, size_t room) {
 }
 
 int lb_load_sound(lb_instance *i, int sound) {
+    LB_ALONE(i->window.owner);
     lb_kept kept;
-    if (sound < 0 || sound >= i->sound_count || !read_named(i, i->sounds[sound].name, &kept)) return 0;
+    if (sound < 0 || sound >= i->window.sound_count || !read_named(i, i->window.sounds[sound].name, &kept)) return 0;
     lb_keep_values(i);
     set(i, &kept);
     return 1;
@@ -150,6 +152,6 @@ int lb_load_sound(lb_instance *i, int sound) {
 
 void lb_remove_sound(lb_instance *i, int sound) {
     char path[LB_PATH];
-    if (sound < 0 || sound >= i->sound_count || !path_of(i->sounds[sound].name, path)) return;
+    if (sound < 0 || sound >= i->window.sound_count || !path_of(i->window.sounds[sound].name, path)) return;
     if (!lb_remove_file(path)) say(i, path, "cannot be deleted");
 }

@@ -21,6 +21,7 @@ void lb_begin_sides(lb_instance *i) {
 }
 
 void lb_swap_sides(lb_instance *i) {
+    LB_ALONE(i->window.owner);
     enter();
     for (int k = 0; k < LB_PARAMETERS; k++) {
         if (!lb_is_of_sides(k)) continue;
@@ -49,11 +50,12 @@ void lb_write_sides(lb_instance *i, const lb_sides *from) {
 }
 
 void lb_keep_values(lb_instance *i) {
-    i->undone = (i->undone + 1) % LB_UNDONE;
-    if (i->undoable < LB_UNDONE) i->undoable++;
+    LB_ALONE(i->window.owner);
+    i->window.undone = (i->window.undone + 1) % LB_UNDONE;
+    if (i->window.undoable < LB_UNDONE) i->window.undoable++;
     enter();
-    for (int k = 0; k < LB_PARAMETERS; k++) i->before[i->undone][k] = lb_value(i, k);
-    char *missing = i->missing_before[i->undone];
+    for (int k = 0; k < LB_PARAMETERS; k++) i->window.before[i->window.undone][k] = lb_value(i, k);
+    char *missing = i->window.missing_before[i->window.undone];
     memset(missing, 0, LB_STATE_NAME);
     if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) memcpy(missing, i->missing_name, LB_STATE_NAME);
     leave();
@@ -76,11 +78,12 @@ void lb_set_values(lb_instance *i, const double values[LB_PARAMETERS], int all) 
 }
 
 void lb_undo(lb_instance *i) {
-    if (!i->undoable) return;
-    lb_set_values(i, i->before[i->undone], 1);
-    note_missing(i, i->missing_before[i->undone]);
-    i->undone = (i->undone + LB_UNDONE - 1) % LB_UNDONE;
-    i->undoable--;
+    LB_ALONE(i->window.owner);
+    if (!i->window.undoable) return;
+    lb_set_values(i, i->window.before[i->window.undone], 1);
+    note_missing(i, i->window.missing_before[i->window.undone]);
+    i->window.undone = (i->window.undone + LB_UNDONE - 1) % LB_UNDONE;
+    i->window.undoable--;
 }
 
 /* --- states --- */
@@ -179,6 +182,21 @@ const char *lb_parse_state(const lb_kernels *kernels, const void *bytes, size_t 
     return good && (to->sides.side == 0 || to->sides.side == 1) ? 0 : damaged;
 }
 
+void lb_take_kept(lb_instance *i, lb_kept *kept) {
+    char line[LINE];
+    const int number = lb_shelf_find(i->shelf, kept->bass), missing = number < 0;
+    if (missing && !(i->missing && !strcmp(i->missing_name, kept->bass))) { /* hosts may bring a state several times */
+        snprintf(line, sizeof line, LB_NOT_INSTALLED, kept->bass);
+        i->complain(i->owner, line);
+    }
+    __atomic_store_n(&i->seed, kept->seed, __ATOMIC_RELAXED);
+    kept->values[LB_BASS] = missing ? lb_value(i, LB_BASS) : number;
+    lb_set_values(i, kept->values, 1);
+    lb_write_sides(i, &kept->sides);
+    lb_read_learned(i, kept->learned);
+    note_missing(i, missing ? kept->bass : "");
+}
+
 int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     char line[LINE];
     lb_kept kept;
@@ -186,18 +204,6 @@ int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     if (why) {
         snprintf(line, sizeof line, "the session's state %s", why);
         i->complain(i->owner, line);
-        return 0;
-    }
-    const int number = lb_shelf_find(i->shelf, kept.bass), missing = number < 0;
-    if (missing && !(i->missing && !strcmp(i->missing_name, kept.bass))) { /* hosts may bring a state several times */
-        snprintf(line, sizeof line, LB_NOT_INSTALLED, kept.bass);
-        i->complain(i->owner, line);
-    }
-    __atomic_store_n(&i->seed, kept.seed, __ATOMIC_RELAXED);
-    kept.values[LB_BASS] = missing ? lb_value(i, LB_BASS) : number;
-    lb_set_values(i, kept.values, 1);
-    lb_write_sides(i, &kept.sides);
-    lb_read_learned(i, kept.learned);
-    note_missing(i, missing ? kept.bass : "");
-    return 1;
+    } else lb_take_kept(i, &kept);
+    return !why;
 }

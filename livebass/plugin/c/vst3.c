@@ -4,7 +4,9 @@
    loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
    notes, come in lists of their own; the synth gets them in the order of their frames. */
 #define _GNU_SOURCE
+#include "loader.h"
 #include "vst3_abi.h"
+#include "vst3_midi.h"
 #include "vst3_view.h"
 
 #include <math.h>
@@ -17,19 +19,11 @@
 #define EXPORTED __declspec(dllexport)
 #else
 #include <dlfcn.h>
-#include <pthread.h>
 #define EXPORTED __attribute__((visibility("default")))
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
-enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18, RPN_LOW = 100, RPN_HIGH = 101 }; /* MIDI controllers, as the usual key map has them */
-enum { CONTROLLERS = 1000 }; /* id of the parameter that stands for MIDI controller 0 of the first channel */
-/* Ids of the controllers of the other channels, [channel * EACH + controller], but for PLACED, which is in WAYS. */
-enum { OTHERS = 3000, EACH = VST3_PRESSURE, PLACED = 74, NEW = EACH - 1, OTHER_COUNT = (LB_CHANNELS - 1) * NEW };
-/* Ids of those that each channel has of its own, WAYS of them: wheel, pressure, controller 74. */
-enum { CHANNELS = 2000, WHEEL = 0, PRESSURE, PLACE, WAYS, OWN = LB_CHANNELS * WAYS };
 enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
-enum { COMPONENT, PROCESSOR, CONTROLLER, MAPPING, UNITS, EXPRESSIONS, SWITCHES, CONTEXT_NEEDS, PHYSICAL, INTERFACES };
 enum { SEMITONES = 240 };     /* of the range of tuning */
 enum { PROGRAMS = 1 }; /* the list of instruments */
 
@@ -47,14 +41,25 @@ typedef struct {
     vst3_event event;
 } change;
 enum { CHANGE = 1 << 16, PLACES = 1 << 20, MOST_REPEATS = PLACES / (2 * CHANGES) - 1 };
+#define FRAME (2 * (int64_t)PLACES) /* of `order` */
 
-typedef struct {
-    const void *interfaces[INTERFACES]; /* first: hosts know their addresses */
+static const vst3_id interface_ids[] = {
+    VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS, VST3_EXPRESSIONS,
+    VST3_SWITCHES, VST3_CONTEXT, VST3_PHYSICAL,
+};
+enum { INTERFACES = sizeof interface_ids / sizeof *interface_ids };
+
+typedef struct { /* what a host holds of an interface */
+    const void *table;
+    struct vst3 *object;
+} face;
+typedef struct vst3 {
+    face faces[INTERFACES];
     int32_t users;
     int apart; /* has an output a string */
     int stereo;
     /* What the host's controls say: */
-    double shown[LB_PARAMETERS], controllers[VST3_CONTROLLERS], own[OWN], others[LB_CHANNELS * EACH];
+    double shown[LB_PARAMETERS], hidden[LB_HIDDEN];
     int overload, quality; /* the host was told so last, or has said so */
     int switched;          /* the bass whose key switches the host knows */
     vst3_handler **handler; /* the host's; 0: none */
@@ -63,90 +68,18 @@ typedef struct {
     lb_instance instance;
     change changes[CHANGES];
     int change_count;
-#ifdef _WIN32
-    HANDLE loader;
-    SRWLOCK lock;
-    CONDITION_VARIABLE wish;
-#else
-    pthread_t loader;
-    pthread_mutex_t lock;
-    pthread_cond_t wish;
-#endif
-    int loading; /* the thread is there, and shall go on */
+    lb_loader loader;
 } vst3;
 
 /* The object of an interface. */
-static vst3 *of(void *self, int which) { return (vst3 *)((char *)self - (size_t)which * sizeof(void *)); }
+static vst3 *of(const void *self) { return ((const face *)self)->object; }
 
+/* VST3 has no log. */
 static void complain(void *owner, const char *line) {
-    (void)owner; /* VST3 has no log */
     fprintf(stderr, "livebass: %s\n", line);
 }
 
-/* --- the thread that loads basses --- */
-
-#ifdef _WIN32
-static void ask(void *owner) { WakeConditionVariable(&((vst3 *)owner)->wish); }
-
-static DWORD WINAPI load_basses(void *owner) {
-    vst3 *v = owner;
-    AcquireSRWLockExclusive(&v->lock);
-    while (v->loading) {
-        SleepConditionVariableSRW(&v->wish, &v->lock, INFINITE, 0);
-        ReleaseSRWLockExclusive(&v->lock);
-        lb_serve(&v->instance);
-        AcquireSRWLockExclusive(&v->lock);
-    }
-    ReleaseSRWLockExclusive(&v->lock);
-    return 0;
-}
-
-static void start_loader(vst3 *v) {
-    v->loading = 1;
-    v->loader = CreateThread(0, 0, load_basses, v, 0, 0);
-    if (!v->loader) v->loading = 0;
-}
-
-static void stop_loader(vst3 *v) {
-    if (!v->loading) return;
-    AcquireSRWLockExclusive(&v->lock);
-    v->loading = 0;
-    WakeConditionVariable(&v->wish);
-    ReleaseSRWLockExclusive(&v->lock);
-    WaitForSingleObject(v->loader, INFINITE);
-    CloseHandle(v->loader);
-}
-#else
-/* The audio thread takes no lock: should its signal be lost, it asks again in the next block. */
-static void ask(void *owner) { pthread_cond_signal(&((vst3 *)owner)->wish); }
-
-static void *load_basses(void *owner) {
-    vst3 *v = owner;
-    pthread_mutex_lock(&v->lock);
-    while (v->loading) {
-        pthread_cond_wait(&v->wish, &v->lock);
-        pthread_mutex_unlock(&v->lock);
-        lb_serve(&v->instance);
-        pthread_mutex_lock(&v->lock);
-    }
-    pthread_mutex_unlock(&v->lock);
-    return 0;
-}
-
-static void start_loader(vst3 *v) {
-    v->loading = 1;
-    if (pthread_create(&v->loader, 0, load_basses, v)) v->loading = 0;
-}
-
-static void stop_loader(vst3 *v) {
-    if (!v->loading) return;
-    pthread_mutex_lock(&v->lock);
-    v->loading = 0;
-    pthread_cond_signal(&v->wish);
-    pthread_mutex_unlock(&v->lock);
-    pthread_join(v->loader, 0);
-}
-#endif
+static void ask(void *owner) { lb_ask_loader(&((vst3 *)owner)->loader); }
 
 /* The folder of the instruments that came with the plugin: Contents/X/livebass -> Contents/Resources. */
 static void find_folder(char *folder, size_t room) {
@@ -210,47 +143,6 @@ static double normal(const vst3 *v, uint32_t id, double x) {
     return (x - least) / (lb_most(&v->instance, (int)id) - least);
 }
 
-/* Where a controller stands until it is moved: as the synth has it. */
-static double usual_of_controller(int number) {
-    const double middle = 64.0 / 127;
-    if (number >= LB_LEARNED && number < LB_LEARNED + LB_PLAYED_PARAMETERS) {
-        const int parameter = number - LB_LEARNED;
-        return parameter == LB_GAIN ? 1 : lb_parameters[parameter].least < 0 ? middle : 0;
-    }
-    if (number == TONE || number == BLEND) return middle;
-    return number == VST3_BEND ? 0.5 : number == VOLUME || number == EXPRESSION;
-}
-
-static int is_controller(uint32_t id) { return id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS; }
-
-static int is_own(uint32_t id) { return id >= CHANNELS && id < CHANNELS + OWN; }
-
-static int is_other(uint32_t id) { return id >= OTHERS + EACH && id < OTHERS + LB_CHANNELS * EACH; }
-
-/* The controller that a way of a channel's own is. */
-static uint32_t controller_of(int way) {
-    return way == WHEEL ? VST3_BEND : way == PRESSURE ? VST3_PRESSURE : PLACED;
-}
-
-/* The controller that a parameter stands for, and its channel; -1: it stands for none. */
-static int controller_behind(uint32_t id, int *channel) {
-    *channel = 0;
-    if (is_controller(id)) return (int)(id - CONTROLLERS);
-    if (is_own(id)) {
-        *channel = (int)(id - CHANNELS) / WAYS;
-        return (int)controller_of((int)(id - CHANNELS) % WAYS);
-    }
-    if (!is_other(id)) return -1;
-    *channel = (int)(id - OTHERS) / EACH;
-    return (int)(id - OTHERS) % EACH;
-}
-
-/* Where the value of such a parameter is kept. */
-static double *kept_at(vst3 *v, uint32_t id) {
-    if (is_controller(id)) return &v->controllers[id - CONTROLLERS];
-    return is_own(id) ? &v->own[id - CHANNELS] : &v->others[id - OTHERS];
-}
-
 static void show_all(vst3 *v) {
     for (int k = 0; k < LB_PARAMETERS; k++) v->shown[k] = lb_value(&v->instance, k);
     v->quality = (int)v->shown[LB_QUALITY];
@@ -266,34 +158,17 @@ static void tell_switches(vst3 *v) {
 
 /* --- the object --- */
 
-static const vst3_id interface_ids[] = {
-    VST3_COMPONENT, VST3_PROCESSOR, VST3_CONTROLLER, VST3_MIDI_MAPPING, VST3_UNITS, VST3_EXPRESSIONS,
-    VST3_SWITCHES, VST3_CONTEXT, VST3_PHYSICAL,
-};
-
-static vst3_result query(vst3 *v, const vst3_id id, void **out) {
-    static const vst3_id unknown = VST3_UNKNOWN, base = VST3_BASE;
-    for (int k = 0; k < INTERFACES; k++) {
-        const int same = !memcmp(id, interface_ids[k], sizeof(vst3_id));
-        if (!same && (k || (memcmp(id, unknown, sizeof unknown) && memcmp(id, base, sizeof base)))) continue;
-        __atomic_add_fetch(&v->users, 1, __ATOMIC_ACQ_REL);
-        *out = &v->interfaces[k];
-        return VST3_OK;
-    }
-    *out = 0;
-    return VST3_NO_INTERFACE;
-}
-
 static void shut(vst3 *v) {
-    stop_loader(v);
+    lb_stop_loader(&v->loader);
     if (v->handler) (*v->handler)->unknown.drop(v->handler);
     v->handler = 0;
     lb_close_instance(&v->instance);
 }
 
-static uint32_t take(vst3 *v) { return (uint32_t)__atomic_add_fetch(&v->users, 1, __ATOMIC_ACQ_REL); }
+static uint32_t take(void *self) { return (uint32_t)__atomic_add_fetch(&of(self)->users, 1, __ATOMIC_ACQ_REL); }
 
-static uint32_t drop(vst3 *v) {
+static uint32_t drop(void *self) {
+    vst3 *v = of(self);
     const int32_t users = __atomic_sub_fetch(&v->users, 1, __ATOMIC_ACQ_REL);
     if (!users) {
         shut(v);
@@ -302,29 +177,25 @@ static uint32_t drop(vst3 *v) {
     return (uint32_t)users;
 }
 
-/* The functions that every interface begins with. */
-#define UNKNOWN(NAME, INTERFACE) \
-    static vst3_result NAME##_query(void *self, const vst3_id id, void **out) { \
-        return query(of(self, INTERFACE), id, out); \
-    } \
-    static uint32_t NAME##_take(void *self) { return take(of(self, INTERFACE)); } \
-    static uint32_t NAME##_drop(void *self) { return drop(of(self, INTERFACE)); }
-UNKNOWN(component, COMPONENT)
-UNKNOWN(processor, PROCESSOR)
-UNKNOWN(controller, CONTROLLER)
-UNKNOWN(mapping, MAPPING)
-UNKNOWN(units, UNITS)
-UNKNOWN(expressions, EXPRESSIONS)
-UNKNOWN(switches, SWITCHES)
-UNKNOWN(context, CONTEXT_NEEDS)
-UNKNOWN(physical, PHYSICAL)
+static vst3_result query(void *self, const vst3_id id, void **out) {
+    static const vst3_id unknown = VST3_UNKNOWN, base = VST3_BASE;
+    vst3 *v = of(self);
+    for (int k = 0; k < INTERFACES; k++) {
+        const int same = !memcmp(id, interface_ids[k], sizeof(vst3_id));
+        if (!same && (k || (memcmp(id, unknown, sizeof unknown) && memcmp(id, base, sizeof base)))) continue;
+        take(self);
+        *out = &v->faces[k];
+        return VST3_OK;
+    }
+    *out = 0;
+    return VST3_NO_INTERFACE;
+}
 
 /* --- component --- */
 
 static vst3_result initialize(void *self, void *context) {
-    vst3 *v = of(self, COMPONENT);
+    vst3 *v = of(self);
     char folder[LINE];
-    (void)context;
     if (v->instance.shelf) return VST3_OK;
     find_folder(folder, sizeof folder);
     if (!lb_open_instance(&v->instance, folder)) return VST3_NO;
@@ -334,30 +205,24 @@ static vst3_result initialize(void *self, void *context) {
 }
 
 static vst3_result terminate(void *self) {
-    shut(of(self, COMPONENT));
+    shut(of(self));
     return VST3_OK;
 }
 
 static vst3_result controller_class(void *self, vst3_id id) { /* this object is its own controller */
-    (void)self;
-    (void)id;
     return VST3_MISSING;
 }
 
-static vst3_result set_io_mode(void *self, int32_t mode) {
-    (void)self;
-    (void)mode;
-    return VST3_MISSING;
-}
+static vst3_result set_io_mode(void *self, int32_t mode) { return VST3_MISSING; }
 
 static int32_t bus_count(void *self, int32_t media, int32_t direction) {
     if (media == VST3_EVENTS) return direction == VST3_INPUT;
     if (media != VST3_AUDIO || direction != VST3_OUTPUT) return 0;
-    return of(self, COMPONENT)->apart ? LB_STRINGS : 1;
+    return of(self)->apart ? LB_STRINGS : 1;
 }
 
 static vst3_result bus_info(void *self, int32_t media, int32_t direction, int32_t index, vst3_bus *bus) {
-    const vst3 *v = of(self, COMPONENT);
+    const vst3 *v = of(self);
     char name[32] = "Notes";
     if (index < 0 || index >= bus_count(self, media, direction)) return VST3_INVALID;
     memset(bus, 0, sizeof *bus);
@@ -372,32 +237,27 @@ static vst3_result bus_info(void *self, int32_t media, int32_t direction, int32_
     return VST3_OK;
 }
 
-static vst3_result routing(void *self, void *in, void *out) {
-    (void)self;
-    (void)in;
-    (void)out;
-    return VST3_MISSING;
-}
+static vst3_result routing(void *self, void *in, void *out) { return VST3_MISSING; }
 
+/* Buses that are not active have no memory: their strings are played into nothing. */
 static vst3_result activate_bus(void *self, int32_t media, int32_t direction, int32_t index, uint8_t on) {
-    (void)on; /* buses that are not active have no memory: their strings are played into nothing */
     return index >= 0 && index < bus_count(self, media, direction) ? VST3_OK : VST3_INVALID;
 }
 
 static vst3_result set_active(void *self, uint8_t on) {
-    vst3 *v = of(self, COMPONENT);
-    stop_loader(v);
+    vst3 *v = of(self);
+    lb_stop_loader(&v->loader);
     if (!on) {
         lb_deactivate_instance(&v->instance);
         return VST3_OK;
     }
     if (!v->instance.shelf || !lb_activate_instance(&v->instance, v->instance.rate)) return VST3_NO;
-    start_loader(v);
+    lb_start_loader(&v->loader, &v->instance);
     return VST3_OK;
 }
 
 static vst3_result set_state(void *self, vst3_stream **from) {
-    vst3 *v = of(self, COMPONENT);
+    vst3 *v = of(self);
     char *bytes = malloc(ROOM);
     int32_t got = 0, count = 0;
     if (!bytes || !v->instance.shelf) {
@@ -415,7 +275,7 @@ static vst3_result set_state(void *self, vst3_stream **from) {
 }
 
 static vst3_result get_state(void *self, vst3_stream **to) {
-    vst3 *v = of(self, COMPONENT);
+    vst3 *v = of(self);
     lb_state state;
     int32_t written = 0;
     if (!v->instance.shelf) return VST3_NO;
@@ -426,9 +286,8 @@ static vst3_result get_state(void *self, vst3_stream **to) {
 /* --- processor --- */
 
 static vst3_result set_arrangements(void *self, uint64_t *in, int32_t ins, uint64_t *out, int32_t outs) {
-    vst3 *v = of(self, PROCESSOR);
-    (void)in;
-    if (ins || outs != bus_count(&v->interfaces[COMPONENT], VST3_AUDIO, VST3_OUTPUT)) return VST3_NO;
+    vst3 *v = of(self);
+    if (ins || outs != bus_count(self, VST3_AUDIO, VST3_OUTPUT)) return VST3_NO;
     const int stereo = !v->apart && out[0] == VST3_SPEAKERS_STEREO; /* for hosts that know no mono: twice the same */
     for (int32_t k = 0; k < outs; k++)
         if (out[k] != VST3_SPEAKER_MONO && !stereo) return VST3_NO;
@@ -437,26 +296,20 @@ static vst3_result set_arrangements(void *self, uint64_t *in, int32_t ins, uint6
 }
 
 static vst3_result arrangement(void *self, int32_t direction, int32_t index, uint64_t *out) {
-    vst3 *v = of(self, PROCESSOR);
-    if (index < 0 || index >= bus_count(&v->interfaces[COMPONENT], VST3_AUDIO, direction)) return VST3_INVALID;
+    vst3 *v = of(self);
+    if (index < 0 || index >= bus_count(self, VST3_AUDIO, direction)) return VST3_INVALID;
     *out = v->stereo ? VST3_SPEAKERS_STEREO : VST3_SPEAKER_MONO;
     return VST3_OK;
 }
 
-static vst3_result can_sample_size(void *self, int32_t size) {
-    (void)self;
-    return size == VST3_SAMPLE_32 ? VST3_OK : VST3_NO;
-}
+static vst3_result can_sample_size(void *self, int32_t size) { return size == VST3_SAMPLE_32 ? VST3_OK : VST3_NO; }
 
-static uint32_t latency(void *self) {
-    (void)self;
-    return 0;
-}
+static uint32_t latency(void *self) { return 0; }
 
-static uint32_t tail(void *self) { return (uint32_t)(TAIL * of(self, PROCESSOR)->instance.rate); }
+static uint32_t tail(void *self) { return (uint32_t)(TAIL * of(self)->instance.rate); }
 
 static vst3_result setup(void *self, vst3_setup *s) {
-    vst3 *v = of(self, PROCESSOR);
+    vst3 *v = of(self);
     if (s->sample_size != VST3_SAMPLE_32) return VST3_NO;
     v->instance.rate = s->rate;
     lb_set_offline(&v->instance, s->mode == VST3_OFFLINE);
@@ -464,7 +317,7 @@ static vst3_result setup(void *self, vst3_setup *s) {
 }
 
 static vst3_result set_processing(void *self, uint8_t on) {
-    vst3 *v = of(self, PROCESSOR);
+    vst3 *v = of(self);
     if (on && v->instance.synth && v->instance.synth->record.frame) lb_reset_instance(&v->instance);
     return VST3_OK;
 }
@@ -493,15 +346,14 @@ static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
 static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id) {
     vst3_queue **q = (*d->changes)->queue(d->changes, k);
     if (q) *id = (*q)->id(q);
-    int channel;
-    return q && (*id < LB_PARAMETERS || controller_behind(*id, &channel) >= 0) ? q : 0;
+    return q && (*id < LB_PARAMETERS || lb_find_hidden(*id) >= 0) ? q : 0;
 }
 
 /* The number of a point among those of its frame. A frame's points of one queue come one after the other, each with
    those of the other queues; the selection of an RPN comes before its data, in whichever order the host has the two. */
 static int32_t number_of(const vst3 *v, uint32_t id, int repeat) {
-    int channel;
-    const int controller = controller_behind(id, &channel), selects = controller == RPN_LOW || controller == RPN_HIGH;
+    const int hidden = lb_find_hidden(id), controller = hidden < 0 ? -1 : lb_hidden_at(hidden).controller;
+    const int selects = controller == RPN_LOW || controller == RPN_HIGH;
     return (2 * (repeat < MOST_REPEATS ? repeat : MOST_REPEATS) + !selects) * CHANGES + v->change_count;
 }
 
@@ -526,7 +378,7 @@ static void collect(vst3 *v, const vst3_process_data *d) {
     int64_t points = 0, places = CHANGES - v->change_count;
     for (int32_t k = 0; k < queues; k++)
         if ((q = queue_of(d, k, &id))) points += (*q)->count(q);
-    const int64_t thin = places - 2 * queues; /* a queue may take two more than its share: its first and its last */
+    const int64_t thin = places - 2 * (int64_t)queues; /* a queue may take two more than its share: its first and its last */
     const int64_t step = points <= places ? 1 : points / (thin > 1 ? thin : 1) + 1;
     for (int32_t k = 0; k < queues; k++) {
         if (!(q = queue_of(d, k, &id))) continue;
@@ -557,18 +409,21 @@ static void sort(vst3 *v) {
     }
 }
 
-static void tell_controller(vst3 *v, int64_t offset, int channel, uint32_t number, double value) {
+static void tell_controller(lb_instance *i, int64_t offset, lb_hidden to, double value) {
     const int wheel = (int)lrint(fmin(fmax(value, 0), 1) * 16383), seven = (int)lrint(fmin(fmax(value, 0), 1) * 127);
-    lb_instance *i = &v->instance;
-    if (number == VST3_BEND) lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)}, 3);
-    else if (number == VST3_PRESSURE) lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xD0 | channel), (uint8_t)seven}, 2);
-    else lb_take_midi(i, offset, (const uint8_t[]){(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven}, 3);
+    const int channel = to.channel, number = to.controller;
+    const uint8_t bend[] = {(uint8_t)(0xE0 | channel), wheel & 127, (uint8_t)(wheel >> 7)};
+    const uint8_t pressure[] = {(uint8_t)(0xD0 | channel), (uint8_t)seven};
+    const uint8_t other[] = {(uint8_t)(0xB0 | channel), (uint8_t)number, (uint8_t)seven};
+    if (number == VST3_BEND) lb_take_midi(i, offset, bend, sizeof bend);
+    else if (number == VST3_PRESSURE) lb_take_midi(i, offset, pressure, sizeof pressure);
+    else lb_take_midi(i, offset, other, sizeof other);
 }
 
 static void express(vst3 *v, int64_t at, uint32_t type, int32_t id, double value) {
     lb_instance *i = &v->instance;
-    if (type == VST3_TUNING) lb_express_bend(i, at, (lb_named){-1, -1, id}, SEMITONES * (value - 0.5));
-    else if (type == VST3_VIBRATO) lb_express_vibrato(i, at, (lb_named){-1, -1, id}, value);
+    if (type == VST3_TUNING) lb_express(i, at, (lb_named){-1, -1, id}, LB_EXPRESS_BEND, SEMITONES * (value - 0.5));
+    else if (type == VST3_VIBRATO) lb_express(i, at, (lb_named){-1, -1, id}, LB_EXPRESS_VIBRATO, value);
     else lb_express_place(i, at, -1, id, value);
 }
 
@@ -579,7 +434,7 @@ static void place_note(vst3 *v, int k) {
         const vst3_event *e = &v->changes[j].event;
         if (v->changes[j].kind == VST3_NOTE_EXPRESSION && e->expression.type == VST3_BRIGHTNESS &&
             e->expression.id == c->event.on.id)
-            lb_express_place(&v->instance, c->order / (2 * PLACES), c->event.on.key, -1, e->expression.value);
+            lb_express_place(&v->instance, c->order / FRAME, c->event.on.key, -1, e->expression.value);
     }
 }
 
@@ -592,25 +447,31 @@ static int is_placed(const vst3 *v, int k) {
     return 0;
 }
 
+/* Sets a parameter, or moves the controller that a hidden one stands for. */
+static void tell_value_of(vst3 *v, int64_t at, uint32_t id, double value) {
+    lb_instance *i = &v->instance;
+    const int hidden = lb_find_hidden(id);
+    if (hidden >= 0) {
+        tell_controller(i, at, lb_hidden_at(hidden), value);
+        return;
+    }
+    lb_set_value_at(i, at, (int)id, plain(v, id, value));
+    if (id == LB_QUALITY) v->quality = (int)lb_value(i, LB_QUALITY);
+}
+
 static void tell(vst3 *v, const change *c) {
     lb_instance *i = &v->instance;
-    const int64_t at = c->order / (2 * PLACES);
+    const int64_t at = c->order / FRAME;
     const vst3_event *e = &c->event;
-    int channel;
-    const int controller = c->kind == CHANGE ? controller_behind(c->id, &channel) : -1;
-    if (controller >= 0) tell_controller(v, at, channel, (uint32_t)controller, c->value);
-    else if (c->kind == CHANGE) {
-        lb_set_value_at(i, at, (int)c->id, plain(v, c->id, c->value));
-        if (c->id == LB_QUALITY) v->quality = (int)lb_value(i, LB_QUALITY);
-    }
+    const lb_named on = {e->on.channel, e->on.key, e->on.id}, off = {e->off.channel, e->off.key, e->off.id};
+    const lb_named pressed = {e->pressure.channel, e->pressure.key, e->pressure.id};
+    if (c->kind == CHANGE) tell_value_of(v, at, c->id, c->value);
     else if (c->kind == VST3_NOTE_ON) {
-        lb_start_note(i, at, e->on.channel, e->on.key, e->on.velocity, e->on.id);
-        if (e->on.tuning != 0) lb_express_bend(i, at, (lb_named){e->on.channel, e->on.key, e->on.id}, e->on.tuning / 100);
-    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, (lb_named){e->off.channel, e->off.key, e->off.id}, e->off.velocity);
-    else if (c->kind == VST3_NOTE_PRESSURE)
-        lb_express_vibrato(i, at, (lb_named){e->pressure.channel, e->pressure.key, e->pressure.id}, e->pressure.pressure);
-    else if (c->kind == VST3_NOTE_EXPRESSION)
-        express(v, at, e->expression.type, e->expression.id, e->expression.value);
+        lb_start_note(i, at, on.channel, on.key, e->on.velocity, on.id);
+        if (e->on.tuning != 0) lb_express(i, at, on, LB_EXPRESS_BEND, e->on.tuning / 100);
+    } else if (c->kind == VST3_NOTE_OFF) lb_stop_note(i, at, off, e->off.velocity);
+    else if (c->kind == VST3_NOTE_PRESSURE) lb_express(i, at, pressed, LB_EXPRESS_VIBRATO, e->pressure.pressure);
+    else if (c->kind == VST3_NOTE_EXPRESSION) express(v, at, e->expression.type, e->expression.id, e->expression.value);
 }
 
 /* Tells the host a value, 0 to 1, of a parameter that has changed by itself; returns 0 if it does not hear it. */
@@ -630,7 +491,7 @@ static void tell_changes(vst3 *v, const vst3_process_data *d) {
 }
 
 static vst3_result process(void *self, vst3_process_data *d) {
-    vst3 *v = of(self, PROCESSOR);
+    vst3 *v = of(self);
     lb_instance *i = &v->instance;
     float *outs[LB_STRINGS] = {0};
     if (!i->synth) return VST3_NO;
@@ -664,20 +525,11 @@ static vst3_result process(void *self, vst3_process_data *d) {
 
 /* --- controller --- */
 
-static vst3_result nothing(void *self, void *x) {
-    (void)self;
-    (void)x;
-    return VST3_OK;
-}
+static vst3_result nothing(void *self, void *x) { return VST3_OK; }
 
-static vst3_result nothing_to_end(void *self) {
-    (void)self;
-    return VST3_OK;
-}
+static vst3_result nothing_to_end(void *self) { return VST3_OK; }
 
 static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the component keeps all */
-    (void)self;
-    (void)stream;
     return VST3_OK;
 }
 
@@ -691,39 +543,14 @@ static int32_t group_of(const char *group) {
     return VST3_ROOT_UNIT;
 }
 
-static int32_t parameter_count(void *self) {
-    (void)self;
-    return LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT + 1;
-}
-
-/* What a way of a channel's own is called, and where it stands until it is moved. */
-static void own_info(int own, vst3_parameter *p) {
-    static const char *const called[] = {"Pitch bend", "Pressure", "Plucking place"};
-    char name[64];
-    snprintf(name, sizeof name, "%s, channel %d", called[own % WAYS], own / WAYS + 1);
-    p->id = CHANNELS + (uint32_t)own;
-    p->usual = own % WAYS == PRESSURE ? 0 : own % WAYS == WHEEL ? 0.5 : 64.0 / 127;
-    p->flags = VST3_IS_HIDDEN;
-    to_wide(p->title, name);
-}
-
-/* The same of another controller of a channel but the first. */
-static void other_info(int other, vst3_parameter *p) {
-    const int channel = 1 + other / NEW, number = other % NEW + (other % NEW >= PLACED);
-    char name[64];
-    snprintf(name, sizeof name, "MIDI CC %d, channel %d", number, channel + 1);
-    p->id = (uint32_t)(OTHERS + channel * EACH + number);
-    p->usual = usual_of_controller(number);
-    p->flags = VST3_IS_HIDDEN;
-    to_wide(p->title, name);
-}
+static int32_t parameter_count(void *self) { return LB_PARAMETERS + LB_HIDDEN + 1; }
 
 static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) {
-    const vst3 *v = of(self, CONTROLLER);
-    char name[32];
+    const vst3 *v = of(self);
+    char name[64];
     if (index < 0 || index >= parameter_count(self)) return VST3_INVALID;
     memset(p, 0, sizeof *p);
-    if (index == LB_PARAMETERS + VST3_CONTROLLERS + OWN + OTHER_COUNT) {
+    if (index == LB_PARAMETERS + LB_HIDDEN) {
         p->id = OVERLOAD;
         p->steps = LB_STRINGS;
         p->flags = VST3_IS_READ_ONLY;
@@ -731,21 +558,11 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
         to_wide(p->title, "Overload");
         return VST3_OK;
     }
-    if (index >= LB_PARAMETERS + VST3_CONTROLLERS + OWN) {
-        other_info(index - LB_PARAMETERS - VST3_CONTROLLERS - OWN, p);
-        return VST3_OK;
-    }
-    if (index >= LB_PARAMETERS + VST3_CONTROLLERS) {
-        own_info(index - LB_PARAMETERS - VST3_CONTROLLERS, p);
-        return VST3_OK;
-    }
     if (index >= LB_PARAMETERS) {
-        const int number = index - LB_PARAMETERS;
-        if (number == VST3_BEND) snprintf(name, sizeof name, "Pitch bend");
-        else if (number == VST3_PRESSURE) snprintf(name, sizeof name, "Pressure");
-        else snprintf(name, sizeof name, "MIDI CC %d", number);
-        p->id = CONTROLLERS + (uint32_t)number;
-        p->usual = usual_of_controller(number);
+        const lb_hidden hidden = lb_hidden_at(index - LB_PARAMETERS);
+        lb_hidden_name(index - LB_PARAMETERS, name);
+        p->id = hidden.id;
+        p->usual = hidden.usual;
         p->flags = VST3_IS_HIDDEN;
         to_wide(p->title, name);
         return VST3_OK;
@@ -766,7 +583,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
 }
 
 static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text out) {
-    const vst3 *v = of(self, CONTROLLER);
+    const vst3 *v = of(self);
     char text[256];
     if (id < LB_PARAMETERS) lb_value_to_text(&v->instance, (int)id, plain(v, id, x), text, sizeof text);
     else if (id == OVERLOAD) snprintf(text, sizeof text, "%.0f", x * LB_STRINGS);
@@ -776,7 +593,7 @@ static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text ou
 }
 
 static vst3_result text_to_value(void *self, uint32_t id, int16_t *in, double *x) {
-    const vst3 *v = of(self, CONTROLLER);
+    const vst3 *v = of(self);
     char text[512];
     double value;
     if (id >= LB_PARAMETERS) return VST3_NO;
@@ -786,24 +603,23 @@ static vst3_result text_to_value(void *self, uint32_t id, int16_t *in, double *x
     return VST3_OK;
 }
 
-static double to_plain(void *self, uint32_t id, double x) { return plain(of(self, CONTROLLER), id, x); }
+static double to_plain(void *self, uint32_t id, double x) { return plain(of(self), id, x); }
 
-static double to_normal(void *self, uint32_t id, double x) { return normal(of(self, CONTROLLER), id, x); }
+static double to_normal(void *self, uint32_t id, double x) { return normal(of(self), id, x); }
 
 static double value(void *self, uint32_t id) {
-    vst3 *v = of(self, CONTROLLER);
+    vst3 *v = of(self);
     if (id < LB_PARAMETERS) return normal(v, id, v->shown[id]);
     if (id == OVERLOAD) return (double)v->overload / LB_STRINGS;
-    int channel;
-    return controller_behind(id, &channel) >= 0 ? *kept_at(v, id) : 0;
+    const int hidden = lb_find_hidden(id);
+    return hidden < 0 ? 0 : v->hidden[hidden];
 }
 
 static vst3_result set_value(void *self, uint32_t id, double x) {
-    vst3 *v = of(self, CONTROLLER);
-    int channel;
-    const int known = controller_behind(id, &channel) >= 0;
-    if (known) *kept_at(v, id) = x;
-    if (id >= LB_PARAMETERS) return known || id == OVERLOAD ? VST3_OK : VST3_INVALID;
+    vst3 *v = of(self);
+    const int hidden = lb_find_hidden(id);
+    if (hidden >= 0) v->hidden[hidden] = x;
+    if (id >= LB_PARAMETERS) return hidden >= 0 || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
     if (v->instance.synth && id != LB_BASS) return VST3_OK; /* process() is told */
     lb_set_value(&v->instance, (int)id, v->shown[id]);
@@ -815,7 +631,7 @@ static vst3_result set_value(void *self, uint32_t id, double x) {
 
 static vst3_result set_handler(void *self, void *handler) {
     static const vst3_id wanted = VST3_HANDLER;
-    vst3 *v = of(self, CONTROLLER);
+    vst3 *v = of(self);
     vst3_unknown **given = handler;
     void *found = 0;
     if (given && (*given)->query(given, wanted, &found) != VST3_OK) found = 0;
@@ -852,11 +668,11 @@ static void moved(void *owner) {
     else tell_moves(v);
 }
 
-static void take_owner(void *owner) { take(owner); }
-static void drop_owner(void *owner) { drop(owner); }
+static void take_owner(void *owner) { take(((vst3 *)owner)->faces); }
+static void drop_owner(void *owner) { drop(((vst3 *)owner)->faces); }
 
 static void *create_view(void *self, const char *name) {
-    vst3 *v = of(self, CONTROLLER);
+    vst3 *v = of(self);
     const lb_view_owner owner = {v, &v->instance, take_owner, drop_owner, tell_by_hand, &v->attached, &v->timed};
     return strcmp(name, "editor") || !v->instance.shelf ? 0 : lb_new_vst3_view(&owner);
 }
@@ -864,27 +680,16 @@ static void *create_view(void *self, const char *name) {
 /* --- MIDI controllers --- */
 
 static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t number, uint32_t *id) {
-    (void)self;
     if (bus || number < 0 || number >= VST3_CONTROLLERS) return VST3_NO;
-    const int known = channel >= 0 && channel < LB_CHANNELS;
-    *id = known && channel && number < EACH ? OTHERS + (uint32_t)(channel * EACH + number)
-                                                   : CONTROLLERS + (uint32_t)number;
-    for (int way = 0; way < WAYS && known; way++)
-        if (controller_of(way) == (uint32_t)number) *id = CHANNELS + (uint32_t)(channel * WAYS + way);
+    *id = lb_hidden_id(channel >= 0 && channel < LB_CHANNELS ? channel : -1, number);
     return VST3_OK;
 }
 
 /* --- instruments as programs --- */
 
-static int32_t one(void *self) {
-    (void)self;
-    return 1;
-}
+static int32_t one(void *self) { return 1; }
 
-static int32_t unit_count(void *self) {
-    (void)self;
-    return 1 + GROUPS;
-}
+static int32_t unit_count(void *self) { return 1 + GROUPS; }
 
 static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
     if (index < 0 || index >= unit_count(self)) return VST3_INVALID;
@@ -907,68 +712,49 @@ static vst3_result programs_info(void *self, int32_t index, vst3_programs *list)
     if (index) return VST3_INVALID;
     memset(list, 0, sizeof *list);
     list->id = PROGRAMS;
-    list->count = lb_shelf_count(of(self, UNITS)->instance.shelf);
+    list->count = lb_shelf_count(of(self)->instance.shelf);
     to_wide(list->name, "Instruments");
     return VST3_OK;
 }
 
 static vst3_result program_name(void *self, int32_t list, int32_t program, vst3_text name) {
-    const lb_shelf *shelf = of(self, UNITS)->instance.shelf;
+    const lb_shelf *shelf = of(self)->instance.shelf;
     if (list != PROGRAMS || program < 0 || program >= lb_shelf_count(shelf)) return VST3_INVALID;
     to_wide(name, lb_shelf_title(shelf, program));
     return VST3_OK;
 }
 
 static vst3_result program_info(void *self, int32_t list, int32_t program, const char *attribute, vst3_text out) {
-    (void)self;
-    (void)list;
-    (void)program;
-    (void)attribute;
     out[0] = 0;
     return VST3_NO;
 }
 
 static vst3_result has_pitch_names(void *self, int32_t list, int32_t program) {
-    return list == PROGRAMS && program >= 0 && program < lb_shelf_count(of(self, UNITS)->instance.shelf) ? VST3_OK
+    return list == PROGRAMS && program >= 0 && program < lb_shelf_count(of(self)->instance.shelf) ? VST3_OK
                                                                                                        : VST3_NO;
 }
 
 /* What a key of an instrument switches. */
 static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t key, vst3_text out) {
     const int known = has_pitch_names(self, list, program) == VST3_OK && key >= 0 && key < LB_KEY_COUNT;
-    const lb_switch *s = known ? lb_shelf_switch(of(self, UNITS)->instance.shelf, program, key) : 0;
+    const lb_switch *s = known ? lb_shelf_switch(of(self)->instance.shelf, program, key) : 0;
     to_wide(out, s ? s->name : "");
     return s ? VST3_OK : VST3_NO;
 }
 
-static int32_t selected_unit(void *self) {
-    (void)self;
-    return VST3_ROOT_UNIT;
-}
+static int32_t selected_unit(void *self) { return VST3_ROOT_UNIT; }
 
 static vst3_result select_unit(void *self, int32_t unit) {
-    (void)self;
     return unit >= VST3_ROOT_UNIT && unit <= GROUPS ? VST3_OK : VST3_INVALID;
 }
 
 static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel,
                                int32_t *unit) {
-    (void)self;
-    (void)media;
-    (void)direction;
-    (void)bus;
-    (void)channel;
     *unit = VST3_ROOT_UNIT;
     return VST3_OK;
 }
 
-static vst3_result set_program_data(void *self, int32_t list, int32_t program, vst3_stream **data) {
-    (void)self;
-    (void)list;
-    (void)program;
-    (void)data;
-    return VST3_NO;
-}
+static vst3_result set_program_data(void *self, int32_t list, int32_t program, vst3_stream **data) { return VST3_NO; }
 
 /* --- the expressions of notes --- */
 
@@ -991,14 +777,9 @@ static int find_expression(uint32_t type) {
 }
 
 /* Nothing of the host's transport is needed. */
-static uint32_t requirements(void *self) {
-    (void)self;
-    return 0;
-}
+static uint32_t requirements(void *self) { return 0; }
 
 static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vst3_physicals *asked) {
-    (void)self;
-    (void)channel;
     if (bus) return VST3_INVALID;
     for (uint32_t j = 0; j < asked->count; j++) {
         asked->map[j].expression = UINT32_MAX;
@@ -1009,11 +790,7 @@ static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vs
     return VST3_OK;
 }
 
-static int32_t expression_count(void *self, int32_t bus, int16_t channel) {
-    (void)self;
-    (void)channel;
-    return bus ? 0 : EXPRESSION_COUNT;
-}
+static int32_t expression_count(void *self, int32_t bus, int16_t channel) { return bus ? 0 : EXPRESSION_COUNT; }
 
 static vst3_result expression_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_expression *e) {
     if (index < 0 || index >= expression_count(self, bus, channel)) return VST3_INVALID;
@@ -1052,15 +829,13 @@ static vst3_result expression_from_text(void *self, int32_t bus, int16_t channel
 
 static int32_t switch_count(void *self, int32_t bus, int16_t channel) {
     uint32_t count = LB_KEY_COUNT;
-    (void)channel;
-    lb_switch_key(&of(self, SWITCHES)->instance, &count);
+    lb_switch_key(&of(self)->instance, &count);
     return bus ? 0 : (int32_t)count;
 }
 
 static vst3_result switch_info(void *self, int32_t bus, int16_t channel, int32_t index, vst3_switch *s) {
-    const lb_instance *i = &of(self, SWITCHES)->instance;
+    const lb_instance *i = &of(self)->instance;
     uint32_t number = (uint32_t)index;
-    (void)channel;
     const int key = bus || index < 0 ? -1 : lb_switch_key(i, &number);
     if (key < 0) return VST3_INVALID;
     memset(s, 0, sizeof *s);
@@ -1076,30 +851,30 @@ static vst3_result switch_info(void *self, int32_t bus, int16_t channel, int32_t
 /* --- the factory --- */
 
 static const vst3_component component_table = {
-    {component_query, component_take, component_drop}, initialize, terminate, controller_class, set_io_mode, bus_count,
+    {query, take, drop}, initialize, terminate, controller_class, set_io_mode, bus_count,
     bus_info, routing, activate_bus, set_active, set_state, get_state,
 };
 static const vst3_processor processor_table = {
-    {processor_query, processor_take, processor_drop}, set_arrangements, arrangement, can_sample_size, latency, setup,
+    {query, take, drop}, set_arrangements, arrangement, can_sample_size, latency, setup,
     set_processing, process, tail,
 };
 static const vst3_controller controller_table = {
-    {controller_query, controller_take, controller_drop}, nothing, nothing_to_end, nothing_kept, nothing_kept,
+    {query, take, drop}, nothing, nothing_to_end, nothing_kept, nothing_kept,
     nothing_kept, parameter_count, parameter_info, value_to_text, text_to_value, to_plain, to_normal, value, set_value,
     set_handler, create_view,
 };
-static const vst3_midi_mapping mapping_table = {{mapping_query, mapping_take, mapping_drop}, mapped};
+static const vst3_midi_mapping mapping_table = {{query, take, drop}, mapped};
 static const vst3_units units_table = {
-    {units_query, units_take, units_drop}, unit_count, unit_info, one, programs_info, program_name, program_info,
+    {query, take, drop}, unit_count, unit_info, one, programs_info, program_name, program_info,
     has_pitch_names, pitch_name, selected_unit, select_unit, unit_of_bus, set_program_data,
 };
 static const vst3_expressions expressions_table = {
-    {expressions_query, expressions_take, expressions_drop}, expression_count, expression_info, expression_to_text,
+    {query, take, drop}, expression_count, expression_info, expression_to_text,
     expression_from_text,
 };
-static const vst3_context context_table = {{context_query, context_take, context_drop}, requirements};
-static const vst3_physical_mapping physical_table = {{physical_query, physical_take, physical_drop}, physical_mapping};
-static const vst3_switches switches_table = {{switches_query, switches_take, switches_drop}, switch_count, switch_info};
+static const vst3_context context_table = {{query, take, drop}, requirements};
+static const vst3_physical_mapping physical_table = {{query, take, drop}, physical_mapping};
+static const vst3_switches switches_table = {{query, take, drop}, switch_count, switch_info};
 
 static vst3_result factory_query(void *self, const vst3_id id, void **out) {
     static const vst3_id known[] = {VST3_UNKNOWN, VST3_FACTORY, VST3_FACTORY_2};
@@ -1113,22 +888,17 @@ static vst3_result factory_query(void *self, const vst3_id id, void **out) {
 }
 
 static uint32_t factory_users(void *self) { /* it is never freed */
-    (void)self;
     return 1;
 }
 
 static vst3_result factory_info(void *self, vst3_factory_info *info) {
-    (void)self;
     memset(info, 0, sizeof *info);
     snprintf(info->vendor, sizeof info->vendor, "livebass");
     info->flags = VST3_UNICODE;
     return VST3_OK;
 }
 
-static int32_t class_count(void *self) {
-    (void)self;
-    return sizeof classes / sizeof *classes;
-}
+static int32_t class_count(void *self) { return sizeof classes / sizeof *classes; }
 
 static vst3_result class_info_2(void *self, int32_t index, vst3_class_2 *c) {
     if (index < 0 || index >= class_count(self)) return VST3_INVALID;
@@ -1161,31 +931,18 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
             &component_table, &processor_table, &controller_table, &mapping_table, &units_table, &expressions_table,
             &switches_table, &context_table, &physical_table,
         };
-        memcpy(v->interfaces, tables, sizeof tables);
+        for (int t = 0; t < INTERFACES; t++) v->faces[t] = (face){tables[t], v};
         v->users = 1;
         v->apart = k == 1;
-        for (int c = 0; c < VST3_CONTROLLERS; c++) v->controllers[c] = usual_of_controller(c);
-        for (int own = 0; own < OWN; own++) {
-            vst3_parameter p;
-            own_info(own, &p);
-            v->own[own] = p.usual;
-        }
-        for (int c = 0; c < LB_CHANNELS * EACH; c++) v->others[c] = usual_of_controller(c % EACH);
+        for (int h = 0; h < LB_HIDDEN; h++) v->hidden[h] = lb_hidden_at(h).usual;
         v->instance.owner = v;
         v->instance.complain = complain;
         v->instance.ask = ask;
         v->instance.moved = moved;
         v->instance.learns = 1;
         v->instance.rate = 48000;
-#ifdef _WIN32
-        InitializeSRWLock(&v->lock);
-        InitializeConditionVariable(&v->wish);
-#else
-        pthread_mutex_init(&v->lock, 0);
-        pthread_cond_init(&v->wish, 0);
-#endif
-        const vst3_result result = query(v, interface_id, out);
-        drop(v);
+        const vst3_result result = query(v->faces, interface_id, out);
+        drop(v->faces);
         return result;
     }
     return VST3_INVALID;
@@ -1203,15 +960,9 @@ EXPORTED void *GetPluginFactory(void) {
 EXPORTED bool InitDll(void) { return true; }
 EXPORTED bool ExitDll(void) { return true; }
 #elif defined(__APPLE__)
-EXPORTED bool bundleEntry(void *bundle) {
-    (void)bundle;
-    return true;
-}
+EXPORTED bool bundleEntry(void *bundle) { return true; }
 EXPORTED bool bundleExit(void) { return true; }
 #else
-EXPORTED bool ModuleEntry(void *library) {
-    (void)library;
-    return true;
-}
+EXPORTED bool ModuleEntry(void *library) { return true; }
 EXPORTED bool ModuleExit(void) { return true; }
 #endif

@@ -78,12 +78,9 @@ UNKNOWN(view, VIEW)
 UNKNOWN(scale, SCALE)
 UNKNOWN(timer, TIMER)
 
-static vst3_result supported(void *self, const char *type) {
-    (void)self;
-    return strcmp(type, PLATFORM) ? VST3_NO : VST3_OK;
-}
+static vst3_result supported(void *self, const char *type) { return strcmp(type, PLATFORM) ? VST3_NO : VST3_OK; }
 
-/* Has the host's run loop call on_timer, where it has one: it is asked of the frame. */
+/* Registers on_timer with the host's run loop, if its frame has one. */
 static void start_timer(view *v) {
     static const vst3_id run_loop = VST3_RUN_LOOP;
     void *loop = 0;
@@ -111,16 +108,10 @@ static vst3_result removed(void *self) {
 }
 
 static vst3_result wheel(void *self, float way) { /* the window takes it itself */
-    (void)self;
-    (void)way;
     return VST3_NO;
 }
 
 static vst3_result key(void *self, int16_t letter, int16_t code, int16_t modifiers) { /* keys are the host's */
-    (void)self;
-    (void)letter;
-    (void)code;
-    (void)modifiers;
     return VST3_NO;
 }
 
@@ -148,28 +139,21 @@ static vst3_result on_size(void *self, const vst3_box *box) {
     return VST3_OK;
 }
 
-static vst3_result focus(void *self, uint8_t on) {
-    (void)self;
-    (void)on;
-    return VST3_OK;
-}
+static vst3_result focus(void *self, uint8_t on) { return VST3_OK; }
 
 static vst3_result set_frame(void *self, void *frame) {
     at(self, VIEW)->frame = frame;
     return VST3_OK;
 }
 
-static vst3_result can_resize(void *self) {
-    (void)self;
-    return VST3_OK;
-}
+static vst3_result can_resize(void *self) { return VST3_OK; }
 
 /* Takes the scale of the screen, and the size that goes with it; macOS has neither. */
 static vst3_result set_scale(void *self, float scale) {
     view *v = at(self, SCALE);
     if (!(scale >= 0.5f && scale <= 4) || !strcmp(PLATFORM, "NSView")) return VST3_NO;
-    v->width = (int)(v->width * scale / v->scale);
-    v->height = (int)(v->height * scale / v->scale);
+    v->width = (int)((float)v->width * scale / v->scale);
+    v->height = (int)((float)v->height * scale / v->scale);
     v->scale = scale;
     if (v->editor) lb_resize_editor(v->editor, v->width, v->height, v->scale);
     vst3_box box = {0, 0, v->width, v->height};

@@ -100,9 +100,7 @@ static id get(id to, const char *what) { return c.send(to, c.selector(what)); }
 static void tell(id to, const char *what, id about) {
     ((void (*)(id, SEL, id))(void *)c.send)(to, c.selector(what), about);
 }
-static double number(id to, const char *what) {
-    return ((double (*)(id, SEL))(void *)c.send)(to, c.selector(what));
-}
+static double number(id to, const char *what) { return ((double (*)(id, SEL))(void *)c.send)(to, c.selector(what)); }
 static unsigned long word(id to, const char *what) {
     return ((unsigned long (*)(id, SEL))(void *)c.send)(to, c.selector(what));
 }
@@ -148,14 +146,10 @@ static void next_picture(lb_window *w) {
 }
 
 static void on_timer(id view, SEL name, id timer) {
-    (void)name;
-    (void)timer;
     if (of(view)) next_picture(of(view));
 }
 
 static void on_draw(id view, SEL name, box part) {
-    (void)name;
-    (void)part;
     const lb_window *w = of(view);
     if (!w || !w->pixels) return;
     id context = get(kind("NSGraphicsContext"), "currentContext");
@@ -186,43 +180,29 @@ static void point(id view, id event, int what, int more) {
 }
 
 static void on_press(id view, SEL name, id event) {
-    (void)name;
     point(view, event, word(event, "clickCount") == 2 ? LB_POINT_DOUBLE : LB_POINT_PRESS, 0);
 }
 static void on_release(id view, SEL name, id event) {
-    (void)name;
     point(view, event, LB_POINT_RELEASE, 0);
 }
 static void on_right(id view, SEL name, id event) {
-    (void)name;
     point(view, event, LB_POINT_PRESS, LB_RIGHT);
 }
 static void on_right_release(id view, SEL name, id event) {
-    (void)name;
     point(view, event, LB_POINT_RELEASE, LB_RIGHT);
 }
 static void on_move(id view, SEL name, id event) {
-    (void)name;
     point(view, event, LB_POINT_MOVE, 0);
 }
 static void on_leave(id view, SEL name, id event) {
-    (void)name;
     point(view, event, LB_POINT_LEAVE, 0);
 }
 static void on_wheel(id view, SEL name, id event) {
-    (void)name;
     const double way = number(event, "deltaY");
     if (way != 0) point(view, event, way > 0 ? LB_POINT_UP : LB_POINT_DOWN, 0);
 }
-static BOOL yes(id view, SEL name) {
-    (void)view;
-    (void)name;
-    return 1;
-}
-static BOOL yes_to(id view, SEL name, id event) {
-    (void)event;
-    return yes(view, name);
-}
+static BOOL yes(id view, SEL name) { return 1; }
+static BOOL yes_to(id view, SEL name, id event) { return yes(view, name); }
 
 /* A class of a name that no other version of the plugin in this process has. */
 static int make_class(void) {

@@ -148,12 +148,7 @@ struct lb_window {
 
 /* Errors of our connections go no further: a host's handler may not know of them, and would end. A window that the host
    has destroyed gives them. The handler of the process is left as it is: it may be another library's. */
-static int no_error(display *d, void *event, void *wire) {
-    (void)d;
-    (void)event;
-    (void)wire;
-    return 0;
-}
+static int no_error(display *d, void *event, void *wire) { return 0; }
 
 static void keep_errors(lb_window *w) {
     for (int k = 1; k < 256; k++) x.ESetWireToError(w->display, k, no_error);

@@ -1,0 +1,90 @@
+/* What a hand does in the window, on its way to the host and to the audio thread. */
+#include "instance.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SPARE = 32 }; /* moves that only ends may take */
+
+void lb_put_move(lb_moves *m, int parameter, int phase, double value) {
+    const uint32_t put = m->put, used = put - __atomic_load_n(&m->taken, __ATOMIC_ACQUIRE);
+    if (used >= LB_MOVES || (phase != LB_END && used >= LB_MOVES - SPARE)) return;
+    m->moves[put % LB_MOVES] = (lb_move){parameter, phase, value};
+    __atomic_store_n(&m->put, put + 1, __ATOMIC_RELEASE);
+}
+
+int lb_take_move(lb_moves *m, lb_move *to) {
+    const uint32_t taken = m->taken;
+    if (taken == __atomic_load_n(&m->put, __ATOMIC_ACQUIRE)) return 0;
+    *to = m->moves[taken % LB_MOVES];
+    __atomic_store_n(&m->taken, taken + 1, __ATOMIC_RELEASE);
+    return 1;
+}
+
+void lb_put_touch(lb_touches *t, int on, int string, int key, double velocity) {
+    const uint32_t put = t->put;
+    if (put - __atomic_load_n(&t->taken, __ATOMIC_ACQUIRE) >= LB_BY_HAND) return;
+    const int seven = on ? (int)fmin(fmax(rint(127 * velocity), 1), 127) : 0;
+    t->touches[put % LB_BY_HAND] = (lb_touch){(uint8_t)string, (uint8_t)key, (uint8_t)seven};
+    __atomic_store_n(&t->put, put + 1, __ATOMIC_RELEASE);
+}
+
+int lb_take_touch(lb_touches *t, lb_touch *to) {
+    const uint32_t taken = t->taken;
+    if (taken == __atomic_load_n(&t->put, __ATOMIC_ACQUIRE)) return 0;
+    *to = t->touches[taken % LB_BY_HAND];
+    __atomic_store_n(&t->taken, taken + 1, __ATOMIC_RELEASE);
+    return 1;
+}
+
+static void let_go(lb_synth *s, int key) { lb_send(s, 0, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3); }
+
+/* Ends the first `count` notes of those that wait. */
+static void end_first(lb_synth *s, lb_taps *t, int count) {
+    for (int k = 0; k < count; k++) let_go(s, t->keys[k]);
+    t->count -= count;
+    memmove(t->keys, t->keys + count, (size_t)t->count * sizeof *t->keys);
+    memmove(t->due, t->due + count, (size_t)t->count * sizeof *t->due);
+}
+
+void lb_end_taps(lb_synth *s, lb_taps *t) {
+    int count = 0;
+    while (count < t->count && t->due[count] <= s->record.frame) count++;
+    end_first(s, t, count);
+}
+
+/* They end in the order in which they were let go: notes that are bound end after the next one has begun. */
+static void end_later(lb_synth *s, lb_taps *t, int key) {
+    const int64_t due = t->began[key] + (int64_t)(LB_SHORTEST * s->record.rate);
+    const int64_t before = t->count ? t->due[t->count - 1] : s->record.frame;
+    if (due <= s->record.frame && !t->count) {
+        let_go(s, key);
+        return;
+    }
+    if (t->count == LB_BY_HAND) end_first(s, t, 1);
+    t->keys[t->count] = (uint8_t)key;
+    t->due[t->count++] = due > before ? due : before;
+}
+
+void lb_play_touch(lb_synth *s, lb_taps *taps, const lb_touch *t) {
+    if (!t->velocity) {
+        end_later(s, taps, t->key);
+        return;
+    }
+    int last = taps->count; /* of those that wait, if the key is struck again */
+    while (last && taps->keys[last - 1] != t->key) last--;
+    end_first(s, taps, last);
+    taps->began[t->key] = s->record.frame;
+    if (t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string); /* else of the keyboard, or it switches */
+    lb_send(s, 0, (const uint8_t[]){0x90, t->key, t->velocity}, 3);
+}
+
+void lb_move_value(lb_instance *i, int parameter, double value, int phase) {
+    LB_ALONE(i->window.owner);
+    const double quality = lb_value(i, LB_QUALITY);
+    if (phase == LB_MOVE) lb_set_value(i, parameter, value);
+    lb_put_move(&i->moves, parameter, phase, lb_value(i, parameter));
+    for (int p = LB_BEGIN; parameter == LB_BASS && lb_value(i, LB_QUALITY) != quality && p <= LB_END; p++)
+        lb_put_move(&i->moves, LB_QUALITY, p, lb_value(i, LB_QUALITY)); /* it has followed: LV2 hears it from here alone */
+    i->moved(i->owner);
+}

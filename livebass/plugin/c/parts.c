@@ -1,0 +1,528 @@
+/* The parts of the picture: a table says what each kind draws, shows and does. */
+#include "drawing.h"
+
+#include <stdio.h>
+
+#define NOTICE 4.0 /* s for which a notice is seen */
+
+/* The pointer is over a part, or holds it. */
+static int is_hot(const lb_picture *p, const part *q) { return q - p->parts == p->hovered; }
+static int is_held(const lb_picture *p, const part *q) { return q - p->parts == p->held; }
+
+/* --- values --- */
+
+static double allowed(const lb_picture *p, int k, double v) {
+    v = fmin(fmax(v, lb_parameters[k].least), most_of(p, k));
+    return lb_parameters[k].whole ? rint(v) : v;
+}
+
+static void set(const lb_picture *p, int k, double v, int phase) { p->face.set(p->face.owner, k, v, phase); }
+
+/* The pointer takes hold of a value. */
+static void grab(lb_picture *p, const part *q, double x) {
+    p->grabbed = x;
+    p->from = value_of(p, q->number);
+    set(p, q->number, p->from, LB_BEGIN);
+}
+
+void lb_change(const lb_picture *p, int k, double v) {
+    v = allowed(p, k, v);
+    set(p, k, value_of(p, k), LB_BEGIN);
+    set(p, k, v, LB_MOVE);
+    set(p, k, v, LB_END);
+}
+
+static void mix_value(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->values[q->number]); }
+
+static void mix_bass(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->values[LB_BASS]); }
+
+/* The next value of a stepper, or the one before; round and round. */
+static void step(lb_picture *p, int k, int way) {
+    const double least = lb_parameters[k].least, range = most_of(p, k) - least + 1, at = value_of(p, k) + way - least;
+    lb_change(p, k, least + at - range * floor(at / range));
+}
+
+static void step_bass(lb_picture *p, int way) {
+    const int count = lb_basses(p), now = (int)value_of(p, LB_BASS);
+    if (count > 1) lb_change(p, LB_BASS, (now + way + count) % count);
+}
+
+static void wheel_step(lb_picture *p, const part *q, const hand *h) { step(p, q->number, h->way); }
+
+static void press_step(lb_picture *p, const part *q, const hand *h) {
+    step(p, q->number, h->modifiers & LB_RIGHT ? -1 : 1);
+}
+
+static void wheel_bass(lb_picture *p, const part *q, const hand *h) { step_bass(p, -h->way); }
+
+/* --- what several parts draw --- */
+
+static void button(lb_picture *p, const part *q, int lit, int hot) {
+    const theme *t = p->t;
+    const uint32_t face = lit ? t->accent : hot ? lb_mixed(t->raised, t->edge, 0.5) : t->raised;
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 6), 0, face);
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 6), px(p, 1), lit ? t->accent : t->edge);
+}
+
+/* An arrow in a box, up (0), right (1), down (2) or left (3). */
+static void arrow(lb_picture *p, const part *q, int way, uint32_t colour) {
+    static const int ways[4][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
+    const double x = q->x + q->w / 2, y = q->y + q->h / 2, r = px(p, 4), dx = ways[way][0] * r, dy = ways[way][1] * r;
+    for (int side = -1; side < 2; side += 2)
+        lb_line(&p->ground, x + dx / 2, y + dy / 2, x - dx / 2 - side * dy, y - dy / 2 + side * dx, px(p, 1.8), colour);
+}
+
+/* "0.42 (74 % of the string)": what is in brackets says more, where there is no room for both. */
+static void shorten(lb_picture *p, char *text, double room) {
+    char *open = strstr(text, " (");
+    const size_t end = strlen(text);
+    if (!open || text[end - 1] != ')' || lb_text_width(px(p, SMALL), text) <= room) return;
+    text[end - 1] = 0;
+    memmove(text, open + 2, strlen(open + 2) + 1);
+}
+
+static void draw_heading(lb_picture *p, const part *q, const char *name) {
+    char text[MOST_TEXT];
+    int k = 0;
+    for (; k < MOST_TEXT - 1 && name[k]; k++) text[k] = (char)(name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]);
+    text[k] = 0;
+    lb_label(p, &p->ground, q, 9.0, p->t->accent, text, 0);
+}
+
+/* A row of the list: `lit` is the one that plays; a doomed one asks before it is deleted. */
+static void draw_row(lb_picture *p, const part *q, const char *text, int lit, int hot, int doomed) {
+    const theme *t = p->t;
+    const uint32_t face = doomed ? t->hot : lit ? t->accent : t->raised;
+    const uint32_t ink = doomed ? 0xFFFFFFFF : lit ? t->on_accent : t->ink;
+    const part room = {.x = q->x + px(p, 8), .y = q->y, .w = q->w - px(p, 16), .h = q->h};
+    if (lit || hot || doomed) lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 5), 0, face);
+    lb_label(p, &p->ground, &room, MIDDLE, ink, text, 0);
+}
+
+/* --- the header --- */
+
+static void draw_wordmark(lb_picture *p, const part *q) {
+    lb_label(p, &p->ground, q, LARGE, p->t->accent, "livebass", 0);
+}
+
+static void draw_arrow(lb_picture *p, const part *q) {
+    button(p, q, 0, is_hot(p, q));
+    arrow(p, q, q->kind == NEXT ? 1 : 3, p->t->ink);
+}
+
+static void press_arrow(lb_picture *p, const part *q, const hand *h) { step_bass(p, q->kind == NEXT ? 1 : -1); }
+
+/* True while a notice stands in place of the title. */
+static int is_noticed(const lb_picture *p) {
+    return *p->notice && p->seconds >= p->noticed && p->seconds < p->noticed + NOTICE;
+}
+
+static void draw_title(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    const uint32_t colour = p->listing ? p->t->on_accent : p->t->ink;
+    button(p, q, p->listing, is_hot(p, q));
+    if (is_noticed(p)) snprintf(text, sizeof text, "%s", p->notice);
+    else text_of(p, LB_BASS, p->values[LB_BASS], text);
+    const part room = {.x = q->x + px(p, 10), .y = q->y, .w = q->w - px(p, 30), .h = q->h};
+    lb_label(p, &p->ground, &room, MIDDLE, colour, text, 0);
+    arrow(p, &(part){.x = q->x + q->w - q->h, .y = q->y, .w = q->h, .h = q->h}, 2, colour);
+}
+
+static void mix_title(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix_bass(p, q, hash);
+    mix(hash, is_noticed(p) ? p->noticed + 1 : 0);
+}
+
+static void draw_quality(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    button(p, q, 0, is_hot(p, q));
+    text_of(p, LB_QUALITY, p->values[LB_QUALITY], text);
+    lb_label(p, &p->ground, q, SMALL, p->t->ink, text, 1);
+}
+
+static void draw_load(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    snprintf(text, sizeof text, "load %.0f %%", 100 * p->told_load);
+    lb_label(p, &p->ground, q, SMALL, p->told_load > 0.9 ? p->t->hot : p->t->soft, text, 1);
+}
+
+static void mix_load(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, rint(100 * p->told_load)); }
+
+static int is_overloaded(const lb_picture *p) { return look_of(p)->strings && look_of(p)->overload > 0; }
+
+static void draw_overload(lb_picture *p, const part *q) {
+    const int on = is_overloaded(p);
+    const uint32_t face = on ? p->t->hot : p->t->edge;
+    lb_round(&p->ground, q->x, q->y + px(p, 4), q->w, q->h - px(p, 8), q->h / 2, on ? 0 : px(p, 1), face);
+    lb_label(p, &p->ground, q, 9.5, on ? 0xFFFFFFFF : p->t->soft, "OVERLOAD", 1);
+}
+
+static void mix_overload(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, is_overloaded(p)); }
+
+/* --- the neck --- */
+
+static void draw_neck(lb_picture *p, const part *q) {
+    lb_draw_neck(p, q);
+    p->lively = 1; /* what moves goes over it */
+    p->still = 0;
+}
+
+static void mix_neck(const lb_picture *p, const part *q, uint64_t *hash) { *hash ^= lb_neck_state(p); }
+
+/* The string and the fret at a place of the neck. */
+static int string_at(const lb_picture *p, double x, double y, int *fret) {
+    const LB_LOOK *l = look_of(p);
+    const double strings = (double)l->strings, at = (1 - (y - p->middle) / half_at(p, x)) * strings / 2;
+    if (!(x >= p->nut - px(p, 44) && x <= p->saddle && at >= 0 && at < strings)) return -1;
+    *fret = 0;
+    if (x > p->nut && l->frets && x < board_end(p)) {
+        while (*fret < l->frets && x_of(p, l->place[*fret]) < x) ++*fret;
+        if (l->fretless && *fret && x - x_of(p, l->place[*fret - 1]) < x_of(p, l->place[*fret]) - x) --*fret;
+    }
+    return (int)at;
+}
+
+void lb_end_note(lb_picture *p) {
+    if (p->string >= 0) p->face.note(p->face.owner, 0, p->string, p->key, 0);
+    p->string = -1;
+}
+
+/* Plays the note under the pointer, unless it sounds; the one before ends after it has begun: they are bound. */
+static void play_at(lb_picture *p, double x, double y) {
+    int fret = 0;
+    const int string = string_at(p, x, y, &fret), before = p->string, key_before = p->key;
+    if (string < 0) return;
+    const int key = (int)look_of(p)->string[string].open + fret;
+    if ((string == before && key == key_before) || key < 0 || key > 127) return;
+    p->string = string;
+    p->key = key;
+    p->face.note(p->face.owner, 1, string, key, 0.75);
+    if (before >= 0) p->face.note(p->face.owner, 0, before, key_before, 0);
+}
+
+/* The value of PLUCK_POSITION that plucks at a place, as the performer reads it. */
+static double pluck_value(const lb_picture *p, double x) {
+    const LB_LOOK *l = look_of(p);
+    const double place = (x - p->nut) / p->metre / l->string[0].length - l->usual;
+    const double near = l->nearest - l->usual, far = l->farthest - l->usual;
+    if (place * near > 0) return fmin(place / near, 1);
+    return place * far > 0 ? fmax(-place / far, -1) : 0;
+}
+
+static void press_neck(lb_picture *p, const part *q, const hand *h) { play_at(p, h->x, h->y); }
+
+static void press_pluck(lb_picture *p, const part *q, const hand *h) { grab(p, q, h->x); }
+
+static void drag_pluck(lb_picture *p, const part *q, const hand *h) {
+    set(p, q->number, allowed(p, q->number, pluck_value(p, h->x)), LB_MOVE);
+}
+
+static void wheel_pluck(lb_picture *p, const part *q, const hand *h) {
+    lb_change(p, q->number, value_of(p, q->number) - 0.05 * h->way);
+}
+
+static void press_motion(lb_picture *p, const part *q, const hand *h) {
+    p->zoom = (p->zoom + 1) % (int)(sizeof zooms / sizeof *zooms);
+}
+
+static void draw_name(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    lb_note_name((int)look_of(p)->string[q->number].open, text);
+    lb_draw_name(p, &p->ground, q->x + q->w / 2, q->y + q->h / 2, text, lb_fret_held(p, q->number) == 0);
+}
+
+static void mix_name(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix(hash, (double)look_of(p)->string[q->number].open * 2 + (lb_fret_held(p, q->number) == 0));
+}
+
+/* --- lamps --- */
+
+static int lamp_is_on(const lb_picture *p, int lamp) {
+    const LB_LOOK *l = look_of(p);
+    if (!l->strings) return 0;
+    switch (lamp) {
+    case LET_RING: return l->pedal != 0;
+    case PLAYED_ON: return l->forced >= 0;
+    case LB_SWITCH_SLAP: return l->slapped > 0;
+    case LB_SWITCH_PICK: return l->slapped == 0 && l->stroke == LB_PICK;
+    case LB_SWITCH_FINGER: return l->slapped == 0 && l->stroke != LB_PICK;
+    case LB_SWITCH_PALM_MUTE: if (l->palm > 0) return 1; break;
+    case LB_SWITCH_VIBRATO: if (l->vibrato > 0) return 1; break;
+    case LB_SWITCH_LEGATO: if (l->legato) return 1; break;
+    case LB_SWITCH_SLIDE: if (l->sliding) return 1; break;
+    default: break;
+    }
+    return (int)(l->switched >> lamp & 1);
+}
+
+static void draw_lamp(lb_picture *p, const part *q) {
+    const int hot = is_hot(p, q);
+    char text[64];
+    const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
+    const theme *t = p->t;
+    lb_lamp_name(p, lamp, q->number % 2, text);
+    if (hot && lb_key_of(p, lamp) >= 0) lb_note_name(lb_key_of(p, lamp), text); /* its key, where both have no room */
+    char *gap = strstr(text, "  ");
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
+    if (gap) *gap = 0;
+    const double y = q->y + q->h / 2 + px(p, 4), size = px(p, SMALL);
+    const double end = lb_text(&p->ground, q->x + px(p, 9), y, size, on ? t->on_accent : t->ink, text, q->w);
+    const uint32_t dim = on ? lb_faded(t->on_accent, 0.6) : t->soft;
+    if (gap) lb_text(&p->ground, end + lb_text_width(size, "  "), y, size, dim, gap + 2, q->w);
+}
+
+static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, lamp_is_on(p, q->number / 2)); }
+
+/* Presses the key of a lamp's switch: one that acts while it is held stays down until the next press. */
+static void press_lamp(lb_picture *p, const part *q, const hand *h) {
+    const int lamp = q->number / 2, key = lamp < LET_RING ? lb_key_of(p, lamp) : -1;
+    if (key < 0) return;
+    const int at_once = lamp == LB_SWITCH_FINGER || lamp == LB_SWITCH_PICK || lamp == LB_SWITCH_SLAP ||
+                        lamp == LB_SWITCH_STOP_ALL;
+    p->toggled[key] = !p->toggled[key] && !at_once;
+    if (p->toggled[key] || at_once) p->face.note(p->face.owner, 1, -1, key, 0.75);
+    if (!p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
+}
+
+/* --- the panel --- */
+
+static void draw_tab(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    lb_tab_name(p, q->number, text);
+    lb_label(p, &p->ground, q, MIDDLE, q->number == p->page || is_hot(p, q) ? p->t->ink : p->t->soft, text, 1);
+    if (q->number != p->page) return;
+    lb_box(&p->ground, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), p->t->accent);
+}
+
+static void press_tab(lb_picture *p, const part *q, const hand *h) { p->page = q->number; }
+
+static void draw_head(lb_picture *p, const part *q) { draw_heading(p, q, lb_groups[q->number]); }
+
+/* The track of a slider. */
+static void track_of(const lb_picture *p, const part *q, double *x, double *y, double *w) {
+    *x = q->x + px(p, 5);
+    *y = q->y + px(p, 25);
+    *w = q->w - px(p, 10);
+}
+
+static double place_on_track(const lb_picture *p, int k, double v) {
+    const double least = lb_parameters[k].least, range = most_of(p, k) - least;
+    return range > 0 ? fmin(fmax((v - least) / range, 0), 1) : 0;
+}
+
+/* The MIDI controller that moves a parameter, as `lb_face.controller` says. */
+static int controller_of(const lb_picture *p, int k) {
+    return p->face.learn ? p->face.controller(p->face.owner, k) : LB_NO_CONTROLLER;
+}
+
+static void draw_cell_text(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    const lb_parameter *k = &lb_parameters[q->number];
+    const int controller = controller_of(p, q->number);
+    if (controller < 0) snprintf(text, sizeof text, "%s", k->name);
+    else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
+    const double size = px(p, SMALL), y = q->y + px(p, 14), wide = lb_text_width(size, text);
+    lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? p->t->ink : p->t->soft, text, q->w);
+    if (lb_parameters[q->number].points) return; /* a stepper's value is in its box */
+    const double room = q->w - wide - px(p, 8);
+    if (controller == LB_WAITS) snprintf(text, sizeof text, "move a controller");
+    else text_of(p, q->number, p->values[q->number], text);
+    shorten(p, text, room);
+    const double needed = lb_text_width(size, text);
+    const double from = needed < room ? q->x + q->w - needed : q->x + wide + px(p, 8);
+    lb_text(&p->ground, from, y, size, p->t->ink, text, room + 1);
+}
+
+static void draw_slider(lb_picture *p, const part *q) {
+    draw_cell_text(p, q);
+    double x, y, w;
+    const theme *t = p->t;
+    const lb_parameter *k = &lb_parameters[q->number];
+    track_of(p, q, &x, &y, &w);
+    const double now = x + w * place_on_track(p, q->number, p->values[q->number]);
+    const double usual = x + w * place_on_track(p, q->number, k->usual), thick = px(p, 4);
+    lb_round(&p->ground, x, y - thick / 2, w, thick, thick / 2, 0, t->trough);
+    lb_round(&p->ground, fmin(now, usual), y - thick / 2, fabs(now - usual), thick, thick / 2, 0, t->accent);
+    if (k->usual > k->least && k->usual < most_of(p, q->number))
+        lb_box(&p->ground, usual - px(p, 0.75), y - px(p, 5), px(p, 1.5), px(p, 10), t->edge);
+    lb_round(&p->ground, now - px(p, 5), y - px(p, 7), px(p, 10), px(p, 14), px(p, 4), 0, BLACK);
+    const uint32_t colour = is_held(p, q) ? t->accent : is_hot(p, q) ? 0xFFFFFFFF : STRING;
+    lb_round(&p->ground, now - px(p, 4), y - px(p, 6), px(p, 8), px(p, 12), px(p, 3), 0, colour);
+    lb_box(&p->ground, now - px(p, 0.5), y - px(p, 4), px(p, 1), px(p, 8), 0x80000000);
+}
+
+static void draw_stepper(lb_picture *p, const part *q) {
+    const int hot = is_hot(p, q);
+    draw_cell_text(p, q);
+    char text[MOST_TEXT];
+    const part face = {.x = q->x, .y = q->y + px(p, 17), .w = q->w, .h = px(p, 18)};
+    text_of(p, q->number, p->values[q->number], text);
+    const int is_switch = most_of(p, q->number) == 1, on = p->values[q->number] > 0.5;
+    const double r = px(p, 3), left = px(p, is_switch ? 20 : 8);
+    button(p, &face, 0, hot);
+    const uint32_t colour = on ? p->t->accent : p->t->trough;
+    if (is_switch) lb_round(&p->ground, face.x + px(p, 9), face.y + face.h / 2 - r, 2 * r, 2 * r, r, 0, colour);
+    const part room = {.x = face.x + left, .y = face.y, .w = face.w - left - px(p, 16), .h = face.h};
+    lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
+    const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
+    arrow(p, &end, 1, hot ? p->t->ink : p->t->soft);
+}
+
+static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix_value(p, q, hash);
+    mix(hash, most_of(p, q->number) + 1000.0 * controller_of(p, q->number));
+}
+
+static double slider_value(const lb_picture *p, const part *q, double x) {
+    double left, y, wide;
+    track_of(p, q, &left, &y, &wide);
+    const double least = lb_parameters[q->number].least;
+    return allowed(p, q->number, least + (most_of(p, q->number) - least) * (x - left) / wide);
+}
+
+static void press_slider(lb_picture *p, const part *q, const hand *h) {
+    if (h->modifiers & LB_RIGHT) {
+        if (p->face.learn) p->face.learn(p->face.owner, q->number);
+        p->held = -1;
+        return;
+    }
+    grab(p, q, h->x);
+    if (!(h->modifiers & LB_SHIFT)) set(p, q->number, p->from = slider_value(p, q, h->x), LB_MOVE);
+}
+
+static void drag_slider(lb_picture *p, const part *q, const hand *h) {
+    const double range = most_of(p, q->number) - lb_parameters[q->number].least;
+    const double fine = p->from + 0.1 * range * (h->x - p->grabbed) / (q->w - px(p, 10));
+    set(p, q->number, h->modifiers & LB_SHIFT ? allowed(p, q->number, fine) : slider_value(p, q, h->x), LB_MOVE);
+}
+
+static void wheel_slider(lb_picture *p, const part *q, const hand *h) {
+    const lb_parameter *k = &lb_parameters[q->number];
+    const double range = most_of(p, q->number) - k->least, fine = h->modifiers & LB_SHIFT ? 0.005 : 0.025;
+    lb_change(p, q->number, value_of(p, q->number) + h->way * (k->whole ? 1 : range * fine));
+}
+
+/* --- A and B, Undo --- */
+
+static void draw_button(lb_picture *p, const part *q, const char *text, int lit, int hot) {
+    button(p, q, lit, hot);
+    lb_label(p, &p->ground, q, SMALL, p->t->ink, text, 1);
+}
+
+static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 0, is_hot(p, q)); }
+
+static void press_undo(lb_picture *p, const part *q, const hand *h) { p->face.undo(p->face.owner); }
+
+static void draw_side(lb_picture *p, const part *q) {
+    draw_button(p, q, q->number ? "B" : "A", q->number == p->face.side(p->face.owner), is_hot(p, q));
+}
+
+static void mix_side(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->face.side(p->face.owner)); }
+
+static void press_side(lb_picture *p, const part *q, const hand *h) {
+    if (q->number != p->face.side(p->face.owner)) p->face.swap(p->face.owner);
+}
+
+/* --- the list of basses and of the user's sounds --- */
+
+static void read_list(lb_picture *p) {
+    p->sounds = p->face.list ? p->face.list(p->face.owner) : 0;
+    p->doomed = -1;
+    p->lists++;
+}
+
+static void notice(lb_picture *p, const char *text, const char *what) {
+    snprintf(p->notice, sizeof p->notice, "%s%s", text, what);
+    p->noticed = p->seconds;
+}
+
+static void draw_save(lb_picture *p, const part *q) { draw_button(p, q, "Save", 0, is_hot(p, q)); }
+
+static void press_save(lb_picture *p, const part *q, const hand *h) {
+    char name[MOST_TEXT - 16];
+    if (p->face.save(p->face.owner, name, sizeof name)) notice(p, "Saved: ", name);
+    else notice(p, "Not saved: see the log of the host", "");
+    if (p->listing) read_list(p);
+}
+
+/* Takes it over; the right button deletes it with its second press. */
+static void press_sound(lb_picture *p, const part *q, const hand *h) {
+    const int sound = q->number;
+    if (!(h->modifiers & LB_RIGHT) && p->doomed != sound) {
+        p->listing = 0;
+        if (!p->face.load(p->face.owner, sound)) notice(p, "Not loaded: see the log of the host", "");
+    } else if (!(h->modifiers & LB_RIGHT)) p->doomed = -1;
+    else if (p->doomed != sound) p->doomed = sound;
+    else {
+        p->face.remove(p->face.owner, sound);
+        read_list(p);
+    }
+}
+
+static void press_title(lb_picture *p, const part *q, const hand *h) {
+    p->listing = !p->listing;
+    if (p->listing) read_list(p);
+}
+
+static void wheel_list(lb_picture *p, const part *q, const hand *h) {
+    p->scrolled = (int)fmin(fmax(p->scrolled - h->way, 0), p->columns);
+}
+
+static void draw_item(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    text_of(p, LB_BASS, q->number, text);
+    draw_row(p, q, text, (int)p->values[LB_BASS] == q->number, is_hot(p, q), 0);
+}
+
+static void press_item(lb_picture *p, const part *q, const hand *h) {
+    lb_change(p, LB_BASS, q->number);
+    p->listing = 0;
+}
+
+static void draw_sounds(lb_picture *p, const part *q) {
+    draw_heading(p, &(part){.x = q->x + px(p, 8), .y = q->y, .w = q->w, .h = q->h}, "Your sounds");
+}
+
+static void draw_sound(lb_picture *p, const part *q) {
+    const int doomed = p->doomed == q->number;
+    draw_row(p, q, doomed ? "Press again to delete" : p->face.sound(p->face.owner, q->number), 0, is_hot(p, q), doomed);
+}
+
+static void mix_sound(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->doomed == q->number); }
+
+static void draw_more(lb_picture *p, const part *q) {
+    draw_row(p, q, p->scrolled < p->columns ? "More" : "Back", 0, 1, 0);
+}
+
+static void press_more(lb_picture *p, const part *q, const hand *h) {
+    p->scrolled = p->scrolled < p->columns ? p->scrolled + 1 : 0;
+}
+
+/* --- the table --- */
+
+enum { USUAL = LB_POINTER_USUAL, HAND = LB_POINTER_HAND, ACROSS = LB_POINTER_ACROSS };
+const lb_kind lb_kinds[KINDS] = {
+    [WORDMARK] = {.draw = draw_wordmark},
+    [PREVIOUS] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND},
+    [NEXT] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND},
+    [TITLE] = {draw_title, mix_title, press_title, 0, wheel_bass, HAND},
+    [QUALITY] = {draw_quality, mix_value, press_step, 0, wheel_step, HAND},
+    [LOAD] = {.draw = draw_load, .state = mix_load},
+    [OVERLOAD] = {.draw = draw_overload, .state = mix_overload},
+    [LAMP] = {draw_lamp, mix_lamp, press_lamp, 0, 0, HAND},
+    [TAB] = {draw_tab, 0, press_tab, 0, 0, HAND},
+    [HEAD] = {.draw = draw_head},
+    [SLIDER] = {draw_slider, mix_slider, press_slider, drag_slider, wheel_slider, ACROSS},
+    [STEPPER] = {draw_stepper, mix_value, press_step, 0, wheel_step, HAND},
+    [ITEM] = {draw_item, mix_bass, press_item, 0, wheel_list, HAND},
+    [BOARD] = {draw_neck, mix_neck, press_neck, press_neck, 0, USUAL},
+    [PLUCK] = {0, 0, press_pluck, drag_pluck, wheel_pluck, ACROSS},
+    [MOTION] = {0, 0, press_motion, 0, 0, HAND},
+    [NAME] = {.draw = draw_name, .state = mix_name},
+    [UNDO] = {draw_undo, 0, press_undo, 0, 0, HAND},
+    [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND},
+    [SAVE] = {draw_save, 0, press_save, 0, 0, HAND},
+    [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND},
+    [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
+    [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND},
+};

@@ -1,0 +1,90 @@
+"""The C of the plugins has layers: a file includes and calls what stands below it, and there is no circle."""
+
+from __future__ import annotations
+
+import graphlib
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from livebass.plugin import build
+
+# From the lowest to the highest; files of one layer do not call each other.
+LAYERS = (
+    {"thread", "files", "paint", "stack_win32"},
+    {"core", "look", "drawing"},  # basses and synths; what windows see of them
+    {"values", "neck"},
+    {"learn", "hand", "layout", "vst3_midi"},
+    {"notes", "state", "parts"},
+    {"sounds", "picture"},
+    {"instance", "window"},  # all that a shell holds
+    {"editor"},
+    {"page", "vst3_view", "loader"},
+    {"clap", "lv2", "lv2_ui", "vst3"},  # the shells: none knows another
+)
+COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+DEFINED = re.compile(
+    r"^(?!static|extern|typedef)[A-Za-z_][\w *]*?(lb_\w+)(?:\[\w*\])*(?:\([^;]*?\) \{| = )", re.MULTILINE
+)
+Files = Mapping[str, str]
+
+
+@pytest.fixture(scope="module")
+def files() -> Files:
+    """The text of each file, by its name, without comments."""
+    return {file.name: COMMENT.sub("", file.read_text()) for file in build.C.glob("*.[ch]")}
+
+
+def room(file: str) -> str:
+    """The name of a file among the layers: the windows of three systems are one."""
+    stem = Path(file).stem
+    return "window" if stem.startswith("window_") else stem
+
+
+def definers(files: Files) -> dict[str, str]:
+    return {name: room(file) for file, text in files.items() if file.endswith(".c") for name in DEFINED.findall(text)}
+
+
+def calls(files: Files) -> Iterator[tuple[str, str, str]]:
+    """(caller, called, by which name), of rooms that are not the same."""
+    defined = definers(files)
+    for file, text in files.items():
+        for name in re.findall(r"\blb_\w+", text):
+            if file.endswith(".c") and name in defined and defined[name] != room(file):
+                yield room(file), defined[name], name
+
+
+def broken(files: Files) -> set[tuple[str, str, str]]:
+    """Calls that do not go down."""
+    layer = {name: number for number, names in enumerate(LAYERS) for name in names}
+    return {call for call in calls(files) if layer[call[0]] <= layer[call[1]]}
+
+
+def test_each_file_has_its_layer(files: Files) -> None:
+    rooms = {room(file) for file in files if file.endswith(".c")}
+    assert rooms - {"page"} == set().union(*LAYERS) - {"page"}
+
+
+def test_calls_go_down(files: Files) -> None:
+    assert {"lb_value", "lb_load_bass", "lb_draw_neck", "lb_kinds", "lb_edit_instance"} <= definers(files).keys()
+    assert broken(files) == set()
+
+
+def test_a_circle_would_be_found(files: Files) -> None:
+    """As there was one of picture and neck, and one of instance and state."""
+    wrong = {**files, "neck.c": files["neck.c"] + "lb_draw(p);", "state.c": files["state.c"] + "lb_serve(i);"}
+    assert broken(wrong) == {("neck", "picture", "lb_draw"), ("state", "instance", "lb_serve")}
+
+
+def test_includes_have_no_circle(files: Files) -> None:
+    included = {file: set(re.findall(r'#include "(.*?)"', text)) for file, text in files.items()}
+    order = list(graphlib.TopologicalSorter(included).static_order())
+    assert order.index("core.h") < order.index("instance.h") < order.index("clap.c")
+
+
+def test_the_picture_knows_no_host(files: Files) -> None:
+    """Nor an instance: it draws what its face says."""
+    picture = ("drawing", "layout", "neck", "parts", "picture", "paint")
+    assert {called for caller, called, _ in calls(files) if caller in picture} <= {*picture, "look"}

@@ -1,0 +1,482 @@
+"""What the plugins of all formats promise, each in a host of ours: one list for CLAP, VST3 and LV2."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support.hosts import FORMATS, HOSTS, PLACE, TUNING, VIBRATO, Event, Expression, Host
+from support.plugins import (
+    DAMAGES,
+    NO_THREADS,
+    PRESETS,
+    RATE,
+    hard_score,
+    helpers,
+    midi_score,
+    mono,
+    rendered,
+)
+from support.scores import SWITCH_KEYS
+
+from livebass import load_preset, score_of
+from livebass.arrays import Floats
+from livebass.engine.render import mixed
+from livebass.live.parameters import PARAMETERS
+from livebass.plugin.systems import this_system
+
+pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
+JAZZ, SLAP, _, FRETLESS = range(4)  # of PRESETS
+MPE = [(0, bytes(m)) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
+SWITCHES = {10: "Ghost notes", 12: "Hammer-on", 16: "String E"}
+
+
+def on(key: int, velocity: int = 64, channel: int = 0) -> bytes:
+    return bytes([0x90 | channel, key, velocity])
+
+
+def off(key: int, channel: int = 0) -> bytes:
+    return bytes([0x80 | channel, key, 0])
+
+
+@pytest.fixture(scope="module")
+def places(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A bundle of PRESETS for each format."""
+    folder = tmp_path_factory.mktemp("promises")
+    made = {name: HOSTS[name].write(folder / name) for name in FORMATS}
+    return {**made, "clap-midi": made["clap"]}
+
+
+@pytest.fixture
+def made() -> Iterator[list[Host]]:
+    """Hosts that are closed after the test."""
+    hosts: list[Host] = []
+    yield hosts
+    for host in hosts:
+        host.close()
+
+
+@pytest.fixture
+def make(kind: str, places: dict[str, Path], made: list[Host]) -> Any:
+    """Makes a host, of the usual bundle or of one in another folder."""
+
+    def new(place: Path | None = None, **more: Any) -> Host:
+        made.append(HOSTS[kind](place or places[kind], **more))
+        return made[-1]
+
+    return new
+
+
+@pytest.fixture
+def host(make: Any) -> Host:
+    return make()  # type: ignore[no-any-return]
+
+
+every_format = pytest.mark.parametrize("kind", FORMATS)
+every_host = pytest.mark.parametrize("kind", HOSTS)
+with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has MIDI alone
+
+
+# --- the sound ---
+
+SIZES: dict[str, Sequence[tuple[int, ...]]] = {
+    "jazz-finger": [(4096, 3, 100)], "slap": [(512,), (17,), (64,)], "paper-bass": [(1, 999)], "fretless": [(511,)],
+}  # fmt: skip
+SLOW = [("fretless", "vst3"), ("fretless", "lv2"), ("paper-bass", "vst3")]  # their shells treat basses alike
+CASES = [
+    pytest.param(preset, kind, marks=[pytest.mark.slow] if (preset, kind) in SLOW else [])
+    for preset in PRESETS
+    for kind in HOSTS
+]
+
+
+@pytest.mark.parametrize(("preset", "kind"), CASES)
+def test_it_plays_what_is_rendered_bit_for_bit(host: Host, preset: str) -> None:
+    """In blocks of any size."""
+    score = hard_score(notes=2 if preset == "fretless" else 12)
+    wanted = mono(preset, score)
+    assert np.abs(wanted).max() > 0.1
+    host.choose(PRESETS.index(preset))
+    for sizes in SIZES[preset]:
+        host.renew()
+        assert np.array_equal(host.play(score, len(wanted), sizes), wanted), sizes
+
+
+@every_format
+@pytest.mark.parametrize("rate", [44100, 96000, 192000])
+def test_so_it_does_at_other_rates(make: Any, rate: int) -> None:
+    score = hard_score(rate, notes=4)
+    wanted = mono("jazz-finger", score)
+    assert np.array_equal(make(rate=rate).play(score, len(wanted)), wanted)
+
+
+@every_host
+def test_a_midi_file_is_rendered_alike(host: Host, tmp_path: Path) -> None:
+    """With bends, pedal and expression, on two channels that hold the same keys."""
+    score = midi_score(tmp_path / "a.mid")
+    wanted = mono("jazz-finger", score)
+    assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)
+
+
+@every_format
+def test_an_output_a_string(make: Any) -> None:
+    """Its outputs are the stems of `render --stems`, which add up to the sound of the other plugin."""
+    host, score = make(apart=True), hard_score()
+    wanted = rendered("jazz-finger", score)
+    outs = host.play(score, wanted.shape[1], (300, 2000, 7))
+    assert np.array_equal(outs[: len(wanted)], wanted) and not outs[len(wanted) :].any()
+    assert np.array_equal(mixed(outs), mono("jazz-finger", score))
+
+
+@every_format
+def test_sound_is_not_cut_at_full_scale(host: Host) -> None:
+    score = hard_score()
+    wanted = mono("jazz-finger", score, gain=10.0)
+    assert np.abs(wanted).max() > 1.5
+    assert np.array_equal(host.play(score, len(wanted), points=[(0, "gain", 20.0)]), wanted)
+
+
+@every_format
+def test_switched_off_and_on_it_is_as_new(host: Host) -> None:
+    score = hard_score()
+    first = host.play(score, RATE // 2)
+    host.renew()
+    assert first.any() and np.array_equal(host.play(score, RATE // 2), first)
+
+
+@every_format
+def test_running_ahead_changes_no_bit(host: Host) -> None:
+    score = hard_score()
+    wanted = mono("jazz-finger", score)
+    host.play([], 64, (64,), [(0, "running_ahead", 1.0)])
+    host.work()
+    host.renew()
+    assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)
+
+
+@every_format
+def test_offline_the_bass_is_built_anew_in_a_block(make: Any) -> None:
+    """At the frame of the value; with LV2, whose ports have one value a block, with the block."""
+
+    def played(sizes: tuple[int, ...]) -> Floats:
+        notes = [(0, on(33, 110)), (3100, on(40, 110))]
+        return make(offline=True).play(notes, 6000, sizes, [(3000, "action", 0.4), (3000, "gauge", 5.0)])  # type: ignore
+
+    whole = played((3000,))
+    assert np.abs(whole[3200:]).max() > 0.01
+    for sizes in ((500,), (3000, 1, 2999)):
+        assert np.array_equal(played(sizes), whole), sizes
+    plain = make(offline=True).play([(0, on(33, 110)), (3100, on(40, 110))], 6000)
+    assert np.array_equal(plain[:3000], whole[:3000]) and not np.array_equal(plain[3100:], whole[3100:])
+
+
+# --- notes ---
+
+
+@every_host
+def test_two_strings_in_unison_both_end(make: Any) -> None:
+    """One key on two channels, a string each, as guitars send MIDI: in any order, and one of them twice."""
+
+    def played(*events: tuple[int, bytes]) -> Floats:
+        host = make(apart=True)
+        return host.play([(0, on(45, 100, 1)), (100, on(45, 100, 2)), *events], 3 * RATE)  # type: ignore[no-any-return]
+
+    held = played()
+    peaks = np.abs(held).max(axis=1)
+    strings = np.flatnonzero(peaks > 0.1 * peaks.max()).tolist()
+    assert len(strings) == 2
+    late = slice(2 * RATE, None)
+    assert all(np.abs(held[k, late]).max() > 1e-3 for k in strings)
+    for order in ((1, 2), (2, 1)):
+        both = played(*((RATE // 2 + 1000 * k, off(45, channel)) for k, channel in enumerate(order)))
+        assert all(np.abs(both[k, late]).max() < 0.01 * np.abs(held[k, late]).max() for k in strings)
+        one = played((RATE // 2, off(45, order[0])))
+        assert sorted(np.array_equal(one[k], held[k]) for k in strings) == [False, True], "the other one rings on"
+
+
+@every_host
+def test_channels_bend_apart_and_pressure_vibrates_one_string(make: Any) -> None:
+    """Each channel of MPE has a wheel and pressure of its own: those of channel 3 move its string alone."""
+
+    def played(*moves: tuple[int, bytes]) -> Floats:
+        notes = [*MPE, (10, on(35, 64, 1)), (10, on(40, 64, 2))]
+        return make(apart=True).play([*notes, *moves], 9600)  # type: ignore[no-any-return]
+
+    plain = played()
+    for message in (bytes([0xE2, 0, 66]), bytes([0xD2, 127])):
+        moved = played((1000, message))
+        assert np.array_equal(moved[1], plain[1]) and not np.array_equal(moved[2], plain[2]), message
+
+
+def pitch(sound: Floats, low: float = 50.0, high: float = 70.0) -> float:
+    """The frequency of the highest peak between two, Hz."""
+    spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
+    first, last = (round(f * (1 << 19) / RATE) for f in (low, high))
+    return float((first + np.argmax(spectrum[first:last])) * RATE / (1 << 19))
+
+
+@with_expressions
+def test_tuning_of_a_note_bends_its_string_alone(make: Any) -> None:
+    """The second of two notes; the next note on that string sounds at its own pitch."""
+
+    def played(*more: Event) -> Floats:
+        notes = [(0, on(28)), (0, on(33)), (24000, off(33)), (24000, on(35))]
+        return make(apart=True).play([*notes, *more], RATE, (500,))  # type: ignore[no-any-return]
+
+    plain, bent = played(), played((4800, Expression(TUNING, 0, 33, 1.0)))
+    assert np.array_equal(plain[0], bent[0]) and not np.array_equal(plain[1], bent[1])
+    for span, semitones in ((slice(7200, 23500), 1), (slice(30000, 48000), 0)):
+        assert pitch(bent[1][span]) / pitch(plain[1][span]) == pytest.approx(2 ** (semitones / 12), abs=2e-3)
+
+
+@with_expressions
+def test_expressions_do_what_mpe_does(make: Any) -> None:
+    """Vibrato as pressure of the note's channel; brightness, which places the note it begins with, as controller 74."""
+
+    def played(*events: Event) -> Floats:
+        return make(apart=True).play([*MPE, *events], 9600)  # type: ignore[no-any-return]
+
+    notes = [(10, on(35, 64, 1)), (10, on(40, 64, 2))]
+    pressed = played(*notes, (1000, bytes([0xD2, 127])))
+    assert np.array_equal(played(*notes, (1000, Expression(VIBRATO, 2, 40, 1.0))), pressed)
+    bright = played((9, bytes([0xB1, 74, 127])), (10, on(33, 64, 1)))
+    assert np.array_equal(played((10, on(33, 64, 1)), (10, Expression(PLACE, 1, 33, 1.0))), bright)
+    assert not np.array_equal(played((10, on(33, 64, 1))), bright)
+
+
+@with_expressions
+def test_notes_are_heard_in_time_under_a_flood_of_expressions(make: Any) -> None:
+    """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
+
+    def played(*tunings: Event) -> Floats:
+        notes = [(0, on(33, 114)), (3000, on(28, 114)), (3500, off(28)), (4090, on(38, 114))]
+        ends = [(13000, off(33)), (13000, off(38))]
+        events = sorted([*notes, *tunings], key=lambda event: event[0])
+        return make(apart=True).play([*events, *ends], 65000, (4096, *[500] * 200))  # type: ignore[no-any-return]
+
+    flood = [(k, Expression(TUNING, 0, 33, 0.5 + k % 7 / 10)) for k in range(10, 4090) for _ in range(3)]
+    plain, flooded = played(), played(*flood, (4092, Expression(TUNING, 0, 33, 0.0)))
+    for string, onset in ((0, 3000), (2, 4090)):
+        begin = [int(np.flatnonzero(np.abs(out[string]) > 1e-4)[0]) for out in (plain, flooded)]
+        assert onset <= begin[0] < onset + 200 and abs(begin[1] - begin[0]) <= 128, string
+    assert np.abs(flooded[:, -9600:]).max() < 1e-3 < np.abs(flooded[:, :9000]).max()
+    span = slice(5500, 12500)
+    assert 1200 * np.log2(pitch(flooded[1, span], 45) / pitch(plain[1, span], 45)) == pytest.approx(0, abs=8)
+
+
+VALUES = {
+    "gain": -6.0, "tone": -0.5, "pluck_position": 0.7, "dynamics": 5.0, "technique": 3.0, "hand_damping": 0.4,
+    "unevenness": 0.3, "bend_range": 12.0, "palm_mute": 0.6, "vibrato": 0.8, "compression": 0.5, "drive": 0.9,
+}  # fmt: skip
+
+
+@with_expressions
+def test_values_are_heard_at_their_frames(make: Any) -> None:
+    """The size of the blocks changes nothing, and each value something."""
+
+    def played(values: dict[str, float], sizes: tuple[int, ...] = (512,)) -> Floats:
+        score = hard_score()
+        events = [(0, bytes([0xE0, 0, 80])), *zip(score.frames.tolist(), map(bytes, score.messages), strict=True)]
+        points = [(7000 + 911 * k, symbol, x) for k, (symbol, x) in enumerate(values.items())]
+        return make(offline=True).play(events, RATE, sizes, points)  # type: ignore[no-any-return]
+
+    usual, together = played({}), played(VALUES)
+    for sizes in ((32,), (4096,), (1000, 1, 77)):
+        assert np.array_equal(played(VALUES, sizes), together), sizes
+    for symbol, x in VALUES.items():
+        one = played({symbol: x})
+        assert np.array_equal(one[:7000], usual[:7000]) and not np.array_equal(one, usual), symbol
+
+
+@pytest.mark.parametrize("kind", ["clap", "clap-midi", "lv2"])
+def test_a_program_change_chooses_a_bass_that_is_there(host: Host) -> None:
+    """By General MIDI, from 0. VST3 has programs of its own."""
+    score = hard_score(notes=2)
+    for program, bass in ((36, SLAP), (32, SLAP), (99, SLAP), (33, JAZZ)):  # 32 is flatwound's
+        host.play([(0, bytes([0xC0, program]))], 64, (64,))
+        for _ in range(60):
+            host.play([], 1024)
+            host.work()
+        host.renew()
+        assert np.array_equal(host.play(score, RATE // 4), mono(PRESETS[bass], score)[: RATE // 4]), program
+
+
+@every_format
+def test_hosts_show_what_keys_switch(host: Host) -> None:
+    if hasattr(host.plugin, "midnam"):
+        document = host.plugin.midnam()
+        found = {int(n): name for n, name in re.findall(r'<Note Number="(\d+)" Name="(.*?)"/>', document)}
+    else:
+        found = getattr(host.plugin, "notes_called", None) or host.plugin.switches
+        found = found()
+    assert sorted(found) == sorted(SWITCH_KEYS) and all(found.values())
+    assert {key: found[key] for key in SWITCHES} == SWITCHES
+
+
+# --- sessions ---
+
+
+def moved_host(make: Any, bass: int = SLAP) -> Host:
+    """A host whose bass, quality and tone were chosen, as new."""
+    host: Host = make()
+    host.choose(bass)
+    host.play([], 64, (64,), [(0, "quality", 1.0), (0, "tone", 0.5), (0, "gain", 3.0)])
+    host.work()
+    host.renew()
+    return host
+
+
+def names(state: Any) -> list[bytes]:
+    """The names of basses in a state, of CLAP and VST3, or of LV2 by keys."""
+    whole = state if isinstance(state, bytes) else b"".join(value for value, _ in state.values())
+    return [name for name in (*(p.encode() for p in PRESETS), b"missing") if name + b"\0" in whole]
+
+
+@every_format
+def test_a_session_brings_its_sound_back(make: Any) -> None:
+    host, other = moved_host(make), make()
+    score, state = hard_score(notes=4), host.save()
+    assert names(state) == [b"slap"] and other.load(state) and other.save() == state
+    other.renew()
+    points = [(0, p.symbol, x) for p, x in ((PARAMETERS[0], 3.0), (PARAMETERS[1], 0.5))]  # LV2 hosts restore ports
+    sound = host.play(score, 9600, points=points)
+    assert sound.any() and np.array_equal(other.play(score, 9600, points=points), sound)
+
+
+@every_format
+def test_a_session_that_is_saved_at_once_has_the_bass_that_was_chosen(host: Host) -> None:
+    """Before the host has loaded it."""
+    host.play([], 64, (64,), [(0, "bass", float(SLAP))])
+    assert names(host.save()) == [b"slap"]
+
+
+@every_format
+def test_a_state_with_another_bass_says_which(kind: str, make: Any, tmp_path: Path, capfd: Any) -> None:
+    """Once: all else is taken over, and the name is saved again until another bass is chosen."""
+    state = moved_host(make, FRETLESS).save()
+    folder = tmp_path / HOSTS[kind].folder
+    HOSTS[kind].module.write_bundle({name: load_preset(name) for name in ("slap", "jazz-finger")}, folder)
+    capfd.readouterr()
+    other = make(folder)
+    for _ in "once", "again":
+        assert other.load(state) and other.save() == state
+    said = other.lines(capfd.readouterr().err)
+    assert len(said) == 1 and said[0].endswith("the session's instrument is not installed: fretless")
+    other.play([], 64, (64,))
+    assert other.save() == state
+    other.choose(1)
+    assert names(other.save()) == [b"jazz-finger"]
+
+
+@every_format
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_instrument_is_refused_with_one_line(
+    kind: str, make: Any, places: dict[str, Path], tmp_path: Path, capfd: Any, damage: Any
+) -> None:
+    """The bass before plays on, and a session keeps the name."""
+    folder = tmp_path / HOSTS[kind].folder
+    shutil.copytree(places[kind], folder)
+    (file,) = folder.rglob("slap.lbass")
+    file.write_bytes(damage(file.read_bytes()))
+    host, score = make(folder), hard_score(notes=2)
+    wanted = mono("jazz-finger", score)
+    capfd.readouterr()
+    host.play([], 64, (64,), [(0, "bass", float(SLAP))])
+    host.work()
+    until, said = time.monotonic() + 30, []
+    while not said and time.monotonic() < until:
+        said += host.lines(capfd.readouterr().err)
+        host.play([], 64, (64,))
+    assert len(said) == 1 and re.search(r"slap\.lbass: ", said[0])
+    assert np.array_equal(host.play(score, len(wanted)), wanted)
+    assert names(host.save()) == [b"slap"]
+
+
+@pytest.mark.parametrize("kind", ["clap", "lv2"])
+def test_without_its_first_instrument_it_does_not_start(
+    kind: str, make: Any, places: dict[str, Path], tmp_path: Path
+) -> None:
+    """Nor without any; one line says which is missing. VST3 is not active then."""
+    folder = tmp_path / HOSTS[kind].folder
+    shutil.copytree(places[kind], folder)
+    (folder / "instruments.txt").write_text("slap\n")
+    (folder / "slap.lbass").write_bytes(b"damaged")
+    with pytest.raises(RuntimeError, match=r"^[^;]*slap\.lbass: [^;]*$"):
+        make(folder)
+    (folder / "instruments.txt").unlink()
+    with pytest.raises(RuntimeError, match="there is no instrument"):
+        make(folder)
+
+
+@every_format
+def test_a_new_instance_begins_in_the_quality_of_the_list(kind: str, make: Any, tmp_path: Path) -> None:
+    folder, score = tmp_path / HOSTS[kind].folder, hard_score(notes=3)
+    basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
+    HOSTS[kind].module.write_bundle(basses, folder, qualities={"jazz-finger": "studio"})
+    host = make(folder)
+    if kind == "lv2":  # whose ports begin as the bundle says
+        host.plugin.controls["quality"].value = 1.0
+    wanted = mono("jazz-finger", score, "studio")
+    assert np.array_equal(host.play(score, len(wanted)), wanted)
+
+
+# --- threads ---
+
+
+@NO_THREADS
+@every_format
+def test_threads_of_its_own_change_no_bit_and_end(kind: str, make: Any, capfd: Any) -> None:
+    """None while the host renders, and none once the plugin is switched off."""
+    host, score = make(), hard_score(notes=4)
+    wanted = mono("jazz-finger", score)
+    for cores in (2, 4, 1, 2):
+        host.play([], 64, (64,), [(0, "cores", float(cores))])
+        host.work()
+        own = min(cores, os.cpu_count() or 1) - 1
+        until = time.monotonic() + 10
+        while helpers() != own and time.monotonic() < until:
+            if host.lines(capfd.readouterr().err):
+                pytest.skip("the system refuses them real-time priority")
+            time.sleep(0.01)
+        host.renew()
+        assert np.array_equal(host.play(score, len(wanted), (64,)), wanted), cores
+    host.close()
+    assert helpers() == 0
+    host.close = lambda: None  # type: ignore[method-assign]
+
+
+# --- floods ---
+
+
+@with_expressions
+def test_notes_are_heard_under_dense_automation(make: Any) -> None:
+    """More values in a block than the plugin takes: no note is lost, each parameter ends as its last value says."""
+    symbols = ("gain", "dynamics", "unevenness", "hand_damping")
+
+    def played(points: list[tuple[int, str, float]]) -> Floats:
+        host = make(offline=True)
+        notes = [(0, on(33)), (4000, on(28)), (4090, off(33)), (4090, off(28)), (96000, on(33))]
+        return host.play(notes, 100800, (4096,), points)  # type: ignore[no-any-return]
+
+    dense = [(k, symbols[k % 4], 0.0) for k in range(4000)]
+    last = [(4091, "gain", -1.0)]
+    out, plain = played(dense + last), played(last)
+    assert np.abs(out[88000:96000]).max() < 1e-3 < np.abs(out[:4000]).max()
+    assert np.abs(out[96000:]).max() > 0.01
+    assert np.allclose(out[96000:], plain[96000:], rtol=0, atol=1e-5)
+
+
+def test_chords_are_played_on_free_strings(places: dict[str, Path], made: list[Host]) -> None:
+    """The same by all hosts."""
+    score = score_of([(0.01, 0.3, 28 + k % 36, 40 + k % 80) for k in range(128)], RATE)
+    wanted = mono("jazz-finger", score)
+    for kind, host in HOSTS.items():
+        made.append(host(places[kind]))
+        assert np.array_equal(made[-1].play(score, len(wanted), (64,)), wanted), kind
