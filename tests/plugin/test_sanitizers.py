@@ -35,7 +35,6 @@ SHELLS = (
     "instance.c",
     "state.c",
     "sounds.c",
-    "page.c",
     "learn.c",
     "clap.c",
     "editor.c",

@@ -930,10 +930,8 @@ let began = 0; // frame of the context at which the audio thread began: it tells
 // Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
 function look(now) {
   requestAnimationFrame(look);
-  if (PAGE.watching || PAGE.editing) see.follow(watched, now);
-  if (PAGE.editing) {
-    askPlugin();
-  } else if (context && sounding) {
+  if (PAGE.watching) see.follow(watched, now);
+  if (context && sounding) {
     const spare = see.follow(heardFrame(), now);
     if (spare && node) node.port.postMessage({spare}, [spare]);
     if (analyser && now - pitched > PITCH_EVERY) {
@@ -1453,11 +1451,9 @@ makeCases();
 showKeys();
 showBass();
 takeLink();
-const lack = !PAGE.watching && !PAGE.editing && lacking();
+const lack = !PAGE.watching && lacking();
 if (PAGE.watching) {
   watch();
-} else if (PAGE.editing) {
-  edit();
 } else if (lack) {
   $("lacks").textContent = lack;
   $("lacks").hidden = false;
