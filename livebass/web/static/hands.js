@@ -18,7 +18,7 @@ const noteOff = (/** @type {PressedKey} */ {note}) => [0x80, note, 0];
 export const force = () => +$("force").value;
 
 /**
- * Presses what `id` tells apart, at `time` (ms). A finger that began early goes on so many ms late, by a clock of its own.
+ * Presses what `id` tells apart, at `time` (ms). A finger that began early goes on as late, by a clock of its own.
  * @param {string} id
  * @param {number} note
  * @param {number} force
@@ -72,7 +72,8 @@ function playEarly() {
   const oldest = performance.now() - MOST_LATE, keys = state.early.filter(({end = Infinity}) => end > oldest);
   state.early = [];
   if (!keys.length) return;
-  const {currentTime, sampleRate} = player.context, begin = Math.max(oldest, keys[0].begin), first = currentTime + SOON / 1000;
+  const {currentTime, sampleRate} = player.context, first = currentTime + SOON / 1000;
+  const begin = Math.max(oldest, keys[0].begin);
   const frameAt = (/** @type {number} */ time) => Math.round(sampleRate * (first + Math.max(0, time - begin) / 1000));
   const clock = {late: performance.now() - begin, frameAt};
   const messages = keys.flatMap(key => {
@@ -167,7 +168,8 @@ function pluckAt(/** @type {number} */ x) {
   const body = part(".body"), {left, right} = body.getBoundingClientRect(), begin = Number(body.dataset.begin);
   const {pluck: [nearest, usual, farthest], strings: [{length}]} = chosenBass();
   const aside = (begin + (length - begin) * (x - left) / (right - left)) / length - usual;
-  const value = aside * (farthest - usual) > 0 ? -aside / (farthest - usual) : nearest === usual ? 0 : aside / (nearest - usual);
+  const towards = aside * (farthest - usual) > 0 ? usual - farthest : nearest - usual;
+  const value = towards && aside / towards;
   moveControl("pluck_position", Math.min(1, Math.max(-1, value)));
 }
 
@@ -184,7 +186,8 @@ function rightMoves(/** @type {PointerEvent} */ e, /** @type {RightFinger} */ fi
   for (let string = 0; string < count; string++) {
     const middle = (count - 0.5 - string) * tall;
     const across = (finger.y - middle) * (y - middle) < 0;
-    if (!across || e.timeStamp - finger.plucked[string] < AGAIN) continue; // screens tell where a finger will be, and take it back
+    // screens tell where a finger will be, and take it back
+    if (!across || e.timeStamp - finger.plucked[string] < AGAIN) continue;
     finger.plucked[string] = e.timeStamp;
     const speed = Math.abs(y - finger.y) / tall / Math.max(1e-3, (e.timeStamp - finger.time) / 1000);
     pluckAt(e.clientX);
@@ -237,7 +240,8 @@ function forceAt(/** @type {HTMLElement} */ cell, /** @type {number} */ y) {
 
 // The cell where a finger is: browsers take a touch near an edge for a touch beyond it.
 /** @returns {HTMLElement | null | undefined} */
-const cellAt = (/** @type {PointerEvent} */ e) => document.elementFromPoint(e.clientX, e.clientY)?.closest("[data-note]");
+const cellAt = (/** @type {PointerEvent} */ {clientX, clientY}) =>
+  document.elementFromPoint(clientX, clientY)?.closest("[data-note]");
 
 for (const place of [$("neck"), $("piano")]) {
   place.addEventListener("pointerdown", e => {
@@ -261,7 +265,7 @@ for (const place of [$("neck"), $("piano")]) {
     press(id, Number(cell.dataset.note), forceAt(cell, e.clientY), e.timeStamp, cell, key.clock);
     if (along) lift(key, e.timeStamp);
   });
-  place.addEventListener("pointerup", e => { // a finger that comes down starts no sound in browsers, one that leaves does
+  place.addEventListener("pointerup", e => { // browsers start the sound when a finger leaves, not when it comes down
     if (player.loading && held.has("pointer" + e.pointerId) && !player.sounding) player.sound().catch(() => {});
   });
   // a focused place plays by Space and Enter

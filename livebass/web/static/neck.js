@@ -14,14 +14,14 @@ const MOVES = {ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, 0], ArrowDow
 /** @returns {HTMLElement} */
 const part = (/** @type {string} */ selector) => /** @type {HTMLElement} */ ($("neck").querySelector(selector));
 
-// How many frets fit, none narrower than a finger: all, with the rest of the string to scale, or some, and less of that.
+// How many frets fit, none narrower than a finger: all, with the rest of the string to scale, or some and less of it.
 function fitting(/** @type {number} */ width, /** @type {number} */ frets) {
   const mouse = matchMedia("(min-width: 60rem)").matches && !matchMedia("(pointer: coarse)").matches;
   const least = mouse ? LEAST_FRET.mouse : LEAST_FRET.finger;
   if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= least) return frets;
-  const room = width * (1 - BODY_PART / 100);
+  const room = width * (1 - BODY_PART / 100), behind = (/** @type {number} */ count) => 2 ** (-count / 12);
   let count = Math.min(frets - 1, 4);
-  while (count < frets - 1 && room * (2 ** (-count / 12) - 2 ** (-(count + 1) / 12)) / (1 - 2 ** (-(count + 1) / 12)) >= least) count++;
+  while (count < frets - 1 && room * (behind(count) - behind(count + 1)) / (1 - behind(count + 1)) >= least) count++;
   return count;
 }
 
@@ -29,9 +29,9 @@ function fitting(/** @type {number} */ width, /** @type {number} */ frets) {
 // counts from the nut.
 export function showNeck() {
   const bass = chosenBass(), neck = $("neck"), focused = neck.contains(document.activeElement);
-  const count = fitting(neck.clientWidth - 64, bass.frets), from = Math.max(0, Math.min(state.from, bass.frets - count));
+  const count = fitting(neck.clientWidth - 64, bass.frets);
+  const from = state.from = Math.max(0, Math.min(state.from, bass.frets - count));
   const whole = count === bass.frets, numbers = Array.from({length: count}, (_, k) => from + 1 + k);
-  state.from = from;
   const widths = numbers.map(n => (2 ** (-n / 12) * 100 / 2 ** (-from / 12)).toFixed(2) + "fr");
   const beyond = whole ? `${(100 * 2 ** (-count / 12) / (2 ** (1 / 12) - 1)).toFixed(2)}fr` : `${BODY_PART}%`;
   neck.style.gridTemplateColumns = `3.25rem ${widths.join(" ")} ${beyond}`;
@@ -40,7 +40,8 @@ export function showNeck() {
   neck.classList.toggle("nut", from === 0);
   neck.classList.toggle("odd", bass.strings.length % 2 === 1);
   const cells = bass.strings.flatMap((_, row) => [0, ...numbers].map(fret => cellOf(bass, row, fret)));
-  const inlays = numbers.filter(n => INLAYS.includes(bass.capo + n)).flatMap(fret => inlayAt(bass.capo + fret, fret - from + 1));
+  const inlays = numbers.filter(n => INLAYS.includes(bass.capo + n))
+    .flatMap(fret => inlayAt(bass.capo + fret, fret - from + 1));
   neck.replaceChildren(...cells, ...inlays, bodyOf(bass, whole ? bass.strings[0].frets[count - 1] : bass.body));
   see.needed = true;
   part(".open").tabIndex = 0;
@@ -56,7 +57,8 @@ export function showNeck() {
 function cellOf(bass, row, fret) {
   const number = bass.strings.length - 1 - row, string = bass.strings[number], note = string.note + fret;
   const cell = make("button", {type: "button", className: fret ? "fret" : "open", tabIndex: -1});
-  cell.setAttribute("aria-label", `${string.name} string, ${fret ? `fret ${bass.capo + fret}` : "open"}, ${noteName(note)}`);
+  const place = fret ? `fret ${bass.capo + fret}` : "open";
+  cell.setAttribute("aria-label", `${string.name} string, ${place}, ${noteName(note)}`);
   Object.assign(cell.dataset, {note, string: number, fret});
   Object.assign(cell.style, {gridRow: row + 1, gridColumn: fret ? fret - state.from + 1 : 1});
   if (!fret) cell.append(string.name);
@@ -86,7 +88,8 @@ function bodyOf(/** @type {Bass} */ bass, /** @type {number} */ begin) {
   return body;
 }
 
-// A function from a place (m from the nut) of a string to where it is drawn, px; frets that are not shown are at the edges.
+// A function from a place of a string (m from the nut) to where it is drawn (px). Frets that are not shown are at the
+// edges.
 function placing() {
   const at = $("strings").getBoundingClientRect().left, body = part(".body").getBoundingClientRect();
   /** @type {NodeListOf<HTMLElement>} */

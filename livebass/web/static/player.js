@@ -71,7 +71,9 @@ export class WorkletPlayer {
   async prepareAll() {
     const context = this.context = new AudioContext({latencyHint: "interactive"});
     context.suspend().catch(() => {}); // where it may run at once
-    context.onstatechange = () => { if (this.sounding && context.state !== "running") this.silence(); }; // a call came, say
+    context.onstatechange = () => { // a call came, say
+      if (this.sounding && context.state !== "running") this.silence();
+    };
     this.wasm = await read("livebass.wasm");
     this.module = await WebAssembly.compile(this.wasm);
     await workshop.open(this.module);
@@ -219,7 +221,9 @@ export class WorkletPlayer {
 
   // Changes how the bass plays by a MIDI message, now; or by a controller on every channel.
   changeBy(/** @type {number[]} */ midi) { this.change({midi, frame: this.frameAt(performance.now())}); }
-  changeEverywhere(/** @type {number[]} */ everywhere) { this.change({everywhere, frame: this.frameAt(performance.now())}); }
+  changeEverywhere(/** @type {number[]} */ everywhere) {
+    this.change({everywhere, frame: this.frameAt(performance.now())});
+  }
 
   // Tells the audio thread whether somebody looks, and gives back a buffer of what it saw.
   see(/** @type {boolean} */ seeing) { this.node?.port.postMessage({seeing}); }

@@ -18,8 +18,9 @@ async function showAgain() {
     return;
   }
   const {file, response} = /** @type {{file: ArrayBuffer, response?: Float64Array}} */ (player.basses.get(bass));
-  const rate = player.context.sampleRate, copy = file.slice(0), moments = {before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)};
-  showSlowly(await workshop.ask({recalled, file: copy, tier: PAGE.tier, rate, response, ...moments}, [copy, recalled.told]));
+  const rate = player.context.sampleRate, copy = file.slice(0);
+  const how = {tier: PAGE.tier, rate, response, before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)};
+  showSlowly(await workshop.ask({recalled, file: copy, ...how}, [copy, recalled.told]));
 }
 
 // Shows a motion that the worker made, slowly, from its beginning.
@@ -78,7 +79,8 @@ export function backToNow() {
 
 function titleOf() {
   const {string, fret} = see.note, bass = chosenBass(), at = fret ? `, fret ${bass.capo + fret}` : "";
-  return `livebass: ${bass.title}, ${bass.strings[string].name} string${at}, ${see.moment.toFixed(2)} ms after the release, ${see.zoom} times enlarged`;
+  const when = `${see.moment.toFixed(2)} ms after the release`;
+  return `livebass: ${bass.title}, ${bass.strings[string].name} string${at}, ${when}, ${see.zoom} times enlarged`;
 }
 
 const fileName = (/** @type {string} */ ending) => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;
@@ -99,7 +101,8 @@ async function saveClip() {
   const parts = [];
   recorder.ondataavailable = ({data}) => parts.push(data);
   const ended = new Promise(done => { recorder.onstop = done; });
-  const seconds = Math.min(CLIP.longest, Math.max(CLIP.shortest, replay.length / player.context.sampleRate * slowness()));
+  const wanted = replay.length / player.context.sampleRate * slowness();
+  const seconds = Math.min(CLIP.longest, Math.max(CLIP.shortest, wanted));
   state.rolling = false;
   $("clip").disabled = true;
   recorder.start();

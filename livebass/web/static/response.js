@@ -9,14 +9,16 @@ const LONGEST = 1; // s
 const SILENT = "has no sound that can be played";
 
 /**
- * Takes the impulse response in an audio file, whose rate the browser makes its own: its first channel that is not silent.
+ * Reads the impulse response in an audio file, at the browser's rate: its first channel that is not silent.
  * @param {File} file
  * @returns {Promise<ResponseFile>}
  */
 async function readResponse(file) {
-  const sound = await player.context.decodeAudioData(await file.arrayBuffer()).catch(() => { throw new Error("not an audio file"); });
+  const sound = await player.context.decodeAudioData(await file.arrayBuffer())
+    .catch(() => { throw new Error("not an audio file"); });
   const channels = Array.from({length: sound.numberOfChannels}, (_, k) => sound.getChannelData(k));
-  const loudest = channels.map(samples => samples.reduce((most, x) => Math.max(most, Math.abs(x)), 0)), most = Math.max(...loudest);
+  const loudest = channels.map(samples => samples.reduce((most, x) => Math.max(most, Math.abs(x)), 0));
+  const most = Math.max(...loudest);
   const channel = loudest.findIndex(level => level >= LEAST_LEVEL * most);
   if (!(most > 0) || !Number.isFinite(most)) throw new Error(SILENT);
   return {name: file.name, samples: Float64Array.from(channels[channel]), channels: channels.length, channel};
@@ -58,5 +60,6 @@ $("response-file").onchange = async () => {
   const [file] = $("response-file").files || [];
   $("response-file").value = ""; // the same file may be chosen again
   if (!file || !player.ready) return;
-  await readResponse(file).then(takeResponse).catch(error => { $("response-text").textContent = `${file.name}: ${error.message}`; });
+  await readResponse(file).then(takeResponse)
+    .catch(error => { $("response-text").textContent = `${file.name}: ${error.message}`; });
 };

@@ -84,7 +84,8 @@ export class See {
     /** @type {SeenNote} */
     this.note = {string: 0, contacts: []}; // the last one
     this.shape = new Float32Array(POINTS + 1);
-    this.parts = {neck: document.createElement("canvas"), side: document.createElement("canvas"), note: document.createElement("canvas")}; // of a poster
+    const [neck, side, note] = Array.from({length: 3}, () => document.createElement("canvas"));
+    this.parts = {neck, side, note}; // of a poster
     this.bins = new Float32Array(0); // of the spectrum
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     this.needed = true; // something is to be drawn anew
@@ -202,10 +203,13 @@ export class See {
   show(made) {
     /** @type {Hit[]} */
     const hits = [];
-    for (let k = 0; k < made.contacts.length; k += 4)
-      hits.push({string: made.contacts[k], fret: made.contacts[k + 1], frame: made.contacts[k + 2], speed: made.contacts[k + 3]});
+    for (let k = 0; k < made.contacts.length; k += 4) {
+      const [string, fret, frame, speed] = made.contacts.slice(k, k + 4);
+      hits.push({string, fret, frame, speed});
+    }
     const replay = this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
-    this.note = {string: made.string, fret: this.note.fret, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
+    const {string, frame} = made, contacts = hits.filter(hit => hit.frame >= frame);
+    this.note = {string, fret: this.note.fret, frame, contacts, said: true};
     this.flashes.clear();
     this.needed = true;
     return replay;

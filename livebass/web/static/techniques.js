@@ -7,9 +7,10 @@ import {state} from "./state.js";
 export const LONG_PRESS = 400; // ms
 
 // What plucks, by key switches
-export const STROKES = PAGE.buttons.filter(button => button.strikes).map((stroke, k) => ({...stroke, button: chip("strokes", stroke.name, k + 1)}));
-// Ways to play, each by the value of a controller, or by the held key switch that MIDI has for it. A way is on while it is
-// latched, or held by a finger or a key; `told` is what the bass knows.
+export const STROKES = PAGE.buttons.filter(button => button.strikes)
+  .map((stroke, k) => ({...stroke, button: chip("strokes", stroke.name, k + 1)}));
+// Ways to play, each by the value of a controller, or by the held key switch that MIDI has for it. A way is on while it
+// is latched, or held by a finger or a key; `told` is what the bass knows.
 /** @type {Way[]} */
 export const WAYS = PAGE.buttons.filter(button => !button.strikes).map((way, k) => ({
   ...way, button: chip("ways", way.name, (k + STROKES.length + 1) % 10), holds: new Set(), latched: false, told: false,

@@ -32,7 +32,8 @@ export function showPitch(/** @type {AnalyserNode} */ analyser) {
   $("pitch").textContent = "";
   if (!hertz) return;
   const note = 69 + 12 * Math.log2(hertz / 440), nearest = Math.round(note), cents = Math.round(100 * (note - nearest));
-  $("pitch").textContent = `${noteName(nearest)} ${cents < 0 ? "−" : "+"}${Math.abs(cents)} cents, ${hertz.toFixed(1)} Hz`;
+  const off = `${cents < 0 ? "−" : "+"}${Math.abs(cents)} cents`;
+  $("pitch").textContent = `${noteName(nearest)} ${off}, ${hertz.toFixed(1)} Hz`;
 }
 
 // Shows one picture where there is no room for three.
