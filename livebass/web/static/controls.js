@@ -3,14 +3,14 @@ import {$, PAGE, chosenBass} from "./page.js";
 import {player} from "./player.js";
 
 /** @type {Record<ControlName, (value: number) => string>} */
-const CONTROLS = {
+const TEXTS = {
   gain: value => value > PAGE.parameters.gain.least ? `${value} dB` : "silent",
   tone: value => value < 0 ? "darker" : value > 0 ? "brighter" : "its own",
   pluck_position: value => value < 0 ? "to the bridge" : value > 0 ? "to the neck" : "its own",
   compression: value => knobText("compression", value),
   drive: value => knobText("drive", value),
 };
-const SYMBOLS = /** @type {ControlName[]} */ (Object.keys(CONTROLS));
+export const CONTROLS = /** @type {ControlName[]} */ (Object.keys(TEXTS));
 
 // The strength of an effect; a knob at 0 leaves it as the bass has it.
 function knobText(/** @type {string} */ symbol, /** @type {number} */ value) {
@@ -24,7 +24,7 @@ function tellParameter(/** @type {ControlName} */ symbol) {
 }
 
 function sayControl(/** @type {ControlName} */ symbol) {
-  $(symbol).ariaValueText = $(`${symbol}-text`).textContent = CONTROLS[symbol](+$(symbol).value);
+  $(symbol).ariaValueText = $(`${symbol}-text`).textContent = TEXTS[symbol](+$(symbol).value);
 }
 
 // Says how strong the effects of the chosen bass are.
@@ -48,12 +48,12 @@ export function showControl(/** @type {ControlName} */ symbol, /** @type {number
   sayControl(symbol);
 }
 
-for (const symbol of SYMBOLS) {
+for (const symbol of CONTROLS) {
   const {least, most, usual, unit} = PAGE.parameters[symbol], slider = $(symbol);
   Object.assign(slider, {min: least, max: most, step: unit ? 1 : 0.01, value: usual});
   slider.oninput = () => moveControl(symbol, +slider.value);
   slider.ondblclick = () => moveControl(symbol, usual);
   sayControl(symbol);
 }
-player.on("started", () => SYMBOLS.forEach(tellParameter));
+player.on("started", () => CONTROLS.forEach(tellParameter));
 $("force").oninput = () => { $("force-text").textContent = $("force").value; };
