@@ -31,6 +31,7 @@ from livebass import QUALITIES, load_preset
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread import block
 from livebass.web.export import export_page
+from livebass.web.modules import joined
 
 RATE, SECONDS, QUANTUM, RUNS = 48000, 8, 128, 6
 CHORDS = [(28, 35, 40, 47), (31, 38, 43, 50)]
@@ -43,6 +44,8 @@ MESSAGES = sorted(
     for off in (0, 1)
 )
 WORKER = """
+import {Engine} from "./engine.js";
+
 onmessage = ({data: o}) => {
   const runs = [];
   for (let r = 0; r < o.runs; r++) {
@@ -64,39 +67,34 @@ onmessage = ({data: o}) => {
 MEASURE = """
 const [name, given, source, done] = arguments;
 (async () => {
-  while (!ready) await new Promise(later => setTimeout(later, 20));
-  const engine = (await readText("worker.js")).split("// Builds basses")[0];
-  const worker = new Worker(URL.createObjectURL(new Blob([engine + source], {type: "text/javascript"})));
+  while (!player.ready) await new Promise(later => setTimeout(later, 20));
+  const worker = new Worker(URL.createObjectURL(new Blob([source], {type: "text/javascript"})));
   worker.onmessage = e => done(e.data);
-  worker.postMessage({...given, module, tier: PAGE.tier, file: await read(`basses/${name}.lbass`)});
+  worker.postMessage({...given, module: player.module, tier: PAGE.tier, file: await read(`basses/${name}.lbass`)});
 })();
 """
 PLAY = """
-$("bass").value = arguments[0];
-$("bass").dispatchEvent(new Event("change"));
-const [, seconds, strings, line, drawn, done] = arguments;
-const underruns = () => context.playbackStats?.underrunEvents;
+const [name, seconds, strings, line, drawn, done] = arguments;
+chooseBass(name);
+const underruns = () => player.context.playbackStats?.underrunEvents;
 let pictures = 0;
 const draw = see.drawNeck;
 see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
 if (!drawn) see.draw = () => {};
-sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
-  const loads = [], told = node.port.onmessage;
-  if (!drawn) node.port.postMessage({seeing: false});
+player.sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
+  const loads = [];
+  if (!drawn) player.see(false);
   pictures = 0;
   const before = underruns();
   let most = 0, peak = 0;
-  node.port.onmessage = e => {
-    if (e.data.held) {
-      loads.push(e.data.load);
-      most = Math.max(most, e.data.overload);
-      peak = Math.max(peak, e.data.peak);
-    }
-    told(e);
-  };
+  player.on("report", told => {
+    loads.push(told.load);
+    most = Math.max(most, told.overload);
+    peak = Math.max(peak, told.peak);
+  });
   const play = (key, late, long) => {
-    send(performance.now() + late, [0x90, key, 125]);
-    setTimeout(() => send(performance.now(), [0x80, key, 0]), long + late);
+    player.send(performance.now() + late, [0x90, key, 125]);
+    setTimeout(() => player.send(performance.now(), [0x80, key, 0]), long + late);
   };
   let beats = 0;
   const chord = line ? () => play([28, 40][beats++ % 2], 0, 120)
@@ -146,12 +144,18 @@ def native(preset: str) -> float:
     return float(np.min(runs, axis=0).sum() * 1e-9 / SECONDS)
 
 
+def open_page(driver: Any, address: str) -> None:
+    """Opens the page, and names what its modules export (static/inside.js)."""
+    driver.get(address)
+    driver.execute_script("dispatchEvent(new CustomEvent('livebass', {detail: all => Object.assign(globalThis, all)}))")
+
+
 def in_browser(driver: Any, preset: str) -> float:
     """The browser's work."""
     given = {
         "messages": MESSAGES, "rate": RATE, "runs": RUNS, "quantum": QUANTUM, "quanta": RATE * SECONDS // QUANTUM,
     }  # fmt: skip
-    runs = driver.execute_async_script(MEASURE, preset, given, WORKER)
+    runs = driver.execute_async_script(MEASURE, preset, given, joined("work.js", {"work.js": WORKER}))
     return float(np.min(runs, axis=0).sum() * 1e-3 / SECONDS)
 
 
@@ -169,7 +173,7 @@ def compare(driver: Any, preset: str, given: argparse.Namespace) -> None:
     address, underruns = driver.current_url, dict[bool, list[int]]({True: [], False: []})
     for _ in range(given.runs):
         for drawn in underruns:
-            driver.get(address)
+            open_page(driver, address)
             found = played(driver, preset, given, drawn)
             underruns[drawn].append(found["first"] + found["then"] + found["after"])
             print(
@@ -201,7 +205,7 @@ def main() -> None:
         try:
             driver.set_script_timeout(600)
             for preset in given.presets:
-                driver.get(f"http://127.0.0.1:{server.server_port}/{page.name}")
+                open_page(driver, f"http://127.0.0.1:{server.server_port}/{page.name}")
                 if given.play and given.runs:
                     compare(driver, preset, given)
                 elif given.play:

@@ -17,9 +17,8 @@ from livebass import __version__
 from livebass.cli.export import BUNDLES
 from livebass.model.instrument import Instrument
 from livebass.plugin import clap, lv2, vst3
-from livebass.plugin.bundle import EDITOR, is_macos
+from livebass.plugin.bundle import is_macos
 from livebass.plugin.systems import SYSTEMS, System, folder_of_plugins
-from livebass.web.editor import editor_page
 from livebass.web.export import SINGLE
 
 LICENSE = Path(__file__).parents[1] / "LICENSE"
@@ -67,8 +66,7 @@ def archive(
     files = {"README.txt": readme(system).encode(), "LICENSE.txt": LICENSE.read_bytes(), SINGLE: page}
     files["LICENSE-DejaVu.txt"] = FONT.read_bytes()
     for kind, module in FORMATS.items():
-        beside = {EDITOR: editor_page(basses)} if module is clap else {}
-        made = module.bundle_files(basses, instruments | beside, code, system)
+        made = module.bundle_files(basses, instruments, code, system)
         files |= {f"{kind.upper()}/{BUNDLES[kind]}/{place}": data for place, data in made.items()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as to:

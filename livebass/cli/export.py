@@ -126,13 +126,7 @@ def _write_plugin(
     have_kernels()
     if missing:
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
-    more = {}
-    if kind == "clap":
-        from livebass.plugin.bundle import EDITOR
-        from livebass.web.editor import editor_page
-
-        more = {EDITOR: editor_page(basses)}
-    plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality), more)
+    plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
     size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     several = "es" if len(basses) > 1 else ""
     say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")

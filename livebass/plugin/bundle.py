@@ -21,8 +21,6 @@ LIST = "instruments.txt"
 STUDIO = "studio"  # in the list, behind a name
 Qualities = Mapping[str, str]  # in which the plugins begin, by short name of a bass
 LIVE: Qualities = {}  # all in that
-NONE: Mapping[str, bytes] = {}
-EDITOR = "livebass.html"  # beside the instruments of CLAP: the page of c/page.h
 RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instruments
 
 
@@ -73,16 +71,15 @@ class BundleWriter:
         self._files, self._replaceable = bundle_files, is_bundle
 
     def __call__(
-        self, basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE,
-        more: Mapping[str, bytes] = NONE,
-    ) -> None:  # fmt: skip
+        self, basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
+    ) -> None:
         """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
 
-        `system`: the one that it is for, None: this one; `qualities`: those to begin in; `more`: files beside the
-        instruments. Raises ValueError for names or basses that do not fit, OutputError, BuildError.
+        `system`: the one that it is for, None: this one; `qualities`: those to begin in. Raises ValueError for names or
+        basses that do not fit, OutputError, BuildError.
         """
         system = system or this_system()
-        files = self._files(basses, instrument_files(basses, qualities) | dict(more), binary(system), system)
+        files = self._files(basses, instrument_files(basses, qualities), binary(system), system)
         write_files(folder, files, self._replaceable)
 
 
@@ -111,7 +108,7 @@ def with_name(title: str, name: str) -> str:
 def are_instruments(entries: list[Path]) -> bool:
     """True if these are a list of instruments and what may lie beside it, and nothing else."""
     names = [entry.name for entry in entries]
-    return LIST in names and all(name in (LIST, EDITOR) or name.endswith((ENDING, SLIDERS_ENDING)) for name in names)
+    return LIST in names and all(name == LIST or name.endswith((ENDING, SLIDERS_ENDING)) for name in names)
 
 
 def is_macos(system: System) -> bool:

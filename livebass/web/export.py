@@ -11,7 +11,7 @@ import gzip
 import hashlib
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -29,14 +29,11 @@ from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL
 from livebass.units import DIMENSIONS
 from livebass.web import build
 from livebass.web.bench import BENCH_ENDING, UNITS, Source, bench, bench_file
-from livebass.web.layout import layout, record
-from livebass.web.rule import rule
+from livebass.web.layout import record
+from livebass.web.modules import joined, text
 
-STATIC = Path(__file__).parent / "static"
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
-SONG_SCRIPTS = ("names.js", "smf.js", "lines.js", "score.js", "song.js")  # they read MIDI files
-SCRIPTS = ("see.js", *SONG_SCRIPTS, "bench.js", "benchview.js", "watch.js", "app.js")  # of app.js, in their order
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
 HEAD = 1 << 16  # bytes of a page that hold both
@@ -93,23 +90,26 @@ def is_single_page(file: Path) -> bool:
 
 def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = NONE) -> dict[str, bytes]:
     """The files of the page in a folder, by their paths; `sources` as for `export_page`."""
-    engine = (layout() + text("engine.js")).encode()
     files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name.endswith(ENDING)}
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
     files |= {f"{BASSES}/{name}{BENCH_ENDING}": bench_file(basses[name]) for name, found in benches.items() if found}
     files |= {
         MODULE: build.module(),
-        "worker.js": engine + text("maker.js").encode() + text("worker.js").encode(),
-        "worklet.js": engine + text("worklet.js").encode(),
-        "app.js": script_of(SCRIPTS).encode(),
-        "style.css": text("style.css").encode(),
+        "worker.js": joined("worker.js").encode(),
+        "worklet.js": joined("worklet.js").encode(),
+        **shell(),
     }
     shown_basses = [
         shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
         for name, bass in basses.items()
     ]
     return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality]})
+
+
+def shell() -> dict[str, bytes]:
+    """The script and the style of every page."""
+    return {"app.js": joined("main.js").encode(), "style.css": text("style.css").encode()}
 
 
 def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]:
@@ -242,13 +242,3 @@ def digest_of(files: dict[str, bytes]) -> str:
 def policy_source(source: str) -> str:
     """The source expression of a policy that allows this one script or style."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()}'"
-
-
-def script_of(names: Iterable[str]) -> str:
-    """The script of a page: the rule by which it reads MIDI files, and these of its files."""
-    return rule() + "".join(map(text, names))
-
-
-def text(name: str) -> str:
-    """A file of the page."""
-    return (STATIC / name).read_text("utf-8")

@@ -16,7 +16,7 @@ from typing import Any
 from livebass.live.onlooker import Onlooker
 from livebass.live.synth import Synth
 from livebass.model.instrument import Instrument
-from livebass.web.export import SCRIPTS, page_data, script_of, shown, text, with_html
+from livebass.web.export import page_data, shell, shown, with_html
 
 EVERY = 1 / 60  # s, between two pictures
 QUIET = 1.0  # s, between two messages of a bass that is silent
@@ -27,7 +27,7 @@ STREAM = "watch"  # its place beside the page
 def watch_files(bass: Instrument) -> dict[str, bytes]:
     """The files of the page, by their paths; it begins with `bass`."""
     page = page_data([_shown(bass)]) | {"watching": STREAM}
-    return with_html({"app.js": script_of(SCRIPTS).encode(), "style.css": text("style.css").encode()}, page)
+    return with_html(shell(), page)
 
 
 def _shown(bass: Instrument) -> dict[str, Any]:

@@ -21,6 +21,8 @@ import pytest
 from livebass.bench.jack import end_process
 
 PATIENCE = 20.0  # s
+# Makes what the modules of the page export, of which it leaves no name, names of the scripts of a test
+INSIDE = 'dispatchEvent(new CustomEvent("livebass", {detail: all => { Object.assign(globalThis, all); }}));'
 
 
 @contextmanager
@@ -117,9 +119,10 @@ def served(folder: Path) -> Iterator[str]:
 
 
 def open_page(driver: Any, address: str) -> None:
-    """Opens the page of an export; it is ready to start then."""
+    """Opens the page of an export; it is ready to start then, and open to scripts."""
     driver.get(address)
-    wait(lambda: driver.execute_script("return ready"))
+    driver.execute_script(INSIDE)
+    wait(lambda: driver.execute_script("return player.ready"))
 
 
 def wait(condition: Callable[[], Any]) -> Any:

@@ -112,10 +112,6 @@ NUMBER = struct(("get", function(U32, P)))
 PRESET_LOAD = struct(("from_location", function(B, P, U32, S, S)))
 THREAD_POOL = struct(("exec", function(None, P, U32)))
 POOL_OF_HOST = struct(("request", function(B, P, U32)))
-WEBVIEW = struct(
-    ("uri", function(I32, P, P, U32)), ("resource", function(B, P, S, P, U32, P)), ("receive", function(B, P, S, U32))
-)
-WEBVIEW_OF_HOST = struct(("send", function(B, P, P, U32)))
 LOG = struct(("log", function(None, P, I32, S)))
 PARAMS_OF_HOST = struct(("rescan", function(None, P, U32)), ("clear", P), ("request_flush", function(None, P)))
 PROVIDER = struct(
@@ -201,13 +197,10 @@ class Plugin:
     """One plugin of a folder, active at `rate`. Raises RuntimeError, with what it logged, if it refuses.
 
     `pool`: how many threads the host has for tasks of plugins; 0: it declines all, -1: it has no such extension.
-    `tasks` is how many were asked for, each time; `helped` the processor time that these took, s. `web`: the host shows
-    pages; what the plugin sends to its own is in `sent`.
+    `tasks` is how many were asked for, each time; `helped` the processor time that these took, s.
     """
 
-    def __init__(
-        self, folder: Path, rate: int = 48000, name: str = MONO, active: bool = True, pool: int = -1, web: bool = False
-    ) -> None:
+    def __init__(self, folder: Path, rate: int = 48000, name: str = MONO, active: bool = True, pool: int = -1) -> None:
         self.logged: list[str] = []
         self.asked = self.rescanned = 0
         self.asleep = False  # after the last block
@@ -225,10 +218,6 @@ class Plugin:
         self.pool_of_host = POOL_OF_HOST(POOL_OF_HOST._fields_[0][1](self._share))
         if pool >= 0:
             given[b"clap.thread-pool"] = c.addressof(self.pool_of_host)
-        self.sent: list[bytes] = []
-        self.webview_of_host = WEBVIEW_OF_HOST(WEBVIEW_OF_HOST._fields_[0][1](self._show))
-        if web:
-            given[b"clap.webview/3"] = c.addressof(self.webview_of_host)
         kinds = dict(HOST._fields_)
         self.host = HOST(
             VERSION(1, 2, 2), None, b"tests", b"", b"", b"1",
@@ -249,10 +238,6 @@ class Plugin:
 
     def _ask(self, _: Any) -> None:
         self.asked += 1
-
-    def _show(self, _: Any, data: int, size: int) -> bool:
-        self.sent.append(c.string_at(data, size))
-        return True
 
     def _share(self, _: Any, tasks: int) -> bool:
         """Has the host's threads do the tasks of a block, and waits for them."""

@@ -11,13 +11,14 @@ from livebass.model.instrument import Instrument
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import LEAST_RATE
-from livebass.web.export import SONG_SCRIPTS, script_of
+from livebass.web.modules import joined
 
 RATE = 48000
 PART = ("port", "channel", "track", "name", "notes", "switches", "chosen", "lowest", "highest", "why")
 PAGE_READS = """
-const [files, bass, rate, coarse, fields] = arguments;
-return files.map(file => {
+import {AUTO, Song} from "./song.js";
+
+export const read = (files, bass, rate, coarse, fields) => files.map(file => {
   const data = Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer;
   try {
     const song = new Song(data, rate), {choice} = song, parts = new Song(data, coarse).partsOn(bass);
@@ -66,7 +67,7 @@ def read_by_page(driver: Any, files: list[bytes], bass: Instrument) -> list[dict
     """The same of each file by the page's scripts, in one call."""
     told = {"range": bass.note_range, "switches": sorted(bass.switches)}
     packed = [base64.b64encode(data).decode() for data in files]
-    script = script_of(SONG_SCRIPTS) + PAGE_READS
+    script = f"const {{read}} = {joined('reads.js', {'reads.js': PAGE_READS})} return read(...arguments)"
     found: list[dict[str, Any]] = driver.execute_script(script, packed, told, RATE, LEAST_RATE, PART)
     return found
 

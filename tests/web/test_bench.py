@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import chromium, firefox, open_page, wait
+from support.browser import INSIDE, chromium, firefox, open_page, wait
 from support.command import Run
 from support.costs import quick
 from support.wasm import QUANTUM, RATE, messages_of
@@ -36,7 +36,7 @@ const [name, values, done] = arguments;
   own.slots = {A: {}, B: {}};
   try {
     own.setAll(values);
-    const bytes = new Uint8Array(await changedFile(name, await read(`basses/${name}.lbass`)));
+    const bytes = new Uint8Array(await player.fileOf(name));
     let text = "";
     for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
     done({toml: own.toml(), file: btoa(text)});
@@ -109,7 +109,7 @@ def test_firefox_makes_the_same_file(page: Any, tmp_path: Path) -> None:
     function, arguments = "(function () {" + MADE + "})", json.dumps(["jazz-finger", values])
     with firefox(tmp_path / "profile") as driver:
         driver.get(page.home)
-        ready = "(async () => { while (!ready) await new Promise(done => setTimeout(done, 20)); })()"
+        ready = INSIDE + "(async () => { while (!player.ready) await new Promise(done => setTimeout(done, 20)); })()"
         driver.run(f"{ready}.then(() => 'ready')")
         found = driver.run(f"new Promise(done => {function}(...{arguments}, made => done(JSON.stringify(made))))")
     assert made(page, "jazz-finger", values) == (json.loads(found)["toml"], base64.b64decode(json.loads(found)["file"]))
@@ -185,7 +185,7 @@ const [name, values, score, frames, rate, done] = arguments;
 (async () => {
   benches.get(name).setAll(values);
   const context = new OfflineAudioContext(1, frames, rate);
-  const node = await makeNode(context, {bass: await build(name, rate), score, channels: 1});
+  const node = await player.makeNode(context, {bass: await player.build(name, rate), score, channels: 1});
   node.connect(context.destination);
   const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
   let text = "";
@@ -310,7 +310,7 @@ def test_it_works_from_the_keyboard_and_has_a_name_for_everything(opened: Any) -
     opened.find_element("id", "bench-lift").send_keys(Keys.ARROW_RIGHT)
     assert state(opened)[1] == {"lift5": 0.02} and "fret 5 (+0.02 mm)" in opened.find_element("id", "bench-fret").text
     opened.find_element("id", "bench-tone").send_keys("a")  # letters still play
-    wait(lambda: opened.execute_script("return sounding"))
+    wait(lambda: opened.execute_script("return player.sounding"))
 
 
 def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any) -> None:
@@ -319,27 +319,26 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     wait(lambda: "plays" in opened.find_element("id", "said").text)
     opened.execute_script("pluckWith(STROKES.find(one => one.symbol === 'pick'))")
     count = (
-        "window.made = []; const before = ask; ask = (m, t) => { if (m.make) made.push(m.make); return before(m, t); };"
+        "window.made = []; const before = workshop.ask.bind(workshop);"
+        "workshop.ask = (m, t) => { if (m.make) made.push(m.make); return before(m, t); };"
     )
     opened.execute_script(count)
     opened.execute_script("press('test', 33, 100, performance.now())")
     opened.execute_async_script(
-        "const done = arguments[0], slider = $('bench-action'); let k = 0; window.first = [...names.keys()][0];"
+        "const done = arguments[0], slider = $('bench-action'); let k = 0; window.first = [...player.names.keys()][0];"
         "const drag = () => { slider.value = 2.4 - 0.004 * ++k; slider.dispatchEvent(new Event('input'));"
-        " if (k < 300) return setTimeout(drag, 4); window.rings = names.has(first);"
+        " if (k < 300) return setTimeout(drag, 4); window.rings = player.names.has(first);"
         " slider.dispatchEvent(new Event('change')); done(); }; drag();"
     )
     assert opened.execute_script("return rings"), "the note that sounds is not cut"
-    wait(lambda: opened.execute_script("return !rebuilding && !wanted && !next"))
+    wait(lambda: opened.execute_script("return !building.now && !building.wanted && !player.next"))
     found = opened.execute_script("return made.map(m => m.neck.action[0])")
     # one at the beginning of the drag, which lets the note ring out, and one at its end
     assert 1 <= len(found) <= 3 and found[-1] == pytest.approx(1.2e-3)
-    wait(lambda: opened.execute_script("return names.size === 1 || context.currentTime > 3"))
-    assert opened.execute_script("return stroke.symbol") == "pick"
-    told = "const done = arguments[0], old = node.port.onmessage;"
-    told += (
-        "node.port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
-    )
+    wait(lambda: opened.execute_script("return player.names.size === 1 || player.context.currentTime > 3"))
+    assert opened.execute_script("return state.stroke.symbol") == "pick"
+    told = "const done = arguments[0], {port} = player.node, old = port.onmessage;"
+    told += "port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
     wait(lambda: opened.execute_async_script(told) == ["pick", 0])  # the page tells the new bass once it hears of it
     heights = opened.execute_script("return bassCalled('jazz-finger').strings[0].heights[11]")
     assert heights == pytest.approx(-1.2e-3, abs=1e-9)
@@ -349,13 +348,13 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
 def test_a_neck_that_cannot_be_played_is_told_and_the_bass_before_goes_on(opened: Any) -> None:
     opened.find_element("id", "power").click()
     wait(lambda: "plays" in opened.find_element("id", "said").text)
-    bass = opened.execute_script("return [...names.keys()]")
+    bass = opened.execute_script("return [...player.names.keys()]")
     opened.execute_script("onBench(() => bench().setAll({lift7: 1.5, action: 0.5}))")
     wait(lambda: "stands" in opened.find_element("id", "said").text)
     assert "fret 7 stands 0.86 mm above string E at rest" in opened.find_element("id", "said").text
-    assert opened.execute_script("return [...names.keys()]") == bass
+    assert opened.execute_script("return [...player.names.keys()]") == bass
     opened.execute_script("$('undo').click()")
-    wait(lambda: opened.execute_script("return !rebuilding && !next"))
+    wait(lambda: opened.execute_script("return !building.now && !player.next"))
 
 
 def test_every_story_can_be_played(opened: Any) -> None:
@@ -363,7 +362,7 @@ def test_every_story_can_be_played(opened: Any) -> None:
         for k in range(5):
             opened.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
             opened.execute_script("$('said').textContent = ''; STORIES[arguments[0]].button.click()", k)
-            wait(lambda: opened.execute_script("return !rebuilding"))
+            wait(lambda: opened.execute_script("return !building.now"))
             values, *_, said = state(opened)[1:]
             assert said and "stands" not in opened.find_element("id", "said").text
             playing = opened.execute_script("return [$('bass').value, bassCalled($('bass').value).fretless]")
@@ -407,7 +406,7 @@ def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) 
     opened.find_element("id", "power").click()
     wait(lambda: "plays" in opened.find_element("id", "said").text)
     opened.find_element("id", "power").click()
-    wait(lambda: opened.execute_script("return context.state === 'suspended'"))
+    wait(lambda: opened.execute_script("return player.context.state === 'suspended'"))
     for action in (2.2, 1.9, 1.6):
         set_slider(opened, "action", action)
     opened.execute_script("$('slot-B').click()")
@@ -415,10 +414,10 @@ def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) 
     places = "return bassCalled('jazz-finger').pickups.map(pickup => pickup.position)"
     assert opened.execute_script(places) == [pytest.approx(0.1524), pytest.approx(0.08)]
     opened.execute_script("$('slot-A').click()")
-    wait(lambda: opened.execute_script("return !rebuilding && !next"))
+    wait(lambda: opened.execute_script("return !building.now && !player.next"))
     opened.find_element("id", "power").click()
-    wait(lambda: opened.execute_script("return context.state === 'running' && names.size === 1"))
-    text = "const bytes = new Uint8Array(basses.get([...names.keys()][0]).file); let text = '';"
+    wait(lambda: opened.execute_script("return player.context.state === 'running' && player.names.size === 1"))
+    text = "const bytes = new Uint8Array(player.basses.get([...player.names.keys()][0]).file); let text = '';"
     text += (
         "for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));"
     )

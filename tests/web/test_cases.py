@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import chromium, wait
+from support.browser import INSIDE, chromium, wait
 
 from livebass import load_preset
 from livebass.engine.solve import solve_trial
@@ -21,12 +21,14 @@ MADE = """
 const {rows, slots, hits, first, frame} = see.replay;
 return {rows: [...rows], slots: [...slots], hits, first, frame};
 """
+SOUNDS = "return player.sounding && heardCase.source?.buffer.length > player.context.sampleRate"
 
 
 @pytest.fixture(scope="module")
 def page(whole: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
         driver.get(f"{whole}#case=b")
+        driver.execute_script(INSIDE)
         yield driver
         assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
 
@@ -41,8 +43,8 @@ def replayed(page: Any, says: str) -> dict[str, Any]:
 @pytest.mark.slow
 def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
     made = replayed(page, "Case B: 3.6 mm")
-    assert page.execute_script("return [$('bass').value, sounding]") == [PRESET, False]
-    rate = int(page.execute_script("return context.sampleRate"))
+    assert page.execute_script("return [$('bass').value, player.sounding]") == [PRESET, False]
+    rate = int(page.execute_script("return player.context.sampleRate"))
     trial = CASES["b"].trial(rate)
     samples = np.rint(np.array(TIMES) * rate).astype(int)
     trial = replace(trial, duration=5.5e-3, states=tuple(samples.tolist()))
@@ -68,9 +70,9 @@ def test_buttons_play_and_show_the_cases(page: Any) -> None:
     for name in PLAYED:
         page.find_element("id", f"case-{name}").click()
         counts[name] = len(replayed(page, CASES[name].title)["hits"])
-        wait(lambda: page.execute_script("return sounding && source && source.buffer.length > context.sampleRate"))
+        wait(lambda: page.execute_script(SOUNDS))
         peak = page.execute_script(
-            "return source.buffer.getChannelData(0).reduce((a, b) => Math.max(a, Math.abs(b)), 0)"
+            "return heardCase.source.buffer.getChannelData(0).reduce((a, b) => Math.max(a, Math.abs(b)), 0)"
         )
         assert 1e-3 < peak < 4
     assert counts["a"] == 0 < 20 < counts["b"] < counts["c"]

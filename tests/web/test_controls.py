@@ -16,8 +16,8 @@ from support.song import midi_file, song_of
 # told the audio thread something, made a file or asked for one. `at` makes a control ready, and waits until all rests.
 WATCH = """
 window.deeds = 0;
-const post = node.port.postMessage.bind(node.port), make = URL.createObjectURL;
-node.port.postMessage = (m, t) => { if (!m.spare) deeds++; post(m, t); };
+const {port} = player.node, post = port.postMessage.bind(port), make = URL.createObjectURL;
+port.postMessage = (m, t) => { if (!m.spare) deeds++; post(m, t); };
 URL.createObjectURL = blob => { deeds++; return make.call(URL, blob); };
 addEventListener("click", e => {
   if (e.target.type === "file") e.preventDefault(); // no dialogue
@@ -32,9 +32,9 @@ window.snapshot = () => {
 };
 window.at = async (selector, prepare) => {
   const e = () => document.querySelector(selector);
-  rolling = false;
-  if (rollingFrom !== undefined) {
-    stopSong();
+  state.rolling = false;
+  if (state.rolls) {
+    $("roll").click();
     await new Promise(done => setTimeout(done, 200));
   }
   await prepare();
@@ -43,7 +43,7 @@ window.at = async (selector, prepare) => {
   do {
     window.before = snapshot();
     await new Promise(done => setTimeout(done, 40));
-  } while (rebuilding || before !== snapshot());
+  } while (building.now || before !== snapshot());
   const {left, top, width, height} = e().getBoundingClientRect(), y = top + height / 2, range = e().type === "range";
   const far = range && (e().value - e().min) / (e().max - e().min) > 0.5;
   const x = left + width * (range ? far ? 0.25 : 0.75 : 0.5), hit = document.elementFromPoint(x, y);
@@ -54,17 +54,13 @@ window.differs = async () => {
   for (let k = 0; k < 75 && snapshot() === before; k++) await new Promise(done => setTimeout(done, 20));
   return snapshot() !== before;
 };
-const choose = name => {
-  if ($("bass").value === name) return;
-  $("bass").value = name;
-  $("bass").dispatchEvent(new Event("change"));
-};
-window.own = () => choose("jazz-finger");
+window.own = () => chooseBass("jazz-finger");
 const bent = values => { own(); onBench(() => bench().setAll(values)); };
 const slowly = async () => {
   if (!see.replay) await showCase(paperBass().cases[0], false);
-  rolling = false;
+  state.rolling = false;
 };
+const neckFrom = fret => { own(); state.from = fret; showNeck(); layOut(); };
 const [song] = arguments;
 const withSong = () => openSong(new File([Uint8Array.from(atob(song), c => c.charCodeAt(0))], "two.mid"));
 // What has to be before a control can do something, by its name
@@ -72,11 +68,15 @@ window.READY = {
   "undo": () => bent({action: bench().value("action") === 2 ? 2.1 : 2}), "reset": () => bent({tone: 0.5}),
   "redo": () => { bent({relief: 0.5}); $("undo").click(); },
   "slot-A": () => $("slot-B").click(), "slot-B": () => $("slot-A").click(), "link": () => sayBench(""),
-  "again": async () => { own(); await start(); see.note = {string: 0, fret: 0, frame: 1, contacts: [], said: true}; },
+  "again": async () => {
+    own();
+    await player.start();
+    see.note = {string: 0, fret: 0, frame: 1, contacts: [], said: true};
+  },
   "moment": slowly, "picture": slowly, "clip": slowly, "now": slowly,
   "roll": withSong, "loop": withSong, "part": withSong, "response-off": () => { $("response-off").hidden = false; },
   "response-level": () => { $("response-level").hidden = false; },
-  "up": () => { own(); from = 0; showNeck(); layOut(); }, "down": () => { own(); from = 3; showNeck(); layOut(); },
+  "up": () => neckFrom(0), "down": () => neckFrom(3),
   "Side": () => choosePicture("note"), "Fingers, key 1": () => pluckWith(STROKES[1]),
   "case-a": own, "case-b": own, "case-c": own,
 };
@@ -118,7 +118,7 @@ def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> I
     try:
         driver.get("about:blank")
         open_page(driver, address)
-        wait(lambda: driver.execute_script("return !!node && next === undefined"))
+        wait(lambda: driver.execute_script("return !!player.node && player.next === undefined"))
         yield
         assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
     finally:
@@ -200,9 +200,9 @@ def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
     fret = '[data-string="2"][data-fret="2"]'
     with opened(browser, whole, 390, 844, True):
         browser.execute_script(
-            "window.flashed = new Set(); window.peak = 0; const flash = see.flash.bind(see), show = showMeters;"
+            "window.flashed = new Set(); window.peak = 0; const flash = see.flash.bind(see);"
             "see.flash = (hit, now) => { flashed.add(hit.fret); flash(hit, now); };"
-            "showMeters = told => { peak = Math.max(peak, told.peak); show(told); }"
+            "player.on('report', told => { peak = Math.max(peak, told.peak); });"
         )
 
         def contacts() -> int:
@@ -223,7 +223,7 @@ def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
         slider = browser.execute_script("return $('bench-action').getBoundingClientRect().toJSON()")
         where = {"x": slider["x"] + 0.12 * slider["width"], "y": slider["y"] + slider["height"] / 2, "type": "range"}
         act(browser, "touch", "#bench-action", where)
-        wait(lambda: browser.execute_script("return bench().values.action < 2 && !rebuilding && !next"))
+        wait(lambda: browser.execute_script("return bench().values.action < 2 && !building.now && !player.next"))
         tap(browser, "#bench summary")
         wait(lambda: not browser.execute_script("return $('bench-fold').open"))
         after = contacts()

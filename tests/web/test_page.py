@@ -16,7 +16,7 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import chromium, firefox, open_page, served, wait
+from support.browser import INSIDE, chromium, firefox, open_page, served, wait
 from support.costs import quick
 from support.smf import named, smf
 from support.song import midi_file, song_of
@@ -33,9 +33,9 @@ KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
 # The sound of a score as samples in base64
 OFFLINE = """
 (async (name, score, frames, rate) => {
-  while (!worker) await new Promise(done => setTimeout(done, 20));
+  while (!player.ready) await new Promise(done => setTimeout(done, 20));
   const context = new OfflineAudioContext(1, frames, rate);
-  const node = await makeNode(context, {bass: await build(name, rate), score, channels: 1});
+  const node = await player.makeNode(context, {bass: await player.build(name, rate), score, channels: 1});
   node.connect(context.destination);
   const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
   let text = "";
@@ -83,7 +83,7 @@ onmessage = ({data: {module, built, notes, quanta, cost, heldUp}}) => {
   const thread = new Worker(URL.createObjectURL(new Blob([source], {type: "text/javascript"})));
   thread.onmessage = e => { done(e.data); thread.terminate(); };
   thread.onerror = e => done(e.message);
-  thread.postMessage({module, built: await build(name, 48000), notes, quanta, cost, heldUp});
+  thread.postMessage({module: player.module, built: await player.build(name, 48000), notes, quanta, cost, heldUp});
 })();
 """
 
@@ -162,14 +162,14 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     chain(browser).key_down("a").perform()
     browser.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
     wait(lambda: text(browser, "said") == "Slap plays.")
-    assert browser.execute_script("return playing") == "slap"
+    assert browser.execute_script("return player.playing") == "slap"
     chain(browser).key_up("a").perform()
     wait(lambda: text(browser, "level-text") == "silent")
     chain(browser).key_down("s").perform()
     hear(browser)
     chain(browser).key_up("s").perform()
     assert text(browser, "faults") == "0 faults"
-    assert browser.execute_script("return context.state") == "running"
+    assert browser.execute_script("return player.context.state") == "running"
     home = addresses[place].removesuffix("index.html")
     asked = requests(browser)
     assert asked and all(url.startswith(home) for url in asked), asked
@@ -177,6 +177,18 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     version = "?v=" + browser.execute_script("return PAGE.digest")
     assert all(url.endswith(version) for url in asked[1:]), asked
     assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def test_it_leaves_no_name_in_the_global_scope(browser: Any, addresses: dict[str, str]) -> None:
+    source = "window.before = Object.getOwnPropertyNames(window)"
+    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
+    try:
+        browser.get(addresses["disk"])
+        new = "return Object.getOwnPropertyNames(window).filter(name => !before.includes(name))"
+        assert browser.execute_script(new) == ["before"]
+        assert browser.execute_cdp_cmd("Runtime.globalLexicalScopeNames", {})["names"] == []
+    finally:
+        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
@@ -207,8 +219,8 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
 
 def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
     start(page)
-    sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
-    page.execute_script(sent + "node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    sent = "window.sent = []; const {port} = player.node, post = port.postMessage.bind(port);"
+    page.execute_script(sent + "port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
     cell = page.find_element("css selector", 'button[data-string="1"][data-fret="5"]')
     half = cell.size["height"] // 2 - 2
     other = page.find_element("css selector", 'button[data-string="0"][data-fret="10"]')  # the same note
@@ -250,9 +262,9 @@ WATCH = """
 window.ev = []; window.sent = []; window.peaks = [];
 for (const kind of ["pointerdown", "pointerup", "keydown", "keyup"])
   addEventListener(kind, e => ev.push(e.timeStamp), true);
-const post = node.port.postMessage.bind(node.port), told = node.port.onmessage;
-node.port.postMessage = (m, t) => { if (m.midi) sent.push([...m.midi, m.frame]); post(m, t); };
-node.port.onmessage = e => { if (e.data.peak) peaks.push(e.data.peak); told(e); };
+const {port} = player.node, post = port.postMessage.bind(port), told = port.onmessage;
+port.postMessage = (m, t) => { if (m.midi) sent.push([...m.midi, m.frame]); post(m, t); };
+port.onmessage = e => { if (e.data.peak) peaks.push(e.data.peak); told(e); };
 """
 
 
@@ -262,6 +274,7 @@ class Untouched:
     def __init__(self, driver: Any, address: str) -> None:
         self.driver = driver
         driver.get(address)
+        self.look(INSIDE)
 
     def look(self, script: str) -> Any:
         """The value of an expression."""
@@ -294,8 +307,8 @@ def test_the_first_press_sounds_however_short_as_long_as_it_was(
         if kind == "touch":
             driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
         page = Untouched(driver, addresses["disk"])
-        wait(lambda: page.look("ready && !!node && next === undefined"))
-        assert page.look("context.state") == "suspended"
+        wait(lambda: page.look("player.ready && !!player.node && player.next === undefined"))
+        assert page.look("player.context.state") == "suspended"
         page.look(WATCH)
         page.press(kind, True)
         time.sleep(0.01)
@@ -304,7 +317,7 @@ def test_the_first_press_sounds_however_short_as_long_as_it_was(
         (on, note, velocity, begin), (off, same, _, end) = page.look("sent")
         assert (on, off) == (0x90, 0x80) and note == same and velocity > 50
         pressed, lifted = page.look("ev")
-        assert abs((end - begin) - (lifted - pressed) / 1000 * page.look("context.sampleRate")) <= 1
+        assert abs((end - begin) - (lifted - pressed) / 1000 * page.look("player.context.sampleRate")) <= 1
         wait(lambda: page.look("Math.max(0, ...peaks)") > 10 ** (LOUD / 20))
         assert page.look("held.size") == 0
 
@@ -318,7 +331,7 @@ def test_what_is_pressed_while_the_page_is_being_opened_sounds_once_it_is(
         driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": wait_for_go})
         page = Untouched(driver, addresses["disk"])
         page.press("key", True)
-        assert page.look("ready") is False
+        assert page.look("player.ready") is False
         page.look("setTimeout(() => { go(); }, 100)")
         wait(lambda: page.look("$('level-text').textContent !== 'silent' && $('neck').querySelector('.on') !== null"))
         page.press("key", False)
@@ -337,11 +350,11 @@ def test_controls_panic_and_stop(page: Any) -> None:
     page.find_element("id", "panic").click()
     wait(lambda: text(page, "level-text") == "silent")
     page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return context.state") == "suspended")
+    wait(lambda: page.execute_script("return player.context.state") == "suspended")
     assert text(page, "power") == "Start"
     chain(page).key_up("d").perform()
     page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return context.state") == "running")
+    wait(lambda: page.execute_script("return player.context.state") == "running")
     hold(page, "f")
     chain(page).key_up("f").perform()
 
@@ -379,7 +392,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     page.execute_script("$('response-level').click()")  # as loud as the file has it
     assert give("quiet.wav", np.array([0.0, 1e-3])) == "Through quiet.wav."
     plays(-45)
-    response = "[response.length, Math.max(...response.map(Math.abs))]"
+    response = "[player.response.length, Math.max(...player.response.map(Math.abs))]"
     assert page.execute_script(f"return {response}") == [pytest.approx(3, abs=2), pytest.approx(1e-3, rel=0.5)]
     page.find_element("id", "response-level").click()  # as loud as without it
     wait(lambda: page.execute_script(f"return {response}[1]") > 0.5)
@@ -415,7 +428,7 @@ def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: 
     """As by a call on a phone; a note that was held then is over."""
     start(page)
     hold(page, "a")
-    page.execute_script("context.suspend()")
+    page.execute_script("player.context.suspend()")
     wait(lambda: text(page, "power") == "Start")
     chain(page).key_up("a").perform()
     chain(page).key_down("g").perform()
@@ -429,16 +442,16 @@ def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: 
 def test_who_plays_on_while_the_sound_stops_is_heard(page: Any) -> None:
     start(page)
     page.execute_script("$('power').click(); press('KeyA', 28, 100, performance.now())")
-    wait(lambda: page.execute_script("return sounding"))
+    wait(lambda: page.execute_script("return player.sounding"))
     hear(page)
-    assert page.execute_script("return context.state") == "running" and text(page, "power") == "Stop"
+    assert page.execute_script("return player.context.state") == "running" and text(page, "power") == "Stop"
     page.execute_script("release('KeyA')")
 
 
 SENT = """
 window.sent = [];
-const post = node.port.postMessage.bind(node.port);
-node.port.postMessage = (m, t) => {
+const {port} = player.node, post = port.postMessage.bind(port);
+port.postMessage = (m, t) => {
   if (m.midi) sent.push(m.midi);
   if (m.everywhere) sent.push(["everywhere", ...m.everywhere]);
   post(m, t);
@@ -605,12 +618,12 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     way(page, "Let ring").click()
     chain(page).send_keys("2").perform()
     start(page)
-    wait(lambda: page.execute_script("return toldStroke === STROKES[1]"))
+    wait(lambda: page.execute_script("return state.toldStroke === STROKES[1]"))
     told = "return WAYS.filter(way => way.told).map(way => way.name)"
     assert page.execute_script(told) == ["Hammer-on", "Let ring"]
     page.execute_script(SENT)
     page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return context.state") == "suspended")
+    wait(lambda: page.execute_script("return player.context.state") == "suspended")
     way(page, "Hammer").click()
     page.find_element("id", "power").click()
     wait(lambda: sent(page) == [["everywhere", 64, 127]])  # panic has reset controllers
@@ -682,18 +695,18 @@ def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses
 
 def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
     start(page)
-    sent = "window.sent = []; const post = node.port.postMessage.bind(node.port);"
-    page.execute_script(sent + "node.port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    sent = "window.sent = []; const {port} = player.node, post = port.postMessage.bind(port);"
+    page.execute_script(sent + "port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
     page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return context.state") == "suspended")
-    page.execute_script("send(performance.now(), [0x90, 40, 100])")
+    wait(lambda: page.execute_script("return player.context.state") == "suspended")
+    page.execute_script("player.send(performance.now(), [0x90, 40, 100])")
     assert page.execute_script("return sent") == []
     page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return context.state") == "running")
-    page.execute_script("context.getOutputTimestamp = () => ({contextTime: 0.01, performanceTime: 0.01})")
-    page.execute_script("window.frame = frameAt(performance.now() + 1e6); delete context.getOutputTimestamp")
-    assert page.execute_script("return frame === undefined")
-    page.execute_script("node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
+    wait(lambda: page.execute_script("return player.context.state") == "running")
+    page.execute_script("player.context.getOutputTimestamp = () => ({contextTime: 0.01, performanceTime: 0.01})")
+    assert page.execute_script("return player.frameAt(performance.now() + 1e6) === undefined")
+    page.execute_script("delete player.context.getOutputTimestamp")
+    page.execute_script("player.node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
     hold(page, "d")
     chain(page).key_up("d").perform()
 
@@ -768,7 +781,7 @@ def sized(driver: Any, width: int, height: int) -> Iterator[None]:
     try:
         wait(
             lambda: driver.execute_script(
-                "return innerWidth === arguments[0] && $('neck').clientWidth === width", width
+                "return innerWidth === arguments[0] && $('neck').clientWidth === state.width", width
             )
         )
         yield
@@ -812,7 +825,7 @@ def test_axe_finds_nothing(page: Any, scheme: str) -> None:
         way(page, "Vibrato").click()
         chain(page).key_down("k").key_down("e").perform()
         hear(page)
-        page.execute_script("node.port.onmessage = null; $('overload').hidden = false")
+        page.execute_script("player.node.port.onmessage = null; $('overload').hidden = false")
         check()
         chain(page).key_up("e").key_up("k").perform()
 
@@ -966,6 +979,7 @@ def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Pat
         fox = stack.enter_context(firefox(tmp_path / "firefox"))
         for address in addresses.values():
             fox.get(address)
+            fox.run(f"{INSIDE} Promise.resolve('open')")
             for preset in PINNED:
                 assert sound_hash(offline(fox.run, preset)) == PINNED[preset]["hash"]
 
@@ -983,7 +997,7 @@ def pluck(driver: Any, string: int, fret: int, velocity: int) -> dict[str, Any]:
         string, fret, velocity,
     )  # fmt: skip
     heard = f"return see.note.frame > {before} && see.note.string === {string} && see.note.fret === {fret}"
-    heard += " && heardFrame() > see.note.frame + 0.3 * see.rate"
+    heard += " && player.heardFrame() > see.note.frame + 0.3 * see.rate"
     wait(lambda: driver.execute_script(heard))
     note: dict[str, Any] = driver.execute_script("return see.note")
     return note
@@ -1035,7 +1049,7 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
     if preset != page.execute_script("return $('bass').value"):  # a note on the bass before cannot be made again
         page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
     start(page)
-    wait(lambda: page.execute_script("return playing === arguments[0]", preset))
+    wait(lambda: page.execute_script("return player.playing === arguments[0]", preset))
     page.execute_script(
         "window.kept = []; const take = see.take.bind(see);"
         "see.take = m => { kept.push([m.frame, m.sight.slice(0)]); return take(m); }"
@@ -1084,6 +1098,19 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
     assert same[0] >= 3 and same[1] == 0, same
 
 
+# Keeps what the page saves, as [blob, name], in place of a download
+SAVED = """
+window.saved = [];
+const blobs = new Map(), make = URL.createObjectURL;
+URL.createObjectURL = blob => {
+  const address = make.call(URL, blob);
+  blobs.set(address, blob);
+  return address;
+};
+HTMLAnchorElement.prototype.click = function () { saved.push([blobs.get(this.href), this.download]); };
+"""
+
+
 def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:
     start(page)
     assert not page.find_element("id", "again").is_enabled()
@@ -1094,7 +1121,7 @@ def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> Non
     page.execute_script("$('moment').focus()")
     before = page.execute_script("return see.replay.at")
     chain(page).send_keys("\ue014").perform()  # to the right: one frame on
-    assert page.execute_script("return !rolling")
+    assert page.execute_script("return !state.rolling")
     release = page.execute_script("return see.replay.frame - see.replay.first")
     page.execute_script("$('moment').value = arguments[0]; $('moment').oninput()", release)
     assert text_of(page, "moment-text") == "0.00 ms" and 0 < before < page.execute_script("return see.replay.length")
@@ -1112,7 +1139,7 @@ def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> Non
 
 
 def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
-    page.execute_script("window.saved = []; keep = (blob, name) => saved.push([blob, name])")
+    page.execute_script(SAVED)
     start(page)
     pluck(page, 0, 3, 120)
     show_again(page)
@@ -1163,27 +1190,31 @@ def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any)
 PICTURES = """
 window.count = async ms => {
   let pictures = 0, frames = 0;
-  const draw = see.drawNeck, keep = taped, before = context.currentTime, began = performance.now();
+  const draw = see.drawNeck, {context} = player, {port} = player.node;
+  const before = context.currentTime, began = performance.now();
   see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
-  tape = [];
-  node.port.postMessage({record: true});
-  const told = node.port.onmessage;
-  node.port.onmessage = e => { if (e.data.taped) frames += e.data.taped.length; else told(e); };
+  port.postMessage({record: true});
+  const told = port.onmessage;
+  port.onmessage = e => { if (e.data.taped) frames += e.data.taped.length; else told(e); };
   await new Promise(done => setTimeout(done, ms));
   const after = context.currentTime, seconds = (performance.now() - began) / 1000;
-  node.port.postMessage({record: false});
+  port.postMessage({record: false});
   await new Promise(done => setTimeout(done, 300));
   see.drawNeck = draw;
-  node.port.onmessage = told;
-  return [pictures / seconds, frames / context.sampleRate / (after - before), late, $("faults").textContent];
+  port.onmessage = told;
+  return [pictures / seconds, frames / context.sampleRate / (after - before), state.late, $("faults").textContent];
 };
 """
-# At the end of an audio thread, which tells that 14 of 16 ms are gone: if they were, pictures might be fewer anyway
+# At the beginning of an audio thread, which tells that 14 of 16 ms are gone: if they were, pictures might be fewer
 BURDEN = """
-const quantum = LivebassProcessor.prototype.process;
-LivebassProcessor.prototype.process = function (inputs, outputs) {
-  if (currentFrame % 768 === 0) this.busy += 14;
-  return quantum.call(this, inputs, outputs);
+const register = registerProcessor;
+globalThis.registerProcessor = (name, of) => {
+  const quantum = of.prototype.process;
+  of.prototype.process = function (inputs, outputs) {
+    if (currentFrame % 768 === 0) this.busy += 14;
+    return quantum.call(this, inputs, outputs);
+  };
+  register(name, of);
 };
 """
 
@@ -1194,7 +1225,7 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
     shutil.copytree(pages[False].parent, tmp_path / "page")
     script = tmp_path / "page" / "worklet.js"
     if loaded == "audio thread":
-        script.write_text(script.read_text() + BURDEN)
+        script.write_text(BURDEN + script.read_text())
     found = []
     with served(tmp_path / "page") as home, served(pages[False].parent) as idle:
         for address in (idle, home):
@@ -1204,7 +1235,7 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
             if address == home and loaded == "main thread":
                 busy = "const until = performance.now() + 80; while (performance.now() < until);"
                 browser.execute_script(f"setInterval(() => {{ {busy} }}, 100)")
-            browser.execute_script("press('test', 28, 127, performance.now()); late = 0")
+            browser.execute_script("press('test', 28, 127, performance.now()); state.late = 0")
             browser.execute_async_script("setTimeout(arguments[0], 600)")
             found.append(browser.execute_async_script("count(1000).then(arguments[0])"))
             browser.execute_script("release('test')")
@@ -1250,8 +1281,8 @@ def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
     drums = [mido.Message("note_on", note=36, channel=9), mido.Message("note_off", note=36, channel=9, time=960)]
     tempo = [mido.MetaMessage("set_tempo", tempo=400_000), mido.MetaMessage("set_tempo", tempo=600_000, time=480)]
     data = midi_file(tempo, drums, song_of(NOTES))
-    page.execute_script("window.sent = []; const post = send; send = (t, midi, s, frame) => "
-                        "{ sent.push([...midi, frame]); post(t, midi, s, frame); }")  # fmt: skip
+    page.execute_script("window.sent = []; const post = player.send; player.send = (t, midi, s, frame) => "
+                        "{ sent.push([...midi, frame]); post.call(player, t, midi, s, frame); }")  # fmt: skip
     open_file(page, "song.mid", data, drop)
     wait(lambda: "channel 3 plays" in text_of(page, "song-text"))
     assert page.execute_script("return [...$('part').options].map(o => o.text)") == [
@@ -1261,7 +1292,7 @@ def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
     wait(lambda: text_of(page, "roll") == "Play" and page.execute_script("return sent.length") >= 12)
     found = page.execute_script("return sent")
     assert [m[1] for m in found if m[0] == 0x92] == NOTES and [m[1] for m in found if m[0] == 0x82] == NOTES
-    rate = page.execute_script("return context.sampleRate")
+    rate = page.execute_script("return player.context.sampleRate")
     frames = np.array([m[3] for m in found if m[0] == 0x92])
     assert np.allclose((frames - frames[0]) / rate, [0, 0.2, 0.4, 0.7, 1.0, 1.3], atol=1e-3)
 
@@ -1277,7 +1308,7 @@ def test_another_part_and_what_is_odd_about_a_file(page: Any) -> None:
         "no channel has a bass program, 33 to 40, and no track is called bass: plays the part that lies in a bass's "
         'range, channel 2 "Low" (no program, 2 notes, E2 to G2).',
     ]
-    page.execute_script("window.sent = []; send = (t, midi) => { sent.push(midi); }; const list = $('part');"
+    page.execute_script("window.sent = []; player.send = (t, midi) => { sent.push(midi); }; const list = $('part');"
                         "list.selectedIndex = 1; list.dispatchEvent(new Event('change'));")  # fmt: skip
     page.find_element("id", "roll").click()
     wait(lambda: page.execute_script("return sent.length") == 6)
@@ -1302,6 +1333,44 @@ def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
     assert page.execute_script("return notes.length") == played
 
 
+# Counts the timers that run, in window.timers
+TIMERS = """
+window.timers = new Set();
+const [begin, end] = [setInterval, clearInterval];
+window.setInterval = (...how) => {
+  const timer = begin(...how);
+  timers.add(timer);
+  return timer;
+};
+window.clearInterval = timer => {
+  timers.delete(timer);
+  end(timer);
+};
+"""
+
+
+def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(page: Any) -> None:
+    """The clicks come before the sound has begun."""
+    open_file(page, "song.mid", midi_file(song_of([28] * 40, 480)))
+    wait(lambda: page.find_element("id", "roll").is_enabled())
+    page.execute_script(TIMERS)
+    roll = page.find_element("id", "roll")
+    for clicks, plays in ((2, False), (3, True)):
+        several = chain(page)
+        for _ in range(clicks):
+            several.click(roll)
+        several.perform()
+        wait(lambda: page.execute_script("return player.sounding"))
+        time.sleep(0.3)
+        assert page.execute_script("return timers.size") == plays
+        assert text(page, "roll") == ("Stop song" if plays else "Play")
+        if not plays:
+            page.find_element("id", "power").click()
+            wait(lambda: page.execute_script("return player.context.state") == "suspended")
+    roll.click()
+    assert page.execute_script("return timers.size") == 0
+
+
 @pytest.mark.parametrize(
     ("data", "says"),
     [
@@ -1318,7 +1387,7 @@ def test_what_is_no_song_gets_one_line(page: Any, data: bytes, says: str) -> Non
 
 
 def test_a_recording_is_what_was_heard(page: Any) -> None:
-    page.execute_script("window.saved = []; keep = (blob, name) => saved.push([blob, name])")
+    page.execute_script(SAVED)
     start(page)
     page.find_element("id", "record").click()
     wait(lambda: text_of(page, "record") == "Stop and save")
@@ -1331,7 +1400,7 @@ def test_a_recording_is_what_was_heard(page: Any) -> None:
         "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
     )
     sound, rate = soundfile.read(io.BytesIO(base64.b64decode(data.partition(",")[2])), dtype="float32")
-    assert name == "livebass-jazz-finger.wav" and rate == page.execute_script("return context.sampleRate")
+    assert name == "livebass-jazz-finger.wav" and rate == page.execute_script("return player.context.sampleRate")
     assert sound.ndim == 1 and len(sound) > 0.3 * rate and 0.05 < np.abs(sound).max() < 1.5
     steps = np.abs(np.diff(sound.astype(float)))
     assert steps.max() < 0.25, "no quantum is missing"
@@ -1369,10 +1438,10 @@ def middle_of(driver: Any, selector: str) -> tuple[float, float]:
 
 SEND = """
 window.messages = [];
-const post = send;
-send = (time, midi, string, frame) => {
+const post = player.send;
+player.send = (time, midi, string, frame) => {
   messages.push([midi[0] & 0xf0, midi[1], midi[2], string]);
-  post(time, midi, string, frame);
+  post.call(player, time, midi, string, frame);
 };
 """
 

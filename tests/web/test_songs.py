@@ -16,7 +16,7 @@ from support.smf import BASS, END, chunk, events, named, note_of, smf, variable
 
 from livebass import load_preset
 from livebass.score.reading import TAKE
-from livebass.web.export import SONG_SCRIPTS, script_of
+from livebass.web.modules import joined
 
 LINE = [40, 45, 47, 52]
 NAMES = [
@@ -223,7 +223,7 @@ def test_each_part_can_be_picked(driver: Any) -> None:
     """
     files = [random_song(seed) for seed in range(30)] + [KINDS["shared by names"], KINDS["string channels"]]
     packed = [base64.b64encode(data).decode() for data in files]
-    found = driver.execute_script(script_of(SONG_SCRIPTS) + script, packed)
+    found = driver.execute_script(f"const {{Song}} = {joined('song.js')}{script}", packed)
     assert sum(len(parts) for _, parts in found) > 60
     for values, parts in found:
         assert [value for value in values if value != "auto"] == [key for key, *_ in parts if key in values] and len(

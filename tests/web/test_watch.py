@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from support.browser import chromium, firefox, wait
+from support.browser import INSIDE, chromium, firefox, wait
 from support.jack import livebass
 from support.live import RATE, feed, run_ahead, synth_and_device
 from support.song import midi_file, song_of
@@ -162,6 +162,7 @@ def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, 
     with chromium(tmp_path / "profile") as page:
         page.get(made.address)
         wait(lambda: "plays, in livebass play" in page.find_element("id", "said").text)
+        page.execute_script(INSIDE)
         page.execute_script(
             "window.flashed = new Set(); const flash = see.flash.bind(see);"
             "see.flash = (hit, now) => { flashed.add(hit.fret); flash(hit, now); }"
@@ -173,7 +174,7 @@ def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, 
         assert page.execute_script("return see.view && see.read(1, 0, 'on') + see.read(1, 1, 'on')") > 0
         made.close()
         wait(lambda: "play has ended" in page.find_element("id", "said").text)
-        assert page.execute_script("return typeof context") == "undefined"
+        assert page.execute_script("return player.context === undefined")
 
 
 @pytest.mark.slow
@@ -189,14 +190,14 @@ def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: P
         with firefox(tmp_path / "profile") as page:
             page.get(address)
 
-            def told(expression: str) -> str:
-                return page.run(f"Promise.resolve(String({expression}))")
+            def told(place: str) -> str:
+                return page.run(f"Promise.resolve(document.getElementById('{place}').textContent)")
 
-            wait(lambda: "plays, in livebass play" in told("$('said').textContent"))
+            wait(lambda: "plays, in livebass play" in told("said"))
             seen: set[str] = set()
-            wait(lambda: seen.add(told("$('seen').textContent")[:8]) or seen >= {f"{name} string" for name in "EADG"})
+            wait(lambda: seen.add(told("seen")[:8]) or seen >= {f"{name} string" for name in "EADG"})
             process.send_signal(signal.SIGINT)
-            wait(lambda: "play has ended" in told("$('said').textContent"))
+            wait(lambda: "play has ended" in told("said"))
         _, said = process.communicate(timeout=30)
         assert process.returncode == 0 and "Traceback" not in said, said
     finally:

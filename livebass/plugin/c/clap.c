@@ -6,7 +6,6 @@
 #include "clap_abi.h"
 #include "editor.h"
 #include "files.h"
-#include "page.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,13 +25,10 @@ typedef struct {
     const clap_host_log *log;
     const clap_host_thread_pool *pool;
     const clap_host_params *params;
-    const clap_host_webview *web; /* 0: the host shows no pages, or there is none */
     int apart; /* has an output a string */
     int asked; /* on_main_thread() will be called */
     int overload, bass, quality; /* the host was told so last, or has said so */
     lb_editor *editor;
-    int paged;         /* the window is the page, in a web view of the host's */
-    lb_page page;      /* what is held there */
     int width, height; /* of the window, pixels (Cocoa: points) ... */
     double scale;      /* ... and its scale; 0: that of the system */
     lb_instance instance;
@@ -71,7 +67,6 @@ static bool init(const clap_plugin *p) {
     c->log = c->host->get_extension(c->host, CLAP_LOG);
     c->pool = c->host->get_extension(c->host, CLAP_THREAD_POOL);
     c->params = c->host->get_extension(c->host, CLAP_PARAMS);
-    if (lb_page_address(folder, 0, 0)) c->web = c->host->get_extension(c->host, CLAP_WEBVIEW);
     if (c->pool) c->instance.pool = share;
     if (!lb_open_instance(&c->instance, folder)) return false;
     c->quality = (int)lb_value(&c->instance, LB_QUALITY);
@@ -444,7 +439,8 @@ static bool preset(const clap_plugin *p, uint32_t kind, const char *location, co
 /* --- the window --- */
 
 static bool has_windows(const clap_plugin *p, const char *api, bool floating) {
-    return !floating && (!strcmp(api, LB_WINDOWS) || (of(p)->web && !strcmp(api, CLAP_IN_WEBVIEW)));
+    (void)p;
+    return !floating && !strcmp(api, LB_WINDOWS);
 }
 
 static bool preferred_windows(const clap_plugin *p, const char **api, bool *floating) {
@@ -456,11 +452,6 @@ static bool preferred_windows(const clap_plugin *p, const char **api, bool *floa
 static bool create_window(const clap_plugin *p, const char *api, bool floating) {
     clap *c = of(p);
     if (!has_windows(p, api, floating)) return false;
-    c->paged = strcmp(api, LB_WINDOWS) != 0;
-    if (c->paged) {
-        lb_open_page(&c->instance, &c->page);
-        c->scale = 1; /* pages have a scale of their own */
-    }
     if (c->scale <= 0) c->scale = lb_system_scale();
     c->width = (int)(LB_WIDTH * c->scale);
     c->height = (int)(LB_HEIGHT * c->scale);
@@ -470,16 +461,14 @@ static bool create_window(const clap_plugin *p, const char *api, bool floating) 
 static void destroy_window(const clap_plugin *p) {
     clap *c = of(p);
     lb_close_editor(c->editor);
-    if (c->paged) lb_close_page(&c->instance, &c->page);
     c->editor = 0;
-    c->paged = 0;
     c->scale = 0;
 }
 
 /* Before the window has a parent. */
 static bool set_scale(const clap_plugin *p, double scale) {
     clap *c = of(p);
-    if (c->editor || c->paged || !(scale >= 0.5 && scale <= 4) || !strcmp(LB_WINDOWS, "cocoa")) return false;
+    if (c->editor || !(scale >= 0.5 && scale <= 4) || !strcmp(LB_WINDOWS, "cocoa")) return false;
     c->scale = scale;
     c->width = (int)(LB_WIDTH * scale);
     c->height = (int)(LB_HEIGHT * scale);
@@ -520,7 +509,6 @@ static bool set_size(const clap_plugin *p, uint32_t width, uint32_t height) {
 
 static bool set_parent(const clap_plugin *p, const clap_window *parent) {
     clap *c = of(p);
-    if (c->paged) return !strcmp(parent->api, CLAP_IN_WEBVIEW);
     if (c->editor || strcmp(parent->api, LB_WINDOWS)) return false;
     c->editor = lb_edit_instance(&c->instance, parent->handle, c->width, c->height, c->scale);
     return c->editor != 0;
@@ -532,28 +520,12 @@ static bool set_transient(const clap_plugin *p, const clap_window *parent) { /* 
 
 static void suggest_title(const clap_plugin *p, const char *title) {}
 
-static bool show(const clap_plugin *p) { return of(p)->editor || of(p)->paged; }
-
-static bool hide(const clap_plugin *p) { return of(p)->editor || of(p)->paged; }
-
-/* --- the page, in a web view of the host's --- */
-
-static int32_t page_address(const clap_plugin *p, char *to, uint32_t room) {
-    return (int32_t)lb_page_address(folder, to, room);
+static bool show(const clap_plugin *p) {
+    return of(p)->editor != 0;
 }
 
-static bool page_resource(const clap_plugin *p, const char *path, char *type, uint32_t room,
-                          const clap_out_stream *to) { /* the page is one file, which is not asked for by a path */
-    return false;
-}
-
-static void answer_page(void *to, const void *bytes, size_t size) {
-    const clap *c = to;
-    if (c->web) c->web->send(c->host, bytes, (uint32_t)size);
-}
-
-static bool hear_page(const clap_plugin *p, const void *bytes, uint32_t size) {
-    return lb_hear_page(&of(p)->instance, &of(p)->page, bytes, size, answer_page, of(p));
+static bool hide(const clap_plugin *p) {
+    return of(p)->editor != 0;
 }
 
 /* Asks the host to take what was done in the window, and to play it. [the window's thread] */
@@ -577,7 +549,6 @@ static const void *extension(const clap_plugin *p, const char *id) {
         has_windows, preferred_windows, create_window, destroy_window, set_scale, window_size, can_resize, resize_hints,
         adjust_size, set_size, set_parent, set_transient, suggest_title, show, hide,
     };
-    static const clap_webview page = {page_address, page_resource, hear_page};
     static const clap_remote_controls controls = {page_count, remote_page};
     static const struct {
         const char *id;
@@ -587,7 +558,7 @@ static const void *extension(const clap_plugin *p, const char *id) {
         {CLAP_STATE, &state},       {CLAP_RENDER, &render},       {CLAP_LATENCY, &late},
         {CLAP_TAIL, &after},        {CLAP_PRESET_LOAD, &presets}, {CLAP_PRESET_LOAD_DRAFT, &presets},
         {CLAP_NOTE_NAMES, &names},  {CLAP_THREAD_POOL, &pool},
-        {CLAP_GUI, &gui},           {CLAP_WEBVIEW, &page},
+        {CLAP_GUI, &gui},
         {CLAP_REMOTE_CONTROLS, &controls}, {CLAP_REMOTE_CONTROLS_DRAFT, &controls},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++)

@@ -18,8 +18,6 @@
 #define CLAP_LOG "clap.log"
 #define CLAP_THREAD_POOL "clap.thread-pool"
 #define CLAP_GUI "clap.gui"
-#define CLAP_WEBVIEW "clap.webview/3" /* a draft */
-#define CLAP_IN_WEBVIEW "webview"      /* the windows of which hosts show pages */
 #define CLAP_PRESET_LOAD "clap.preset-load/2"
 #define CLAP_PRESET_LOAD_DRAFT "clap.preset-load.draft/2"
 #define CLAP_REMOTE_CONTROLS "clap.remote-controls/2"
@@ -297,15 +295,6 @@ typedef struct {
 typedef struct {
     bool (*request_exec)(const clap_host *, uint32_t tasks);
 } clap_host_thread_pool;
-
-typedef struct {
-    int32_t (*get_uri)(const clap_plugin *, char *uri, uint32_t room); /* returns its length with the 0, <= 0: none */
-    bool (*get_resource)(const clap_plugin *, const char *path, char *type, uint32_t room, const clap_out_stream *);
-    bool (*receive)(const clap_plugin *, const void *bytes, uint32_t size);
-} clap_webview;
-typedef struct {
-    bool (*send)(const clap_host *, const void *bytes, uint32_t size);
-} clap_host_webview;
 
 enum { CLAP_CONTROLS = 8 }; /* of a page */
 typedef struct {

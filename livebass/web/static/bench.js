@@ -1,16 +1,16 @@
 // The bench: what is changed of a bass, as keys of a preset that is like it. No DOM.
-"use strict";
-
 const SIGNIFICANT = 6; // digits of a value that is worked out; a preset has it as it is here
 const MOST_UNDONE = 100;
-const SLOTS = ["A", "B"];
+export const SLOTS = ["A", "B"];
 const NECK_KEYS = ["action", "relief", "nut_height"];
 const rounded = value => +value.toPrecision(SIGNIFICANT);
 
-class Bench {
+export class Bench {
   // `bass`: one of the page that has a bench; `units`: the size of each unit, SI.
   constructor(bass, units) {
-    Object.assign(this, {bass, units, of: bass.bench});
+    this.bass = bass;
+    this.units = units;
+    this.of = bass.bench;
     this.controls = new Map(this.of.controls.map(control => [control.symbol, control]));
     this.slots = {A: {}, B: {}}; // by symbol: values that are not those of the preset
     this.slot = "A";
@@ -32,14 +32,14 @@ class Bench {
   // The preset's own value, in the control's unit.
   usual(symbol) {
     const {neck, contact, resonance, pickups, coil, player} = this.of, {unit} = this.control(symbol);
-    const [, name, number] = /^([a-z_]+)(\d*)$/.exec(symbol);
+    const [, name, number] = /^([a-z_]+)(\d*)$/.exec(symbol) || [];
     const of = {
       lift: () => neck.lift[number] || 0,
       contact_loss: () => contact.loss[0],
       resonance: () => resonance.frequencies[resonance.lowest],
       resonance_mass: () => resonance.masses[resonance.lowest],
       gauge: () => 1, tension: () => 1, damping: () => 1, mute: () => 0, height: () => 0,
-      pickup: () => pickups[number - 1].position,
+      pickup: () => pickups[+number - 1].position,
       tone: () => coil.tone,
       cable: () => coil.capacitance,
     }[name];
@@ -144,7 +144,9 @@ class Bench {
 
   // The keys of the preset that differ, {text, si} each, by section; of strings and pickups one object each.
   keys() {
-    const {values, of} = this, has = symbol => symbol in values, made = {neck: {}, strings: [], pickups: [], coil: {}, player: {}};
+    /** @type {{neck: any, strings: any[], pickups: any[], coil: any, player: any}} */
+    const made = {neck: {}, strings: [], pickups: [], coil: {}, player: {}};
+    const {values, of} = this, has = symbol => symbol in values;
     if (has("action")) made.neck.action = this.list(this.actions(), "mm");
     for (const name of ["relief", "nut_height", "contact_loss"])
       if (has(name)) made.neck[name] = this.quantity(values[name], this.control(name).unit);
@@ -178,8 +180,8 @@ class Bench {
   // By which each fret stands proud, of all that do.
   lifts() {
     const frets = Array.from({length: this.bass.frets}, (_, k) => k + 1).filter(fret => this.value(`lift${fret}`));
-    const each = frets.map(fret => [fret, this.quantity(this.value(`lift${fret}`), "mm")]);
-    return {text: `{${each.map(([fret, {text}]) => `${fret} = ${text}`).join(", ")}}`, si: Object.fromEntries(each.map(([fret, {si}]) => [fret, si]))};
+    const each = frets.map(fret => ({fret, ...this.quantity(this.value(`lift${fret}`), "mm")}));
+    return {text: `{${each.map(({fret, text}) => `${fret} = ${text}`).join(", ")}}`, si: Object.fromEntries(each.map(({fret, si}) => [fret, si]))};
   }
 
   // The neck's resonances: all their lists, as those of a preset take the place of others together.
@@ -240,6 +242,7 @@ class Bench {
   // What the maker (maker.js) is told, in SI: numbers of the BENCH and of the INSTRUMENT.
   numbers() {
     const {of, bass} = this, keys = this.keys(), si = entry => entry?.si;
+    /** @type {Record<string, any>} */
     const made = {strings: [], taps: [], instrument: []};
     if (keys.player.graze_action) {
       const now = name => [keys.neck[name]?.si ?? of.neck[name]].flat(), each = bass.strings.map((_, i) => i);

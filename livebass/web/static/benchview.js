@@ -1,32 +1,39 @@
 // The bench on the page: its sliders, stories and buttons; what they change is built by the worker and heard from the
-// next note on. app.js, behind this in the same script, calls makeBench and showBench.
-"use strict";
+// next note on.
+import {Bench, SLOTS} from "./bench.js";
+import {read} from "./files.js";
+import {layOut, showNeck} from "./neck.js";
+import {$, PAGE, chooseBass, chosenBass, setPressed} from "./page.js";
+import {player} from "./player.js";
+import {see} from "./view.js";
+import {workshop} from "./workshop.js";
 
 const GROUPS = {neck: "Neck", strings: "Strings", pickups: "Pickups", hand: "Hand"};
 const HOLD_TO_RESET = 600; // ms
 const LONGEST_COPY = 250; // ms that the next bass waits for the last one to get to the audio thread
 const WIDE = "(min-width: 46.01rem)"; // where the bench is open from the beginning
 // What to try: values of the bench, and what to play and hear. One is a bass of its own.
-const STORIES = [
+/** @type {{name: string, fretless?: boolean, values: Record<string, number>, says: string, button?: HTMLButtonElement}[]} */
+export const STORIES = [
   {name: "A high fret", values: {lift7: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
   {name: "Too much relief", values: {relief: 1.2}, says: "The neck is bowed. Play frets 6 to 9: they rattle on the frets beyond the hollow. The lowest frets have room."},
   {name: "Dead spot", values: {resonance: 138.5, resonance_mass: 0.3, pluck_position: 0.75}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 5: the fundamental of the first is gone in half the time."},
   {name: "Fretless", fretless: true, values: {}, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
   {name: "Old strings", values: {damping: 6}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone at once."},
 ];
-const benches = new Map(); // of the basses that have one, by name
-const bench = () => benches.get($("bass").value);
-const sayBench = text => { $("bench-said").textContent = text; };
+export const benches = new Map(); // of the basses that have one, by name
+export const bench = () => benches.get($("bass").value);
+export const sayBench = text => { $("bench-said").textContent = text; };
 
 // Makes the benches and all that does not depend on the bass; takes the link that the page was opened by.
-function makeBench() {
+export function makeBench() {
   for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, PAGE.units));
   for (const story of STORIES) {
     const button = document.createElement("button");
     button.type = "button";
     button.textContent = story.name;
     button.onclick = () => tell(story);
-    button.hidden = story.fretless && !fretlessBass();
+    button.hidden = !!story.fretless && !fretlessBass();
     story.button = button;
     $("stories").append(button);
   }
@@ -40,6 +47,9 @@ function makeBench() {
   wide.addEventListener("change", fold); // a phone is turned, say
   fold();
   addEventListener("hashchange", takeLink);
+  player.fileOf = async name => changedFile(name, await read(`basses/${name}.lbass`));
+  player.on("struck", struckSince);
+  player.on("faded", () => { buildWanted(); });
 }
 
 const fretlessBass = () => PAGE.basses.find(({fretless, bench}) => fretless && bench);
@@ -47,7 +57,7 @@ const fretlessBass = () => PAGE.basses.find(({fretless, bench}) => fretless && b
 // --- its sliders ---
 
 // Shows the sliders of the bass that is chosen.
-function showBench() {
+export function showBench() {
   $("bench").hidden = !bench();
   $("bench-controls").replaceChildren();
   if (!bench()) return;
@@ -91,13 +101,13 @@ function makeFrets(slider) {
   const frets = document.createElement("select");
   frets.id = "bench-fret";
   frets.ariaLabel = "Fret that stands up or down";
-  for (let fret = 1; fret <= bench().bass.frets; fret++) frets.add(new Option(`fret ${fret}`, fret));
+  for (let fret = 1; fret <= bench().bass.frets; fret++) frets.add(new Option(`fret ${fret}`, String(fret)));
   frets.onchange = () => {
     slider.dataset.symbol = `lift${frets.value}`;
     bench().settle();
     showValues();
   };
-  frets.value = 7;
+  frets.value = "7";
   return frets;
 }
 
@@ -119,16 +129,16 @@ function benchText(symbol, value) {
 function showValues() {
   const b = bench(), count = Object.keys(b.values).length;
   for (const slider of $("bench-controls").querySelectorAll("input")) {
-    const {symbol} = slider.dataset, value = b.value(symbol), changed = symbol in b.values, own = benchText(symbol, b.usual(symbol));
-    if (document.activeElement !== slider || Math.abs(slider.value - value) > slider.step / 2 + 1e-9) slider.value = value;
-    slider.parentElement.classList.toggle("changed", changed);
-    slider.parentElement.querySelector("output").textContent = benchText(symbol, value);
+    const {symbol = ""} = slider.dataset, row = /** @type {HTMLElement} */ (slider.parentElement), value = b.value(symbol), changed = symbol in b.values, own = benchText(symbol, b.usual(symbol));
+    if (document.activeElement !== slider || Math.abs(+slider.value - value) > +slider.step / 2 + 1e-9) slider.value = String(value);
+    row.classList.toggle("changed", changed);
+    /** @type {HTMLElement} */ (row.querySelector("output")).textContent = benchText(symbol, value);
     slider.ariaValueText = benchText(symbol, value) + (changed ? `, the preset has ${own}` : "");
     if (symbol.startsWith("lift")) slider.ariaLabel = `Fret ${symbol.slice(4)} up or down`;
   }
   for (const option of $("bench-fret")?.options || [])
     option.text = `fret ${option.value}${b.value(`lift${option.value}`) ? ` (${benchText(`lift${option.value}`, b.value(`lift${option.value}`))})` : ""}`;
-  for (const slot of SLOTS) $(`slot-${slot}`).setAttribute("aria-pressed", b.slot === slot);
+  for (const slot of SLOTS) setPressed($(`slot-${slot}`), b.slot === slot);
   $("undo").disabled = !b.before.length;
   $("redo").disabled = !b.after.length;
   $("reset").disabled = !count;
@@ -138,7 +148,7 @@ function showValues() {
 // --- what is changed is heard ---
 
 // Carries out a change of the bench; shows it, and has the bass built that is wanted now.
-function onBench(act) {
+export function onBench(act) {
   const before = bench().link();
   act();
   showValues();
@@ -151,31 +161,32 @@ function onBench(act) {
   rebuild();
 }
 
-let rebuilding = false, wanted = false, struck = false; // being built; to be built; a note began since the last one
+// A bass is being built; another one is to be built; a note began since the last one
+export const building = {now: false, wanted: false, struck: false};
 
 // Builds the bass as the bench has it, and hands it over; what is wished meanwhile comes next, and of that the newest.
 function rebuild() {
-  wanted = true;
+  building.wanted = true;
   buildWanted();
 }
 
 async function buildWanted() {
-  if (rebuilding || !ready) return;
-  rebuilding = true;
-  while (wanted && !mayRing()) {
-    wanted = struck = false;
-    await prepare($("bass").value).built.catch(() => {}); // said where it is prepared
-    if (node) await Promise.race([put(), new Promise(done => setTimeout(done, LONGEST_COPY))]); // none is taken in a pause
+  if (building.now || !player.ready) return;
+  building.now = true;
+  while (building.wanted && !mayRing()) {
+    building.wanted = building.struck = false;
+    await player.prepare($("bass").value).built.catch(() => {}); // said where it is prepared
+    if (player.node) await Promise.race([player.put(), new Promise(done => setTimeout(done, LONGEST_COPY))]); // none is taken in a pause
   }
-  rebuilding = false;
+  building.now = false;
 }
 
 // True while a slider moves under a note that rings out on a bass before: it would be cut by one more bass.
-const mayRing = () => bench()?.moving !== undefined && names.size > 1 && !struck;
+const mayRing = () => bench()?.moving !== undefined && player.names.size > 1 && !building.struck;
 
 // A note begins: it does not have to ring any longer, or is heard on the bass as it was; the next one is not.
 function struckSince() {
-  struck = true;
+  building.struck = true;
   buildWanted();
 }
 
@@ -187,7 +198,7 @@ async function changedFile(name, file) {
     return file;
   }
   const numbers = own.numbers(), names = own.bass.strings.map(string => string.name);
-  const made = await ask({make: numbers, names, file, bench: await read(`basses/${name}.bench`)});
+  const made = await workshop.ask({make: numbers, names, file, bench: await read(`basses/${name}.bench`)});
   showCrowns(name, made.heights);
   return made.file;
 }
@@ -212,35 +223,29 @@ function showPickups() {
 
 // --- stories, links, files ---
 
-function tell({fretless, values, says}) {
-  if (fretless && !bassCalled($("bass").value).fretless) {
-    $("bass").value = fretlessBass().name;
-    $("bass").dispatchEvent(new Event("change"));
-  }
+function tell({fretless = false, values, says}) {
+  if (fretless && !chosenBass().fretless) chooseBass(/** @type {Bass} */ (fretlessBass()).name);
   onBench(() => bench().setAll(values));
   sayBench(says);
 }
 
 // Puts what differs from the preset into the address of the page.
-function keepLink() {
+export function keepLink() {
   const hash = bench()?.changed ? `#${bench().link()}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.href.split("#")[0]);
 }
 
 // Takes the bass and the values of the page's address; a link that cannot be followed is told, and changes nothing.
-function takeLink() {
+export function takeLink() {
   try {
     if (location.hash.startsWith("#case=")) return; // showLinked does
     const {name, values} = Bench.fromLink(location.hash, benches);
     if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
-    if (name !== $("bass").value) {
-      $("bass").value = name;
-      $("bass").dispatchEvent(new Event("change"));
-    }
+    chooseBass(name);
     onBench(() => bench().setAll(values));
     sayBench("The bass is as the link says.");
   } catch (error) {
-    sayBench(`${error.message}. The bass is as its preset has it.`);
+    sayBench(`${/** @type {Error} */ (error).message}. The bass is as its preset has it.`);
   }
 }
 

@@ -1,16 +1,22 @@
 // A synth and its basses in the memory of the WebAssembly module. Runs in the audio thread and in workers: no DOM.
-"use strict";
+import {LAYOUT} from "./layout.js";
 
 const PAGE_BYTES = 65536, MESSAGES = 4096;
 const CONTACTS = 512; // of a string, that it keeps until they are taken
 const EVENTS = 256; // that it was handed since it was still
-const {records: RECORDS, numbers: N} = LAYOUT;
-const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
+export const RECORDS = LAYOUT.records;
+export const N = LAYOUT.numbers;
+export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
 
-class Engine {
+export class Engine {
   constructor(module) {
+    /** @type {any} */
     this.x = new WebAssembly.Instance(module).exports;
+    /** @type {WebAssembly.Memory} */
     this.memory = this.x.memory;
+    this.view = new DataView(this.memory.buffer);
+    this.bytes = new Uint8Array(this.memory.buffer);
+    /** @type {Record<string, number>} */
     this.numbers = {}; // of functions that kernels call by number
     for (const name of LAYOUT.called)
       this.numbers[name] = this.x.__indirect_function_table.grow(1, this.x["lb_" + name]);
@@ -28,7 +34,7 @@ class Engine {
   reserve(end) {
     const more = Math.ceil((end - this.memory.buffer.byteLength) / PAGE_BYTES);
     if (more > 0) this.memory.grow(more);
-    if (!this.view || this.view.buffer !== this.memory.buffer) {
+    if (this.view.buffer !== this.memory.buffer) {
       this.view = new DataView(this.memory.buffer);
       this.bytes = new Uint8Array(this.memory.buffer);
     }

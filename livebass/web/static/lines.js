@@ -1,13 +1,14 @@
 // From the messages of a MIDI file to lines, as livebass/score/lines.py has them: a line is a channel of a port, or of a
 // track that shares its channel with others and has a program of its own. The channels of a zone are one instrument.
-"use strict";
+import {RULE} from "./rule.js";
+import {CONTROL, NOTE_OFF, NOTE_ON, PROGRAM, listOf} from "./smf.js";
 
-const isNote = ({kind}) => kind === NOTE_ON || kind === NOTE_OFF;
+export const isNote = ({kind}) => kind === NOTE_ON || kind === NOTE_OFF;
 const sameBytes = (data, from, ...bytes) => bytes.every((byte, k) => data[from + k] === byte);
 
 // The messages of a file by lines, at a rate (Hz); those of a take stay as they are. Note-ons of velocity 0 become
 // note-offs. Throws an Error if it lasts too long.
-class Lines {
+export class Lines {
   constructor(smf, rate, take) {
     const frame = frameOf(smf, rate), ports = [...new Set(smf.messages.map(m => m.port))].sort((a, b) => a - b);
     if (!ports.length) ports.push(0);
@@ -133,10 +134,11 @@ function frameOf(smf, rate) {
 
 // When each tempo begins: {tick, time, tempo}, the time in us times ticks a quarter note.
 function timesOf({tempos}) {
-  const times = [{tick: 0, time: 0n, tempo: BigInt(RULE.tempo)}];
+  let last = {tick: 0, time: 0n, tempo: BigInt(RULE.tempo)};
+  const times = [last];
   for (const {tick, tempo} of tempos) {
-    const last = times.at(-1);
-    times.push({tick, time: last.time + BigInt(tick - last.tick) * last.tempo, tempo: BigInt(tempo)});
+    last = {tick, time: last.time + BigInt(tick - last.tick) * last.tempo, tempo: BigInt(tempo)};
+    times.push(last);
   }
   return times;
 }
@@ -152,7 +154,9 @@ function onlyPrograms(events) {
 // Which lines play drums: channel 10, but for what banks and system exclusive messages say.
 class Kits {
   constructor({lines, exclusive}) {
-    Object.assign(this, {lines, exclusive, taken: 0});
+    this.lines = lines;
+    this.exclusive = exclusive;
+    this.taken = 0;
     this.parts = new Map(); // true or false, by line
     this.systems = new Map(); // "gs", "xg" or "", by the first line of a port
   }
@@ -240,7 +244,7 @@ function copiesOf(event, playing, own, programs) {
     .map(track => ({...event, line: own.get(`${line} ${track}`)}));
 }
 
-const keyOf = ({line, a}) => line * 128 + a; // of a note, among all lines
+export const keyOf = ({line, a}) => line * 128 + a; // of a note, among all lines
 
 // The events, with note-offs on the lines whose notes they end: a note without a note-off of its own is ended by one of
 // the same key on another line, which ends nothing there.
@@ -295,7 +299,7 @@ function tuningsOf({exclusive}) {
 }
 
 // The nearest whole number, as Python writes it: of two as near the even one.
-const roundedToEven = value => value % 1 === 0.5 ? 2 * Math.round(value / 2) : Math.round(value);
+export const roundedToEven = value => value % 1 === 0.5 ? 2 * Math.round(value / 2) : Math.round(value);
 
 // The cents of a master tuning: fine, coarse, of GS, of XG; 0: it is none.
 function centsOf(data) {

@@ -1,8 +1,9 @@
-// Makes the instrument file of a bass that was changed on the bench, by the kernels that make it in Python. engine.js
-// stands before this in the same script. A .bench file has the count of its numbers, a BENCH, these numbers, and the
+// Makes the instrument file of a bass that was changed on the bench, by the kernels that make it in Python.
+// A .bench file has the count of its numbers, a BENCH, these numbers, and the
 // strokes and effects of a file whose hand measures its force by another neck.
+import {Engine, N, RECORDS, lines} from "./engine.js";
 
-class Maker {
+export class Maker {
   // `bench`: the .bench file of a bass, in a memory of its own.
   constructor(module, bench) {
     this.engine = new Engine(module);

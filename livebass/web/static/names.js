@@ -1,14 +1,14 @@
 // Names of tracks, as livebass/tracknames.py reads them: what their bytes say, and whether they call the track a bass.
-"use strict";
+import {RULE} from "./rule.js";
 
 const WORDS = Object.fromEntries(Object.entries(RULE.words).map(([kind, words]) => [kind, new RegExp(words, "iu")]));
 const LATIN_LETTERS = /^[\x20-\x7e]/;
 const CONTROLS_OF_C1 = /[\x80-\x9f]/; // browsers read bytes so that these encodings do not have
 
 const plainName = name => name.normalize("NFKC").replaceAll("İ", "I").replaceAll("ı", "i");
-const isOther = name => WORDS.other.test(plainName(name));
-const isDrums = name => WORDS.drums.test(plainName(name));
-const isBass = name => WORDS.bass.test(plainName(name)) && !isOther(name);
+export const isOther = name => WORDS.other.test(plainName(name));
+export const isDrums = name => WORDS.drums.test(plainName(name));
+export const isBass = name => WORDS.bass.test(plainName(name)) && !isOther(name);
 
 // The text of bytes in an encoding; undefined if they are none.
 function textIn(bytes, encoding) {
@@ -30,7 +30,7 @@ function tells(bytes, encoding) {
 }
 
 // The texts of one file, which are of one encoding: UTF-8, one in which a text names an instrument, or Latin-1.
-function decodeTexts(all) {
+export function decodeTexts(all) {
   const texts = all.map(bytes => textIn(bytes, "utf-8"));
   const doubtful = all.filter((_, k) => texts[k] === undefined);
   const encoding = RULE.encodings.find(one => doubtful.some(bytes => tells(bytes, one)));
@@ -39,7 +39,7 @@ function decodeTexts(all) {
 }
 
 // The printable text of a meta event, cut to the longest name.
-function shownName(text) {
+export function shownName(text) {
   const letters = [...text.replace(/[\p{C}\p{Z}]/gu, " ").trim()];
   return letters.length <= RULE.longestName ? letters.join("") : `${letters.slice(0, RULE.longestName - 3).join("")}...`;
 }

@@ -1,12 +1,14 @@
 // Events in the order in which they are played, each note with its end, as livebass/score/score.py cleans them; and low
 // keys that are notes, as livebass/score/low_keys.py tells them from key switches.
-"use strict";
+import {isNote, keyOf, roundedToEven} from "./lines.js";
+import {RULE} from "./rule.js";
+import {NOTE_OFF, NOTE_ON, listOf} from "./smf.js";
 
 const noteOffOf = (line, channel, a, frame, b) =>
   ({tick: 0, frame, track: 0, port: 0, line, kind: NOTE_OFF, channel, a, b});
 
 // The events with exactly one note-off for each note; at one frame, controllers come first and note-ons last.
-function cleaned(events, end, rate) {
+export function cleaned(events, end, rate) {
   const strokes = new Map(), clean = [], brief = Math.max(1, roundedToEven(RULE.brief * rate));
   for (const event of events) {
     if (isNote(event)) listOf(strokes, keyOf(event)).push(event);
@@ -22,11 +24,13 @@ function cleaned(events, end, rate) {
 
 // The note-ons and the velocities of note-offs of one key, by frame: {frame, ons, offs}.
 function momentsOf(strokes) {
+  /** @type {{frame: number, ons: number, offs: number[]}[]} */
   const moments = [];
   for (const {frame, kind, b} of strokes) {
     if (moments.at(-1)?.frame !== frame) moments.push({frame, ons: 0, offs: []});
-    if (kind === NOTE_ON) moments.at(-1).ons++;
-    else moments.at(-1).offs.push(b);
+    const last = moments[moments.length - 1];
+    if (kind === NOTE_ON) last.ons++;
+    else last.offs.push(b);
   }
   return moments;
 }
@@ -58,7 +62,7 @@ function noteEnds(strokes, end, brief) {
 }
 
 // The events of a take as they are, and at frame `end` a note-off for each key that is still down.
-function endedTake(events, end) {
+export function endedTake(events, end) {
   const down = new Set(), at = Math.max(end, events.at(-1)?.frame || 0);
   for (const {kind, channel, a} of events) {
     if (kind === NOTE_ON) down.add(channel * 128 + a);
@@ -69,7 +73,7 @@ function endedTake(events, end) {
 }
 
 // The events with a channel for each line: its own, or a free one if another line has that.
-function onChannels(events, {lines, zone}) {
+export function onChannels(events, {lines, zone}) {
   const channels = new Map(), all = Array.from({length: RULE.channels}, (_, channel) => channel);
   const order = [...new Set(events.map(event => event.line))].sort((a, b) => zone.has(b) - zone.has(a) || a - b);
   for (const line of order) {
@@ -82,14 +86,14 @@ function onChannels(events, {lines, zone}) {
   });
 }
 
-const middleOf = values => {
+export const middleOf = values => {
   const sorted = Float64Array.from(values).sort(), half = sorted.length >> 1;
   return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 };
 
 // The events of a foreign file with the low keys that would switch on `bass`, {range, switches}, moved up by octaves, if
 // they are notes; or the same array.
-function withLowNotes(events, bass, rate) {
+export function withLowNotes(events, bass, rate) {
   const [lowest] = bass.range, switches = new Set(bass.switches);
   if (!areNotes(strokesOf(events), lowest, switches, rate)) return events;
   return events.map(event => {

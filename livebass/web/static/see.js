@@ -1,10 +1,10 @@
 // Draws what the strings do: their shapes from their modes, and the frets that they hit. Pictures follow the sound that
 // is heard, not the one that is computed; where there is no sound, nothing is drawn anew.
-"use strict";
-
 const POINTS = 160; // steps of a drawn string
 const MOST_SIGHTS = 8; // that wait for their sound
 const NOTE_SPAN = 80; // ms of the picture of the last note
+/** @type {[number, string][]} */
+const MARKS = [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]]; // of the spectrum
 const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum
 const FULL_SPEED = 4; // m/s of a string that hits a fret as hard as is drawn
 const FADE = 0.86; // of a flash from one picture to the next, 60 a second
@@ -15,7 +15,7 @@ const SOME = 48; // frames from one shape to the next that is measured
 const MM = 1e-3;
 
 // The fundamental (Hz) of a sound, by McLeod's normalised square difference over the last samples; undefined: there is none.
-function pitchOf(sound, rate) {
+export function pitchOf(sound, rate) {
   const every = Math.max(1, Math.round(rate / 12000)), n = Math.floor(sound.length / every), x = new Float32Array(n);
   for (let k = 0; k < n; k++) {
     let sum = 0;
@@ -45,23 +45,48 @@ function pitchOf(sound, rate) {
   return undefined;
 }
 
-class See {
+export class See {
   // `canvases`: neck, side, note, spectrum; `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out; `told` is
   // called with a line for who cannot see, half a second after a note.
   constructor(canvases, records, told) {
-    Object.assign(this, {canvases, told});
-    [this.record, this.slot] = [records.SIGHT, records.SLOT_SIGHT];
+    /** @type {Record<string, HTMLCanvasElement>} */
+    this.canvases = canvases;
+    /** @type {(line: string) => void} */
+    this.told = told;
+    /** @type {RecordFields} */
+    this.record = records.SIGHT;
+    /** @type {RecordFields & {seen: number}} */
+    this.slot = records.SLOT_SIGHT;
     this.seen = this.slot.seen;
     this.sines = new Float32Array((POINTS + 1) * this.seen);
     for (let k = 0; k <= POINTS; k++)
       for (let j = 0; j < this.seen; j++) this.sines[k * this.seen + j] = Math.sin(Math.PI * (j + 1) * k / POINTS);
+    this.rate = 48000; // Hz
     this.zoom = 20;
-    this.sights = []; // {frame, buffer}, the oldest first
-    this.waiting = []; // contacts that are not heard yet: {string, fret, frame, speed}
-    this.plucks = []; // notes that are not heard yet: {string, fret, frame}
-    this.flashes = new Map(); // "string fret": {bright, since}
-    this.note = {string: 0, frame: undefined, contacts: []}; // the last one
+    /** @type {Bass} */
+    this.bass = /** @type {any} */ (undefined);
+    /** @type {DataView<ArrayBuffer> | undefined} */
+    this.view = undefined; // of the sight that is drawn
+    /** @type {Replay | undefined} */
+    this.replay = undefined;
+    /** @type {(place: number) => number} */
+    this.place = x => x;
+    /** @type {(string: number) => number} */
+    this.lane = i => i;
+    /** @type {{frame: number, buffer: ArrayBuffer}[]} */
+    this.sights = []; // the oldest first
+    /** @type {Hit[]} */
+    this.waiting = []; // contacts that are not heard yet
+    /** @type {{string: number, fret: number, frame: number}[]} */
+    this.plucks = []; // notes that are not heard yet
+    /** @type {Map<string, {bright: number, since: number}>} */
+    this.flashes = new Map(); // by "string fret"
+    /** @type {SeenNote} */
+    this.note = {string: 0, contacts: []}; // the last one
     this.shape = new Float32Array(POINTS + 1);
+    const [neck, side, note] = Array.from({length: 3}, () => document.createElement("canvas"));
+    this.parts = {neck, side, note}; // of a poster
+    this.bins = new Float32Array(0); // of the spectrum
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
     this.needed = true; // something is to be drawn anew
   }
@@ -71,7 +96,7 @@ class See {
     this.bass = bass;
     this.sights.length = this.waiting.length = this.plucks.length = 0;
     this.flashes.clear();
-    this.note = {string: 0, frame: undefined, contacts: []};
+    this.note = {string: 0, contacts: []};
     this.view = undefined;
     this.needed = true;
   }
@@ -83,11 +108,12 @@ class See {
     for (let k = 0; k < contacts.length; k += 4)
       this.waiting.push({string: contacts[k], fret: contacts[k + 1], frame: contacts[k + 2], speed: contacts[k + 3]});
     this.sights.push({frame, buffer: sight});
-    return this.sights.length > MOST_SIGHTS ? this.sights.shift().buffer : undefined;
+    return this.sights.length > MOST_SIGHTS ? this.sights.shift()?.buffer : undefined;
   }
 
   // The number in a field of a slot (`index`) of the sight that is drawn.
   read(string, index, name) {
+    if (!this.view) return 0;
     const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes + this.slot.fields[name][0];
     return this.slot.fields[name][1] === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
   }
@@ -135,7 +161,8 @@ class See {
       this.needed = true;
     }
     while (this.plucks.length && this.plucks[0].frame <= frame) {
-      this.note = {...this.plucks.shift(), contacts: [], said: false};
+      const [pluck] = this.plucks.splice(0, 1);
+      this.note = {...pluck, contacts: [], said: false};
       this.needed = true;
     }
     const heard = this.waiting.filter(contact => contact.frame <= frame);
@@ -145,10 +172,10 @@ class See {
     return newest && before;
   }
 
-  flash({string, fret, frame, speed}, now) {
-    const key = `${string} ${fret}`, bright = Math.min(1, Math.sqrt(speed / FULL_SPEED));
+  flash(hit, now) {
+    const {string, fret, frame, speed} = hit, key = `${string} ${fret}`, bright = Math.min(1, Math.sqrt(speed / FULL_SPEED));
     this.flashes.set(key, {bright: Math.max(bright, this.flashes.get(key)?.bright || 0), since: now});
-    if (string === this.note.string && frame >= this.note.frame) this.note.contacts.push({fret, frame, speed});
+    if (string === this.note.string && this.note.frame !== undefined && frame >= this.note.frame) this.note.contacts.push(hit);
     this.needed = true;
   }
 
@@ -174,18 +201,24 @@ class See {
 
   // Shows what `Engine.again` made, from its first frame on.
   show(made) {
+    /** @type {Hit[]} */
     const hits = [];
-    for (let k = 0; k < made.contacts.length; k += 4)
-      hits.push({string: made.contacts[k], fret: made.contacts[k + 1], frame: made.contacts[k + 2], speed: made.contacts[k + 3]});
-    this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
-    this.note = {string: made.string, fret: this.note.fret, frame: made.frame, contacts: hits.filter(hit => hit.frame >= made.frame), said: true};
+    for (let k = 0; k < made.contacts.length; k += 4) {
+      const [string, fret, frame, speed] = made.contacts.slice(k, k + 4);
+      hits.push({string, fret, frame, speed});
+    }
+    const replay = this.replay = {...made, hits, at: 0, length: made.slots.length / 3};
+    const {string, frame} = made, contacts = hits.filter(hit => hit.frame >= frame);
+    this.note = {string, fret: this.note.fret, frame, contacts, said: true};
     this.flashes.clear();
     this.needed = true;
+    return replay;
   }
 
   // Goes to frame `at` of the replay; what was hit on the way flashes.
   goTo(at, now) {
-    const r = this.replay, before = r.at;
+    const r = this.replay, before = r?.at || 0;
+    if (!r) return;
     r.at = Math.min(r.length - 1, Math.max(0, at));
     if (r.at < before) this.flashes.clear();
     for (const hit of r.hits) {
@@ -196,7 +229,7 @@ class See {
   }
 
   // ms after the release, of the moment that is shown.
-  get moment() { return 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate; }
+  get moment() { return this.replay ? 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate : 0; }
 
   leave() {
     this.replay = undefined;
@@ -224,14 +257,21 @@ class See {
     return [g, w, h, dpr, shown ? dpr * parseFloat(getComputedStyle(document.documentElement).fontSize) / 16 : dpr];
   }
 
-  // Draws all pictures that are shown. `place` maps a string's place (m from the nut) on the neck to CSS pixels, `lane`
-  // a string to the middle of its lane.
-  draw(place, lane, analyser) {
+  // Takes where the neck is: `place` maps a string's place (m from the nut) to CSS pixels, `lane` a string to the middle
+  // of its lane.
+  layOut(place, lane) {
+    this.place = place;
+    this.lane = lane;
+    this.needed = true;
+  }
+
+  // Draws all pictures that are shown.
+  draw(analyser) {
     if (!this.needed || !this.bass) return;
     this.needed = false;
     const colour = this.colours();
     const shown = canvas => canvas.clientWidth > 0;
-    if (shown(this.canvases.neck)) this.drawNeck(colour, place, lane);
+    if (shown(this.canvases.neck)) this.drawNeck(colour, this.place, this.lane);
     if (shown(this.canvases.side)) this.drawSide(colour);
     if (shown(this.canvases.note)) this.drawNote(colour);
     if (analyser && shown(this.canvases.spectrum)) this.drawSpectrum(colour, analyser);
@@ -240,7 +280,6 @@ class See {
   // Draws neck, side and last note into a canvas of its own, with a line of text above: a picture to keep.
   poster(canvas, title) {
     const g = canvas.getContext("2d"), [w, h] = [canvas.width, canvas.height], colour = this.colours(), edge = w / 40;
-    this.parts ||= {neck: document.createElement("canvas"), side: document.createElement("canvas"), note: document.createElement("canvas")};
     const {neck, side, note} = this.parts, of = this.canvases, tall = (h - 5 * edge) / 2;
     Object.assign(neck, {width: w - 2 * edge, height: tall});
     Object.assign(side, {width: (w - 3 * edge) * 0.58, height: tall});
@@ -260,7 +299,7 @@ class See {
     g.fillText(title, edge, 1.25 * edge, w - 2 * edge);
     this.drawBoard(g, edge, 2 * edge, neck.width, tall, x => 2 * place(x), this.bass.strings[0]);
     g.drawImage(neck, edge, 2 * edge);
-    for (const [part, x] of [[side, edge], [note, 2 * edge + side.width]]) {
+    for (const {part, x} of [{part: side, x: edge}, {part: note, x: 2 * edge + side.width}]) {
       g.fillStyle = colour.ground;
       g.fillRect(x, 3.2 * edge + tall, part.width, tall);
       g.drawImage(part, x, 3.2 * edge + tall);
@@ -293,8 +332,9 @@ class See {
   }
 
   // By how much the motion that is shown slowly can be enlarged on the neck, that it stays within its lane.
-  mostZoom(place, lane) {
-    const {rows, slots, length, string} = this.replay, scale = this.bass.strings[string].length;
+  mostZoom() {
+    if (!this.replay) return this.zoom;
+    const {place, lane} = this, {rows, slots, length, string} = this.replay, scale = this.bass.strings[string].length;
     let most = 1e-6; // m
     for (let k = 0; k < length; k += SOME)
       if (slots[3 * k]) for (const u of this.shapeOf(rows.subarray(k * this.seen, (k + 1) * this.seen), this.seen, slots[3 * k], slots[3 * k + 1])) most = Math.max(most, Math.abs(u));
@@ -451,7 +491,7 @@ class See {
 
   drawSpectrum(colour, analyser) {
     const [g, w, h, , px] = this.sheet(this.canvases.spectrum), foot = 18 * px;
-    this.bins ||= new Float32Array(analyser.frequencyBinCount);
+    if (!this.bins.length) this.bins = new Float32Array(analyser.frequencyBinCount);
     analyser.getFloatFrequencyData(this.bins);
     const bin = this.rate / 2 / this.bins.length, ratio = HIGHEST_HZ / LOWEST_HZ;
     g.font = `${11 * px}px system-ui, sans-serif`;
@@ -460,7 +500,7 @@ class See {
     g.textAlign = "center";
     g.textBaseline = "middle";
     const every = w < NARROW * px ? 2 : 1;
-    for (const [k, [hz, text]] of [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]].entries()) {
+    for (const [k, [hz, text]] of MARKS.entries()) {
       const x = w * Math.log(hz / LOWEST_HZ) / Math.log(ratio);
       g.beginPath();
       g.moveTo(x, 0);

@@ -1,19 +1,24 @@
 // Standard MIDI Files, as livebass/smf.py reads them: from bytes to messages with ticks. Damage that does not matter is
 // read with a warning; any other is an Error with track and byte.
-"use strict";
+import {decodeTexts, shownName} from "./names.js";
+import {RULE} from "./rule.js";
 
 const CHUNK_HEAD = 8; // bytes: name and length
 const META = {text: 0x01, trackName: 0x03, instrument: 0x04, channel: 0x20, port: 0x21, end: 0x2f, tempo: 0x51};
-const NOTE_OFF = 0x80, NOTE_ON = 0x90, CONTROL = 0xb0, PROGRAM = 0xc0, PRESSURE = 0xd0;
+export const NOTE_OFF = 0x80;
+export const NOTE_ON = 0x90;
+export const CONTROL = 0xb0;
+export const PROGRAM = 0xc0;
+const PRESSURE = 0xd0;
 const NO_CHANNEL = -1;
 
 // The list that a Map has for a key; a new one if it has none.
-function listOf(map, key) {
+export function listOf(map, key) {
   if (!map.has(key)) map.set(key, []);
   return map.get(key);
 }
 
-const plural = count => count > 1 ? "s" : "";
+export const plural = count => count > 1 ? "s" : "";
 
 // True if `word` stands at `at`.
 const standsAt = (data, word, at) => [...word].every((letter, k) => data[at + k] === letter.charCodeAt(0));
@@ -37,7 +42,10 @@ function isChunk(data, at) {
 // A cursor over `data` from `at` to `end`. Its errors name `place` and the byte.
 class ByteCursor {
   constructor(data, at, end, place) {
-    Object.assign(this, {data, at, end, place});
+    this.data = data;
+    this.at = at;
+    this.end = end;
+    this.place = place;
   }
 
   fail(what, at = this.at) {
@@ -159,17 +167,19 @@ const hexByte = byte => byte.toString(16).toUpperCase().padStart(2, "0");
 const byTick = lists => lists.length === 1 ? lists[0] : lists.flat().sort((a, b) => a.tick - b.tick);
 
 // The content of a Standard MIDI File, a Uint8Array. Ticks count from the start of the file.
-class Smf {
+export class Smf {
   constructor(data) {
     this.warnings = []; // each a line about damage that did not matter
-    const file = this.readHeader(this.withoutRest(data));
-    const odd = new Map(), tracks = this.readTracks(file, odd);
+    this.kind = this.count = 0; // of the file; how many tracks its header promises
+    const file = this.readHeader(this.withoutRest(data)), odd = new Map(), tracks = this.readTracks(file, odd);
     this.warnOf(odd, tracks.length);
     const played = this.played(tracks);
     this.messages = byTick(played.map(track => track.messages)); // by tick, track and place in the track
     this.tempos = byTick(played.map(track => track.tempos));
     this.exclusive = byTick(played.map(track => track.exclusive));
     this.endTick = played.reduce((end, track) => Math.max(end, track.tick), 0);
+    this.channelNames = new Map(); // by "track channel", both from 0, where a channel prefix says so
+    this.texts = new Set(); // at tick 0, beside the names
     this.takeNames(played);
   }
 
@@ -188,10 +198,11 @@ class Smf {
     const file = new ByteCursor(data, 4, data.length, "header"), size = bigEndian(file.take(4, "header length"));
     if (size < 6) throw new Error(`header, byte 4: header length ${size}, allowed: 6 or more`);
     const body = file.take(size, "header");
-    [this.kind, this.count, this.division] = [0, 2, 4].map(k => bigEndian(body.subarray(k, k + 2)));
+    const [kind, count, division] = [0, 2, 4].map(k => bigEndian(body.subarray(k, k + 2)));
+    [this.kind, this.count] = [kind, count];
     if (this.kind > 2)
       throw new Error(`type ${this.kind} MIDI file, allowed: 0 (one track), 1 (tracks together) and 2 (patterns)`);
-    this.takeDivision(this.division);
+    this.takeDivision(division);
     return file;
   }
 
@@ -267,11 +278,10 @@ class Smf {
       decoded[names.findIndex(name => name.number === number && name.kind === kind && name.channel === NO_CHANNEL)] || "";
     this.instruments = tracks.map(({number}) => title(number, META.instrument)); // by name; "": it has none
     this.names = tracks.map(({number}) => title(number, META.trackName) || this.instruments[number]);
-    this.channelNames = new Map(); // by "track channel", both from 0, where a channel prefix says so
     names.forEach(({number, channel}, k) => {
       if (channel !== NO_CHANNEL) this.channelNames.set(`${number} ${channel}`, decoded[k]);
     });
-    this.texts = new Set(decoded.slice(names.length)); // at tick 0, beside the names
+    decoded.slice(names.length).forEach(text => this.texts.add(text));
   }
 }
 

@@ -1,9 +1,13 @@
 // A MIDI file on the page: its parts, which of them are the bass's, and their messages. The rule is that of
 // livebass/score/choosing.py and reading.py, so that the page plays what `livebass render` plays.
-"use strict";
+import {Lines, isNote} from "./lines.js";
+import {isBass, isDrums, isOther} from "./names.js";
+import {RULE} from "./rule.js";
+import {cleaned, endedTake, middleOf, onChannels, withLowNotes} from "./score.js";
+import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
 
 const MOST_SONG = 4 << 20; // bytes of a file
-const AUTO = "auto"; // what is chosen, among the parts that can be asked for
+export const AUTO = "auto"; // what is chosen, among the parts that can be asked for
 const NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass";
 const partKey = ({line, track}) => `${line} ${track}`;
 
@@ -11,9 +15,16 @@ const partKey = ({line, track}) => `${line} ${track}`;
 // are `alone` are whole parts: others on their lines do not matter to them.
 class Parts {
   constructor(smf, lines, notes) {
-    Object.assign(this, {smf, lines, notes, byKey: new Map()});
+    this.smf = smf;
+    this.lines = lines;
+    this.notes = notes;
+    /** @type {Map<string, any[]>} */
+    this.byKey = new Map();
     for (const note of notes) listOf(this.byKey, partKey(note)).push(note);
   }
+
+  // The notes of a part.
+  notesOf(key) { return listOf(this.byKey, key); }
 
   choose(take) {
     if (take) return {notes: this.notes, why: "a take of livebass", elseWhy: ""};
@@ -29,7 +40,7 @@ class Parts {
     const alone = track => new Set(lines.get(track)).size === 1;
     const called = this.keysOf(notes => !this.areDrums(notes) && this.isCalledBass(notes[0], alone(notes[0].track)));
     if (!called.length) return undefined;
-    const ascending = called.map(key => this.byKey.get(key)[0]).sort((a, b) => a.track - b.track);
+    const ascending = called.map(key => this.notesOf(key)[0]).sort((a, b) => a.track - b.track);
     const names = [...new Set(ascending.map(note => this.bassName(note)))];
     const which = names.map(name => `"${name}"`).join(", ");
     const remark = `no channel has a bass program, 33 to 40: plays the track${plural(names.length)} called ${which}`;
@@ -47,8 +58,8 @@ class Parts {
       const remark = `${NO_BASS}: plays the only part, ${this.told(melodic[0])}`;
       return this.wholeParts(melodic, "the only part", "drums", remark);
     }
-    const middle = key => middleOf(this.byKey.get(key).map(({note}) => note)), track = key => this.byKey.get(key)[0].track;
-    const low = melodic.filter(key => this.isLow(this.byKey.get(key)) && !isOther(this.nameOf(this.byKey.get(key)[0])));
+    const middle = key => middleOf(this.notesOf(key).map(({note}) => note)), track = key => this.notesOf(key)[0].track;
+    const low = melodic.filter(key => this.isLow(this.notesOf(key)) && !isOther(this.nameOf(this.notesOf(key)[0])));
     if (!low.length) return undefined;
     const [lowest] = low.sort((a, b) => middle(a) - middle(b) || track(a) - track(b));
     const remark = `${NO_BASS}: plays the part that lies in a bass's range, ${this.told(lowest)}`;
@@ -102,7 +113,7 @@ class Parts {
 
   // One part; numbers count from 1. How many of its notes are chosen, and why, by a `choice`.
   part(key, choice = {notes: []}, switches = []) {
-    const all = this.byKey.get(key), keys = new Set(switches), notes = all.filter(({note}) => !keys.has(note));
+    const all = this.notesOf(key), keys = new Set(switches), notes = all.filter(({note}) => !keys.has(note));
     const places = choice.places ||= new Set(choice.notes.map(({place}) => place)), has = ({place}) => places.has(place);
     const {port, channel} = this.lines.lines[all[0].line], drums = this.areDrums(all), range = notes.map(({note}) => note);
     const given = values => [...new Set(values.filter(value => value !== undefined))];
@@ -124,10 +135,10 @@ class Parts {
   }
 }
 
-class Song {
+export class Song {
   // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz). Throws an Error with one line for what is none.
   constructor(buffer, rate) {
-    if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; allowed are 4`);
+    if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
     const smf = new Smf(new Uint8Array(buffer));
     this.rate = rate;
     this.take = smf.texts.has(RULE.take);
@@ -161,7 +172,7 @@ class Song {
 
   // True if all that is chosen is this part, wholly.
   isChoice({key}) {
-    const {length} = this.parts.byKey.get(key);
+    const {length} = this.parts.notesOf(key);
     return this.choice.notes.length === length && this.choice.notes.every(note => partKey(note) === key);
   }
 
@@ -176,14 +187,14 @@ class Song {
 
   // The messages of what is asked for, a value of `choices`, on `bass` and without program changes: {frame, midi}.
   messages(which, bass) {
-    const choice = which === AUTO ? this.choice : {notes: this.parts.byKey.get(which), alone: true};
+    const choice = which === AUTO ? this.choice : {notes: this.parts.notesOf(which), alone: true};
     const sent = onChannels(this.chosenEvents(choice).filter(({kind}) => kind !== PROGRAM), this.lines);
     const played = this.take ? sent : withLowNotes(sent, bass, this.rate);
     return played.map(({frame, kind, channel, a, b}) => ({frame, midi: b === undefined ? [kind | channel, a] : [kind | channel, a, b]}));
   }
 
   // The events of the chosen notes and of their lines.
-  chosenEvents({notes, alone}) {
+  chosenEvents({notes, alone = false}) {
     const {zone, events, end} = this.lines, chosen = new Set(notes.map(({line}) => line));
     const heard = new Set([...chosen, ...[...chosen].some(line => zone.has(line)) ? zone : []]); // controllers
     if (alone && !this.take) { // other parts may share the line: their messages are not for these notes
@@ -206,7 +217,7 @@ function rowOf({port, channel, name, notes, switches, lowest, highest, why}) {
 }
 
 // 32 bits a sample, mono: a WAV file of blocks of Float32Array at a rate (Hz).
-function wavOf(blocks, rate) {
+export function wavOf(blocks, rate) {
   const count = blocks.reduce((sum, block) => sum + block.length, 0), head = new DataView(new ArrayBuffer(58));
   const text = (at, name) => [...name].forEach((letter, k) => head.setUint8(at + k, letter.charCodeAt(0)));
   text(0, "RIFF");

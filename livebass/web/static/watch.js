@@ -1,21 +1,22 @@
 // Watches the bass of `livebass play`, which plays elsewhere: this page only shows what its strings do.
-"use strict";
-
-let watched = 0; // the frame until which the bass is known
+import {$, PAGE, say} from "./page.js";
+import {showBass} from "./bass.js";
+import {state} from "./state.js";
+import {see} from "./view.js";
 
 // Follows the bass until `play` ends: its next start has another address.
-async function watch() {
+export async function watch(/** @type {string} */ address) {
   document.body.classList.add("watching");
   $("neck").inert = true;
   try {
-    await takeAnswer(await fetch(PAGE.watching));
-  } catch {} // it ended, as it does below
+    await takeAnswer(await fetch(address));
+  } catch { /* it ended, as it does below */ }
   say("play has ended. Its next start with --watch prints another address.");
 }
 
 // Takes the messages of an answer until it ends: livebass/web/watch.py says how they are laid out.
-async function takeAnswer(answer) {
-  if (!answer.ok) throw new Error(answer.statusText);
+async function takeAnswer(/** @type {Response} */ answer) {
+  if (!answer.ok || !answer.body) throw new Error(answer.statusText);
   const reader = answer.body.getReader(), decoder = new TextDecoder();
   let rest = new Uint8Array(0);
   for (;;) {
@@ -25,8 +26,7 @@ async function takeAnswer(answer) {
     all.set(rest);
     all.set(value, rest.length);
     let at = 0;
-    for (;;) {
-      if (all.length < at + 8) break;
+    while (all.length >= at + 8) {
       const view = new DataView(all.buffer, at), text = view.getUint32(0, true), end = at + 8 + text + view.getUint32(4, true);
       if (all.length < end) break;
       takeSeen(JSON.parse(decoder.decode(all.subarray(at + 8, at + 8 + text))), all.slice(at + 8 + text, end).buffer);
@@ -36,7 +36,7 @@ async function takeAnswer(answer) {
   }
 }
 
-function takeSeen({frame, rate, contacts, notes, bass}, sight) {
+function takeSeen(/** @type {Seen} */ {frame, rate, contacts, notes, bass}, /** @type {ArrayBuffer} */ sight) {
   if (bass) {
     PAGE.basses = [bass];
     $("bass").replaceChildren(new Option(bass.title, bass.name));
@@ -44,6 +44,6 @@ function takeSeen({frame, rate, contacts, notes, bass}, sight) {
     say(`${bass.title} plays, in livebass play.`);
   }
   see.rate = rate;
-  watched = frame;
+  state.watched = frame;
   see.take({sight, frame, contacts, notes});
 }

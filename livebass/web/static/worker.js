@@ -1,6 +1,14 @@
 // Builds basses in a memory of its own, each at addresses that are free in the audio thread, and hands their bytes
-// over: the audio thread only copies them. engine.js and maker.js stand before this in the same script.
-let module, home;
+// over: the audio thread only copies them.
+import {Engine, N} from "./engine.js";
+import {Maker} from "./maker.js";
+
+// The messages of a worker, which go to the page.
+/** @type {(message: object, moved?: Transferable[]) => void} */
+const answer = /** @type {any} */ (postMessage);
+/** @type {WebAssembly.Module} */
+let module;
+let home = 0; // where basses may begin
 const taken = new Map(); // address of a bass: [where its memory begins, where it ends]
 const sizes = new Map(); // of basses built before, by file, tier, rate and length of an impulse response
 
@@ -22,7 +30,7 @@ function build({id, name, file, tier, rate, response}) {
   taken.set(bass, [at, end]);
   sizes.set(key, end - at);
   const image = engine.memory.buffer.slice(at, end);
-  postMessage({id, built: {bass, at, image}}, [image]);
+  answer({id, built: {bass, at, image}}, [image]);
   return [engine, bass];
 }
 
@@ -41,14 +49,14 @@ function warm(engine, bass, rate, ms) {
 function again({id, file, tier, rate, response, recalled, pluck, before, frames, heard}) {
   const engine = new Engine(module), {bass} = engine.build(file, tier, rate, home, response);
   const made = recalled ? engine.again(bass, recalled, before, frames) : engine.pluck(bass, pluck, before, frames, heard);
-  postMessage({id, built: made}, [made.rows.buffer, made.slots.buffer, made.sound.buffer]);
+  answer({id, built: made}, [made.rows.buffer, made.slots.buffer, made.sound.buffer]);
 }
 
 onmessage = ({data}) => {
   if (data.module) {
     module = data.module;
     home = new Engine(module).home;
-    postMessage({id: data.id});
+    answer({id: data.id});
   } else if (data.free) {
     taken.delete(data.free);
   } else {
@@ -59,18 +67,18 @@ onmessage = ({data}) => {
       }
       if (data.make) {
         const made = new Maker(module, data.bench).make(data.file, data.make, data.names);
-        postMessage({id: data.id, built: made}, [made.file]);
+        answer({id: data.id, built: made}, [made.file]);
         return;
       }
       if (data.samples) {
         const cut = new Engine(module).cutResponse(data.samples, data.rate, data.normalized);
-        postMessage({id: data.id, built: cut}, [cut.buffer]);
+        answer({id: data.id, built: cut}, [cut.buffer]);
         return;
       }
       const [engine, bass] = build(data);
       if (data.warm) warm(engine, bass, data.rate, data.warm);
     } catch (error) {
-      postMessage({id: data.id, error: error.message});
+      answer({id: data.id, error: /** @type {Error} */ (error).message});
     }
   }
 };

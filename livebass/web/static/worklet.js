@@ -1,9 +1,12 @@
-// The audio thread. engine.js stands before this in the same script. There is no clock here but Date's milliseconds:
-// summed over some quanta they tell the load, and the synth is told it.
+// The audio thread. There is no clock here but Date's milliseconds: summed over some quanta they tell the load, and the
+// synth is told it.
 //
 // A board that is played hard costs many times the time there is, from one quantum to the next, and its coarse strings
 // a tenth of that. So a thread that falls behind relieves one string at once; one that falls behind again soon relieves
 // all that sound, and from then on every string as it begins to sound, until the playing has been soft for a while.
+import {Engine, N, RECORDS} from "./engine.js";
+import {LAYOUT} from "./layout.js";
+
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
 const PART = 32; // frames that are played at a time: a hard note on a board may take 0.1 s for the first quantum
 const BEHIND = 8; // ms that the thread may owe
@@ -183,11 +186,11 @@ class LivebassProcessor extends AudioWorkletProcessor {
   }
 
   // Records a quantum; hands over what is full.
-  keepOnTape(sound) {
-    this.tape.samples.set(sound, this.tape.used);
-    this.tape.used += sound.length;
-    if (this.tape.used + sound.length <= TAPE) return;
-    const full = this.tape.used === TAPE ? this.tape.samples : this.tape.samples.slice(0, this.tape.used);
+  keepOnTape(tape, sound) {
+    tape.samples.set(sound, tape.used);
+    tape.used += sound.length;
+    if (tape.used + sound.length <= TAPE) return;
+    const full = tape.used === TAPE ? tape.samples : tape.samples.slice(0, tape.used);
     this.port.postMessage({taped: full}, [full.buffer]);
     this.tape = {samples: new Float32Array(TAPE), used: 0};
   }
@@ -216,7 +219,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     for (let at = 0; at < n; at += PART) this.playPart(out, at, Math.min(PART, n - at));
     if (this.coming) this.copy(SLICE);
     if (!this.live) return true;
-    if (this.tape) this.keepOnTape(out[0]);
+    if (this.tape) this.keepOnTape(this.tape, out[0]);
     if (this.seeing) this.see();
     this.busy += Date.now() - began;
     this.quanta += 1;

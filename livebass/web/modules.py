@@ -1,0 +1,71 @@
+"""Joins the JavaScript modules of the page into one script, which leaves no name in the global scope.
+
+Each module becomes a function that returns what it exports, behind the modules that it imports. So that this is what
+the language says, a module imports by lines `import {name, ...} from "./file.js";`, `import * as name from ...` or
+`import "./file.js";`, and exports functions, classes and constants, each where it is declared.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from livebass.web.layout import layout
+from livebass.web.rule import rule
+
+STATIC = Path(__file__).parent / "static"
+IMPORT = re.compile(r'^import (?:(?:\* as (?P<all>\w+)|\{(?P<names>[\w$, ]+)\}) from )?"\./(?P<file>[\w.]+)";\n', re.M)
+EXPORT = re.compile(r"^export (?=(?:const|class|(?:async )?function\*?) (?P<name>[\w$]+))", re.M)
+UNJOINED = re.compile(r"^(?:import|export)\b.*", re.M)
+MADE = {"layout.js": layout, "rule.js": rule}  # modules that tell the page what the kernels and the MIDI reader know
+NONE: Mapping[str, str] = {}
+
+
+def joined(entry: str, more: Mapping[str, str] = NONE) -> str:
+    """Returns a classic script: an expression whose value is what the module `entry` exports.
+
+    `more` holds modules beside those of the page, by file name. Raises ValueError for modules that cannot be joined.
+    """
+    parts: dict[str, str] = {}
+    exports: dict[str, list[str]] = {}
+
+    def add(file: str, importers: tuple[str, ...]) -> None:
+        if file in importers:
+            raise ValueError(f"modules import one another in a circle: {' -> '.join((*importers, file))}")
+        if file in parts:
+            return
+        source = more[file] if file in more else f"export {MADE[file]()}" if file in MADE else text(file)
+        for found in IMPORT.finditer(source):
+            add(found["file"], (*importers, file))
+            for name in _names(found):
+                if name not in exports[found["file"]]:
+                    raise ValueError(f"{file}: {found['file']} exports no {name}")
+        exports[file] = [found["name"] for found in EXPORT.finditer(source)]
+        body = EXPORT.sub("", IMPORT.sub(_taken, source))
+        if odd := UNJOINED.search(body):
+            raise ValueError(f"{file}: cannot be joined: {odd[0]}")
+        parts[file] = f"const {_variable(file)} = (() => {{\n{body}return {{{', '.join(exports[file])}}};\n}})();\n"
+
+    add(entry, ())
+    return f'(() => {{\n"use strict";\n{"".join(parts.values())}return {_variable(entry)};\n}})();\n'
+
+
+def text(name: str) -> str:
+    """A file of the page."""
+    return (STATIC / name).read_text("utf-8")
+
+
+def _names(found: re.Match[str]) -> list[str]:
+    return [name.strip() for name in (found["names"] or "").split(",") if name.strip()]
+
+
+def _taken(found: re.Match[str]) -> str:
+    """The line of a script in place of an import."""
+    names = found["all"] or (f"{{{found['names']}}}" if found["names"] else "")
+    return f"const {names} = {_variable(found['file'])};\n" if names else ""
+
+
+def _variable(file: str) -> str:
+    """The name of what a module exports."""
+    return "$" + file.removesuffix(".js").replace(".", "_")

@@ -1,0 +1,292 @@
+// What hands press: keys, places of the neck, and strings that two hands hold and pluck.
+import {$, chosenBass, isPressed, setPressed} from "./page.js";
+import {moveControl} from "./controls.js";
+import {player} from "./player.js";
+import {state} from "./state.js";
+import {LONG_PRESS, WAYS, isOn, letGoOfAll, numberOf} from "./techniques.js";
+
+const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
+const SOON = 30; // ms after the sound runs, when it is played
+const IN_TIME = {late: 0, frameAt: (/** @type {number} */ time) => player.frameAt(time)}; // as all else is played
+
+/** @type {Map<string, PressedKey>} */
+export const held = new Map(); // what is pressed
+
+const noteOn = (/** @type {PressedKey} */ {note, velocity}) => [0x90, note, velocity];
+const noteOff = (/** @type {PressedKey} */ {note}) => [0x80, note, 0];
+
+export const force = () => +$("force").value;
+
+/**
+ * Presses what `id` tells apart, at `time` (ms). A finger that began early goes on as late, by a clock of its own.
+ * @param {string} id
+ * @param {number} note
+ * @param {number} force
+ * @param {number} time
+ * @param {HTMLElement | null} [cell]
+ * @param {Clock} clock
+ */
+export function press(id, note, force, time, cell, clock = IN_TIME) {
+  if (held.has(id) || note < 0 || note > 127) return;
+  const velocity = Math.min(127, Math.max(1, Math.round(force)));
+  const string = cell?.dataset.string === undefined ? undefined : +cell.dataset.string;
+  /** @type {PressedKey} */
+  const key = {note, velocity, string, cell, clock, begin: time, end: undefined};
+  held.set(id, key);
+  cell?.classList.add("down");
+  if (player.sounding) {
+    sendLate(key.clock, time, noteOn(key), string);
+  } else if (player.loading) {
+    state.early.push(key);
+    player.sound().catch(() => { state.early = []; }); // said where it happened
+  }
+}
+
+function lift(/** @type {PressedKey} */ key, /** @type {number} */ time) {
+  key.end = time;
+  key.cell?.classList.remove("down");
+  if (player.sounding) sendLate(key.clock, time, noteOff(key));
+}
+
+/**
+ * Sends a message by a key's clock: what waited in the audio thread would hold up what is played meanwhile.
+ * @param {Clock} clock
+ * @param {number} time
+ * @param {number[]} midi
+ * @param {number} [string]
+ */
+function sendLate({late, frameAt}, time, midi, string) {
+  const wait = time + late - performance.now(), go = () => player.send(time, midi, string, frameAt(time));
+  if (late && wait > 0) setTimeout(go, wait);
+  else go();
+}
+
+export function release(/** @type {string} */ id, time = performance.now()) {
+  const key = held.get(id);
+  held.delete(id);
+  if (key) lift(key, time);
+}
+
+// Plays what was pressed while the sound began: from now on, each note after the other and as long as they were played.
+function playEarly() {
+  const oldest = performance.now() - MOST_LATE, keys = state.early.filter(({end = Infinity}) => end > oldest);
+  state.early = [];
+  if (!keys.length) return;
+  const {currentTime, sampleRate} = player.context, first = currentTime + SOON / 1000;
+  const begin = Math.max(oldest, keys[0].begin);
+  const frameAt = (/** @type {number} */ time) => Math.round(sampleRate * (first + Math.max(0, time - begin) / 1000));
+  const clock = {late: performance.now() - begin, frameAt};
+  const messages = keys.flatMap(key => {
+    key.clock = clock;
+    const on = {time: key.begin, midi: noteOn(key), string: key.string};
+    return key.end === undefined ? [on] : [on, {time: key.end, midi: noteOff(key), string: undefined}];
+  });
+  messages.sort((a, b) => a.time - b.time || b.midi[0] - a.midi[0]); // of those at one time, new notes first
+  for (const {time, midi, string} of messages) sendLate(clock, time, midi, string);
+}
+
+export function letGo() {
+  for (const id of [...held.keys()]) release(id);
+  letGoOfAll();
+}
+
+// --- two hands: fingers on the frets hold strings down, and a finger over the body plucks them ---
+
+const PLUCK_SPEED = 30; // lanes a second, of the hardest pluck
+const AGAIN = 40; // ms, from which on a finger can pluck a string again
+/** @type {Map<number, {string: number, fret: number}>} */
+const fingers = new Map(); // each finger on a fret, by its pointer
+/** @type {Map<number, RightFinger>} */
+const rights = new Map(); // fingers over the body, by pointer
+
+const hasTwoHands = () => isPressed($("hands"));
+const plucked = (/** @type {number} */ string) => `string${string}`; // what sounds by the right hand is held as this
+/** @param {number} string @param {number} fret @returns {HTMLElement | null} */
+const cellOf = (string, fret) => $("neck").querySelector(`button[data-string="${string}"][data-fret="${fret}"]`);
+const cellThere = (/** @type {number} */ string, /** @type {number} */ fret) => cellOf(string, fret) || cellOf(string, 0);
+/** @returns {HTMLElement} */
+const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ ($("neck").querySelector(name));
+
+// The fret at which the left hand holds a string: the highest; 0: it is open.
+const heldFret = (/** @type {number} */ string) =>
+  Math.max(0, ...[...fingers.values()].filter(finger => finger.string === string).map(finger => finger.fret));
+
+// Plucks a string where the left hand holds it.
+function pluck(/** @type {number} */ string, /** @type {number} */ force, /** @type {number} */ time) {
+  const fret = heldFret(string);
+  release(plucked(string), time);
+  press(plucked(string), chosenBass().strings[string].note + fret, force, time, cellThere(string, fret));
+}
+
+// A finger of the left hand came, moved or left: what sounds there goes on from the fret that is held now, hammered on or
+// pulled off. An open string rings on when it was so before; it ends when a finger lets go of it.
+function follow(/** @type {number} */ string, /** @type {number} */ time, lifted = false) {
+  const key = held.get(plucked(string)), fret = heldFret(string);
+  if (!key) return;
+  const note = chosenBass().strings[string].note + fret;
+  if (note === key.note) return;
+  if (lifted && !fret) {
+    release(plucked(string), time);
+    return;
+  }
+  const legato = WAYS.find(way => way.symbol === "legato"), number = legato && numberOf(legato);
+  const switches = legato && number !== undefined && !isOn(legato);
+  held.delete(plucked(string));
+  if (switches) player.changeBy([0xb0, number, 127]);
+  press(plucked(string), note, key.velocity, time, cellThere(string, fret), key.clock);
+  lift(key, time);
+  if (switches) player.changeBy([0xb0, number, 0]);
+}
+
+function putFinger(/** @type {number} */ id, /** @type {HTMLElement | undefined} */ cell, /** @type {number} */ time) {
+  const before = fingers.get(id), now = cell && {string: Number(cell.dataset.string), fret: Number(cell.dataset.fret)};
+  if (before && now && before.string === now.string && before.fret === now.fret) return;
+  if (now) fingers.set(id, now);
+  else fingers.delete(id);
+  if (before && (!now || now.string !== before.string)) follow(before.string, time, true);
+  if (now) follow(now.string, time);
+  showFingers();
+}
+
+function showFingers() {
+  $("neck").querySelectorAll(".held").forEach(cell => cell.classList.remove("held"));
+  for (const {string, fret} of fingers.values()) if (fret) cellOf(string, fret)?.classList.add("held");
+}
+
+// The right hand: a finger that comes down on a string that sounds stops it. A finger that goes across a string plucks
+// it there, the faster the harder. A finger that only taps plucks it, too, lower on the string harder.
+
+// The string whose lane is at `y`, px from the top of the neck, and how far down in it, 0 to 1.
+function laneAt(/** @type {number} */ y) {
+  const {height} = part(".open").getBoundingClientRect(), count = chosenBass().strings.length;
+  const row = Math.min(count - 1, Math.max(0, Math.floor(y / height)));
+  return {string: count - 1 - row, down: y / height - row};
+}
+
+// Sets the place of the pluck to a finger's: the part of the body that it is at.
+function pluckAt(/** @type {number} */ x) {
+  const body = part(".body"), {left, right} = body.getBoundingClientRect(), begin = Number(body.dataset.begin);
+  const {pluck: [nearest, usual, farthest], strings: [{length}]} = chosenBass();
+  const aside = (begin + (length - begin) * (x - left) / (right - left)) / length - usual;
+  const towards = aside * (farthest - usual) > 0 ? usual - farthest : nearest - usual;
+  const value = towards && aside / towards;
+  moveControl("pluck_position", Math.min(1, Math.max(-1, value)));
+}
+
+const heightOf = (/** @type {PointerEvent} */ e) => e.clientY - $("neck").getBoundingClientRect().top;
+
+function rightDown(/** @type {PointerEvent} */ e) {
+  const y = heightOf(e), {string} = laneAt(y);
+  release(plucked(string), e.timeStamp);
+  rights.set(e.pointerId, {y, time: e.timeStamp, began: e.timeStamp, crossed: false, plucked: []});
+}
+
+function rightMoves(/** @type {PointerEvent} */ e, /** @type {RightFinger} */ finger) {
+  const y = heightOf(e), tall = part(".open").getBoundingClientRect().height, count = chosenBass().strings.length;
+  for (let string = 0; string < count; string++) {
+    const middle = (count - 0.5 - string) * tall;
+    const across = (finger.y - middle) * (y - middle) < 0;
+    // screens tell where a finger will be, and take it back
+    if (!across || e.timeStamp - finger.plucked[string] < AGAIN) continue;
+    finger.plucked[string] = e.timeStamp;
+    const speed = Math.abs(y - finger.y) / tall / Math.max(1e-3, (e.timeStamp - finger.time) / 1000);
+    pluckAt(e.clientX);
+    pluck(string, 30 + 97 * Math.min(1, speed / PLUCK_SPEED), e.timeStamp);
+    finger.crossed = true;
+  }
+  Object.assign(finger, {y, time: e.timeStamp});
+}
+
+function rightUp(/** @type {PointerEvent} */ e, /** @type {RightFinger} */ finger) {
+  rights.delete(e.pointerId);
+  if (finger.crossed || e.timeStamp - finger.began > LONG_PRESS) return;
+  const {string, down} = laneAt(finger.y);
+  pluckAt(e.clientX);
+  pluck(string, 30 + 97 * down, e.timeStamp);
+}
+
+// A touch would stay with the element where it began: a finger may slide on.
+function loosen(/** @type {PointerEvent} */ e) {
+  const target = /** @type {Element} */ (e.target);
+  if (target.hasPointerCapture?.(e.pointerId)) target.releasePointerCapture(e.pointerId);
+}
+
+$("neck").addEventListener("pointerdown", e => {
+  if (e.button || !/** @type {Element} */ (e.target).closest(".body")) return;
+  loosen(e);
+  rightDown(e);
+});
+addEventListener("pointermove", e => {
+  const finger = rights.get(e.pointerId), moves = finger && e.getCoalescedEvents?.();
+  if (finger) for (const one of moves?.length ? moves : [e]) rightMoves(one, finger);
+});
+$("hands").onclick = () => {
+  const on = !hasTwoHands();
+  letGo();
+  fingers.clear();
+  showFingers();
+  setPressed($("hands"), on);
+  $("how").textContent = on ? "Hold strings down on the frets, and pluck them over the body: across, or by a tap."
+    : "Press low on a string to play it hard.";
+};
+
+// --- neck and piano ---
+
+// Lower on a string, or on a key, is harder.
+function forceAt(/** @type {HTMLElement} */ cell, /** @type {number} */ y) {
+  const {top, height} = cell.getBoundingClientRect();
+  return 30 + 97 * Math.min(1, Math.max(0, (y - top) / height));
+}
+
+// The cell where a finger is: browsers take a touch near an edge for a touch beyond it.
+/** @returns {HTMLElement | null | undefined} */
+const cellAt = (/** @type {PointerEvent} */ {clientX, clientY}) =>
+  document.elementFromPoint(clientX, clientY)?.closest("[data-note]");
+
+for (const place of [$("neck"), $("piano")]) {
+  place.addEventListener("pointerdown", e => {
+    const cell = cellAt(e);
+    if (!cell || e.button) return;
+    loosen(e);
+    if (hasTwoHands() && cell.dataset.string !== undefined) putFinger(e.pointerId, cell, e.timeStamp);
+    else press("pointer" + e.pointerId, Number(cell.dataset.note), forceAt(cell, e.clientY), e.timeStamp, cell);
+  });
+  place.addEventListener("pointermove", e => {
+    const id = "pointer" + e.pointerId, key = held.get(id), cell = cellAt(e);
+    if (fingers.has(e.pointerId)) {
+      if (cell?.dataset.string !== undefined) putFinger(e.pointerId, cell, e.timeStamp);
+      return;
+    }
+    if (!key || !cell || cell === key.cell) return;
+    // along a string the new note comes before the old one's end: so it slides there, or is hammered on
+    const along = cell.dataset.string === key.cell?.dataset.string;
+    held.delete(id);
+    if (!along) lift(key, e.timeStamp);
+    press(id, Number(cell.dataset.note), forceAt(cell, e.clientY), e.timeStamp, cell, key.clock);
+    if (along) lift(key, e.timeStamp);
+  });
+  place.addEventListener("pointerup", e => { // browsers start the sound when a finger leaves, not when it comes down
+    if (player.loading && held.has("pointer" + e.pointerId) && !player.sounding) player.sound().catch(() => {});
+  });
+  // a focused place plays by Space and Enter
+  place.addEventListener("keydown", e => {
+    /** @type {HTMLElement | null} */
+    const cell = /** @type {Element} */ (e.target).closest("[data-note]");
+    if (!cell || ![" ", "Enter"].includes(e.key)) return;
+    e.preventDefault();
+    if (!e.repeat) press("focus", Number(cell.dataset.note), force(), e.timeStamp, cell);
+  });
+  place.addEventListener("keyup", e => { if ([" ", "Enter"].includes(e.key)) release("focus", e.timeStamp); });
+  place.addEventListener("focusout", () => release("focus"));
+  place.addEventListener("contextmenu", e => e.preventDefault());
+}
+for (const kind of /** @type {const} */ (["pointerup", "pointercancel"]))
+  addEventListener(kind, e => {
+    const finger = rights.get(e.pointerId);
+    if (finger) rightUp(e, finger);
+    if (fingers.has(e.pointerId)) putFinger(e.pointerId, undefined, e.timeStamp);
+    release("pointer" + e.pointerId, e.timeStamp);
+  });
+addEventListener("blur", letGo);
+player.on("sounds", playEarly);
+player.on("ends", letGo);

@@ -1,0 +1,22 @@
+// Opens the page to its tests, and to tools that measure it: an event "livebass" has a function as its detail, which is
+// called with what the modules export.
+import * as bass from "./bass.js";
+import * as benchview from "./benchview.js";
+import * as cases from "./cases.js";
+import * as files from "./files.js";
+import * as hands from "./hands.js";
+import * as meters from "./meters.js";
+import * as neck from "./neck.js";
+import * as page from "./page.js";
+import * as player from "./player.js";
+import * as songs from "./songs.js";
+import * as state from "./state.js";
+import * as techniques from "./techniques.js";
+import * as view from "./view.js";
+import * as workshop from "./workshop.js";
+
+const inside = {
+  ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...page, ...player, ...songs, ...state,
+  ...techniques, ...view, ...workshop,
+};
+addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

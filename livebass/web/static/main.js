@@ -1,0 +1,67 @@
+// The page: brings its parts together, begins, and draws what the strings do.
+import {$, PAGE, say} from "./page.js";
+import "./power.js";
+import "./meters.js";
+import "./techniques.js";
+import "./hands.js";
+import "./keys.js";
+import "./songs.js";
+import "./recording.js";
+import "./response.js";
+import "./midi.js";
+import "./inside.js";
+import {showBass} from "./bass.js";
+import {makeBench, takeLink} from "./benchview.js";
+import {showLinked} from "./cases.js";
+import {lacking} from "./files.js";
+import {player} from "./player.js";
+import {goOn} from "./replay.js";
+import {state} from "./state.js";
+import {see, showPitch} from "./view.js";
+import {watch} from "./watch.js";
+
+const PITCH_EVERY = 120; // ms
+const FULL = 0.7; // load of the audio thread from which pictures are shed, so that the sound has the machine
+const SHED = 100; // ms from one picture to the next then
+const last = {pitch: 0, picture: 0}; // when they were shown, ms
+
+// Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
+function look(/** @type {number} */ now) {
+  requestAnimationFrame(look);
+  const {analyser, sounding} = player;
+  if (PAGE.watching) see.follow(state.watched, now);
+  if (sounding) {
+    player.giveBack(see.follow(player.heardFrame(), now));
+    if (analyser && now - last.pitch > PITCH_EVERY) {
+      last.pitch = now;
+      showPitch(analyser);
+    }
+  }
+  if (see.replay) goOn(now);
+  else see.fade(now);
+  if (!sounding || state.late < FULL || now - last.picture >= SHED) {
+    last.picture = now;
+    see.draw(analyser);
+  }
+  $("again").disabled = !player.ready || see.note.frame === undefined;
+}
+
+function begin() {
+  $("power").disabled = false;
+  player.start().catch(() => {}); // said where it happened
+  showLinked();
+}
+
+makeBench();
+showBass();
+takeLink();
+const lack = lacking();
+if (PAGE.watching) {
+  watch(PAGE.watching);
+} else if (lack) {
+  $("lacks").textContent = lack;
+  $("lacks").hidden = false;
+} else {
+  player.load().then(begin, error => say(`The page cannot be opened: ${error.message}`));
+}
+requestAnimationFrame(look);

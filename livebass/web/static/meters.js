@@ -1,0 +1,29 @@
+// The meters: level, load, faults, and the frets that the player holds down.
+import {$} from "./page.js";
+import {player} from "./player.js";
+import {state} from "./state.js";
+
+const FLOOR = -60; // dB
+
+export function showMeters(/** @type {PlayReport} */ {load, peak, overload, faults, held}) {
+  const level = Math.max(FLOOR, peak > 0 ? 20 * Math.log10(peak) : FLOOR), {style} = $("level");
+  state.loud = Math.max(level, state.loud - 2);
+  $("level").ariaValueNow = state.loud.toFixed(0);
+  style.setProperty("--part", String((state.loud - FLOOR) / -FLOOR));
+  $("level").classList.toggle("clipped", state.loud > 0);
+  $("level-text").textContent = state.loud > FLOOR ? `${state.loud.toFixed(0)} dB` : "silent";
+  state.late = Math.max(load, 0.85 * state.late);
+  const busy = Math.min(1, state.late);
+  $("load").ariaValueNow = (100 * busy).toFixed(0);
+  $("load").style.setProperty("--part", String(busy));
+  $("load-text").textContent = `${(100 * state.late).toFixed(0)} %`;
+  $("overload").hidden = !(overload > 0 || load > 1);
+  $("faults").textContent = faults === 1 ? "1 fault" : `${faults} faults`;
+  $("neck").querySelectorAll(".on").forEach(cell => cell.classList.remove("on"));
+  held.forEach((fret, string) => {
+    if (fret >= 0) $("neck").querySelector(`button[data-string="${string}"][data-fret="${fret}"]`)?.classList.add("on");
+  });
+}
+
+player.on("report", showMeters);
+player.on("stopped", () => showMeters({load: 0, peak: 0, overload: 0, faults: 0, held: []}));

@@ -1,0 +1,31 @@
+// Keyboards and basses that the browser hears by MIDI, and the button that ends all notes.
+import {$} from "./page.js";
+import {letGo} from "./hands.js";
+import {player} from "./player.js";
+import {panic, unlatchAll} from "./techniques.js";
+
+async function connectMidi() {
+  const access = await navigator.requestMIDIAccess();
+  const listen = () => {
+    const inputs = [...access.inputs.values()];
+    for (const input of inputs) input.onmidimessage = e => player.send(e.timeStamp, [...e.data || []]);
+    $("midi-text").textContent = inputs.length ? `MIDI from ${inputs.map(input => input.name).join(", ")}.`
+      : "No MIDI device is connected; one that is plugged in now is heard.";
+  };
+  access.onstatechange = listen;
+  listen();
+}
+
+$("midi").onclick = () => {
+  if (player.ready) player.sound().catch(() => {});
+  connectMidi().catch(error => { $("midi-text").textContent = `The browser gives no MIDI: ${error.message}`; });
+};
+if (!navigator.requestMIDIAccess) {
+  $("midi").hidden = true;
+  $("midi-text").textContent = "This browser has no Web MIDI: play with keys, mouse or fingers. Chrome and Edge have it, Firefox on https and localhost.";
+}
+$("panic").onclick = () => {
+  letGo();
+  unlatchAll();
+  panic();
+};

@@ -1,0 +1,60 @@
+// What every part of the page uses: its elements, what the export told it, and the bass that is chosen.
+
+/** @type {GetElement} */
+export const $ = /** @type {any} */ (document.getElementById.bind(document));
+
+/** @type {PageData} */
+export const PAGE = JSON.parse($("page").textContent);
+
+export const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
+
+/** @param {number} note */
+export const noteName = note => NAMES[note % 12] + (Math.floor(note / 12) - 1);
+
+/** @param {string} text */
+export const say = text => { $("said").textContent = text; };
+
+/** @param {string} name @returns {Bass} */
+export const bassCalled = name => /** @type {Bass} */ (PAGE.basses.find(bass => bass.name === name));
+
+for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
+
+// The bass that is chosen; the one before may still ring.
+export const chosenBass = () => bassCalled($("bass").value);
+
+// Chooses another bass, as by hand.
+export function chooseBass(/** @type {string} */ name) {
+  if ($("bass").value === name) return;
+  $("bass").value = name;
+  $("bass").dispatchEvent(new Event("change"));
+}
+
+/**
+ * A new element with these properties and children.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {object} properties
+ * @param {(Node | string)[]} children
+ */
+export function make(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
+/** @param {string} text @param {object} properties */
+export const makeButton = (text, properties) => make("button", {type: "button", textContent: text, ...properties});
+
+/** @param {Element} button */
+export const isPressed = button => button.getAttribute("aria-pressed") === "true";
+
+export function setPressed(/** @type {Element} */ button, /** @type {boolean} */ on) {
+  button.setAttribute("aria-pressed", String(on));
+}
+
+// Saves a file as the browser saves downloads.
+export function save(/** @type {Blob} */ blob, /** @type {string} */ name) {
+  const link = make("a", {href: URL.createObjectURL(blob), download: name});
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

@@ -1,0 +1,282 @@
+// What plays: an audio thread of this browser. It is sent notes and changes, told which bass to play, and tells what it
+// does by events (tools/js/page.d.ts lists them as PlayerEvents).
+import {read, workletAddress} from "./files.js";
+import {$, PAGE, say} from "./page.js";
+import {workshop} from "./workshop.js";
+
+const WARM = 400; // ms
+const MOST_AHEAD = 0.5; // s
+const FADES = 60; // ms
+
+export class WorkletPlayer {
+  constructor() {
+    this.ready = false; // it can begin to play
+    this.sounding = false; // it plays for somebody who wants to hear it
+    /** @type {AudioContext} */
+    this.context = /** @type {any} */ (undefined);
+    /** @type {AudioWorkletNode} */
+    this.node = /** @type {any} */ (undefined);
+    /** @type {AnalyserNode | undefined} */
+    this.analyser = undefined;
+    /** @type {Float64Array | undefined} */
+    this.response = undefined; // the player's own impulse response at the context's rate; undefined: the bass's
+    this.fileOf = (/** @type {string} */ name) => read(`basses/${name}.lbass`); // the bench puts its own here
+    this.began = 0; // frame of the context at which the audio thread began
+    this.playing = ""; // the name of the bass that plays
+    /** @type {Map<number, string>} */
+    this.names = new Map(); // of basses in the audio thread, by address ...
+    /** @type {Map<number, {file: ArrayBuffer, response?: Float64Array}>} */
+    this.basses = new Map(); // ... and what they were made of
+    /** @type {{name: string, built: Promise<Built>} | undefined} */
+    this.next = undefined; // the bass that waits for the start, or comes next
+    /** @type {Promise<void> | undefined} */
+    this.loading = undefined;
+    /** @type {Promise<void> | undefined} */
+    this.starting = undefined;
+    /** @type {Map<number, () => void>} */
+    this.copied = new Map(); // what to call when the audio thread has a bass
+    /** @type {((data: any) => void) | undefined} */
+    this.recalled = undefined;
+    /** @type {number | undefined} */
+    this.heard = undefined; // the address of the bass that plays
+    this.changes = 0; // of the playing, that the page has asked the audio thread for
+    /** @type {Map<string, Function[]>} */
+    this.listeners = new Map();
+  }
+
+  /**
+   * Calls `listener` whenever this happens; listeners are called in the order in which they came.
+   * @template {keyof PlayerEvents} Kind
+   * @param {Kind} kind
+   * @param {(...told: PlayerEvents[Kind]) => void} listener
+   */
+  on(kind, listener) { this.listeners.set(kind, [...this.listeners.get(kind) || [], listener]); }
+
+  /**
+   * @template {keyof PlayerEvents} Kind
+   * @param {Kind} kind
+   * @param {PlayerEvents[Kind]} told
+   */
+  emit(kind, ...told) { for (const listener of this.listeners.get(kind) || []) listener(...told); }
+
+  // --- start and stop ---
+
+  // Does all that can be done before somebody asks for sound: browsers let a context be made then, but not run.
+  load() {
+    this.loading = this.prepareAll();
+    this.loading.catch(() => { this.loading = undefined; });
+    return this.loading;
+  }
+
+  async prepareAll() {
+    const context = this.context = new AudioContext({latencyHint: "interactive"});
+    context.suspend().catch(() => {}); // where it may run at once
+    context.onstatechange = () => { // a call came, say
+      if (this.sounding && context.state !== "running") this.silence();
+    };
+    this.wasm = await read("livebass.wasm");
+    this.module = await WebAssembly.compile(this.wasm);
+    await workshop.open(this.module);
+    this.prepare($("bass").value, WARM);
+    this.ready = true;
+  }
+
+  // Makes all that plays, whether or not somebody wants to hear it. Browsers that keep the audio thread waiting for
+  // that wish go on from where they stand once it comes.
+  start() {
+    this.starting ||= this.begin().catch(error => {
+      this.starting = undefined;
+      say(`The sound does not start: ${error.message}`);
+      throw error;
+    });
+    return this.starting;
+  }
+
+  async begin() {
+    await this.loading;
+    this.node = await this.makeNode(this.context);
+    this.node.port.onmessage = ({data}) => this.hear(data);
+    this.node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
+    this.analyser = new AnalyserNode(this.context, {fftSize: 8192, smoothingTimeConstant: 0.5});
+    this.node.connect(this.analyser).connect(this.context.destination);
+    this.emit("started");
+    this.see(!document.hidden);
+    await this.put();
+  }
+
+  // Starts, or goes on. Browsers let a context run only where a key, a button or a finger's end just asked for it:
+  // resume() waits for that, so every call asks again, at once.
+  async sound() {
+    await Promise.all([this.start(), this.context.resume()]);
+    if (this.sounding) return; // another call came first
+    this.sounding = true;
+    this.emit("sounds");
+  }
+
+  silence() {
+    this.emit("ends");
+    this.sounding = false;
+    this.emit("silent");
+  }
+
+  async stop() {
+    this.silence();
+    await new Promise(done => setTimeout(done, FADES));
+    if (this.sounding) return; // somebody played on
+    this.emit("stopped");
+    await this.context.suspend();
+  }
+
+  /**
+   * A node that plays; with a `score` of [frame, status, data, data] and a `bass` at once, for offline contexts.
+   * @param {BaseAudioContext} context
+   * @param {{channels?: number, score?: number[][], bass?: Built}} more
+   */
+  async makeNode(context, more = {}) {
+    await context.audioWorklet.addModule(await workletAddress("worklet.js"));
+    const {wasm, module} = this;
+    return new AudioWorkletNode(context, "livebass", {
+      numberOfInputs: 0, outputChannelCount: [more.channels || 2], processorOptions: {module, wasm, ...more},
+    });
+  }
+
+  // --- basses ---
+
+  // Plays a bass, by its name, as soon as it is built.
+  choose(/** @type {string} */ name) {
+    if (this.ready) this.prepare(name);
+    return this.node ? this.put() : undefined;
+  }
+
+  /**
+   * Builds a bass of the page at a rate (Hz).
+   * @param {string} name
+   * @param {number} rate
+   * @param {number} warm
+   * @returns {Promise<Built>}
+   */
+  async build(name, rate, warm = 0) {
+    const file = await this.fileOf(name), kept = file.slice(0), {response} = this;
+    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), file: kept, response};
+  }
+
+  prepare(/** @type {string} */ name, warm = 0) {
+    const before = this.next;
+    this.next = {name, built: this.build(name, this.context.sampleRate, warm)};
+    this.next.built.catch(error => say(`${name}: ${error.message}`));
+    before?.built.then(({bass}) => workshop.free(bass), () => {});
+    return this.next;
+  }
+
+  // Hands the bass that was prepared to the audio thread, once it is built; returns when it is there.
+  async put() {
+    const wanted = this.next;
+    if (!wanted) return;
+    const built = await wanted.built.catch(() => undefined);
+    if (!built || this.next !== wanted) return;
+    this.next = undefined;
+    const {bass, at, image, ...made} = built;
+    this.names.set(bass, wanted.name);
+    this.basses.set(bass, made);
+    /** @type {Promise<void>} */
+    const there = new Promise(resolve => this.copied.set(bass, resolve));
+    this.node.port.postMessage({bass: {bass, at, image}}, [image]);
+    await there;
+  }
+
+  // --- playing ---
+
+  // The frame of the audio that is computed at `time` (ms, as events have it), late enough for all to be as late.
+  // Undefined, at once, if the browser tells no time or, after a pause, one from before.
+  frameAt(/** @type {number} */ time) {
+    const {context} = this, {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
+    if (!performanceTime) return undefined;
+    const delay = (context.outputLatency || 0) + (context.baseLatency || 0);
+    const at = contextTime + (time - performanceTime) / 1000 + delay;
+    return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
+  }
+
+  // The frame that is heard now; browsers without a time for it hear what was computed last.
+  heardFrame() {
+    const {context} = this, {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
+    const time = performanceTime ? contextTime + (performance.now() - performanceTime) / 1000 : context.currentTime;
+    return time * context.sampleRate - this.began;
+  }
+
+  /**
+   * Sends a MIDI message. While nothing sounds, nothing is kept for later. A note may be meant for one string.
+   * @param {number} time
+   * @param {number[]} midi
+   * @param {number | undefined} string
+   * @param {number | undefined} frame
+   */
+  send(time, midi, string = undefined, frame = this.frameAt(time)) {
+    if (!this.node || this.context.state !== "running" || midi[0] >= 0xf0) return;
+    if ((midi[0] & 0xf0) === 0x90) this.emit("struck");
+    this.node.port.postMessage({midi, string, frame});
+  }
+
+  // Changes how the bass plays. The audio thread tells how it plays once it has carried out all changes.
+  change(/** @type {object} */ message) { this.node?.port.postMessage({...message, change: ++this.changes}); }
+
+  // Changes how the bass plays by a MIDI message, now; or by a controller on every channel.
+  changeBy(/** @type {number[]} */ midi) { this.change({midi, frame: this.frameAt(performance.now())}); }
+  changeEverywhere(/** @type {number[]} */ everywhere) {
+    this.change({everywhere, frame: this.frameAt(performance.now())});
+  }
+
+  // Tells the audio thread whether somebody looks, and gives back a buffer of what it saw.
+  see(/** @type {boolean} */ seeing) { this.node?.port.postMessage({seeing}); }
+  giveBack(/** @type {ArrayBuffer | undefined} */ spare) { if (spare) this.node?.port.postMessage({spare}, [spare]); }
+
+  // Begins to record, or ends it.
+  record(/** @type {boolean} */ on) { this.node.port.postMessage({record: on}); }
+
+  // What a string was handed since it was still: {recalled, bass}.
+  recall(/** @type {number} */ string) {
+    return new Promise(done => {
+      this.recalled = done;
+      this.node.port.postMessage({recall: string});
+    });
+  }
+
+  // Takes a message of the audio thread.
+  hear(/** @type {any} */ data) {
+    const chosen = $("bass").value;
+    if (data.copied || data.faded) this.hearBass(data);
+    else if (data.taped) this.emit("taped", data);
+    else if (data.recalled !== undefined) this.recalled?.(data);
+    else if (data.sight) {
+      this.began = data.began;
+      if (this.names.get(data.of) === chosen) this.emit("sight", data);
+      else this.giveBack(data.sight); // another one may still ring
+    } else {
+      const name = this.names.get(data.bass);
+      if (data.bass !== this.heard && name === chosen) {
+        this.heard = data.bass;
+        this.emit("heard");
+      }
+      if (name && name !== this.playing) {
+        this.playing = name;
+        this.emit("plays", name);
+      }
+      if (this.sounding && name === chosen && data.changes === this.changes) this.emit("playing", data.playing);
+      this.emit("report", data);
+    }
+  }
+
+  // A bass got to the audio thread, or is silent there: its memory can be used again.
+  hearBass(/** @type {{copied?: number, faded?: number}} */ {copied, faded}) {
+    const there = /** @type {number} */ (copied || faded);
+    this.copied.get(there)?.();
+    this.copied.delete(there);
+    if (!faded) return;
+    this.names.delete(faded);
+    this.basses.delete(faded);
+    workshop.free(faded);
+    this.emit("faded");
+  }
+}
+
+export const player = new WorkletPlayer();
+document.addEventListener("visibilitychange", () => player.see(!document.hidden));

@@ -1,0 +1,164 @@
+// How the bass is played: what plucks, and ways to play, each a button.
+import {$, PAGE, chosenBass, make, setPressed} from "./page.js";
+import {showControl} from "./controls.js";
+import {player} from "./player.js";
+import {state} from "./state.js";
+
+export const LONG_PRESS = 400; // ms
+
+// What plucks, by key switches
+export const STROKES = PAGE.buttons.filter(button => button.strikes)
+  .map((stroke, k) => ({...stroke, button: chip("strokes", stroke.name, k + 1)}));
+// Ways to play, each by the value of a controller, or by the held key switch that MIDI has for it. A way is on while it
+// is latched, or held by a finger or a key; `told` is what the bass knows.
+/** @type {Way[]} */
+export const WAYS = PAGE.buttons.filter(button => !button.strikes).map((way, k) => ({
+  ...way, button: chip("ways", way.name, (k + STROKES.length + 1) % 10), holds: new Set(), latched: false, told: false,
+}));
+
+/** @param {"strokes" | "ways"} place @param {string} name @param {number} digit */
+function chip(place, name, digit) {
+  const button = make("button", {type: "button"}, name, " ", make("small", {textContent: digit}));
+  button.setAttribute("aria-label", `${name}, key ${digit}`);
+  setPressed(button, false);
+  $(place).append(button);
+  return button;
+}
+
+export const isOn = (/** @type {Way} */ way) => way.latched || way.holds.size > 0;
+
+// The number of a technique's controller, or else of its key; undefined where the key map of the bass has none.
+export function numberOf(/** @type {PlayButton} */ {symbol, value}) {
+  const {keys, controllers} = chosenBass();
+  return value ? controllers[symbol] : keys[symbol];
+}
+
+// --- ways ---
+
+// Tells the bass whether a way is on, if that is news and it can hear.
+function tellWay(/** @type {Way} */ way) {
+  const on = isOn(way), number = numberOf(way);
+  if (on === way.told || !player.sounding || number === undefined) return;
+  if (way.everywhere) player.changeEverywhere([number, on ? way.value : 0]);
+  else player.changeBy(way.value ? [0xb0, number, on ? way.value : 0] : [on ? 0x90 : 0x80, number, 64]);
+  way.told = on;
+}
+
+function showWay(/** @type {Way} */ way) {
+  setPressed(way.button, isOn(way));
+  tellWay(way);
+}
+
+function latch(/** @type {Way} */ way, /** @type {boolean} */ on) {
+  way.latched = on;
+  showWay(way);
+}
+
+export function hold(/** @type {Way} */ way, /** @type {string} */ id) {
+  way.holds.add(id);
+  showWay(way);
+}
+
+export function letGoOf(/** @type {string} */ id) {
+  for (const way of WAYS) if (way.holds.delete(id)) showWay(way);
+}
+
+export function letGoOfAll() {
+  for (const way of WAYS) for (const id of [...way.holds]) letGoOf(id);
+}
+
+export function unlatchAll() { for (const way of WAYS) latch(way, false); }
+
+// Ends all sound, and resets all controllers.
+export function panic() {
+  player.change({panic: true});
+  for (const way of WAYS) way.told &&= !way.value;
+}
+
+// --- strokes ---
+
+function showStroke(/** @type {Stroke | undefined} */ chosen) {
+  state.stroke = chosen;
+  for (const one of STROKES) setPressed(one.button, one === chosen);
+}
+
+function tellStroke() {
+  const number = state.stroke && numberOf(state.stroke);
+  if (!player.sounding || number === undefined) return;
+  for (const status of [0x90, 0x80]) player.changeBy([status, number, 64]);
+  state.toldStroke = state.stroke;
+}
+
+export function pluckWith(/** @type {Stroke} */ chosen) {
+  showStroke(chosen);
+  tellStroke();
+}
+
+const strokeOf = (/** @type {string | undefined} */ symbol) => STROKES.find(one => one.symbol === symbol);
+
+// A bass begins with a stroke of its own.
+export function takeOwnStroke(/** @type {Bass} */ bass) {
+  showStroke(strokeOf(bass.stroke));
+  state.toldStroke = state.stroke;
+  for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
+}
+
+// A bass that was built again begins with its own stroke: tells it the player's.
+function keepStroke() {
+  const own = strokeOf(chosenBass().stroke);
+  if (state.toldStroke !== state.stroke) return;
+  state.toldStroke = own;
+  if (state.stroke && state.stroke !== own) tellStroke();
+}
+
+// Shows how the bass plays now, whatever made it so: the page, or key switches and controllers by MIDI.
+function showPlaying(/** @type {Playing} */ {on, pluckedWith, values}) {
+  for (const way of WAYS) {
+    const now = on[way.symbol];
+    if (now === way.told) continue;
+    way.told = way.latched = now;
+    if (!now) way.holds.clear();
+    showWay(way);
+  }
+  const found = strokeOf(pluckedWith);
+  if (found !== state.toldStroke) {
+    state.toldStroke = found;
+    showStroke(found);
+  }
+  for (const [symbol, value] of Object.entries(values)) showControl(/** @type {ControlName} */ (symbol), value);
+}
+
+// --- the buttons ---
+
+for (const stroke of STROKES) stroke.button.onclick = () => pluckWith(stroke);
+for (const way of WAYS) {
+  const {button} = way;
+  /** @type {number | undefined} */
+  let since; // ms, when the press began
+  let before = false; // it was on
+  button.onpointerdown = e => {
+    if (e.button) return;
+    [since, before] = [e.timeStamp, way.latched];
+    latch(way, true);
+  };
+  // The end of a press, wherever: it switches off what was on, or what was held long.
+  button.onpointerup = button.onpointerleave = e => {
+    if (since === undefined) return;
+    if (before || e.timeStamp - since >= LONG_PRESS) latch(way, false);
+    since = undefined;
+  };
+  button.onpointercancel = () => { // it was the beginning of a scroll
+    if (since !== undefined) latch(way, before);
+    since = undefined;
+  };
+  button.onclick = e => { if (!e.detail) latch(way, !way.latched); }; // by Enter, or by what reads the page to somebody
+  button.oncontextmenu = e => e.preventDefault();
+}
+
+player.on("sounds", () => { // tells what was chosen while nothing sounded
+  WAYS.forEach(tellWay);
+  if (state.stroke !== state.toldStroke) tellStroke();
+});
+player.on("silent", panic);
+player.on("heard", keepStroke);
+player.on("playing", showPlaying);

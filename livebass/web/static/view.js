@@ -1,0 +1,56 @@
+// The pictures: strings over the neck, the last string from the side, the last note, and the spectrum.
+import {$, PAGE, makeButton, noteName, setPressed} from "./page.js";
+import {player} from "./player.js";
+import {See, pitchOf} from "./see.js";
+
+/** @typedef {"side" | "note" | "spectrum"} Picture */
+/** @type {[Picture, string][]} */
+const PICTURES = [["side", "Side"], ["note", "Last note"], ["spectrum", "Spectrum"]];
+
+const canvases = {neck: $("strings"), side: $("side"), note: $("note"), spectrum: $("spectrum")};
+export const see = new See(canvases, PAGE.sight, text => { $("seen").textContent = text; });
+player.on("started", () => { see.rate = player.context.sampleRate; });
+player.on("sight", data => player.giveBack(see.take(data)));
+
+// Enlarges motion on the neck so many times.
+export function enlarge(/** @type {number} */ times) {
+  $("zoom").value = String(times);
+  see.zoom = times;
+  $("zoom-text").textContent = `${times} times`;
+  see.needed = true;
+}
+
+$("zoom").oninput = () => enlarge(+$("zoom").value);
+enlarge(+$("zoom").value);
+
+// Shows the note that sounds, and by how many cents it is off.
+export function showPitch(/** @type {AnalyserNode} */ analyser) {
+  const sound = new Float32Array(analyser.fftSize);
+  analyser.getFloatTimeDomainData(sound);
+  const hertz = pitchOf(sound, analyser.context.sampleRate);
+  see.needed = true;
+  $("pitch").textContent = "";
+  if (!hertz) return;
+  const note = 69 + 12 * Math.log2(hertz / 440), nearest = Math.round(note), cents = Math.round(100 * (note - nearest));
+  const off = `${cents < 0 ? "−" : "+"}${Math.abs(cents)} cents`;
+  $("pitch").textContent = `${noteName(nearest)} ${off}, ${hertz.toFixed(1)} Hz`;
+}
+
+// Shows one picture where there is no room for three.
+export function choosePicture(/** @type {Picture} */ chosen) {
+  for (const [id] of PICTURES) {
+    $(`${id}-figure`).classList.toggle("chosen", id === chosen);
+    setPressed(/** @type {Element} */ (tabs.querySelector(`[data-picture="${id}"]`)), id === chosen);
+  }
+  see.needed = true;
+}
+
+const tabs = /** @type {Element} */ (document.querySelector(".tabs"));
+for (const [id, name] of PICTURES) {
+  const tab = makeButton(name, {onclick: () => choosePicture(id)});
+  tab.dataset.picture = id;
+  tabs.append(tab);
+}
+choosePicture("side");
+for (const query of ["(prefers-color-scheme: light)", "(forced-colors: active)"])
+  matchMedia(query).addEventListener("change", () => { see.needed = true; });
