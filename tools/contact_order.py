@@ -29,10 +29,12 @@ from errors import clear_errors
 
 from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import counted
-from livebass.model.trial import Trial, checked_trial, initial_amplitudes, speaking_string
+from livebass.model.trial import Setup, Trial, checked_trial, initial_amplitudes, speaking_string
 from livebass.preset.load import load_preset
 from livebass.reference.laws import Laws, contacts, potential, solve_forces
-from livebass.reference.solver import Plan, dot, make_plan, solve
+from livebass.reference.plan import Plan, make_plan
+from livebass.reference.solver import solve
+from livebass.reference.stepping import dot
 from livebass.units import quantity
 
 OUTPUT = 50_000  # Hz
@@ -352,7 +354,7 @@ def main() -> None:
         bass = load_preset(o.preset)
         apex, at = (float(quantity(text, "length")) for text in (o.apex, o.at))
         s = speaking_string(bass, o.string, 0)
-        table(checked_trial(bass, s, apex, at, o.duration, None, 8e6, OUTPUT, 0.0), o.best)
+        table(checked_trial(bass, s, Setup(apex=apex, at=at, duration=o.duration), 8e6, OUTPUT), o.best)
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,19 @@ def string_names(instrument: Instrument) -> list[str]:
     return names
 
 
+class RenderOptions(TypedDict, total=False):
+    """What `render_to_file` may be told, by name."""
+
+    format: str | None  # "wav", "flac" or "ogg"; by default what the file's name ends in
+    bits: str | None  # "16", "24" (the default) or "float"
+    stems: Path | bool  # a file a string, beside the mix or in a directory
+    tail: float | None  # s, played after the last event; None: until the strings are still
+    gain_db: float
+    normalize: float | None  # LUFS, the integrated loudness of the mix, in place of `gain_db`
+    seed: int
+    basses: Mapping[int, Instrument] | None  # by program from 0, for program changes of the score
+
+
 def render_to_file(
     instrument: Instrument,
     score: Score,
@@ -73,36 +87,26 @@ def render_to_file(
     *,
     quality: Quality,
     rate: int,
-    format: str | None = None,
-    bits: str | None = None,
-    stems: Path | bool = False,
-    tail: float | None = None,
-    gain_db: float = 0.0,
-    normalize: float | None = None,
-    seed: int = 0,
     progress: Callable[[float], None] | None = None,
     files: Transaction | None = None,
-    basses: Mapping[int, Instrument] | None = None,
+    **options: Unpack[RenderOptions],
 ) -> RenderReport:
     """Renders `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
-    `format` is "wav", "flac" or "ogg", by default what `out` ends in; `bits` "16", "24" (the default) or "float".
-    `stems` adds a file a string, beside `out` or in that directory; in "float" their sum in float32, string after
-    string, is bitwise the mix, if the bass has no effects: these are heard in the mix alone. `normalize` is the
-    integrated loudness (LUFS) to give the mix, in place of `gain_db`, as far as its peak stays below CEILING; the sound
-    goes through a temporary file. `tail` s are played after the last event (None: until the strings are still).
-    `basses`, by program from 0, are those that program changes of the score choose; by default none do. Stems need
-    basses with as many strings.
-    `progress` is called with the fraction done. With `files` given, the files appear when that transaction ends. The
-    same arguments give the same bytes on the same kind of processor.
+    In "float" bits, the sum of all stems in float32, string after string, is bitwise the mix, if the bass has no
+    effects: these are heard in the mix alone. Normalizing goes through a temporary file, and brings no peak beyond
+    CEILING. Stems need basses with as many strings. `progress` is called with the fraction done. With `files` given,
+    the files appear when that transaction ends. The same arguments give the same bytes on the same kind of processor.
     Raises ValueError, OutputError, RenderError. [main thread]
     """
+    stems, tail, normalize = options.get("stems", False), options.get("tail"), options.get("normalize")
+    gain_db, basses = options.get("gain_db", 0.0), options.get("basses")
     started = time.perf_counter()
     out = Path(out)
     if score.rate != rate:
         raise ValueError(f"the score is in frames of {score.rate} Hz, the render in {rate} Hz")
     check_tail(tail)
-    kind = encoding(out, rate, format, bits)
+    kind = encoding(out, rate, options.get("format"), options.get("bits"))
     expected = score.end_frame + round((USUAL_TAIL if tail is None else tail) * rate)
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
     score = with_low_notes(score, instrument)
@@ -113,7 +117,7 @@ def render_to_file(
     for path in (out, *paths):
         checked_place(path)  # now, not after seconds of work
     meter = None if normalize is None else LoudnessMeter(rate)
-    engine = _player(instrument, score, quality, seed, basses)
+    engine = _player(instrument, score, quality, options.get("seed", 0), basses)
     peak, done, rendered = 0.0, 0, 0
 
     def tick(frames: int) -> None:

@@ -23,8 +23,8 @@ from livebass import __version__
 from livebass.analysis.sound import PAPER_RATE
 from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
-from livebass.model.quality import ANGLE, APEX, AT, Limits, Quality
-from livebass.model.trial import Trial, checked_trial, in_quality, speaking_string
+from livebass.model.quality import ANGLE, APEX, AT, Limits
+from livebass.model.trial import Setup, Trial, checked_trial, in_quality, speaking_string
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, Key, checked, nearest
 from livebass.preset.load import preset_tables
@@ -250,19 +250,11 @@ def _series(at: Target, first: float, last: float, count: int, log: bool) -> tup
 INSTEAD = {"player.pluck_angle": "pluck.angle", "player.pluck_position": "pluck.at"}
 
 
-@dataclass(frozen=True)
-class Settings:
+@dataclass(frozen=True, kw_only=True)
+class Settings(Setup):
     """The pluck and how finely to solve it: the same at every point unless a `pluck.` key is varied."""
 
     preset: str  # name or file
-    string: str
-    fret: int
-    apex: float  # m
-    at: float  # m from the stop
-    angle: float  # rad
-    duration: float  # s
-    quality: Quality
-    modes: int | None  # of the string as stopped, instead of the quality's
 
 
 @dataclass(frozen=True)
@@ -348,10 +340,8 @@ def _work(bass: Instrument, settings: Settings) -> Work:
     s = speaking_string(bass, settings.string, settings.fret)
     of_quality, contact_rate = in_quality(s, settings.quality)
     modes = of_quality if settings.modes is None else settings.modes
-    trial = checked_trial(
-        bass, s, settings.apex, settings.at, settings.duration, modes,
-        whole_contact_rate(contact_rate, PAPER_RATE), PAPER_RATE, settings.angle,
-    )  # fmt: skip
+    rate = whole_contact_rate(contact_rate, PAPER_RATE)
+    trial = checked_trial(bass, s, replace(settings, modes=modes), rate, PAPER_RATE)
     s = trial.speaking  # over a board, on the grid for that many modes
     output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial
     if output.kind == "displacement":

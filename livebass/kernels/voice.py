@@ -244,21 +244,21 @@ def sense_string(string, ops, y):
             n = min(slot.active, slot.heard)
             if voice.pickups == 0:
                 row = 2 * (voice.frame % voice.denominator if voice.denominator > 1 else 0)
-                y[0] += modal.read_tap(slot.u, op, row, n)
+                y[0] += modal.read_tap(slot.u, n, op, (row, row + 1))
             if slot.v_active > 0:
                 sense_v(voice, op, slot.v, min(slot.v_active, slot.heard), y)
             if slot.moving or slot.offset != 0.0:
                 sense_end(voice, op, slot, y)
             i = 0
             while i + 1 < voice.pickups:
-                u, moving, other, other_moving = modal.sense_2(slot.u, op, i, n)
+                u, moving, other, other_moving = modal.sense_2(slot.u, n, op, (i, i + 1))
                 y[2 * i] += u
                 y[2 * i + 1] += moving
                 y[2 * i + 2] += other
                 y[2 * i + 3] += other_moving
                 i += 2
             if i < voice.pickups:
-                u, moving = modal.sense_1(slot.u, op, i, n)
+                u, moving = modal.sense_1(slot.u, n, op, i)
                 y[2 * i] += u
                 y[2 * i + 1] += moving
     if voice.pulling > 0:
@@ -292,15 +292,15 @@ def sense_v(voice, op, v, n, y):
     """Adds what is sensed of v: to the velocities, or as a displacement of its own, at its own sensor."""
     if voice.pickups == 0:
         row = 2 * (voice.denominator + (voice.frame % voice.denominator if voice.denominator > 1 else 0))
-        y[1] += modal.read_tap(v, op, row, n)
+        y[1] += modal.read_tap(v, n, op, (row, row + 1))
     i = 0
     while i + 1 < voice.pickups:
-        moving, other = modal.speed_2(v, op, i, n)
+        moving, other = modal.speed_2(v, n, op, (i, i + 1))
         y[2 * i + 1] += voice.across[i] * moving
         y[2 * i + 3] += voice.across[i + 1] * other
         i += 2
     if i < voice.pickups:
-        _, moving = modal.sense_1(v, op, i, n)
+        _, moving = modal.sense_1(v, n, op, i)
         y[2 * i + 1] += voice.across[i] * moving
 
 
@@ -391,8 +391,8 @@ def move_string(string, ops):
         if slot.thumb.on != NONE:
             thumb.press_on(slot, op, voice, steps, leap)
         if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
-            modal.leap(slot.u, leap, slot.active)
-            modal.leap(slot.v, leap, slot.v_active)
+            modal.leap(slot.u, slot.active, leap)
+            modal.leap(slot.v, slot.v_active, leap)
         else:
             over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
@@ -412,8 +412,8 @@ def move_string(string, ops):
         if tighter != 0.0:
             tension.tighten_by_vibrato(slot, op, steps * op.fine, tighter)
         if slot.hand < 1.0:
-            modal.scale(slot.u, slot.hand, slot.active)
-            modal.scale(slot.v, slot.hand, slot.v_active)
+            modal.scale(slot.u, slot.active, slot.hand)
+            modal.scale(slot.v, slot.v_active, slot.hand)
     if voice.answering or voice.idle != 0:
         answers.move_answers(string, ops, after)
     voice.step = after

@@ -58,6 +58,21 @@ def contacts(points: int, stiffness: float, exponent: float, loss: float) -> Law
 
 
 @counted
+def absent(points: int) -> Laws:
+    """No force at any of `points` points."""
+    return Laws(np.full(points, ABSENT), np.zeros(points), np.ones(points), np.zeros(points))
+
+
+class Forces(NamedTuple):
+    """The equation that `solve_forces` solves."""
+
+    coupling: Floats
+    free: Floats
+    before: Floats
+    laws: Laws
+
+
+@counted
 def potential(eta: float, stiffness: float, exponent: float) -> float:
     """psi(eta) = K / (alpha + 1) [eta]_+^(alpha + 1), J per m of string."""
     return stiffness / (exponent + 1) * eta ** (exponent + 1) if eta > 0 else 0.0
@@ -166,7 +181,7 @@ def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, for
             chosen[m] = True
             count += 1
     while True:
-        if not _newton(coupling, free, before, laws, active[:count], force, after):
+        if not _newton(Forces(coupling, free, before, laws), active[:count], force, after):
             return False
         known = count
         for m in range(points):
@@ -183,25 +198,18 @@ def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, for
 
 
 @counted
-def _newton(
-    coupling: Floats,
-    free: Floats,
-    before: Floats,
-    laws: Laws,
-    active: NDArray[np.int64],
-    force: Floats,
-    after: Floats,
-) -> bool:
+def _newton(of: Forces, active: Ints, force: Floats, after: Floats) -> bool:
     """Newton's method for the points `active`, from r* until the residual stops falling. Halves steps that overshoot.
 
     Writes `force` and `after` at these points. Returns False if the residual left is too large.
     """
+    coupling, free, before, _ = of
     count = active.size
     r, trial, slope = np.empty(count), np.empty(count), np.empty(count)
     residual, change, matrix = np.empty(count), np.empty(count), np.empty((count, count))
     for a in range(count):
         r[a] = free[active[a]] - before[active[a]]
-    error = _residual(coupling, free, before, laws, active, r, force, slope, residual)
+    error = _residual(of, active, r, force, slope, residual)
     for _ in range(MOST_NEWTON_STEPS):
         for a in range(count):
             change[a] = -residual[a]
@@ -212,7 +220,7 @@ def _newton(
         while True:
             for a in range(count):
                 trial[a] = r[a] + part * change[a]
-            tried = _residual(coupling, free, before, laws, active, trial, force, slope, residual)
+            tried = _residual(of, active, trial, force, slope, residual)
             if tried < error or error <= ACCEPTED_RESIDUAL or part < LEAST_PART:
                 break
             part /= 2
@@ -220,25 +228,16 @@ def _newton(
             break
         error = tried
         r[:] = trial
-    error = _residual(coupling, free, before, laws, active, r, force, slope, residual)
+    error = _residual(of, active, r, force, slope, residual)
     for a in range(count):
         after[active[a]] = before[active[a]] + r[a]
     return error <= ACCEPTED_RESIDUAL
 
 
 @counted
-def _residual(
-    coupling: Floats,
-    free: Floats,
-    before: Floats,
-    laws: Laws,
-    active: NDArray[np.int64],
-    r: Floats,
-    force: Floats,
-    slope: Floats,
-    residual: Floats,
-) -> float:
+def _residual(of: Forces, active: Ints, r: Floats, force: Floats, slope: Floats, residual: Floats) -> float:
     """Writes f(r), df/dr and r - r* + coupling f of the points `active`; returns the largest residual, m."""
+    coupling, free, before, laws = of
     for a in range(active.size):
         m = active[a]
         force[m], slope[a] = law_force(laws.kind[m], before[m], r[a], laws.stiffness[m], laws.exponent[m], laws.loss[m])

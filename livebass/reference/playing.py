@@ -20,9 +20,10 @@ from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.trial import Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.hands import Finger, Hand, Mass, Stop
-from livebass.reference.laws import ABSENT, CONTACT, FLESH, LINEAR, Laws
-from livebass.reference.solver import CHUNK, Modes, Plan, State, make_plan, make_state
-from livebass.reference.stepping import FINGER, MASS, STOP, Ears, Grips, Pace, Sheets, run_held, stored_energy
+from livebass.reference.laws import ABSENT, CONTACT, FLESH, LINEAR, Laws, absent
+from livebass.reference.plan import Modes, Plan, State, make_plan, make_state
+from livebass.reference.solver import CHUNK
+from livebass.reference.stepping import FINGER, MASS, STOP, Ears, Grips, Held, Pace, Sheets, run, stored_energy
 
 YIELDING = 200_000  # modes of the string that a hand feels: those that do not swing follow its force at once
 
@@ -161,12 +162,13 @@ class _Player:
             np.where(frets, CONTACT, ABSENT), np.where(frets, self.plan.stiffness, 0.0),
             np.where(frets, self.plan.exponent, 1.0), np.where(frets, self.plan.loss, 0.0),
         )  # fmt: skip
-        self.across = Laws(np.full(room, ABSENT), np.zeros(room), np.ones(room), np.zeros(room))
+        self.across = absent(room)
         kind = [FINGER if isinstance(h, Finger) else STOP if isinstance(h, Stop) else MASS for h in hands]
         mass = np.array([h.mass if isinstance(h, Mass) else 0.0 for h in hands])
         y, move, across, across_before, taken, put_in = np.zeros((6, count))
         kinds = np.array(kind, dtype=np.int64)
         self.grips = Grips(kinds, sign, mass, y, move, across, across_before, taken, put_in, np.zeros(3))
+        self.string = Held(self.plan, self.laws, self.across, self.state, self.grips)
         rate = trial.contact_rate
         self.on = [round(h.start * rate) for h in hands]
         ends = [h.end + h.lifting if isinstance(h, Finger) else h.end for h in hands]
@@ -192,7 +194,7 @@ class _Player:
     def _energy(self) -> float:
         """All that is stored half a step ago, J."""
         energy = np.empty(2 + len(self.hands))
-        stored_energy(self.plan, self.laws, self.across, self.state, self.grips, energy)
+        stored_energy(self.string, energy)
         return float(energy.sum())
 
     def _leave(self, h: int) -> None:
@@ -234,8 +236,8 @@ class _Player:
         state.eta[m] += sign * y
         state.eta_before[m] += sign * (y - move)
 
-    def drive(self, first: int, last: int) -> tuple[Floats, Floats]:
-        """Returns how the hands move in steps `first` to `last` - 1, for u and for v: see `run_held`."""
+    def drive(self, first: int, last: int) -> Floats:
+        """Returns how the hands move in steps `first` to `last` - 1, for u and for v: see `stepping.run`."""
         instants = np.arange(first, last, dtype=np.float64) * self.plan.dt
         told = np.zeros((2, last - first, len(self.hands)))
         for h, hand in enumerate(self.hands):
@@ -251,7 +253,7 @@ class _Player:
                     told[1, :, h] = hand.across(since + self.plan.dt, v, v_speed)
             elif hand.force is not None:
                 told[0, :, h] = hand.force(since)
-        return told[0], told[1]
+        return told
 
 
 def _pace(of: Modes, dt: float) -> Pace:
@@ -274,12 +276,14 @@ def _ears(trial: Trial, plan: Plan, listen: Sequence[float] | None) -> Ears:
         if not 0 <= place <= s.length:
             raise ValueError(f"listening at {place * 1e3:g} mm: allowed are 0 to {s.length * 1e3:g} mm")
     return Ears(
-        every=every,
+        step=every * np.arange(trial.samples),
+        offset=np.zeros(trial.samples),
         place=modes.shapes(s, trial.modes, np.array(places)),
         place_across=modes.shapes(s, trial.modes, np.array(over)),
         u=_pace(plan.u, plan.dt),
         v=_pace(plan.v, plan.dt),
         states=np.array(trial.states, dtype=np.int64),
+        every=every,
     )
 
 
@@ -318,26 +322,26 @@ def play(
     ears, samples, count = _ears(trial, player.plan, listen), trial.samples, len(hands)
     heard, per_hand = (ears.place.shape[0], 2, samples), (count, samples)
     sheets = Sheets(
-        np.zeros(heard), np.zeros(heard), np.zeros(per_hand), np.zeros(per_hand), np.zeros((2 + count, samples)),
-        np.zeros((3, samples)), np.zeros(per_hand), np.zeros(per_hand),
-        np.zeros((len(trial.states), 2, 2, trial.modes)),
+        displacement=np.zeros(heard), velocity=np.zeros(heard),
+        states=np.zeros((len(trial.states), 2, 2, trial.modes)), force=np.zeros(per_hand), height=np.zeros(per_hand),
+        total=np.zeros(samples), stored=np.zeros((2 + count, samples)), lost=np.zeros((3, samples)),
+        taken=np.zeros(per_hand), put_in=np.zeros(per_hand),
+        onset=np.zeros((CHUNK * player.points // 2 + player.points, 2), dtype=np.int64),
     )  # fmt: skip
-    onset = np.zeros((CHUNK * player.points // 2 + player.points, 2), dtype=np.int64)
     found: list[Ints] = []
 
-    def run(first: int, last: int) -> None:
-        arguments = player.plan, player.laws, player.across, player.state, player.grips
-        number = run_held(*arguments, *player.drive(first, last), first, last, ears, sheets, onset)
+    def step(first: int, last: int) -> None:
+        number = run(player.string, player.drive(first, last), first, last, ears, sheets)
         if number < 0:
             raise ArithmeticError(f"the forces at step {-number} did not converge")
-        found.append(onset[:number].copy())
+        found.append(sheets.onset[:number].copy())
 
-    run(0, 0)  # compiles, so that wall_s does not count it
+    step(0, 0)  # compiles, so that wall_s does not count it
     start, first, end = time.perf_counter(), 0, trial.steps + 1
     while first < end:
         player.turn(first)
         last = min(first + CHUNK, player.next_turn(first), end)
-        run(first, last)
+        step(first, last)
         first = last
     contacts = np.concatenate(found)
     contacts = contacts[contacts[:, 0] <= trial.steps]

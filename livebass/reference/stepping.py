@@ -1,9 +1,9 @@
-"""The fine steps of a brute-force string with hands on it: every step of eq. 12, mode, contact point and hand.
+"""The fine steps of a brute-force string, with or without hands: every step of eq. 12, mode, contact point and hand.
 
-A hand (livebass.reference.hands) is one more contact point. Its row of Phi is s_j = phi_j(x) exp(-(k_j a)^2 / 2), its
-"height" y moves, and eta = y - u below the string or u - y above it (sign 1 or -1). Forces are per m of string as those
-of the frets, so that a point force is f dx. With r = eta^{n+1} - eta^{n-1}, all forces at once solve eq. 6 of
-livebass.reference.laws, r = r* - (W + R) f(r), where a hand's law is
+solver.py has the equations of the string. A hand (livebass.reference.hands) is one more contact point. Its row of Phi
+is s_j = phi_j(x) exp(-(k_j a)^2 / 2), its "height" y moves, and eta = y - u below the string or u - y above it (sign 1
+or -1). Forces are per m of string as those of the frets, so that a point force is f dx. With r = eta^{n+1} - eta^{n-1},
+all forces at once solve eq. 6 of livebass.reference.laws, r = r* - (W + R) f(r), where a hand's law is
 
     finger:  f = (R / dx) r / (2 dt), y = 0, in both polarisations;
     stop:    f = (K / dx) (eta^{n+1} + eta^{n-1}) / 2, or one-sided as in eq. 6 with alpha = 1; y = b^{n+1} is given;
@@ -28,12 +28,13 @@ Equation numbers: Issanchou et al. (2018).
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from livebass.arrays import Floats, Ints
-from livebass.compiling.by_numba import counted
+from livebass.compiling.by_numba import compiled, counted
 from livebass.reference.laws import (
     ABSENT,
     LINEAR,
@@ -44,13 +45,15 @@ from livebass.reference.laws import (
     stored,
     taken,
 )
-from livebass.reference.solver import FLUSH_EVERY, Modes, Plan, State, dot, flush, linear_energy
+from livebass.reference.plan import Modes, Plan, State
 
+FLUSH_EVERY = 64  # steps
+FLUSH_BELOW = 1e-200  # of both q and d: far below the rounding of any sum over modes
 FINGER, STOP, MASS = 0, 1, 2  # kinds of hand
 
 
 class Grips(NamedTuple):
-    """H hands, at the points P, P + 1 ... after the P contact points; `run_held` moves them on in place."""
+    """H hands, at the points P, P + 1 ... after the P contact points; `run` moves them on in place."""
 
     kind: Ints  # (H,)
     sign: Floats  # (H,) 1: below the string, -1: above
@@ -64,18 +67,14 @@ class Grips(NamedTuple):
     lost: Floats  # (3,) J so far, to damping, to friction and to frets
 
 
-class Sheets(NamedTuple):
-    """Arrays that `run_held` fills: n samples, p places, H hands, c states; an axis of 2 counts polarisations."""
+class Held(NamedTuple):
+    """A string with hands on it."""
 
-    displacement: Floats  # (p, 2, n) m
-    velocity: Floats  # (p, 2, n) m/s
-    force: Floats  # (H, n) N on the string, upwards
-    height: Floats  # (H, n) m
-    stored: Floats  # (2 + H, n) J: string, frets, each hand
-    lost: Floats  # (3, n) J: damping, friction, frets
-    taken: Floats  # (H, n) J
-    put_in: Floats  # (H, n) J
-    states: Floats  # (c, 2, 2, N)
+    plan: Plan
+    laws: Laws  # of u: contact points, then hands
+    across: Laws  # of v, on which only hands have any
+    state: State
+    grips: Grips
 
 
 class Pace(NamedTuple):
@@ -87,14 +86,50 @@ class Pace(NamedTuple):
 
 
 class Ears(NamedTuple):
-    """Places where `run_held` listens, and the pace of the modes of u and v."""
+    """When and at which p places `run` listens, and the pace of the modes of u and v."""
 
-    every: int  # fine steps a sample
+    step: Ints  # (n,) a sample lies `offset` of a step ...
+    offset: Floats  # (n,) ... after this one
     place: Floats  # (p, N) phi_j at the places of u
     place_across: Floats  # (p, N) and of v
     u: Pace
     v: Pace
     states: Ints  # (c,) samples
+    every: int  # fine steps from one account of energy to the next; 0: no account
+
+
+class Sheets(NamedTuple):
+    """Arrays that `run` fills: n samples, p places, H hands, c states, e accounts; an axis of 2 counts polarisations.
+
+    With e = 0 in `lost`, nothing that is lost is counted.
+    """
+
+    displacement: Floats  # (p, 2, n) m
+    velocity: Floats  # (p, 2, n) m/s; (0, 2, n): nobody asks
+    states: Floats  # (c, 2, 2, N)
+    force: Floats  # (H, e) N on the string, upwards
+    height: Floats  # (H, e) m
+    total: Floats  # (e,) J stored
+    stored: Floats  # (2 + H, e) J: string, frets, each hand
+    lost: Floats  # (3, e) J: damping, friction, frets
+    taken: Floats  # (H, e) J
+    put_in: Floats  # (H, e) J
+    onset: Ints  # (room, 2), of the new contacts: step, index
+
+
+@counted
+def no_hands() -> Grips:
+    none = np.zeros(0)
+    return Grips(np.zeros(0, dtype=np.int64), none, none, none, none, none, none, none, none, np.zeros(3))
+
+
+@compiled(fastmath={"reassoc", "contract"})
+def dot(a: Floats, b: Floats) -> float:
+    """Dot product, summed in any order."""
+    total = 0.0
+    for j in range(a.size):
+        total += a[j] * b[j]
+    return total
 
 
 @counted
@@ -133,14 +168,13 @@ def _damped(plan: Plan, of: Modes, d: Floats, d_before: Floats, change: Floats) 
 
 
 @counted
-def _hands_across(
-    plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floats, wanted: Floats, reduced: Floats
-) -> tuple[Ints, Floats, Floats, Floats]:
+def _hands_across(string: Held, drive: Floats, wanted: Floats, reduced: Floats) -> tuple[Ints, Floats, Floats, Floats]:
     """Eliminates the hands on v. Writes friction's `wanted` (P + H,) and `reduced` (P, P) with the hands on the string.
 
     Returns the hands there, as points (L,), their f = -(gain w + offset), both (L,), and their w (L, 1 + P): without
     friction, and for 1 N/m of it at each contact point.
     """
+    plan, laws, state, grips = string.plan, string.across, string.state, string.grips
     contacts = reduced.shape[0]
     held = np.empty(grips.kind.size, dtype=np.int64)
     count = 0
@@ -178,11 +212,12 @@ def _hands_across(
 
 
 @counted
-def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floats, d_before: Floats) -> bool:
-    """Moves v from step n to n + 1 with friction (eq. 7) and hands, and counts the energy. Call it before eta moves.
+def _step_across(string: Held, drive: Floats, d_before: Floats, counts: bool) -> bool:
+    """Moves v from step n to n + 1 with friction (eq. 7) and hands. Call it before eta moves.
 
-    laws: of the hands on v; drive: y^{n+1}, (H,) m. Returns False if the friction does not converge.
+    drive: y^{n+1}, (H,) m; counts: what is lost. Returns False if the friction does not converge.
     """
+    plan, laws, state, grips = string.plan, string.across, string.state, string.grips
     q, d, points, hands = state.q_across, state.d_across, plan.height.size, grips.kind.size
     contacts = points - hands
     _freely(plan.v, q, d, d_before)
@@ -190,11 +225,11 @@ def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floa
     for m in range(points):
         free[m] = dot(plan.shape[m], q)
         wanted[m] = free[m] - state.v_before[m]
-    change = -state.friction_before
+    earlier = state.friction_before.copy()
     state.friction_before[:] = state.friction
     force = state.friction
     reduced = plan.coupling[:contacts, :contacts].copy()
-    held, gain, offset, w = _hands_across(plan, laws, state, grips, drive, wanted, reduced)
+    held, gain, offset, w = _hands_across(string, drive, wanted, reduced)
     touching = state.eta[:contacts]
     if not solve_friction(reduced, wanted[:contacts], touching, plan.friction, plan.slip, force[:contacts]):
         return False
@@ -205,8 +240,8 @@ def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floa
             moved += w[a, 1 + k] * force[k]
         force[held[a]] = -(gain[a] * moved + offset[a])
     _push(plan, q, d, force)
-    change += force
-    grips.lost[0] += _damped(plan, plan.v, d, d_before, change)
+    if counts:
+        grips.lost[0] += _damped(plan, plan.v, d, d_before, force - earlier)
     for m in range(points):
         new = free[m] + dot(plan.coupling[m], force)
         moved = new - state.v_before[m]
@@ -228,19 +263,36 @@ def _step_across(plan: Plan, laws: Laws, state: State, grips: Grips, drive: Floa
 
 
 @counted
-def stored_energy(plan: Plan, laws: Laws, across: Laws, state: State, grips: Grips, energy: Floats) -> None:
-    """Writes the energy at n - 1/2 of a state at step n, (2 + H,) J: of the string, the frets, and each hand."""
+def linear_energy(plan: Plan, of: Modes, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
+    """Energy of one polarisation, with the modes `of`, without the potential of the contact, J."""
+    total = 0.0
+    for j in range(q.size):
+        total += (1 + of.decay[j]) / 2 * d[j] * d[j] + of.pull[j] * q[j] * (q[j] - d[j])
+    total *= plan.density / (2 * plan.dt**2)
+    for m in range(plan.height.size):
+        spring = force[m] * dot(plan.compliance[m], force)
+        spring += force_before[m] * dot(plan.compliance[m], force_before)
+        total += plan.dx * spring / 4
+    return total
+
+
+@counted
+def stored_energy(string: Held, energy: Floats) -> float:
+    """Writes the energy at n - 1/2 of a state at step n, (2 + H,) J: string, frets, each hand. Returns all."""
+    plan, laws, across, state, grips = string
     hands = grips.kind.size
     contacts = plan.height.size - hands
     energy[0] = linear_energy(plan, plan.u, state.q, state.d, state.force, state.force_before)
     energy[0] += linear_energy(plan, plan.v, state.q_across, state.d_across, state.friction, state.friction_before)
     energy[1] = 0.0
+    total = energy[0]
     for m in range(plan.height.size):
         h = m - contacts
         held = stored(laws.kind[m], state.eta[m], laws.stiffness[m], laws.exponent[m])
         held += stored(laws.kind[m], state.eta_before[m], laws.stiffness[m], laws.exponent[m])
         if h < 0:
             energy[1] += plan.dx * held / 2
+            total += plan.dx * held / 2
             continue
         stretch = state.v[m] - grips.sign[h] * grips.across[h]
         stretch_before = state.v_before[m] - grips.sign[h] * grips.across_before[h]
@@ -248,6 +300,70 @@ def stored_energy(plan: Plan, laws: Laws, across: Laws, state: State, grips: Gri
         held += stored(across.kind[m], stretch_before, across.stiffness[m], 1.0)
         speed = grips.move[h] / plan.dt
         energy[2 + h] = plan.dx * held / 2 + grips.mass[h] * speed * speed / 2
+        total += energy[2 + h]
+    return total
+
+
+@counted
+def _flush(q: Floats, d: Floats) -> None:
+    """Sets modes to zero that are too weak for any sum, in place: denormal numbers would cost a factor of 20."""
+    for j in range(q.size):
+        if abs(q[j]) < FLUSH_BELOW and abs(d[j]) < FLUSH_BELOW:
+            q[j] = 0.0
+            d[j] = 0.0
+
+
+@counted
+def _take_hold(string: Held, given: Floats, y: Floats, move: Floats) -> None:
+    """Sets the laws of fingers, and writes y^{n+1} of all hands, without the force on a mass, and how a mass moves."""
+    plan, laws, across, _, grips = string
+    contacts = plan.height.size - y.size
+    for h in range(y.size):
+        m = contacts + h
+        if laws.kind[m] == ABSENT:
+            y[h] = 0.0
+        elif grips.kind[h] == FINGER:
+            laws.loss[m] = given[h] / (2 * plan.dt * plan.dx)
+            across.loss[m] = laws.loss[m]
+        elif grips.kind[h] == STOP:
+            y[h] = given[h]
+        else:
+            move[h] = grips.move[h] + plan.dt**2 / grips.mass[h] * given[h]
+            y[h] = grips.y[h] + move[h]
+
+
+@counted
+def _move_hands(string: Held, given: Floats, y: Floats, move: Floats, eta_next: Floats) -> None:
+    """Moves the hands to n + 1 after the forces, and counts their energy; eta_next: eta^{n+1}, (P + H,)."""
+    plan, laws, _, state, grips = string
+    contacts = plan.height.size - y.size
+    for h in range(y.size):
+        m = contacts + h
+        if laws.kind[m] == ABSENT:
+            continue
+        hand = grips.sign[h] * plan.dx * state.force[m]  # on the string, upwards
+        if grips.kind[h] == MASS:
+            move[h] -= plan.dt**2 / grips.mass[h] * hand
+            y[h] = grips.y[h] + move[h]
+            hand = given[h]
+        else:
+            move[h] = y[h] - grips.y[h]
+        grips.put_in[h] += hand * (move[h] + grips.move[h]) / 2
+        law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
+        grips.taken[h] += plan.dx * taken(laws.kind[m], state.force[m], state.eta_before[m], eta_next[m], *law) / 2
+        grips.y[h], grips.move[h] = y[h], move[h]
+
+
+@counted
+def _between(plan: Plan, of: Modes, sensor: Floats, before: Floats, after: Floats, offset: float) -> float:
+    """Displacement (m) at `sensor`, `offset` s after step n: the free motion through q^n = before, q^{n+1} = after."""
+    total = 0.0
+    for j in range(before.size):
+        s, w = of.sigma[j], of.omega[j]
+        late = before[j] * math.exp(-s * offset) * math.sin(w * (plan.dt - offset))
+        early = after[j] * math.exp(s * (plan.dt - offset)) * math.sin(w * offset)
+        total += sensor[j] * (late + early) / math.sin(w * plan.dt)
+    return total
 
 
 @counted
@@ -259,61 +375,78 @@ def _sample(pace: Pace, q: Floats, d: Floats, d_before: Floats, velocity: Floats
 
 
 @counted
-def run_held(
-    plan: Plan,
-    laws: Laws,
-    across: Laws,
-    state: State,
-    grips: Grips,
-    drive: Floats,
-    drive_across: Floats,
-    first: int,
-    last: int,
-    ears: Ears,
-    sheets: Sheets,
-    onset: Ints,
-) -> int:
-    """Steps from n to n + 1 for n = first ... last - 1, and writes the samples that are due.
+def _listen(string: Held, ears: Ears, i: int, before: tuple[Floats, Floats, Floats, Floats], sheets: Sheets) -> None:
+    """Fills in sample `i`, between n and n + 1, of a string at n + 1; before: q^n and d^n of u, then of v."""
+    plan, state = string.plan, string.state
+    asked = np.searchsorted(ears.states, i)
+    wanted = asked < ears.states.size and ears.states[asked] == i
+    velocity = np.empty(state.q.size)
+    for side in range(2 if plan.across.size > 0 else 1):
+        of, place, pace = (plan.u, ears.place, ears.u) if side == 0 else (plan.v, ears.place_across, ears.v)
+        q, d = (state.q, state.d) if side == 0 else (state.q_across, state.d_across)
+        q_before, d_before = (before[0], before[1]) if side == 0 else (before[2], before[3])
+        for k in range(place.shape[0]):
+            if ears.offset[i] < 1e-9:
+                sheets.displacement[k, side, i] = dot(place[k], q_before)
+            else:
+                u = _between(plan, of, place[k], q_before, q, ears.offset[i] * plan.dt)
+                sheets.displacement[k, side, i] = u
+        if sheets.velocity.shape[0] > 0 or wanted:
+            _sample(pace, q, d, d_before, velocity)
+            for k in range(sheets.velocity.shape[0]):
+                sheets.velocity[k, side, i] = dot(place[k], velocity)
+        if wanted:
+            sheets.states[asked, side, 0] = q - d
+            sheets.states[asked, side, 1] = velocity
 
-    drive: (last - first, H): a finger's R (N s/m) at n, a stop's y (m) at n + 1, the force (N) on a mass at n;
-    drive_across: the same for v. Returns as livebass.reference.solver.run does.
+
+@counted
+def _account(string: Held, at: int, sheets: Sheets) -> None:
+    """Writes down what is stored and lost after step n, account `at`."""
+    grips = string.grips
+    contacts = string.plan.height.size - grips.kind.size
+    energy = np.empty(sheets.stored.shape[0])
+    sheets.total[at] = stored_energy(string, energy)
+    sheets.stored[:, at] = energy
+    if sheets.lost.shape[1] > 0:
+        sheets.lost[:, at] = grips.lost
+    for h in range(grips.kind.size):
+        sheets.taken[h, at], sheets.put_in[h, at] = grips.taken[h], grips.put_in[h]
+        sheets.force[h, at] = grips.sign[h] * string.plan.dx * string.state.force[contacts + h]
+
+
+@counted
+def run(string: Held, drive: Floats, first: int, last: int, ears: Ears, sheets: Sheets) -> int:
+    """Steps from n to n + 1 for n = first ... last - 1, and writes the samples and accounts that are due.
+
+    drive: (2, last - first, H), for u and for v: a finger's R (N s/m) at n, a stop's y (m) at n + 1, the force (N) on a
+    mass at n. Returns the number of new contacts in sheets.onset, or minus the number of the step at which an implicit
+    equation could not be solved.
     """
+    plan, laws, _, state, grips = string
     q, d, eta, eta_before = state.q, state.d, state.eta, state.eta_before
     force, force_before = state.force, state.force_before
-    oblique = plan.across.size > 0
     points, hands = eta.size, grips.kind.size
-    contacts = points - hands
-    d_before, e_before = np.zeros(q.size), np.zeros(state.q_across.size)
-    free, solved, energy = np.empty(points), np.empty(points), np.empty(2 + hands)
+    contacts, counts = points - hands, sheets.lost.shape[1] > 0
+    q_before, d_before = np.zeros(q.size), np.zeros(q.size)
+    across_before, e_before = np.zeros(state.q_across.size), np.zeros(state.q_across.size)
+    free, solved, earlier = np.empty(points), np.empty(points), np.empty(points)
     y, move = np.zeros(hands), np.zeros(hands)
-    velocity = np.empty(q.size)
-    s = np.searchsorted(ears.states, -(-first // ears.every))
+    i = np.searchsorted(ears.step, first)
     found = 0
     for n in range(first, last):
-        given, given_across = drive[n - first], drive_across[n - first]
-        for h in range(hands):
-            m = contacts + h
-            if laws.kind[m] == ABSENT:
-                y[h] = 0.0
-            elif grips.kind[h] == FINGER:
-                laws.loss[m] = given[h] / (2 * plan.dt * plan.dx)
-                across.loss[m] = laws.loss[m]
-            elif grips.kind[h] == STOP:
-                y[h] = given[h]
-            else:
-                move[h] = grips.move[h] + plan.dt**2 / grips.mass[h] * given[h]
-                y[h] = grips.y[h] + move[h]
-        i = n // ears.every
-        due = n % ears.every == 0 and i < sheets.force.shape[1]
+        given = drive[0, n - first]
+        at = n // ears.every if ears.every and n % ears.every == 0 else sheets.total.size
+        due = i < ears.step.size and ears.step[i] == n
         if due:
-            for k in range(ears.place.shape[0]):
-                sheets.displacement[k, 0, i] = dot(ears.place[k], q)
-                if oblique:
-                    sheets.displacement[k, 1, i] = dot(ears.place_across[k], state.q_across)
+            q_before[:] = q
+            across_before[:] = state.q_across
+        if at < sheets.total.size:
             for h in range(hands):
                 there = laws.kind[contacts + h] != ABSENT and grips.kind[h] != FINGER
-                sheets.height[h, i] = grips.y[h] if there else np.nan
-        if oblique and not _step_across(plan, across, state, grips, given_across, e_before):
+                sheets.height[h, at] = grips.y[h] if there else np.nan
+        _take_hold(string, given, y, move)
+        if plan.across.size > 0 and not _step_across(string, drive[1, n - first], e_before, counts):
             return -(n + 1)
         _freely(plan.u, q, d, d_before)
         touch = False
@@ -322,7 +455,7 @@ def run_held(
             free[m] = height - dot(plan.shape[m], q)
             touch = touch or laws.kind[m] == LINEAR
             touch = touch or (laws.kind[m] != ABSENT and (free[m] > 0 or eta_before[m] > 0))
-        change = -force_before
+        earlier[:] = force_before
         force_before[:] = force
         force[:] = 0.0
         solved[:] = free
@@ -330,57 +463,26 @@ def run_held(
             if not solve_forces(plan.coupling, free, eta_before, laws, force, solved):
                 return -(n + 1)
             _push(plan, q, d, force)
-        change += force
-        grips.lost[0] += _damped(plan, plan.u, d, d_before, change)
-        for h in range(hands):
-            m = contacts + h
-            if laws.kind[m] == ABSENT:
-                continue
-            hand = grips.sign[h] * plan.dx * force[m]  # on the string, upwards
-            if grips.kind[h] == MASS:
-                move[h] -= plan.dt**2 / grips.mass[h] * hand
-                y[h] = grips.y[h] + move[h]
-                hand = given[h]
-            else:
-                move[h] = y[h] - grips.y[h]
-            grips.put_in[h] += hand * (move[h] + grips.move[h]) / 2
-            law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
-            grips.taken[h] += plan.dx * taken(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
-            grips.y[h], grips.move[h] = y[h], move[h]
+        if counts:
+            grips.lost[0] += _damped(plan, plan.u, d, d_before, force - earlier)
+        _move_hands(string, given, y, move, solved)
         for m in range(points):
-            if m < contacts:
+            if m < contacts and counts:
                 law = laws.stiffness[m], laws.exponent[m], laws.loss[m]
                 grips.lost[2] += plan.dx * taken(laws.kind[m], force[m], eta_before[m], solved[m], *law) / 2
-                if solved[m] > 0 and eta[m] <= 0:
-                    onset[found, 0] = n + 1
-                    onset[found, 1] = m
-                    found += 1
+            if m < contacts and solved[m] > 0 and eta[m] <= 0:
+                sheets.onset[found, 0] = n + 1
+                sheets.onset[found, 1] = m
+                found += 1
             eta_before[m] = eta[m]
             eta[m] = solved[m]
-        if due:
-            wanted = s < ears.states.size and ears.states[s] == i
-            _sample(ears.u, q, d, d_before, velocity)
-            for k in range(ears.place.shape[0]):
-                sheets.velocity[k, 0, i] = dot(ears.place[k], velocity)
-            if wanted:
-                sheets.states[s, 0, 0] = q - d
-                sheets.states[s, 0, 1] = velocity
-            if oblique:
-                _sample(ears.v, state.q_across, state.d_across, e_before, velocity)
-                for k in range(ears.place.shape[0]):
-                    sheets.velocity[k, 1, i] = dot(ears.place_across[k], velocity)
-                if wanted:
-                    sheets.states[s, 1, 0] = state.q_across - state.d_across
-                    sheets.states[s, 1, 1] = velocity
-            s += 1 if wanted else 0
-            stored_energy(plan, laws, across, state, grips, energy)
-            sheets.stored[:, i] = energy
-            sheets.lost[:, i] = grips.lost
-            sheets.taken[:, i] = grips.taken
-            sheets.put_in[:, i] = grips.put_in
-            for h in range(hands):
-                sheets.force[h, i] = grips.sign[h] * plan.dx * force[contacts + h]
+        while due:
+            _listen(string, ears, i, (q_before, d_before, across_before, e_before), sheets)
+            i += 1
+            due = i < ears.step.size and ears.step[i] == n
+        if at < sheets.total.size:
+            _account(string, at, sheets)
         if n % FLUSH_EVERY == 0:
-            flush(q, d)
-            flush(state.q_across, state.d_across)
+            _flush(q, d)
+            _flush(state.q_across, state.d_across)
     return found

@@ -17,7 +17,8 @@ from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.instrument import Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
-from livebass.reference.solver import make_plan, solve, static_compliance
+from livebass.reference.plan import make_plan, static_compliance
+from livebass.reference.solver import solve
 
 PUBLISHED = Path(__file__).parents[3] / "shared" / "data" / "issanchou-bass" / "fretted_modes.csv"
 

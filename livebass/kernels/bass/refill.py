@@ -51,7 +51,6 @@ from livebass.kernels.string.preparing import (
     measure_by_own,
     note_at,
     operator_at,
-    operator_words,
     set_heights,
 )
 from livebass.parts import VERSION
@@ -119,7 +118,7 @@ def refill(pool, k):
     words, table = work.words, work.table_words
     take_note(pool, k, record_address(pool.note))
     measure(work, pool.note, pool.operator)
-    fits = start + DOUBLE * operator_words(work, pool.note, pool.operator) <= end and work.table_words == table
+    fits = lay_out(work, pool.note, pool.operator, start) <= end and work.table_words == table
     work.words, work.table_words = words, table
     opened = is_open(pool, k)
     if not fits or (opened and pool.operator.points != points):

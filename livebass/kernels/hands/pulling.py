@@ -144,8 +144,8 @@ def excite(voice, slot, op):
     """Applies finger and thumb to the string before this frame's motion."""
     n = op.padded
     if voice.fingering > 0:
-        modal.damp_by_finger(slot.u, n)
-        modal.damp_by_finger(slot.v, slot.v_active)
+        modal.damp_by_finger(slot.u, n, slot.u.finger)
+        modal.damp_by_finger(slot.v, slot.v_active, slot.v.finger)
         invalidate_contact(slot.u, op)  # it moves the string, so that a penetration known before is none
         invalidate_contact(slot.v, op)
         voice.fingering -= 1
@@ -156,7 +156,7 @@ def excite(voice, slot, op):
     if voice.striking > 0 and voice.fingering == 0:
         # a raised cosine of force whose sum over the frames is one
         t = (voice.strike - voice.striking) / voice.strike
-        modal.add_strike(slot.u, (1 - cos(2 * np.pi * t)) / voice.strike, n)
+        modal.add_strike(slot.u, n, slot.u.strike, (1 - cos(2 * np.pi * t)) / voice.strike)
         voice.striking -= 1
         wake_slot(slot, op, voice.step)
     if slot.thumb.on == COMING and not slot.moving:

@@ -42,4 +42,4 @@ def scrape(voice, slot, distance):
         voice.scraped -= 1.0 + JITTER * chance(voice.turn, 2 * voice.frame + 1)
         force += 1.0
     slot.active = max(slot.active, slot.heard)
-    modal.add_strike(slot.u, force, slot.heard)
+    modal.add_strike(slot.u, slot.heard, slot.u.strike, force)

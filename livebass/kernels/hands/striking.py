@@ -12,6 +12,7 @@ from livebass.kernels.hands.noise import begin_skin
 from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_pluck, shape_of_strike
 from livebass.kernels.machine.elementary import cos, sin
 from livebass.kernels.string import modal, touch
+from livebass.kernels.string.operators import tap_row
 from livebass.kernels.string.slot import SAFETY, SAFETY_STRUCK, remove_thumb, wake_slot, wake_v
 
 TOUCHED_BEFORE = 0.5e-3  # s from the touch of a string that sounds to the strike
@@ -69,11 +70,11 @@ def begin_pluck(string, ops, event):
     if sounding and (slot.active > 0 or slot.v_active > 0):
         grip(voice, slot, op, position, max(voice.pull, 1), MOST_NEPERS, 0.0)
     for i in range(max(voice.pickups, 1)):
-        voice.held[i] = modal.tap_held(slot.u, op, i, op.tap_modes)
+        voice.held[i] = modal.dot_of_row(op, tap_row(op, i), slot.u.held, op.tap_modes)
         voice.held_across[i] = 0.0
         if slot.v_ready:
             row = i if voice.pickups > 0 else 2 * voice.denominator
-            voice.held_across[i] = modal.tap_held(slot.v, op, row, op.tap_modes)
+            voice.held_across[i] = modal.dot_of_row(op, tap_row(op, row), slot.v.held, op.tap_modes)
     begin_skin(voice, event.speed)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:

@@ -33,7 +33,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, sin, squared
 from livebass.kernels.string import modal
-from livebass.kernels.string.operators import positions
+from livebass.kernels.string.operators import positions, shape_row
 from livebass.kernels.string.records import BLOCK, COMING, THERE
 from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, remove_thumb, wake_slot
 
@@ -69,7 +69,7 @@ def approach_string(slot, op):
         t.wait -= 1
         return
     fit_thumb(slot, op)
-    t.height = modal.displacement_under(slot.u, slot.thumb_shape, slot.thumb_modes)
+    t.height = modal.displacement_under(slot.u, slot.thumb_modes, slot.thumb_shape)
     t.energy = 0.0
     t.force = 0.0
     t.pushed = 0.0
@@ -110,7 +110,7 @@ def fit_thumb(slot, op):
     slot.thumb_modes = n
     slot.thumb_give = give
     for m in range(op.points):
-        slot.thumb_reach[m] = modal.dot_of_shape(op, m, c, n)
+        slot.thumb_reach[m] = modal.dot_of_row(op, shape_row(op, m), c, n)
 
 
 @jit
@@ -122,7 +122,7 @@ def press_on(slot, op, voice, steps, which):
     fit_thumb(slot, op)
     h = steps * op.fine
     lift = LIFT if t.frames > LIFTED * voice.rate else 0.0
-    now, later = modal.displacement_now_and_later(slot.u, slot.thumb_shape, which, slot.thumb_modes)
+    now, later = modal.displacement_now_and_later(slot.u, slot.thumb_modes, slot.thumb_shape, which)
     t.frames += 1
     t.force = 0.0
     t.depth = now - t.height
@@ -176,7 +176,7 @@ def add_force_to_string(slot, op, voice):
         if height[m] > 0.0:
             bent = max(bent, height[m] * height[m] / (x[m] * (op.length - x[m])))
     bent *= squared(op.speed * slot.ratio)
-    modal.shift(slot.u, slot.thumb_yield, f, slot.thumb_modes)
+    modal.shift(slot.u, slot.thumb_modes, slot.thumb_yield, f)
     slot.safety = SAFETY_STRUCK if slot.thumb.frames <= NARROW * voice.rate else SAFETY_HANDED
     wake_slot(slot, op, voice.step)
     rms = (slot.fastest - SLACK) / slot.safety
@@ -190,8 +190,8 @@ def take_off(slot, op, after):
     if t.on != THERE or not t.force > 0.0:
         return
     modal.copy_row(slot.u.height, slot.thumb_heights, op.points)
-    modal.shift(slot.u, slot.thumb_yield, -t.force, n)
-    change = modal.displacement_under(slot.u, slot.thumb_shape, n) - t.height - t.depth
+    modal.shift(slot.u, n, slot.thumb_yield, -t.force)
+    change = modal.displacement_under(slot.u, n, slot.thumb_shape) - t.height - t.depth
     t.pushed = change - t.foreseen
     t.energy += t.force * change
     t.energy -= min(t.friction * change * change, max(t.energy, 0.0))

@@ -75,11 +75,11 @@ def doubtful(slot, op, g, step, end):
     for m in range(first + 1, last + 1):
         top = max(top, height[m])
     top += slot.fastest / (op.speed * slot.ratio) * max(x[last] - x[middle], x[middle] - x[first])
-    clearance = modal.displacement(u, op, middle, slot.active) - top
+    clearance = modal.displacement(u, slot.active, op, middle) - top
     known = u.group_known_at[g]
     before = u.group_clearance[g]
     if known < 0 or known >= step or before + clearance <= travel * (end - known):
-        before = modal.displacement_before_leap(u, op, middle, slot.active) - top
+        before = modal.displacement_before_leap(u, slot.active, op, middle) - top
         known = step
         u.group_clearance[g] = before
         u.group_known_at[g] = known

@@ -46,7 +46,7 @@ def steps_clear(clearance, travel):
 @jit
 def clearance_at(slot, op, m):
     """Clearance (m) of point `m` now."""
-    return modal.displacement(slot.u, op, m, slot.active) - slot.u.height[m]
+    return modal.displacement(slot.u, slot.active, op, m) - slot.u.height[m]
 
 
 @jit
@@ -59,7 +59,7 @@ def may_touch(slot, op, m, step, end):
     if 0 <= known < step and u.clearance[m] + clearance > travel * (end - known):
         return False
     if known < step:
-        u.clearance[m] = modal.displacement_before_leap(u, op, m, slot.active) - slot.u.height[m]
+        u.clearance[m] = modal.displacement_before_leap(u, slot.active, op, m) - slot.u.height[m]
         u.known_at[m] = step
     held = u.solved_at[m] == step and (u.eta[m] > 0.0 or u.eta_before[m] > 0.0)
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= travel * (end - step)
@@ -77,12 +77,12 @@ def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps)
     leap = LONGER if steps > op.steps else WHOLE
     step = voice.step
     end = step + steps
-    modal.try_leap(slot.u, leap, slot.active)
+    modal.try_leap(slot.u, slot.active, leap)
     suspects, checks = find_suspects(slot, op, step, end)
     if suspects > 0:
         contact_frame(slot, op, voice, suspects, steps, fine_steps)
         return
-    modal.leap(slot.v, leap, slot.v_active)
+    modal.leap(slot.v, slot.v_active, leap)
     note_clear(slot, op, checks, end)
     slot.due = next_check(slot, op, end)
 
@@ -113,12 +113,12 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
             u.clearance[m] = -u.eta[m]
     for part in range(op.parts):
         if part == 0:
-            modal.leap_from_before(u, PART, slot.active)
+            modal.leap_from_before(u, slot.active, PART)
         else:
-            modal.try_leap(u, PART, slot.active)
+            modal.try_leap(u, slot.active, PART)
         close = find_near(slot, op, count, step)
         if close == 0:
-            modal.leap(slot.v, PART, slot.v_active)
+            modal.leap(slot.v, slot.v_active, PART)
             for i in range(count):
                 u.clearance[suspects[i]] = u.clearance_now[suspects[i]]
         else:

@@ -22,8 +22,7 @@ from livebass.kernels.string.operators import (
     coefficient,
     coefficient_at,
     coefficient_bytes,
-    high_coefficient,
-    low_coefficient,
+    mixed_coefficient,
     put_number,
     tap_row,
 )
@@ -129,9 +128,9 @@ def steer_end(stop, w, made, behind):
     """Sets the speed of an end: after a frame it is to lie on the straight line to a finger `behind` m out."""
     op = made.op
     h = op.steps * op.fine
-    slope = modal.slope_ahead(w, made.slope, h, made.slope_modes) - (stop.place + h * stop.speed) / op.length
+    slope = modal.slope_ahead(w, made.slope_modes, made.slope, h) - (stop.place + h * stop.speed) / op.length
     speed = (behind * slope - stop.place) / h
-    modal.kick_end(w, (stop.speed - speed) * np.sqrt(2.0 * op.length) / np.pi, op.modes)
+    modal.kick_end(w, op.modes, (stop.speed - speed) * np.sqrt(2.0 * op.length) / np.pi)
     stop.speed = speed
 
 
@@ -190,23 +189,17 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
         w.omega[j] = 1.0
         w.sigma[j] = 0.0
     w.split = op.split
-    modal.tune(w, op.fine, op.steps, op.padded)
+    modal.tune(w, op)
     modal.copy_row(coefficient_at(rows, op, operators.KAPPA), w.kappa, op.padded)
     modal.copy_row(coefficient_at(rows, op, operators.OMEGA), w.omega, op.padded)
     modal.copy_row(coefficient_at(rows, op, operators.SIGMA), w.sigma, op.padded)
-    row, n, split = operators.LEAPS + 3 * WHOLE, op.padded, op.split
-    modal.copy_row(low_coefficient(rows, op, operators.KEPT), w.low.kept, split)
-    modal.copy_row(high_coefficient(rows, op, operators.KEPT), w.high.kept, n - split)
-    modal.copy_row(low_coefficient(rows, op, operators.SPRING), w.low.spring, split)
-    modal.copy_row(high_coefficient(rows, op, operators.SPRING), w.high.spring, n - split)
-    modal.copy_row(low_coefficient(rows, op, operators.PACE), w.low.pace, split)
-    modal.copy_row(high_coefficient(rows, op, operators.PACE), w.high.pace, n - split)
-    modal.copy_row(low_coefficient(rows, op, row), w.low.leaps[WHOLE].a, split)
-    modal.copy_row(high_coefficient(rows, op, row), w.high.leaps[WHOLE].a, n - split)
-    modal.copy_row(low_coefficient(rows, op, row + 1), w.low.leaps[WHOLE].b, split)
-    modal.copy_row(high_coefficient(rows, op, row + 1), w.high.leaps[WHOLE].b, n - split)
-    modal.copy_row(low_coefficient(rows, op, row + 2), w.low.leaps[WHOLE].g, split)
-    modal.copy_row(high_coefficient(rows, op, row + 2), w.high.leaps[WHOLE].g, n - split)
+    low, high, row = w.low.leaps[WHOLE], w.high.leaps[WHOLE], operators.LEAPS + 3 * WHOLE
+    modal.put_row(op, mixed_coefficient(rows, op, operators.KEPT), w.low.kept, w.high.kept)
+    modal.put_row(op, mixed_coefficient(rows, op, operators.SPRING), w.low.spring, w.high.spring)
+    modal.put_row(op, mixed_coefficient(rows, op, operators.PACE), w.low.pace, w.high.pace)
+    modal.put_row(op, mixed_coefficient(rows, op, row), low.a, high.a)
+    modal.put_row(op, mixed_coefficient(rows, op, row + 1), low.b, high.b)
+    modal.put_row(op, mixed_coefficient(rows, op, row + 2), low.g, high.g)
 
 
 @jit

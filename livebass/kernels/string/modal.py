@@ -18,21 +18,23 @@ no digits. The first of them has no force before it, and turns (q, P) into (q, d
 rounded to float32 is another damping, in all of these the same, and never above 1; s, which makes the frequency, is
 small, and keeps its digits where nothing adds it to 1 (`ordered`).
 
-The lowest `split` modes of a working set are float64, in the rows w.low, those above may be float32, in w.high: each
-loop stands here once, for the rows of either width, and is compiled for both. In it a number of float64 would make the
-whole loop float64: `like` gives it the width of the rows. Sums are taken in the width of the rows, those of both are
-added in float64. An event that computes with the state takes it out in float64 (`widen`) and puts it back (`narrow`).
+The lowest `split` modes of a working set are float64, in the rows w.low; the modes above may be float32, in w.high.
+Each loop stands here once, as a function of `rows`, and is compiled for both widths. A maker (`over`, `from_mode`,
+`along`, `by_pitch`, `at`, `at_two`, `at_four`) turns it into a function of the working set, which calls it for w.low
+and for w.high: `fine(rows, n)` below is `modal.fine(w, n)` elsewhere. One float64 number would make all arithmetic of
+a loop float64: `like` gives it the width of the rows. Sums are taken in the width of the rows, and the sums of both
+are added in float64. An event that computes with the state takes it out in float64 (`widen`) and puts it back
+(`narrow`).
 
 Each loop reads a mode once and adds, multiplies and stores; exp and sin stand only where coefficients are made. The
 compiler may reassociate sums into vector lanes (`LANES`), the same way each time on one kind of processor. Loops
 vectorise because distances between the rows of a working set are constants (records.py). w is a working set, op an
-operator, m a contact point of it, n a number of modes, whole BLOCKs. A function whose name ends in `_of` takes the
-first n of `rows`, those of w.low or of w.high; `first` is the mode of rows[0] where that counts. [any thread]
+operator, m one of its contact points, n a number of modes, whole BLOCKs. [any thread]
 """
 
 import numpy as np
 
-from livebass.compiling import compiled
+from livebass.compiling import compiled, inlined
 from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import (
@@ -40,12 +42,12 @@ from livebass.kernels.string.operators import (
     SINGLE,
     coefficient_at,
     fine_coefficients,
-    high_coefficient,
-    high_shape,
-    high_taps,
-    low_coefficient,
-    low_shape,
-    low_taps,
+    high_part,
+    leap_steps,
+    low_part,
+    mixed_coefficient,
+    shape_row,
+    tap_row,
 )
 from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
 
@@ -84,139 +86,233 @@ def lower(w, n):
     return min(w.split, n)
 
 
-@ordered
-def first_step_of(rows, n):
-    half, one = like(rows, 0.5), like(rows, 1.0)
-    for j in range(n):
-        x = rows.q[j]
-        d = rows.p[j] - half * ((one - rows.kept[j]) + rows.spring[j]) * x
-        rows.p[j] = d
-        rows.q[j] = x + d
+# Makers. `add` adds the results of a loop over w.low and of the same loop over w.high.
 
 
 @jit
-def first_step(w, n):
+def nothing(low, high):
+    pass
+
+
+@jit
+def one(low, high):
+    return low + high
+
+
+@jit
+def two(low, high):
+    return low[0] + high[0], low[1] + high[1]
+
+
+@jit
+def four(low, high):
+    return low[0] + high[0], low[1] + high[1], low[2] + high[2], low[3] + high[3]
+
+
+def named(loop, both):
+    """Compiles `both`, which calls `loop` for the modes in w.low and for the modes in w.high, and names it after it."""
+    both.__name__, both.__qualname__, both.__doc__ = loop.__name__, f"{loop.__name__}.both", loop.__doc__
+    return jit(both)
+
+
+def over(add=nothing):
+    """A decorator: loop(rows, n, ...) becomes a function of (w, n, ...)."""
+
+    def make(loop):
+        def both(w, n, *given):
+            split = lower(w, n)
+            return add(loop(w.low, split, *given), loop(w.high, n - split, *given))
+
+        return named(loop, both)
+
+    return make
+
+
+def from_mode(add=nothing):
+    """A decorator: loop(rows, n, first, ...), with `first` the mode of rows[0], becomes a function of (w, n, ...)."""
+
+    def make(loop):
+        def both(w, n, *given):
+            split = lower(w, n)
+            return add(loop(w.low, split, np.int64(0), *given), loop(w.high, n - split, split, *given))
+
+        return named(loop, both)
+
+    return make
+
+
+def along(add=nothing):
+    """A decorator: loop(rows, n, numbers, ...), with a float64 for each mode, becomes one of (w, n, numbers, ...)."""
+
+    def make(loop):
+        def both(w, n, numbers, *given):
+            split = lower(w, n)
+            return add(loop(w.low, split, numbers, *given), loop(w.high, n - split, numbers[split:], *given))
+
+        return named(loop, both)
+
+    return make
+
+
+def by_pitch(add=nothing):
+    """A decorator: loop(rows, n, kappa, omega), with the rows of w in float64, becomes a function of (w, n)."""
+
+    def make(loop):
+        def both(w, n):
+            split = lower(w, n)
+            low = loop(w.low, split, w.kappa, w.omega)
+            return add(low, loop(w.high, n - split, w.kappa[split:], w.omega[split:]))
+
+        return named(loop, both)
+
+    return make
+
+
+def at(row_of, add=nothing):
+    """A decorator: loop(rows, n, phi, ...), with the row of `op` at a place, becomes one of (w, n, op, place, ...).
+
+    `row_of` finds the row's address: `shape_row`, with contact points for places, or `tap_row`, with taps.
+    """
+
+    def make(loop):
+        def both(w, n, op, place, *given):
+            split, row = lower(w, n), row_of(op, place)
+            low = loop(w.low, split, low_part(row, op), *given)
+            return add(low, loop(w.high, n - split, high_part(row, op), *given))
+
+        return named(loop, both)
+
+    return make
+
+
+def at_two(row_of, add=nothing):
+    """`at` for two places, of which the loop gets two rows."""
+
+    def make(loop):
+        def both(w, n, op, places, *given):
+            split, a, b = lower(w, n), row_of(op, places[0]), row_of(op, places[1])
+            low = loop(w.low, split, (low_part(a, op), low_part(b, op)), *given)
+            return add(low, loop(w.high, n - split, (high_part(a, op), high_part(b, op)), *given))
+
+        return named(loop, both)
+
+    return make
+
+
+def at_four(row_of, add=nothing):
+    """`at` for four places, of which the loop gets four rows."""
+
+    def make(loop):
+        def both(w, n, op, places, *given):
+            split, a, b = lower(w, n), row_of(op, places[0]), row_of(op, places[1])
+            c, d = row_of(op, places[2]), row_of(op, places[3])
+            phi = low_part(a, op), low_part(b, op), low_part(c, op), low_part(d, op)
+            low = loop(w.low, split, phi, *given)
+            phi = high_part(a, op), high_part(b, op), high_part(c, op), high_part(d, op)
+            return add(low, loop(w.high, n - split, phi, *given))
+
+        return named(loop, both)
+
+    return make
+
+
+# Fine steps
+
+
+@ordered
+def begin(rows, j, x, p):
+    """Takes mode `j` from (q, P) = (x, p) the first fine step: to (q, d)."""
+    d = p - like(rows, 0.5) * ((like(rows, 1.0) - rows.kept[j]) + rows.spring[j]) * x
+    rows.p[j] = d
+    rows.q[j] = x + d
+
+
+@over()
+@ordered
+def first_step(rows, n):
     """Takes the first of the fine steps: (q, P) becomes (q, d) a step later."""
-    split = lower(w, n)
-    first_step_of(w.low, split)
-    first_step_of(w.high, n - split)
-
-
-@ordered
-def first_step_before_leap_of(rows, n):
-    half, one = like(rows, 0.5), like(rows, 1.0)
     for j in range(n):
-        x = rows.q_before[j]
-        d = rows.p_before[j] - half * ((one - rows.kept[j]) + rows.spring[j]) * x
-        rows.p[j] = d
-        rows.q[j] = x + d
+        begin(rows, j, rows.q[j], rows.p[j])
 
 
-@jit
-def first_step_before_leap(w, n):
+@over()
+@ordered
+def first_step_before_leap(rows, n):
     """`first_step` from where the last `try_leap` began."""
-    split = lower(w, n)
-    first_step_before_leap_of(w.low, split)
-    first_step_before_leap_of(w.high, n - split)
-
-
-@ordered
-def to_momenta_of(rows, n):
-    half, one = like(rows, 0.5), like(rows, 1.0)
     for j in range(n):
-        kept = rows.kept[j]
-        rows.p[j] = kept * rows.p[j] - half * (rows.spring[j] - (one - kept)) * rows.q[j]
+        begin(rows, j, rows.q_before[j], rows.p_before[j])
 
 
 @ordered
-def to_momenta_after_of(rows, phi, f, n):
-    half, one, f = like(rows, 0.5), like(rows, 1.0), like(rows, f)
+def turn_back(rows, j, x, d):
+    """Turns (q, d) = (x, d) of mode `j` back into (q, P)."""
+    kept = rows.kept[j]
+    rows.p[j] = kept * d - like(rows, 0.5) * (rows.spring[j] - (like(rows, 1.0) - kept)) * x
+    rows.q[j] = x
+
+
+@over()
+@ordered
+def to_momenta(rows, n):
+    """Turns (q, d) back into (q, P)."""
+    for j in range(n):
+        turn_back(rows, j, rows.q[j], rows.p[j])
+
+
+@at(shape_row)
+@ordered
+def to_momenta_after(rows, n, phi, f):
+    """`kick`, then `to_momenta`."""
+    f = like(rows, f)
     for j in range(n):
         kick = f * phi[j]
-        kept = rows.kept[j]
-        x = rows.q[j] + kick
-        rows.p[j] = kept * (rows.p[j] + kick) - half * (rows.spring[j] - (one - kept)) * x
-        rows.q[j] = x
-
-
-@jit
-def to_momenta_after(w, op, m, f, n):
-    """`kick` at point `m`, then `to_momenta`."""
-    split = lower(w, n)
-    to_momenta_after_of(w.low, low_shape(op, m), f, split)
-    to_momenta_after_of(w.high, high_shape(op, m), f, n - split)
-
-
-@jit
-def to_momenta(w, n):
-    """Turns (q, d) back into (q, P)."""
-    split = lower(w, n)
-    to_momenta_of(w.low, split)
-    to_momenta_of(w.high, n - split)
+        turn_back(rows, j, rows.q[j] + kick, rows.p[j] + kick)
 
 
 # Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at
 # that many points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the
-# second time. phi and chi are the mode shapes at the first two points, psi and xi at the others.
+# second time.
 @jit
-def fine_1_of(rows, phi, f, n):
-    f0 = like(rows, f)
-    u0 = like(rows, 0.0)
+def step(rows, j, kick):
+    """Takes mode `j` one fine step after `kick`; returns its displacement then."""
+    x, d = rows.q[j] + kick, rows.p[j] + kick
+    d = rows.kept[j] * d - rows.spring[j] * x
+    x += d
+    rows.p[j] = d
+    rows.q[j] = x
+    return x
+
+
+@at(shape_row, one)
+@jit
+def fine_1(rows, n, phi, f):
+    f0, u0 = like(rows, f), like(rows, 0.0)
     for j in range(n):
-        kick = f0 * phi[j]
-        x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = rows.kept[j] * d - rows.spring[j] * x
-        x += d
-        rows.p[j] = d
-        rows.q[j] = x
-        u0 += phi[j] * x
+        u0 += phi[j] * step(rows, j, f0 * phi[j])
     return u0
 
 
+@at_two(shape_row, two)
 @jit
-def fine_1(w, op, point, f, n):
-    split = lower(w, n)
-    u0 = fine_1_of(w.low, low_shape(op, point), f, split)
-    v0 = fine_1_of(w.high, high_shape(op, point), f, n - split)
-    return u0 + v0
-
-
-@jit
-def fine_2_of(rows, phi, chi, f, n):
+def fine_2(rows, n, shapes, f):
+    phi, chi = shapes
     f0, f1 = like(rows, f[0]), like(rows, f[1])
     u0 = u1 = like(rows, 0.0)
     for j in range(n):
-        kick = f0 * phi[j] + f1 * chi[j]
-        x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = rows.kept[j] * d - rows.spring[j] * x
-        x += d
-        rows.p[j] = d
-        rows.q[j] = x
+        x = step(rows, j, f0 * phi[j] + f1 * chi[j])
         u0 += phi[j] * x
         u1 += chi[j] * x
     return u0, u1
 
 
+@at_four(shape_row, four)
 @jit
-def fine_2(w, op, points, f, n):
-    split = lower(w, n)
-    a, b = points
-    u0, u1 = fine_2_of(w.low, low_shape(op, a), low_shape(op, b), f, split)
-    v0, v1 = fine_2_of(w.high, high_shape(op, a), high_shape(op, b), f, n - split)
-    return u0 + v0, u1 + v1
-
-
-@jit
-def fine_4_of(rows, phi, chi, psi, xi, f, n):
+def fine_4(rows, n, shapes, f):
+    phi, chi, psi, xi = shapes
     f0, f1, f2, f3 = like(rows, f[0]), like(rows, f[1]), like(rows, f[2]), like(rows, f[3])
     u0 = u1 = u2 = u3 = like(rows, 0.0)
     for j in range(n):
-        kick = f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j]
-        x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = rows.kept[j] * d - rows.spring[j] * x
-        x += d
-        rows.p[j] = d
-        rows.q[j] = x
+        x = step(rows, j, f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j])
         u0 += phi[j] * x
         u1 += chi[j] * x
         u2 += psi[j] * x
@@ -224,19 +320,10 @@ def fine_4_of(rows, phi, chi, psi, xi, f, n):
     return u0, u1, u2, u3
 
 
+@at(shape_row)
 @jit
-def fine_4(w, op, points, f, n):
-    split = lower(w, n)
-    a, b, c, d = points
-    u0, u1, u2, u3 = fine_4_of(w.low, low_shape(op, a), low_shape(op, b), low_shape(op, c), low_shape(op, d), f, split)
-    v0, v1, v2, v3 = fine_4_of(
-        w.high, high_shape(op, a), high_shape(op, b), high_shape(op, c), high_shape(op, d), f, n - split
-    )
-    return u0 + v0, u1 + v1, u2 + v2, u3 + v3
-
-
-@jit
-def kick_of(rows, phi, f, n):
+def kick(rows, n, phi, f):
+    """Adds the effect of one contact force at a point, after a fine step."""
     f = like(rows, f)
     for j in range(n):
         x = f * phi[j]
@@ -244,76 +331,39 @@ def kick_of(rows, phi, f, n):
         rows.p[j] += x
 
 
+@over()
 @jit
-def kick(w, op, m, f, n):
-    """Adds the effect of one contact force at point `m`, after a fine step."""
-    split = lower(w, n)
-    kick_of(w.low, low_shape(op, m), f, split)
-    kick_of(w.high, high_shape(op, m), f, n - split)
-
-
-@jit
-def fine_of(rows, n):
-    for j in range(n):
-        x, d = rows.q[j], rows.p[j]
-        d = rows.kept[j] * d - rows.spring[j] * x
-        x += d
-        rows.p[j] = d
-        rows.q[j] = x
-
-
-@jit
-def fine(w, n):
+def fine(rows, n):
     """Takes one fine step, free."""
-    split = lower(w, n)
-    fine_of(w.low, split)
-    fine_of(w.high, n - split)
+    for j in range(n):
+        step(rows, j, like(rows, 0.0))
 
 
+@at_two(shape_row)
 @jit
-def fine_kicked_2_of(rows, phi, chi, f, n):
+def fine_kicked_2(rows, n, shapes, f):
+    """Takes one fine step after two forces `f` at two points."""
+    phi, chi = shapes
     f0, f1 = like(rows, f[0]), like(rows, f[1])
     for j in range(n):
-        kick = f0 * phi[j] + f1 * chi[j]
-        x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = rows.kept[j] * d - rows.spring[j] * x
-        x += d
-        rows.p[j] = d
-        rows.q[j] = x
+        step(rows, j, f0 * phi[j] + f1 * chi[j])
 
 
+@at_four(shape_row)
 @jit
-def fine_kicked_2(w, op, points, f, n):
-    """Takes one fine step after two forces `f` at two `points`."""
-    split = lower(w, n)
-    a, b = points
-    fine_kicked_2_of(w.low, low_shape(op, a), low_shape(op, b), f, split)
-    fine_kicked_2_of(w.high, high_shape(op, a), high_shape(op, b), f, n - split)
-
-
-@jit
-def fine_kicked_4_of(rows, phi, chi, psi, xi, f, n):
+def fine_kicked_4(rows, n, shapes, f):
+    """Takes one fine step after four forces `f` at four points."""
+    phi, chi, psi, xi = shapes
     f0, f1, f2, f3 = like(rows, f[0]), like(rows, f[1]), like(rows, f[2]), like(rows, f[3])
     for j in range(n):
-        kick = f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j]
-        x, d = rows.q[j] + kick, rows.p[j] + kick
-        d = rows.kept[j] * d - rows.spring[j] * x
-        x += d
-        rows.p[j] = d
-        rows.q[j] = x
+        step(rows, j, f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j])
 
 
+@at_four(shape_row, four)
 @jit
-def fine_kicked_4(w, op, points, f, n):
-    """Takes one fine step after four forces `f` at four `points`."""
-    split = lower(w, n)
-    a, b, c, d = points
-    fine_kicked_4_of(w.low, low_shape(op, a), low_shape(op, b), low_shape(op, c), low_shape(op, d), f, split)
-    fine_kicked_4_of(w.high, high_shape(op, a), high_shape(op, b), high_shape(op, c), high_shape(op, d), f, n - split)
-
-
-@jit
-def displacement_4_of(rows, phi, chi, psi, xi, n):
+def displacement_4(rows, n, shapes):
+    """Displacements at four points in one pass."""
+    phi, chi, psi, xi = shapes
     u0 = u1 = u2 = u3 = like(rows, 0.0)
     for j in range(n):
         q = rows.q[j]
@@ -324,89 +374,51 @@ def displacement_4_of(rows, phi, chi, psi, xi, n):
     return u0, u1, u2, u3
 
 
-@jit
-def displacement_4(w, op, points, n):
-    """Displacements at four `points` in one pass."""
-    split = lower(w, n)
-    a, b, c, d = points
-    u0, u1, u2, u3 = displacement_4_of(
-        w.low, low_shape(op, a), low_shape(op, b), low_shape(op, c), low_shape(op, d), split
-    )
-    v0, v1, v2, v3 = displacement_4_of(
-        w.high, high_shape(op, a), high_shape(op, b), high_shape(op, c), high_shape(op, d), n - split
-    )
-    return u0 + v0, u1 + v1, u2 + v2, u3 + v3
+# Leaps over many fine steps at once, free, by the coefficients leaps[which]
 
 
 @jit
-def leap_of(rows, which, n):
-    a, b, g = rows.leaps[which].a, rows.leaps[which].b, rows.leaps[which].g
+def turn(rows, which, j, x, y):
+    """Takes mode `j` from (q, P) = (x, y) a leap on."""
+    leap = rows.leaps[which]
+    rows.q[j] = leap.a[j] * x + leap.b[j] * y
+    rows.p[j] = leap.a[j] * y - leap.g[j] * x
+
+
+@over()
+@jit
+def leap(rows, n, which):
+    """Leaps."""
     for j in range(n):
-        x = rows.q[j]
-        y = rows.p[j]
-        rows.q[j] = a[j] * x + b[j] * y
-        rows.p[j] = a[j] * y - g[j] * x
+        turn(rows, which, j, rows.q[j], rows.p[j])
 
 
+@over()
 @jit
-def leap(w, which, n):
-    """Takes many fine steps at once, free, by the coefficients leaps[which]."""
-    split = lower(w, n)
-    leap_of(w.low, which, split)
-    leap_of(w.high, which, n - split)
-
-
-@jit
-def try_leap_of(rows, which, n):
-    a, b, g = rows.leaps[which].a, rows.leaps[which].b, rows.leaps[which].g
+def try_leap(rows, n, which):
+    """Leaps, and keeps the state before in q_before and p_before."""
     for j in range(n):
-        x = rows.q[j]
-        y = rows.p[j]
+        x, y = rows.q[j], rows.p[j]
         rows.q_before[j] = x
         rows.p_before[j] = y
-        rows.q[j] = a[j] * x + b[j] * y
-        rows.p[j] = a[j] * y - g[j] * x
+        turn(rows, which, j, x, y)
 
 
+@over()
 @jit
-def try_leap(w, which, n):
-    """Leaps, and keeps the state before in q_before and p_before."""
-    split = lower(w, n)
-    try_leap_of(w.low, which, split)
-    try_leap_of(w.high, which, n - split)
-
-
-@jit
-def leap_from_before_of(rows, which, n):
-    a, b, g = rows.leaps[which].a, rows.leaps[which].b, rows.leaps[which].g
-    for j in range(n):
-        x = rows.q_before[j]
-        y = rows.p_before[j]
-        rows.q[j] = a[j] * x + b[j] * y
-        rows.p[j] = a[j] * y - g[j] * x
-
-
-@jit
-def leap_from_before(w, which, n):
+def leap_from_before(rows, n, which):
     """Leaps from where the last `try_leap` began."""
-    split = lower(w, n)
-    leap_from_before_of(w.low, which, split)
-    leap_from_before_of(w.high, which, n - split)
+    for j in range(n):
+        turn(rows, which, j, rows.q_before[j], rows.p_before[j])
 
 
+@over()
 @jit
-def keep_of(rows, n):
+def keep(rows, n):
+    """Keeps the state in q_before and p_before, as `try_leap` does."""
     for j in range(n):
         rows.q_before[j] = rows.q[j]
         rows.p_before[j] = rows.p[j]
-
-
-@jit
-def keep(w, n):
-    """Keeps the state in q_before and p_before, as `try_leap` does."""
-    split = lower(w, n)
-    keep_of(w.low, split)
-    keep_of(w.high, n - split)
 
 
 @jit
@@ -436,6 +448,9 @@ def set_state(w, j, q, p):
         w.high.p[j - w.split] = p
 
 
+# Displacements and velocities
+
+
 @jit
 def sum_of_products(phi, values, zero, n):
     u = zero
@@ -444,28 +459,25 @@ def sum_of_products(phi, values, zero, n):
     return u
 
 
+@at(shape_row, one)
 @jit
-def displacement(w, op, m, n):
-    """Displacement (m) at contact point `m`."""
-    split = lower(w, n)
-    u = sum_of_products(low_shape(op, m), w.low.q, like(w.low, 0.0), split)
-    return u + sum_of_products(high_shape(op, m), w.high.q, like(w.high, 0.0), n - split)
+def displacement(rows, n, phi):
+    """Displacement (m) at a contact point."""
+    return sum_of_products(phi, rows.q, like(rows, 0.0), n)
 
 
+@along(one)
 @jit
-def displacement_under(w, phi, n):
+def displacement_under(rows, n, phi):
     """Displacement (m) at a place with mode shapes `phi`, float64."""
-    split = lower(w, n)
-    u = sum_of_products(phi, w.low.q, 0.0, split)
-    return u + sum_of_products(phi[split:], w.high.q, 0.0, n - split)
+    return sum_of_products(phi, rows.q, 0.0, n)
 
 
+@at(shape_row, one)
 @jit
-def displacement_before_leap(w, op, m, n):
-    """Displacement (m) at contact point `m` before the last `try_leap`, or of `keep_step_before`."""
-    split = lower(w, n)
-    u = sum_of_products(low_shape(op, m), w.low.q_before, like(w.low, 0.0), split)
-    return u + sum_of_products(high_shape(op, m), w.high.q_before, like(w.high, 0.0), n - split)
+def displacement_before_leap(rows, n, phi):
+    """Displacement (m) at a contact point before the last `try_leap`, or of `keep_step_before`."""
+    return sum_of_products(phi, rows.q_before, like(rows, 0.0), n)
 
 
 @ordered
@@ -475,70 +487,44 @@ def step_before(rows, j, q, p):
     return q - (p + like(rows, 0.5) * (rows.spring[j] - (like(rows, 1.0) - kept)) * q) / kept
 
 
+@at(shape_row, one)
 @jit
-def displacement_step_before_of(rows, phi, n):
+def displacement_step_before(rows, n, phi):
+    """Displacement (m) at a contact point one fine step ago."""
     u = like(rows, 0.0)
     for j in range(n):
         u += phi[j] * step_before(rows, j, rows.q[j], rows.p[j])
     return u
 
 
+@at(shape_row, one)
 @jit
-def displacement_step_before(w, op, m, n):
-    """Displacement (m) at contact point `m` one fine step ago."""
-    split = lower(w, n)
-    u = displacement_step_before_of(w.low, low_shape(op, m), split)
-    return u + displacement_step_before_of(w.high, high_shape(op, m), n - split)
-
-
-@jit
-def displacement_step_before_leap_of(rows, phi, n):
+def displacement_step_before_leap(rows, n, phi):
+    """Displacement (m) at a contact point one fine step before the last `try_leap` began."""
     u = like(rows, 0.0)
     for j in range(n):
         u += phi[j] * step_before(rows, j, rows.q_before[j], rows.p_before[j])
     return u
 
 
+@along(two)
 @jit
-def displacement_step_before_leap(w, op, m, n):
-    """Displacement (m) at contact point `m` one fine step before the last `try_leap` began."""
-    split = lower(w, n)
-    u = displacement_step_before_leap_of(w.low, low_shape(op, m), split)
-    return u + displacement_step_before_leap_of(w.high, high_shape(op, m), n - split)
-
-
-@jit
-def displacement_now_and_later_of(rows, phi, which, n):
+def displacement_now_and_later(rows, n, phi, which):
+    """Displacement (m) at a place with mode shapes `phi`, float64, now, and after the leap leaps[which]."""
     a, b = rows.leaps[which].a, rows.leaps[which].b
-    u = 0.0
-    later = 0.0
+    u = later = 0.0
     for j in range(n):
         u += phi[j] * rows.q[j]
         later += phi[j] * (a[j] * rows.q[j] + b[j] * rows.p[j])
     return u, later
 
 
+@along()
 @jit
-def displacement_now_and_later(w, phi, which, n):
-    """Displacement (m) at a place with mode shapes `phi`, float64, now, and after the leap leaps[which]."""
-    split = lower(w, n)
-    u, later = displacement_now_and_later_of(w.low, phi, which, split)
-    v, later_v = displacement_now_and_later_of(w.high, phi[split:], which, n - split)
-    return u + v, later + later_v
-
-
-@jit
-def shift_of(rows, c, f, n):
+def shift(rows, n, c, f):
+    """Adds `f` times `c` to the displacements."""
     for j in range(n):
         rows.q[j] += f * c[j]
-
-
-@jit
-def shift(w, c, f, n):
-    """Adds `f` times `c` to the displacements."""
-    split = lower(w, n)
-    shift_of(w.low, c, f, split)
-    shift_of(w.high, c[split:], f, n - split)
 
 
 @jit
@@ -548,25 +534,18 @@ def dot(phi, other, n):
 
 
 @jit
-def dot_of_shape(op, m, values, n):
-    """Sum of products of `values`, float64, and the mode shapes at contact point `m`."""
+def dot_of_row(op, row, values, n):
+    """Sum of products of `values`, float64, and the mixed row of `op` at the address `row`: shapes, or a tap."""
     split = min(op.split, n)
-    x = sum_of_products(low_shape(op, m), values, 0.0, split)
-    return x + sum_of_products(high_shape(op, m), values[split:], 0.0, n - split)
+    return dot(low_part(row, op), values, split) + dot(high_part(row, op), values[split:], n - split)
 
 
+@over()
 @jit
-def keep_step_before_of(rows, n):
+def keep_step_before(rows, n):
+    """Puts the displacements of the modes one fine step ago into q_before, for `displacement_before_leap`."""
     for j in range(n):
         rows.q_before[j] = step_before(rows, j, rows.q[j], rows.p[j])
-
-
-@jit
-def keep_step_before(w, n):
-    """Puts the displacements of the modes one fine step ago into q_before, for `displacement_before_leap`."""
-    split = lower(w, n)
-    keep_step_before_of(w.low, split)
-    keep_step_before_of(w.high, n - split)
 
 
 @apart
@@ -576,8 +555,11 @@ def copy_row(to, values, n):
         to[j] = values[j]
 
 
+@at_two(tap_row, one)
 @jit
-def read_tap_of(rows, of_q, of_p, n):
+def read_tap(rows, n, taps):
+    """Linear output with the weights of q of a tap, and those of P of another."""
+    of_q, of_p = taps
     y = like(rows, 0.0)
     for j in range(n):
         y += of_q[j] * rows.q[j] + of_p[j] * rows.p[j]
@@ -585,38 +567,29 @@ def read_tap_of(rows, of_q, of_p, n):
 
 
 @jit
-def read_tap(w, op, row, n):
-    """Linear output with the weights of q of tap `row`, and those of P of the next one."""
-    split = lower(w, n)
-    y = read_tap_of(w.low, low_taps(op, row), low_taps(op, row + 1), split)
-    return y + read_tap_of(w.high, high_taps(op, row), high_taps(op, row + 1), n - split)
+def velocity(rows, j):
+    return rows.pace[j] * rows.p[j] - rows.sigma[j] * rows.q[j]
 
 
+@at(tap_row, two)
 @jit
-def sense_1_of(rows, weight, n):
+def sense_1(rows, n, weight):
+    """Displacement (m) and velocity (m/s) at the pickup of a tap."""
     u = v = like(rows, 0.0)
     for j in range(n):
-        q = rows.q[j]
-        u += weight[j] * q
-        v += weight[j] * (rows.pace[j] * rows.p[j] - rows.sigma[j] * q)
+        u += weight[j] * rows.q[j]
+        v += weight[j] * velocity(rows, j)
     return u, v
 
 
+@at_two(tap_row, four)
 @jit
-def sense_1(w, op, row, n):
-    """Displacement (m) and velocity (m/s) at the pickup of tap `row`."""
-    split = lower(w, n)
-    u, v = sense_1_of(w.low, low_taps(op, row), split)
-    x, y = sense_1_of(w.high, high_taps(op, row), n - split)
-    return u + x, v + y
-
-
-@jit
-def sense_2_of(rows, weight, other, n):
+def sense_2(rows, n, taps):
+    """Displacement and velocity at the pickup of one tap, then at that of another, in one pass."""
+    weight, other = taps
     u0 = v0 = u1 = v1 = like(rows, 0.0)
     for j in range(n):
-        q = rows.q[j]
-        moving = rows.pace[j] * rows.p[j] - rows.sigma[j] * q
+        q, moving = rows.q[j], velocity(rows, j)
         u0 += weight[j] * q
         v0 += weight[j] * moving
         u1 += other[j] * q
@@ -624,71 +597,52 @@ def sense_2_of(rows, weight, other, n):
     return u0, v0, u1, v1
 
 
+@at_two(tap_row, two)
 @jit
-def sense_2(w, op, row, n):
-    """Displacements and velocities at the two pickups from tap `row` on, in one pass."""
-    split = lower(w, n)
-    u0, v0, u1, v1 = sense_2_of(w.low, low_taps(op, row), low_taps(op, row + 1), split)
-    x0, y0, x1, y1 = sense_2_of(w.high, high_taps(op, row), high_taps(op, row + 1), n - split)
-    return u0 + x0, v0 + y0, u1 + x1, v1 + y1
-
-
-@jit
-def speed_2_of(rows, weight, other, n):
+def speed_2(rows, n, taps):
+    """Velocities (m/s) at the pickups of two taps, in one pass."""
+    weight, other = taps
     v0 = v1 = like(rows, 0.0)
     for j in range(n):
-        moving = rows.pace[j] * rows.p[j] - rows.sigma[j] * rows.q[j]
+        moving = velocity(rows, j)
         v0 += weight[j] * moving
         v1 += other[j] * moving
     return v0, v1
 
 
-@jit
-def speed_2(w, op, row, n):
-    """Velocities (m/s) at the two pickups from tap `row` on, in one pass."""
-    split = lower(w, n)
-    v0, v1 = speed_2_of(w.low, low_taps(op, row), low_taps(op, row + 1), split)
-    y0, y1 = speed_2_of(w.high, high_taps(op, row), high_taps(op, row + 1), n - split)
-    return v0 + y0, v1 + y1
+# What else changes the motion
 
 
 @jit
-def tap_held(w, op, row, n):
-    """Linear output of the held shape at rest, at tap `row`."""
-    split = min(op.split, n)
-    y = sum_of_products(low_taps(op, row), w.held, 0.0, split)
-    return y + sum_of_products(high_taps(op, row), w.held[split:], 0.0, n - split)
-
-
-@jit
-def scale_of(rows, factor, n):
+def fade_from(rows, n, first, factor):
     factor = like(rows, factor)
-    for j in range(n):
+    for j in range(first, n):
         rows.q[j] *= factor
         rows.p[j] *= factor
 
 
 @jit
-def scale(w, factor, n):
-    """Multiplies the motion by `factor`."""
+def fade(w, n, first, factor):
+    """Multiplies the motion of the modes from `first` on by `factor`."""
     split = lower(w, n)
-    scale_of(w.low, factor, split)
-    scale_of(w.high, factor, n - split)
+    fade_from(w.low, split, first, factor)
+    fade_from(w.high, n - split, max(first - split, 0), factor)
 
 
+@over()
 @jit
-def damp_by_finger_of(rows, finger, n):
+def scale(rows, n, factor):
+    """Multiplies the motion by `factor`."""
+    fade_from(rows, n, 0, factor)
+
+
+@along()
+@jit
+def damp_by_finger(rows, n, finger):
+    """Damps each mode as the finger that touches does in one frame: w.finger."""
     for j in range(n):
         rows.q[j] *= finger[j]
         rows.p[j] *= finger[j]
-
-
-@jit
-def damp_by_finger(w, n):
-    """Damps each mode as the finger that touches does in one frame."""
-    split = lower(w, n)
-    damp_by_finger_of(w.low, w.finger, split)
-    damp_by_finger_of(w.high, w.finger[split:], n - split)
 
 
 @jit
@@ -728,39 +682,29 @@ def apply_dashpots(w, shapes, high, products, c, n):
     take_momenta(w.high, high, x, y, z, n - split)
 
 
+@from_mode()
 @jit
-def kick_end_of(rows, x, first, n):
+def kick_end(rows, n, first, x):
+    """Adds the velocities x / m, m from 1: the string's end changes its speed (stop.py)."""
     x = like(rows, x)
     for j in range(n):
         rows.p[j] += rows.kappa[j] * (x / number_like(rows, first + j))
 
 
+@along(one)
 @jit
-def kick_end(w, x, n):
-    """Adds the velocities x / m, m from 1: the string's end changes its speed (stop.py)."""
-    split = lower(w, n)
-    kick_end_of(w.low, x, np.int64(0), split)
-    kick_end_of(w.high, x, split, n - split)
-
-
-@jit
-def slope_ahead_of(rows, weight, h, n):
+def slope_ahead(rows, n, weight, h):
+    """Sum of the displacements, `h` s from now at their velocities, with weights."""
     s = 0.0
     for j in range(n):
-        q = rows.q[j]
-        s += weight[j] * (q + h * (rows.pace[j] * rows.p[j] - rows.sigma[j] * q))
+        s += weight[j] * (rows.q[j] + h * velocity(rows, j))
     return s
 
 
+@from_mode(one)
 @jit
-def slope_ahead(w, weight, h, n):
-    """Sum of the displacements, `h` s from now at their velocities, with weights."""
-    split = lower(w, n)
-    return slope_ahead_of(w.low, weight, h, split) + slope_ahead_of(w.high, weight[split:], h, n - split)
-
-
-@jit
-def slope_square_of(rows, first, n):
+def slope_square(rows, n, first):
+    """Sum of (j q_j)^2, j from 1."""
     s = like(rows, 0.0)
     for j in range(n):
         x = number_like(rows, first + j) * rows.q[j]
@@ -768,43 +712,14 @@ def slope_square_of(rows, first, n):
     return s
 
 
+@from_mode()
 @jit
-def slope_square(w, n):
-    """Sum of (j q_j)^2, j from 1."""
-    split = lower(w, n)
-    return slope_square_of(w.low, np.int64(0), split) + slope_square_of(w.high, split, n - split)
-
-
-@jit
-def tighten_of(rows, push, first, n):
+def tighten(rows, n, first, push):
+    """Takes push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
     push = like(rows, push)
     for j in range(n):
         number = number_like(rows, first + j)
         rows.p[j] -= rows.kappa[j] * push * (number * number) * rows.q[j]
-
-
-@jit
-def tighten(w, push, n):
-    """Takes push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
-    split = lower(w, n)
-    tighten_of(w.low, push, np.int64(0), split)
-    tighten_of(w.high, push, split, n - split)
-
-
-@jit
-def fade_of(rows, factor, first, n):
-    factor = like(rows, factor)
-    for j in range(first, n):
-        rows.q[j] *= factor
-        rows.p[j] *= factor
-
-
-@jit
-def fade(w, factor, first, n):
-    """Multiplies the motion of the modes from `first` on by `factor`."""
-    split = lower(w, n)
-    fade_of(w.low, factor, first, split)
-    fade_of(w.high, factor, max(first - split, 0), n - split)
 
 
 @jit
@@ -823,19 +738,16 @@ def add_shape(w, up, moving, n):
     add_shape_of(w.high, w.held[split:], w.kappa[split:], w.sigma[split:], up, moving, n - split)
 
 
+@along()
 @jit
-def add_strike_of(rows, strike, weight, n):
+def add_strike(rows, n, strike, weight):
+    """Adds `weight` times the velocities `strike`: w.strike."""
     weight = like(rows, weight)
     for j in range(n):
         rows.p[j] += weight * rows.kappa[j] * like(rows, strike[j])
 
 
-@jit
-def add_strike(w, weight, n):
-    """Adds `weight` times the velocities of the strike."""
-    split = lower(w, n)
-    add_strike_of(w.low, w.strike, weight, split)
-    add_strike_of(w.high, w.strike[split:], weight, n - split)
+# Energies, and modes that are silent
 
 
 @jit
@@ -846,20 +758,14 @@ def square_speed(rows, kappa, omega, j):
     return v * v + d * d
 
 
+@by_pitch(one)
 @jit
-def speed_square_of(rows, kappa, omega, n):
+def speed_square(rows, n, kappa, omega):
+    """Sum of squared velocity amplitudes, m^3/s^2: twice the energy per linear density."""
     e = 0.0
     for j in range(n):
         e += square_speed(rows, kappa, omega, j)
     return e
-
-
-@jit
-def speed_square(w, n):
-    """Sum of squared velocity amplitudes, m^3/s^2: twice the energy per linear density."""
-    split = lower(w, n)
-    e = speed_square_of(w.low, w.kappa, w.omega, split)
-    return e + speed_square_of(w.high, w.kappa[split:], w.omega[split:], n - split)
 
 
 @jit
@@ -872,8 +778,13 @@ def held_speed_square(w, follow, n):
     return e
 
 
+@by_pitch(one)
 @jit
-def invariant_of(rows, kappa, omega, n):
+def invariant(rows, n, kappa, omega):
+    """Sum of P^2 + b q^2, m^3, b = (kappa omega)^2: the energy that eq. 12 conserves, in units of mu / (2 dt^2).
+
+    It never divides by kappa, which vanishes for a mode at a multiple of half the contact rate.
+    """
     e = 0.0
     for j in range(n):
         p = np.float64(rows.p[j])
@@ -882,39 +793,16 @@ def invariant_of(rows, kappa, omega, n):
     return e
 
 
+@by_pitch(one)
 @jit
-def invariant(w, n):
-    """Sum of P^2 + b q^2, m^3, b = (kappa omega)^2: the energy that eq. 12 conserves, in units of mu / (2 dt^2).
-
-    It never divides by kappa, which vanishes for a mode at a multiple of half the contact rate.
-    """
-    split = lower(w, n)
-    e = invariant_of(w.low, w.kappa, w.omega, split)
-    return e + invariant_of(w.high, w.kappa[split:], w.omega[split:], n - split)
-
-
-@jit
-def square_amplitude(rows, kappa, omega, j):
-    """The squared amplitude of mode `j`, m^3."""
-    p = rows.p[j] / (kappa[j] * omega[j])
-    x = np.float64(rows.q[j])
-    return x * x + p * p
-
-
-@jit
-def amplitude_sum_of(rows, kappa, omega, n):
+def amplitude_sum(rows, n, kappa, omega):
+    """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every displacement from now on."""
     s = 0.0
     for j in range(n):
-        s += np.sqrt(square_amplitude(rows, kappa, omega, j))
+        p = rows.p[j] / (kappa[j] * omega[j])
+        x = np.float64(rows.q[j])
+        s += np.sqrt(x * x + p * p)
     return s
-
-
-@jit
-def amplitude_sum(w, n):
-    """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every displacement from now on."""
-    split = lower(w, n)
-    s = amplitude_sum_of(w.low, w.kappa, w.omega, split)
-    return s + amplitude_sum_of(w.high, w.kappa[split:], w.omega[split:], n - split)
 
 
 @jit
@@ -946,19 +834,16 @@ def drop_dead_modes(w, n, silence):
     return n
 
 
-@jit
-def clear_motion_of(rows, n):
+@over()
+@apart
+def clear_motion(rows, n):
+    """Sets the motion to zero."""
     for j in range(n):
         rows.q[j] = like(rows, 0.0)
         rows.p[j] = like(rows, 0.0)
 
 
-@apart
-def clear_motion(w, n):
-    """Sets the motion to zero."""
-    split = lower(w, n)
-    clear_motion_of(w.low, split)
-    clear_motion_of(w.high, n - split)
+# Events: state and coefficients
 
 
 @jit
@@ -998,36 +883,38 @@ def left_by_leap(rows, decay):
     return min(left, MOST_LEFT) if rows.q.itemsize == SINGLE else left
 
 
+@inlined
+def set_fine(rows, j, omega, sigma, fine):
+    """Sets the coefficients of mode `j` for a fine step; returns E s."""
+    sine, cosine = sin_cos(0.5 * omega * fine)
+    rows.kept[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
+    return damp * (2.0 * sine * cosine)
+
+
+@inlined
+def set_leap(leap, j, turned, left, es):
+    """Sets the coefficients of mode `j` for a leap that turns it by `turned` and leaves the part `left`."""
+    sine, cosine = sin_cos(turned)
+    sin_k = left * sine
+    leap.a[j] = left * cosine
+    leap.b[j] = sin_k / es
+    leap.g[j] = sin_k * es
+
+
 @jit
-def retune_of(rows, kappas, omega, sigmas, op, n):
+def retune_of(rows, n, kappas, omega, sigmas, op):
     fine = op.fine
     for j in range(n):
-        w_d = omega[j]
-        sigma = sigmas[j]
-        sine, cosine = sin_cos(0.5 * w_d * fine)
-        rows.kept[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
-        es = damp * (2.0 * sine * cosine)
+        w_d, sigma = omega[j], sigmas[j]
+        es = set_fine(rows, j, w_d, sigma, fine)
         kappa = es / w_d
         rows.p[j] *= kappa / kappas[j]
         kappas[j] = kappa
         rows.kappa[j] = kappa
         rows.pace[j] = 1.0 / kappa
         for which in range(3):
-            row = WHOLE
-            k = op.steps
-            if which == 1:
-                row = LONGER
-                k = op.steps + 1
-            elif which == 2:
-                row = PART
-                k = op.part_steps
-            h = k * fine
-            damp_k = left_by_leap(rows, sigma * h)
-            sine, cosine = sin_cos(w_d * h)
-            sin_k = damp_k * sine
-            rows.leaps[row].a[j] = damp_k * cosine
-            rows.leaps[row].b[j] = sin_k / es
-            rows.leaps[row].g[j] = sin_k * es
+            h = leap_steps(op, which) * fine
+            set_leap(rows.leaps[which], j, w_d * h, left_by_leap(rows, sigma * h), es)
 
 
 @apart
@@ -1044,35 +931,42 @@ def retune(w, op, rows, ratio):
         if w.omega[j] > highest and w.omega[j] > omega[j]:
             w.omega[j] = max(highest, omega[j])
     split = w.split
-    retune_of(w.low, w.kappa, w.omega, w.sigma, op, split)
-    retune_of(w.high, w.kappa[split:], w.omega[split:], w.sigma[split:], op, op.padded - split)
+    retune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
+    retune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
 
 
 @jit
-def tune_of(rows, kappas, omega, sigmas, fine, steps, n):
-    h = steps * fine
+def tune_of(rows, n, kappas, omega, sigmas, op):
+    fine = op.fine
+    h = op.steps * fine
     for j in range(n):
-        w_d = omega[j]
-        sigma = sigmas[j]
-        sine, cosine = sin_cos(0.5 * w_d * fine)
-        rows.kept[j], rows.spring[j], damp = fine_coefficients(sigma * fine, sine)
-        es = damp * (2.0 * sine * cosine)
+        w_d, sigma = omega[j], sigmas[j]
+        es = set_fine(rows, j, w_d, sigma, fine)
         kappas[j] = es / w_d
         rows.pace[j] = w_d / es
-        damp_k = left_by_leap(rows, sigma * h)
-        sine, cosine = sin_cos(w_d * h)
-        sin_k = damp_k * sine
-        rows.leaps[WHOLE].a[j] = damp_k * cosine
-        rows.leaps[WHOLE].b[j] = sin_k / es
-        rows.leaps[WHOLE].g[j] = sin_k * es
+        set_leap(rows.leaps[WHOLE], j, w_d * h, left_by_leap(rows, sigma * h), es)
 
 
 @apart
-def tune(w, fine, steps, n):
-    """Sets the coefficients of `n` modes, but of parts of a frame and of longer ones, by w.omega and w.sigma."""
-    split = lower(w, n)
-    tune_of(w.low, w.kappa, w.omega, w.sigma, fine, steps, split)
-    tune_of(w.high, w.kappa[split:], w.omega[split:], w.sigma[split:], fine, steps, n - split)
+def tune(w, op):
+    """Sets the coefficients of a fine step and of a frame for the modes of `op`, by w.omega and w.sigma."""
+    split = lower(w, op.padded)
+    tune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
+    tune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
+
+
+@jit
+def take_row(low, high, op, row):
+    """Copies the mixed row of `op` at the address `row` to `low` and `high`."""
+    copy_row(low, low_part(row, op), op.split)
+    copy_row(high, high_part(row, op), op.padded - op.split)
+
+
+@jit
+def put_row(op, row, low, high):
+    """Copies `low` and `high` to the mixed row of `op` at the address `row`."""
+    copy_row(low_part(row, op), low, op.split)
+    copy_row(high_part(row, op), high, op.padded - op.split)
 
 
 @apart
@@ -1083,20 +977,14 @@ def take_coefficients(w, op, rows):
     copy_row(w.kappa, coefficient_at(rows, op, operators.KAPPA), n)
     copy_row(w.omega, coefficient_at(rows, op, operators.OMEGA), n)
     copy_row(w.sigma, coefficient_at(rows, op, operators.SIGMA), n)
-    copy_row(w.low.kept, low_coefficient(rows, op, operators.KEPT), split)
-    copy_row(w.high.kept, high_coefficient(rows, op, operators.KEPT), n - split)
-    copy_row(w.low.spring, low_coefficient(rows, op, operators.SPRING), split)
-    copy_row(w.high.spring, high_coefficient(rows, op, operators.SPRING), n - split)
-    copy_row(w.low.pace, low_coefficient(rows, op, operators.PACE), split)
-    copy_row(w.high.pace, high_coefficient(rows, op, operators.PACE), n - split)
+    take_row(w.low.kept, w.high.kept, op, mixed_coefficient(rows, op, operators.KEPT))
+    take_row(w.low.spring, w.high.spring, op, mixed_coefficient(rows, op, operators.SPRING))
+    take_row(w.low.pace, w.high.pace, op, mixed_coefficient(rows, op, operators.PACE))
     for which in (WHOLE, LONGER, PART):
-        row = operators.LEAPS + 3 * which
-        copy_row(w.low.leaps[which].a, low_coefficient(rows, op, row), split)
-        copy_row(w.high.leaps[which].a, high_coefficient(rows, op, row), n - split)
-        copy_row(w.low.leaps[which].b, low_coefficient(rows, op, row + 1), split)
-        copy_row(w.high.leaps[which].b, high_coefficient(rows, op, row + 1), n - split)
-        copy_row(w.low.leaps[which].g, low_coefficient(rows, op, row + 2), split)
-        copy_row(w.high.leaps[which].g, high_coefficient(rows, op, row + 2), n - split)
+        low, high, row = w.low.leaps[which], w.high.leaps[which], operators.LEAPS + 3 * which
+        take_row(low.a, high.a, op, mixed_coefficient(rows, op, row))
+        take_row(low.b, high.b, op, mixed_coefficient(rows, op, row + 1))
+        take_row(low.g, high.g, op, mixed_coefficient(rows, op, row + 2))
     copy_row(w.low.kappa, w.kappa, split)
     copy_row(w.high.kappa, w.kappa[split:], n - split)
     copy_row(w.low.sigma, w.sigma, split)
@@ -1107,7 +995,7 @@ def take_coefficients(w, op, rows):
 def change_coefficients(w, old, op, rows):
     """Gives the working set the coefficients of `op` at `rows` in place of those of `old`, the motion kept.
 
-    Modes that come in anew are at rest, and no hand touches them; so are those that only fill up a block.
+    New modes are at rest, and no hand touches them; modes that only fill up a block are too.
     """
     shared = min(old.modes, op.modes)
     widen(w, shared)

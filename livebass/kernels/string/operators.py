@@ -3,9 +3,8 @@
 An operator holds their addresses (records.py): the coefficients of its modes, the weights of taps and the mode shapes
 at contact points, a row of `padded` numbers each; heights and positions of the contact points; W and R between them, a
 row of `points` each, which a board does without. Where a mode is read in every frame, the first `split` numbers of a
-row are float64, the others float32: each such row is two arrays, low_... and high_..., which begins with mode
-`split`. No other file knows how the pool is laid out, but preparing.py, which
-fills it. [any thread]
+row are float64, the others float32: `low_part` and `high_part` of such a mixed row are two arrays; the second begins
+with mode `split`. Only preparing.py, which fills the pool, also knows how it is laid out. [any thread]
 """
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, samples_at
-from livebass.kernels.string.records import MOST_NEAR
+from livebass.kernels.string.records import LONGER, MOST_NEAR, PART
 
 DOUBLE, SINGLE = 8, 4  # bytes
 
@@ -30,6 +29,14 @@ def fine_coefficients(decay, half_sine):
     left = exp(-decay)
     gone = 1.0 - left
     return left * left, gone * gone + 4.0 * left * (half_sine * half_sine), left
+
+
+@jit
+def leap_steps(op, which):
+    """How many fine steps the leap WHOLE, LONGER or PART takes."""
+    if which == LONGER:
+        return op.steps + 1
+    return op.part_steps if which == PART else op.steps
 
 
 @jit
@@ -96,52 +103,16 @@ def mixed_coefficient(address, op, row):
     return address + WIDE_ROWS * DOUBLE * op.padded + row * mixed_bytes(op)
 
 
-@inlined
-def low_coefficient(address, op, row):
-    """Row KEPT to LEAPS + 8 of the coefficients at `address`, those of u or of v, (split,)."""
-    return low_part(mixed_coefficient(address, op, row), op)
-
-
-@inlined
-def high_coefficient(address, op, row):
-    """The rest of `low_coefficient`, (padded - split,)."""
-    return high_part(mixed_coefficient(address, op, row), op)
-
-
 @jit
 def shape_row(op, m):
-    """Address of the mode shapes at contact point `m`."""
+    """Address of the mode shapes at contact point `m`, m^-0.5."""
     return op.shapes + m * mixed_bytes(op)
-
-
-@inlined
-def low_shape(op, m):
-    """Mode shapes at contact point `m`, (split,), m^-0.5."""
-    return low_part(shape_row(op, m), op)
-
-
-@inlined
-def high_shape(op, m):
-    """The rest of `low_shape`, (padded - split,)."""
-    return high_part(shape_row(op, m), op)
 
 
 @jit
 def tap_row(op, row):
     """Address of the weights of the modes in tap `row`."""
     return op.taps + row * mixed_bytes(op)
-
-
-@inlined
-def low_taps(op, row):
-    """Weights of the modes in tap `row`, (split,)."""
-    return low_part(tap_row(op, row), op)
-
-
-@inlined
-def high_taps(op, row):
-    """The rest of `low_taps`, (padded - split,)."""
-    return high_part(tap_row(op, row), op)
 
 
 @inlined

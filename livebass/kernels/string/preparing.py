@@ -35,6 +35,7 @@ from livebass.kernels.string.operators import (
     fine_coefficients,
     hand_heights,
     heights,
+    leap_steps,
     left_out,
     mixed_bytes,
     mixed_coefficient,
@@ -44,7 +45,7 @@ from livebass.kernels.string.operators import (
     shape_row,
     tap_row,
 )
-from livebass.kernels.string.records import BLOCK, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
+from livebass.kernels.string.records import BLOCK, LOW, MOST_NEAR, OPERATOR
 from livebass.parts import MOST_GRID, NoteNumbers
 from livebass.rows import Word, record, words
 
@@ -142,7 +143,7 @@ def measure(work, note, op):
     op.padded = blocks(note.modes)
     op.split = op.padded if work.exact else min(op.padded, LOW)
     op.points = points_of(work, note)
-    work.words += operator_words(work, note, op)
+    work.words += lay_out(work, note, op, np.int64(0)) // DOUBLE
     work.table_words = max(work.table_words, behind_table(note) + op.points)
 
 
@@ -162,12 +163,11 @@ def fill(work):
     for k in range(work.count):
         note = note_at(work.notes + NOTE_BYTES * k)
         op = operator_at(work.operators + OPERATOR_BYTES * k)
-        lay_out(work, note, op, place)
+        place = lay_out(work, note, op, place)
         state = fill_operator(work, note, op)
         if state != DONE:
             return state
         measure_by_own(op)
-        place += DOUBLE * operator_words(work, note, op)
     return np.int64(DONE)
 
 
@@ -210,16 +210,9 @@ def tap_rows(work, note):
 
 
 @jit
-def operator_words(work, note, op):
-    """Float64 of the rows of an operator."""
-    square = op.points * op.points if op.points <= MOST_NEAR else 0
-    size = coefficient_bytes(op) * (1 + note.own_across) + mixed_bytes(op) * (tap_rows(work, note) + op.points)
-    return size // DOUBLE + blocks(3 * op.points + 2 * (square + note.answers_count))
-
-
-@jit
 def lay_out(work, note, op, place):
-    """Gives the operator the addresses of its rows from `place` on."""
+    """Gives the operator the addresses of its rows from `place` on; returns the address behind them."""
+    square = op.points * op.points if op.points <= MOST_NEAR else 0
     op.coefficients = place
     op.coefficients_v = op.coefficients + coefficient_bytes(op) * note.own_across
     op.taps = op.coefficients_v + coefficient_bytes(op)
@@ -228,12 +221,10 @@ def lay_out(work, note, op, place):
     op.hand_heights = op.heights + DOUBLE * op.points
     op.positions = op.hand_heights + DOUBLE * op.points
     op.coupling = op.positions + DOUBLE * op.points
-    op.left_out = op.coupling + DOUBLE * op.points * op.points
-    op.answers = op.left_out + DOUBLE * op.points * op.points
-    if op.points > MOST_NEAR:
-        op.left_out = op.coupling
-        op.answers = op.coupling
+    op.left_out = op.coupling + DOUBLE * square
+    op.answers = op.left_out + DOUBLE * square
     op.answering = note.answers_count
+    return op.heights + DOUBLE * blocks(3 * op.points + 2 * (square + op.answering))
 
 
 @inlined
@@ -309,14 +300,7 @@ def set_coefficients(work, note, op, rows, across):
         omega[k] = w
         sigma[k] = s
         for which in range(3):
-            steps = op.steps
-            row = LEAPS + 3 * WHOLE
-            if which == 1:
-                steps = op.steps + 1
-                row = LEAPS + 3 * LONGER
-            elif which == 2:
-                steps = op.part_steps
-                row = LEAPS + 3 * PART
+            steps, row = leap_steps(op, which), LEAPS + 3 * which
             damp = exp(-s * steps * dt)
             if k >= op.split:
                 damp = min(damp, MOST_LEFT)

@@ -170,8 +170,8 @@ def change_operator(slot, old, op):
 def limit_motion(slot, op, factor):
     """Scales the motion by `factor`, the limit over its steepness; silences the slot where that is NaN."""
     if factor > 0.0:
-        modal.scale(slot.u, factor, slot.active)
-        modal.scale(slot.v, factor, slot.v_active)
+        modal.scale(slot.u, slot.active, factor)
+        modal.scale(slot.v, slot.v_active, factor)
         invalidate_contact(slot.u, op)
         invalidate_contact(slot.v, op)
     else:

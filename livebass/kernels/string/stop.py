@@ -69,7 +69,7 @@ def advance_end(stop, w, op, h, n):
         stop.place = 0.0
     speed = next_speed(stop, h) if stop.place != 0.0 else 0.0
     if speed != stop.speed:
-        modal.kick_end(w, (stop.speed - speed) * np.sqrt(2.0 * op.length) / np.pi, n)
+        modal.kick_end(w, n, (stop.speed - speed) * np.sqrt(2.0 * op.length) / np.pi)
         stop.speed = speed
     return stop.place == 0.0
 
@@ -109,8 +109,8 @@ def lower_obstacles(slot, op):
     slot.sunk = 0
     modal.keep_step_before(u, slot.active)
     for m in range(op.points):
-        now = modal.displacement(u, op, m, slot.active)
-        before = modal.displacement_before_leap(u, op, m, slot.active)
+        now = modal.displacement(u, slot.active, op, m)
+        before = modal.displacement_before_leap(u, slot.active, op, m)
         u.height[m] = min(height[m], min(now, before) - ROOM)
         if u.height[m] < height[m]:
             slot.sunk += 1
@@ -125,8 +125,8 @@ def raise_obstacles(slot, op, after):
     for m in range(op.points):
         if u.height[m] == height[m]:
             continue
-        now = modal.displacement(u, op, m, slot.active)
-        before = modal.displacement_before_leap(u, op, m, slot.active)
+        now = modal.displacement(u, slot.active, op, m)
+        before = modal.displacement_before_leap(u, slot.active, op, m)
         clear = min(now, before) - u.height[m]
         if clear > 0.0:
             u.height[m] = min(height[m], u.height[m] + 0.5 * clear)

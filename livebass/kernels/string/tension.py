@@ -46,8 +46,8 @@ def tighten_by_motion(voice, slot, op, h):
     mu = linear_density(op)
     more = min(voice.stretch * total, MOST * mu * op.speed * op.speed)
     push = h * more / mu * k1 * k1
-    modal.tighten(slot.u, push, n)
-    modal.tighten(slot.v, push, across)
+    modal.tighten(slot.u, n, push)
+    modal.tighten(slot.v, across, push)
 
 
 @jit
@@ -59,5 +59,5 @@ def tighten_by_vibrato(slot, op, h, tighter):
     n = modes_below(slot, op, h, MOST_TURN, max(slot.heard - BLOCK, FEW))
     k = np.pi / op.length * op.speed * slot.ratio
     push = h * tighter * k * k
-    modal.tighten(slot.u, push, min(n, slot.active))
-    modal.tighten(slot.v, push, min(n, slot.v_active))
+    modal.tighten(slot.u, min(n, slot.active), push)
+    modal.tighten(slot.v, min(n, slot.v_active), push)

@@ -239,5 +239,5 @@ def damp_by_touches(voice, slot, op):
         if slot.touch_decay != decay:
             slot.touch_decay = decay
             slot.touch_kept = exp(-decay)
-        modal.fade(slot.u, slot.touch_kept, above, slot.active)
-        modal.fade(slot.v, slot.touch_kept, above, slot.v_active)
+        modal.fade(slot.u, slot.active, above, slot.touch_kept)
+        modal.fade(slot.v, slot.v_active, above, slot.touch_kept)

@@ -56,10 +56,10 @@ def end_fine_steps(w, op, near, count, n):
         m = near[i]
         if w.pending[m] != 0.0:
             if last >= 0:
-                modal.kick(w, op, last, w.pending[last], n)
+                modal.kick(w, n, op, last, w.pending[last])
             last = m
     if last >= 0:
-        modal.to_momenta_after(w, op, last, w.pending[last], n)
+        modal.to_momenta_after(w, n, op, last, w.pending[last])
     else:
         modal.to_momenta(w, n)
 
@@ -80,18 +80,18 @@ def load_points(slot, op, near, count, step):
         u.next_watch[m] = step + 1
         if u.solved_at[m] != step:
             if u.clearance[m] <= FAR * travel:
-                u.clearance[m] = modal.displacement_before_leap(u, op, m, slot.active) - height[m]
+                u.clearance[m] = modal.displacement_before_leap(u, slot.active, op, m) - height[m]
             u.eta[m] = -u.clearance[m]
             if u.clearance[m] > FAR * travel:
                 u.eta_before[m] = -u.clearance[m]
                 u.next_watch[m] = step + steps_clear(u.clearance[m], travel) - EARLY
                 u.watched_steps[m] = 0
                 continue
-            u.eta_before[m] = height[m] - modal.displacement_step_before_leap(u, op, m, slot.active)
+            u.eta_before[m] = height[m] - modal.displacement_step_before_leap(u, slot.active, op, m)
         if slot.v_active > 0 and v.solved_at[m] != step and u.eta[m] > -EARLY * travel:
-            v.moved[m] = modal.displacement(v, op, m, slot.v_active)
+            v.moved[m] = modal.displacement(v, slot.v_active, op, m)
             if u.eta[m] > 0.0:
-                v.moved_before[m] = modal.displacement_step_before(v, op, m, slot.v_active)
+                v.moved_before[m] = modal.displacement_step_before(v, slot.v_active, op, m)
 
 
 @jit
@@ -128,14 +128,14 @@ def fine_step(w, op, watched, count, n):
     if count == 0:
         modal.fine(w, n)
     elif count == 1:
-        w.free[watched[0]] = modal.fine_1(w, op, watched[0], w.pending[watched[0]], n)
+        w.free[watched[0]] = modal.fine_1(w, n, op, watched[0], w.pending[watched[0]])
     elif count == 2:
         a, b = watched[0], watched[1]
-        w.free[a], w.free[b] = modal.fine_2(w, op, (a, b), (w.pending[a], w.pending[b]), n)
+        w.free[a], w.free[b] = modal.fine_2(w, n, op, (a, b), (w.pending[a], w.pending[b]))
     elif count <= 4:
         a, b, c, d = watched[0], watched[1], watched[2], watched[count - 1]
         forces = w.pending[a], w.pending[b], w.pending[c], w.pending[d] if count > 3 else 0.0
-        w.free[a], w.free[b], w.free[c], w.free[d] = modal.fine_4(w, op, (a, b, c, d), forces, n)
+        w.free[a], w.free[b], w.free[c], w.free[d] = modal.fine_4(w, n, op, (a, b, c, d), forces)
     else:
         fine_step_with_forces(w, op, watched, count, n)
         read_displacements(w, op, watched, count, n)
@@ -159,15 +159,15 @@ def fine_step_with_forces(w, op, watched, count, n):
         elif pending == 3:
             d = m
         else:
-            modal.kick(w, op, m, w.pending[m], n)
+            modal.kick(w, n, op, m, w.pending[m])
         pending += 1
     if pending == 0:
         modal.fine(w, n)
     elif pending <= 2:
-        modal.fine_kicked_2(w, op, (a, b), (w.pending[a], w.pending[b] if pending > 1 else 0.0), n)
+        modal.fine_kicked_2(w, n, op, (a, b), (w.pending[a], w.pending[b] if pending > 1 else 0.0))
     else:
         forces = w.pending[a], w.pending[b], w.pending[c], w.pending[d] if pending > 3 else 0.0
-        modal.fine_kicked_4(w, op, (a, b, c, d), forces, n)
+        modal.fine_kicked_4(w, n, op, (a, b, c, d), forces)
 
 
 @jit
@@ -176,14 +176,14 @@ def read_displacements(w, op, watched, count, n):
     i = 0
     while i + 3 < count:
         a, b, c, d = watched[i], watched[i + 1], watched[i + 2], watched[i + 3]
-        u0, u1, u2, u3 = modal.displacement_4(w, op, (a, b, c, d), n)
+        u0, u1, u2, u3 = modal.displacement_4(w, n, op, (a, b, c, d))
         w.free[a] = u0
         w.free[b] = u1
         w.free[c] = u2
         w.free[d] = u3
         i += 4
     while i < count:
-        w.free[watched[i]] = modal.displacement(w, op, watched[i], n)
+        w.free[watched[i]] = modal.displacement(w, n, op, watched[i])
         i += 1
 
 
