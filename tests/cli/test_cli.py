@@ -144,17 +144,6 @@ def test_examples_run(tmp_path: Path, script: str) -> None:
     assert done.stdout
 
 
-def test_spectrogram(tmp_path: Path) -> None:
-    soundfile.write(tmp_path / "a.wav", np.random.default_rng(1).normal(0, 0.1, 48000), 48000)
-    line = [sys.executable, str(ROOT / "tools" / "spectrogram.py"), str(tmp_path / "a.wav")]
-    subprocess.run(line, check=True, timeout=120)
-    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
-    (tmp_path / "b.wav").write_text("not sound")
-    done = subprocess.run([*line[:2], str(tmp_path / "b.wav")], capture_output=True, text=True, timeout=120)
-    assert done.returncode == 1
-    assert "Traceback" not in done.stderr
-
-
 def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> None:
     """The program that it begins with chooses the preset, unless one is named; others leave the usual one."""
     for number, (programs, options, expected) in enumerate(
