@@ -19,7 +19,7 @@ from pathlib import Path
 
 import zips
 
-from livebass.cli.export import names_of
+from livebass.cli.shelf import names_of
 from livebass.compiling import store
 from livebass.plugin import build as plugins
 from livebass.plugin.bundle import instrument_files

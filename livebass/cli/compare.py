@@ -12,7 +12,7 @@ import click
 
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.options import PATH, count_option, file_option, preset_option
-from livebass.cli.render import have_kernels, shown_progress
+from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Number, Parsed
 from livebass.model.quality import QUALITIES

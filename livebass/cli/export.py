@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,26 +10,30 @@ import click
 
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
-from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
-from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
+from livebass.cli.options import (
+    DEFAULT_PRESET,
+    count_option,
+    file_option,
+    folder_option,
+    preset_option,
+    presets_option,
+    quality_option,
+    rendered_quality,
+)
+from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
-from livebass.cli.tuning import given_tuning, load_tuned, tuning_of_options, tuning_options
+from livebass.cli.shelf import basses_of, page_basses, page_ready
+from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import AUTO, QUALITIES
 from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
-    from livebass.web.bench import Source
 
 LENGTH = (0.1, 60.0)  # s
 RATE_OF_HOSTS = 48000  # Hz, at which this machine is measured
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
-presets_option = preset_option(
-    "A bass: a name from `livebass presets list`, or your own file; repeat it for several.  [default: all]",
-    "presets",
-    multiple=True,
-)
 
 
 class SystemOption(click.Option):
@@ -153,52 +156,6 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     chosen = "live" if not fine else "studio" if len(fine) == len(found) else f"studio for {', '.join(fine)}, else live"
     say(f"new tracks begin in the quality that this machine carries: {chosen}; --quality sets another")
     return found
-
-
-def basses_of(
-    presets: tuple[str, ...], more: tuple[str, ...], load: Callable[[str], Instrument]
-) -> dict[str, Instrument]:
-    """The basses of `presets` and `more` as `load` makes them, by name; if none is named all, the usual one first.
-
-    `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
-    """
-    return {name: load(preset) for name, preset in names_of(presets, more).items()}
-
-
-def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
-    """The presets that `basses_of` loads, by the names of their basses."""
-    if more and not presets:
-        raise click.UsageError(f"{more[0]}: name presets with -p")
-    from livebass.plugin.bundle import checked_name
-    from livebass.preset.load import preset_names
-
-    found: dict[str, str] = {}
-    for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
-        name = checked_name(Path(preset).stem)
-        if name in found:
-            raise click.UsageError(f"-p {preset}: there are two basses called {name}")
-        found[name] = preset
-    return found
-
-
-def page_basses(
-    presets: tuple[str, ...], more: tuple[str, ...], options: dict[str, Any]
-) -> tuple[dict[str, Instrument], dict[str, Source]]:
-    """The basses of a page, by name, and what presets and tuning each is of. Takes the tuning out of `options`."""
-    from livebass.web.bench import Source
-
-    given = given_tuning(options)
-    basses = basses_of(presets, more, Loader(options))
-    return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
-
-
-def page_ready() -> None:
-    """Compiles what a page needs, if it is not there; says so."""
-    from livebass.web import build
-
-    have_kernels()
-    if not build.cached():
-        say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
 
 
 @export.command()

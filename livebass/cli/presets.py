@@ -7,8 +7,7 @@ from pathlib import Path
 
 import click
 
-from livebass.cli.options import PATH, file_option, preset_option
-from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, preset_option
 from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity

@@ -6,8 +6,7 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.demos import DEMOS, demo_for, ready_for
 from livebass.cli.effects import effects_options
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.hands import Hands, Loader, hands_options
-from livebass.cli.options import PATH, file_option, preset_option, quality_option
-from livebass.cli.said import say
+from livebass.cli.hands import Loader, hands_options
+from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, preset_option, rendered_quality
+from livebass.cli.progress import have_kernels, shown_progress
+from livebass.cli.said import clipping, say
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Note, Number, Quantity
 from livebass.units import one_line
@@ -30,9 +31,7 @@ if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
     from livebass.score.score import Score
 
-DEFAULT_PRESET = "jazz-finger"
 STREAM = Path("-")  # standard input or output
-DEMOS = click.Choice(["preset", "techniques"])
 FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 
@@ -51,11 +50,6 @@ class Options:
     gain: float  # dB
     normalize: float | None  # LUFS
     seed: int
-
-
-rendered_quality = quality_option(
-    "studio", "How finely the strings are computed: more modes, finer contact with the frets."
-)
 
 
 GROUPS = {
@@ -248,24 +242,6 @@ def render(
     say(line)
 
 
-def ready_for(demo: str | None, bass: Instrument) -> Instrument:
-    """The bass, with the key switches that the phrases for all "techniques" press."""
-    if demo != "techniques":
-        return bass
-    from livebass.model.keymap import MODO
-
-    return Hands({"keys": MODO}).play(bass)
-
-
-def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
-    """The demo phrase in the style of the bass's player, or all "techniques"."""
-    from livebass.score.phrases import demo_score
-
-    if demo == "techniques":
-        return demo_score(rate, demo)
-    return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
-
-
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:
     """Renders the demo phrase with each preset; if one fails, no file is written."""
     from livebass.files import Transaction
@@ -340,48 +316,6 @@ def _rendered(
         )  # fmt: skip
 
 
-def have_kernels() -> None:
-    """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
-    from livebass.compiling.library import cached, duration, library
-
-    if not cached():
-        say(f"compiling the kernels, once, in about {duration()} ...")
-        with ExitStack() as shown:
-            bar: list[Callable[[float], None] | None] = []
-
-            def progress(done: float) -> None:
-                if not bar:  # not while another process compiles
-                    bar.append(shown.enter_context(shown_progress("compiling the kernels")))
-                if bar[0]:
-                    bar[0](done)
-
-            library(progress)
-
-
-@contextmanager
-def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
-    """Shows a progress bar if stderr is a terminal; yields a function that takes the fraction done, or None."""
-    with shown_steps(label) as (progress, _):
-        yield progress
-
-
-@contextmanager
-def shown_steps(label: str) -> Iterator[tuple[Callable[[float], None] | None, Callable[[str], None]]]:
-    """As `shown_progress`, and yields with it a function that tells of a step: in front of the bar, or as a line."""
-    if not sys.stderr.isatty():
-        yield None, say
-        return
-    steps = 1000
-    with click.progressbar(length=steps, label=label, show_eta=True, file=sys.stderr) as bar:
-
-        def tell(line: str) -> None:
-            bar.label = line
-            bar.render_progress()
-
-        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos), tell
-        bar.update(steps - bar.pos)
-
-
 def summary(report: RenderReport, wanted: float | None = None) -> str:
     """Returns one line about a render; `wanted` is the loudness (LUFS) that it was to have."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
@@ -412,8 +346,3 @@ def normalizing(loudness: float, gain: float, wanted: float) -> str:
         return ", too quiet to be normalized"
     said = f", {loudness:.1f} LUFS by {gain:+.1f} dB"
     return said if loudness > wanted - 0.05 else f"{said}: {wanted:g} LUFS would bring the peak beyond {CEILING:g} dBFS"
-
-
-def clipping(clipped: int, gain: float, peak: float) -> str:
-    """Says how many samples were clipped at `gain` (dB), and which gain would clip none, from the `peak` (dB)."""
-    return f", {clipped} samples clipped: try --gain {math.floor(gain - peak)}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.options import CREATED, count_option, file_option, folder_option, preset_option, quality_option
-from livebass.cli.render import have_kernels, shown_progress, shown_steps
+from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.cores import core_count
@@ -411,7 +411,7 @@ def run(
 
 def _write_player(directory: Path) -> None:
     """Writes the page that plays the string of the paper where the studies in `directory` link to it."""
-    from livebass.cli.export import page_ready
+    from livebass.cli.shelf import page_ready
     from livebass.files import checked_directory
     from livebass.paper.cases import PRESET
     from livebass.paper.figures.studies import PLAYER

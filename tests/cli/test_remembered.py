@@ -14,7 +14,7 @@ from support.command import GOOD, NOTE, Run, assert_one_clear_line, song
 
 from livebass import load_preset
 from livebass.cli import remembered
-from livebass.cli.play import LOG, Console, logged
+from livebass.cli.console import LOG, Console, logged
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.files import OutputError
 from livebass.live import outputs, session
@@ -244,7 +244,7 @@ def test_a_place_that_cannot_be_written_is_a_warning(
     (tmp_path / "a").write_text("")
     monkeypatch.setenv("LIVEBASS_SETTINGS", str(tmp_path / "a" / "play.toml"))
     monkeypatch.setattr(remembered, "load", lambda _: Remembered())
-    monkeypatch.setattr("livebass.cli.play.load", lambda _: Remembered())
+    monkeypatch.setattr("livebass.cli.remembered.load", lambda _: Remembered())
     status, _, err = run("play", "-p", "slap")
     assert status == 0 and "not remembered" in err
     with pytest.raises(OutputError):

@@ -32,8 +32,8 @@ from support.terminal import InTerminal
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
 from livebass.bench.jack import LostFrames, new_client
+from livebass.cli.console import Console, LogFile, logged
 from livebass.cli.help import page_text
-from livebass.cli.play import Console, LogFile, logged
 from livebass.extras import install
 from livebass.files import OutputError
 from livebass.live import inputs, session
