@@ -29,13 +29,13 @@ GROUPS = {
 
 def _velocities(text: str) -> tuple[int, ...]:
     """Velocities with commas between them, from soft to hard."""
-    allowed = "allowed are velocities from 1 to 127 that grow, with commas, such as 30,60,90,127"
+    rule = "must be ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
     try:
         found = tuple(int(part) for part in text.split(","))
     except ValueError:
-        raise ValueError(allowed) from None
+        raise ValueError(rule) from None
     if any(not 1 <= v <= 127 for v in found) or any(b <= a for a, b in pairwise(found)):
-        raise ValueError(allowed)
+        raise ValueError(rule)
     return found
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.bounds import either
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
 from livebass.cli.options import (
@@ -100,9 +101,7 @@ def plugin_command(kind: str) -> click.Command:
         more: tuple[str, ...], **options: Any,
     ) -> None:  # fmt: skip
         if install and (output is not None or system is not None):
-            raise click.UsageError(
-                f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
-            )
+            raise click.UsageError(f"--install and {'-o' if output is not None else '--system'}: give one of them")
         _write_plugin(kind, basses_of(presets, more, Loader(options)), output, install, system, quality)
 
     return write
@@ -120,7 +119,7 @@ def _write_plugin(
     from livebass.plugin.systems import SYSTEMS, folder_of_plugins, own_folder_of_plugins, this_system
 
     if wanted is not None and wanted not in SYSTEMS:
-        raise click.UsageError(f"--system {wanted}: allowed are {', '.join(SYSTEMS)}")
+        raise click.UsageError(f"--system must be {either(SYSTEMS)}, not {wanted}")
     system = SYSTEMS[wanted] if wanted else this_system()
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = (own_folder_of_plugins(kind) if install else output or Path()) / BUNDLES[kind]

@@ -323,7 +323,7 @@ def check_together(options: dict[str, Any]) -> None:
     if options["no_connect"] and options["midi"] is not None:
         raise click.UsageError("--midi names what to connect, --no-connect connects nothing: leave one out")
     if options["client_name"] is not None and not is_client_name(options["client_name"]):
-        raise click.UsageError("--client-name: allowed are 1 to 32 characters, of which none is a colon")
+        raise click.UsageError("--client-name must be 1 to 32 characters without a colon")
     chosen = [controller for _, controller in options["learn"] if isinstance(controller, int)]
     if len({symbol for symbol, _ in options["learn"]}) < len(options["learn"]) or len(set(chosen)) < len(chosen):
         raise click.UsageError("--learn: one controller for each parameter, and one parameter for each controller")

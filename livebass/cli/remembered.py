@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.bounds import between, one_of, refusal
 from livebass.cli.options import given
 from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS
@@ -98,12 +99,11 @@ def _checked(data: dict[str, Any]) -> Remembered:
 
     for key in ("preset", "backend", "audio", "midi", "tuning", "temperament"):
         if not isinstance(data.get(key, ""), str):
-            raise ValueError(f"{key} = {data[key]!r}: allowed is text")
-    if data.get("backend", "auto") not in BACKENDS:
-        raise ValueError(f"backend = {data['backend']!r}: allowed are {', '.join(BACKENDS)}")
+            raise refusal(key, "text", repr(data[key]))
+    one_of("backend", data.get("backend", "auto"), BACKENDS)
     gain = data.get("gain", 0.0)
     if isinstance(gain, bool) or not isinstance(gain, int | float) or not GAIN[0] <= gain <= GAIN[1]:
-        raise ValueError(f"gain = {gain!r}: allowed are {GAIN[0]:g} to {GAIN[1]:g} dB")
+        raise refusal("gain", between(*GAIN, "dB"), repr(gain))
     for row in KEYS:
         if not row.section and row.name in data and row.name in TUNING_KEYS:
             try:
@@ -114,7 +114,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
                 data[row.name] = value
     controllers = data.get("controllers", {})
     if not isinstance(controllers, dict):
-        raise ValueError(f"controllers = {controllers!r}: allowed is a table")
+        raise refusal("controllers", "a table", repr(controllers))
     known = {f.name: data[f.name] for f in fields(Remembered) if f.name in data}
     return Remembered(**known | {"controllers": check_controllers(controllers) if controllers else {}})
 

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
+from livebass.bounds import one_of, within
 from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
 from livebass.files import OutputError, Transaction, checked_place
@@ -50,8 +51,7 @@ class Sweep:
 
         Its shape has the length of each axis. Raises ValueError for an unknown quantity.
         """
-        if quantity not in QUANTITIES:
-            raise ValueError(f"quantity {quantity!r}: allowed are {', '.join(QUANTITIES)}")
+        one_of("quantity", quantity, QUANTITIES)
         each = np.array([self.results[point.digest][quantity] for point in self.points])
         return each.reshape([len(axis.numbers) for axis in self.axes])
 
@@ -89,8 +89,7 @@ def sweep(
     texts = [vary] if isinstance(vary, str) else list(vary)
     if not texts:
         raise ValueError(f"vary: {USAGE}")
-    if not 1 <= workers <= MOST_WORKERS:
-        raise ValueError(f"workers {workers}: allowed are 1 to {MOST_WORKERS}")
+    within("workers", workers, 1, MOST_WORKERS, whole=True)
     axes = tuple(axis(text) for text in texts)
     settings = Settings(os.fspath(preset), string, fret, apex, at, angle, duration, quality, modes)
     points = tuple(grid(settings, axes))

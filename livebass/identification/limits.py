@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from livebass.bounds import within
 from livebass.model.quality import Limits
 
 MODES = (4, 200)  # partials to look for
@@ -12,10 +13,10 @@ DURATION = Limits("time", 0.05, 60)
 
 
 def check(modes: int, start: float, duration: float, channel: int | None, f0: float | None) -> None:
-    """Raises ValueError, which names the value and says what is allowed."""
+    """Raises ValueError, which names the value and its limits."""
     for name, count, (least, most) in (("modes", modes, MODES), ("channel", channel, CHANNELS)):
-        if count is not None and (count != int(count) or not least <= count <= most):
-            raise ValueError(f"{name} {count}: allowed are whole numbers from {least} to {most}")
+        if count is not None:
+            within(name, count, least, most, whole=True)
     START.check("start", start)
     DURATION.check("duration", duration)
     if f0 is not None:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from livebass.arrays import Floats, Ints
+from livebass.bounds import refusal, within
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
 from livebass.model.quality import ANGLE, APEX, AT, DURATION, RATE, Quality, modes_for
@@ -111,24 +112,23 @@ def checked_trial(
     """
     APEX.check("apex", apex)
     if not AT.least <= at < s.length:
-        least, below = AT.least * 1e3, s.length * 1e3
-        raise ValueError(f"pluck at {at * 1e3:g} mm: allowed are {least:g} mm to below {below:g} mm from the stop")
+        rule = f"at least {AT.least * 1e3:g} mm from the stop and less than {s.length * 1e3:g} mm"
+        raise refusal("place of the pluck", rule, f"{at * 1e3:g} mm")
     ANGLE.check("angle", angle)
     DURATION.check("duration", duration)
     RATE.check("rate", rate)
     if contact_rate < rate:
-        raise ValueError(f"contact rate {contact_rate:.10g} Hz: allowed is at least the output rate, {rate} Hz")
+        raise refusal("contact rate", f"at least the output rate, {rate} Hz", f"{contact_rate:.10g} Hz")
     most = s.grid_points - 1
     count = most if modes is None else modes
-    if not 1 <= count <= most:
-        raise ValueError(f"{count} modes: allowed are 1 to {most} for this string and fret")
+    within("modes on this string and fret", count, 1, most, whole=True)
     _check_aliasing(s, count, contact_rate)
     s = for_modes(s, count)
     places = instrument.output.sensor, instrument.output.sensor_v
     for place in places:
         if not 0 < place < s.length:
-            ends = f"allowed is between 0 mm and {s.length * 1e3:g} mm"
-            raise ValueError(f"sensor {place * 1e3:g} mm from the saddle: {ends}")
+            ends = f"between 0 mm and {s.length * 1e3:g} mm from the saddle"
+            raise refusal("sensor", ends, f"{place * 1e3:g} mm")
     pluck = Pluck(apex, at, instrument.player.rounding, angle, instrument.player.release_time)
     sensor, sensor_v = (s.length - place for place in places)
     return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)

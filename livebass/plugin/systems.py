@@ -67,7 +67,7 @@ def this_system() -> System:
     for system in SYSTEMS.values():
         if system.machine == kind and system.name.startswith(f"{operating}-"):
             return system
-    raise ValueError(f"there are no plugins for {operating} on {kind}: allowed are {', '.join(SYSTEMS)}")
+    raise ValueError(f"there are no plugins for {operating} on {kind}, only for {', '.join(SYSTEMS)}")
 
 
 def folder_of_plugins(system: System, kind: str) -> str:

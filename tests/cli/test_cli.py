@@ -228,7 +228,7 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
         (["--note", "E1", "--a4", "500"], "'--a4': '500': allowed: 380 to 480 Hz"),
         (["--note", "E1", "--temperament", "jsut"], "'--temperament': 'jsut': allowed: equal, just, pythagorean"),
         (["--note", "E1", "--temperament", "1,2,300"], "'--temperament': '1,2,300': allowed: equal, just, pythagorean"),
-        (["--note", "E1", "--capo", "-1"], "'--capo': -1: allowed are whole numbers from 0 to 31"),
+        (["--note", "E1", "--capo", "-1"], "'--capo': must be a whole number from 0 to 31, not -1"),
     ],
 )
 def test_a_note_that_the_bass_does_not_have_is_refused(

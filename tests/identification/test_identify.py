@@ -455,7 +455,7 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
         ([path, "--string", "E"], 1, "no pitch within a semitone"),
         ([path, "--note", "D2"], 1, "no pitch within a semitone"),
         ([path, "--channel", 2], 1, "no channel 2"),
-        ([path, "--modes", 3], 2, "allowed are"),
+        ([path, "--modes", 3], 2, "must be a whole number from 4 to 200, not 3"),
         ([path, "-p", "nothing"], 1, "unknown"),
         ([path, "--start", "3s"], 1, "too short"),
     ):

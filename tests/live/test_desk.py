@@ -148,7 +148,7 @@ def test_a_loop_of_a_part_ends_the_notes_that_reach_beyond_it() -> None:
     desk.loop = (0.2, 10.0)
     assert desk.loop == (0.2, 2.0), "no farther than the end"
     for part in ((1.0, 1.01), (3.0, 4.0)):
-        with pytest.raises(ValueError, match="allowed are parts"):
+        with pytest.raises(ValueError, match="loop must be a part"):
             desk.loop = part
         assert desk.loop is None
     desk.loop = (0.0, 0.0)
