@@ -99,7 +99,7 @@ class Limits(NamedTuple):
 
     def __str__(self) -> str:
         kind = "a whole number of Hz " if self.whole else ""
-        least, most = (readable_quantity(end, self.dimension) for end in (self.least, self.most))
+        least, most = (readable_quantity(end, self.dimension) if end else "0" for end in (self.least, self.most))
         return f"{kind}from {least} to {most}"
 
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from numbers import Integral
 from itertools import groupby
+from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
