@@ -14,8 +14,10 @@ def devices() -> None:
     `play` takes their numbers, or parts of their names.
     """
     from livebass.live.guards import own_stderr
-    from livebass.live.inputs import MidiLost, port_names
-    from livebass.live.outputs import OutputLost, jack_server, output_names
+    from livebass.live.jack import jack_server
+    from livebass.live.lost import MidiLost, OutputLost
+    from livebass.live.midi import port_names
+    from livebass.live.portaudio import output_names
 
     with own_stderr():  # what C libraries say here is no part of the list
         click.echo(f"JACK server (--backend jack)\n  {jack_server() or 'none'}")

@@ -28,7 +28,8 @@ from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
 from livebass.units import is_number
 
 if TYPE_CHECKING:
-    from livebass.live.session import Session, Summary
+    from livebass.live.session import Session
+    from livebass.live.settings import Summary
     from livebass.model.instrument import Instrument
 
 LOG = logging.getLogger("livebass")
@@ -208,9 +209,12 @@ def play(**options: Any) -> None:
     from livebass.cli.music import Music
     from livebass.compiling.library import cached
     from livebass.live.guards import own_stderr
-    from livebass.live.inputs import HELP, SCORE_HELP, interactive
-    from livebass.live.outputs import OutputLost, check_output
-    from livebass.live.session import Session, Settings
+    from livebass.live.keyboard import HELP, SCORE_HELP
+    from livebass.live.lost import OutputLost
+    from livebass.live.outputs import check_output
+    from livebass.live.session import Session
+    from livebass.live.settings import Settings
+    from livebass.live.terminal import interactive
 
     check_together(options)
     memory = recall(options)

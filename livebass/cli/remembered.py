@@ -20,7 +20,7 @@ from livebass.files import OutputError
 from livebass.units import is_number
 
 if TYPE_CHECKING:
-    from livebass.live.session import Summary
+    from livebass.live.settings import Summary
 
 LOG = logging.getLogger("livebass")
 

@@ -17,10 +17,10 @@ from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.kernels.player import performer
 from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.recording import MidiRecorder
-from livebass.live.session import clock
+from livebass.live.status import clock
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
