@@ -83,12 +83,11 @@ def test_public_functions_say_what_they_take_and_give(name: str) -> None:
 
 def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
     from livebass.experiment.simulate import simulate_to_directory
+    from livebass.model.trial import Asked
 
     moved = livebass.simulate(BASS, duration=0.05, quality=QUICK, modes=40, shape_at=[0.01])
-    simulate_to_directory(
-        BASS, string="G", fret=0, apex=3.6e-3, at=0.64, duration=0.05, quality=QUICK, modes=40, rate=44100,
-        solver="engine", directory=tmp_path / "a", analyse=True, shape_at=[0.01],
-    )  # fmt: skip
+    asked = Asked(duration=0.05, quality=QUICK, modes=40)
+    simulate_to_directory(BASS, asked, tmp_path / "a", analyse=True, shape_at=[0.01])
     with np.load(tmp_path / "a" / "result.npz") as kept:
         assert np.array_equal(kept["displacement_m"], moved.displacement())
         assert np.array_equal(kept["contact_time_s"], moved.contacts.time_s) and moved.contacts.fret.size

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -66,9 +67,8 @@ def _velocities(text: str) -> tuple[int, ...]:
 @file_option("-o", "--output", metavar="PAGE.html", help="Draw spectrograms, decays and bands into a page.")
 @file_option("--json", "json_file", help="Write all figures, of every note too, as JSON.")
 def compare(
-    recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], quality: str,
-    velocities: tuple[int, ...] | None, takes: int, seed: int, technique: str | None, output: Path | None,
-    json_file: Path | None,
+    recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
+    output: Path | None, json_file: Path | None, **how: Any,
 ) -> None:  # fmt: skip
     """Compare notes of real basses with rendered ones.
 
@@ -125,9 +125,7 @@ def compare(
         have_kernels()
         like = [note for bass in found if not bass.rendered for note in bass.notes]
         for name, preset in zip(presets, loaded, strict=True):
-            notes = rendered(
-                preset, like, velocities=velocities, takes=takes, quality=quality, technique=technique, seed=seed
-            )
+            notes = rendered(preset, like, technique=technique, **how)
             if not notes:
                 raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
             found += basses(names[Path(name)], notes, rendered=True)

@@ -282,10 +282,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     help="Seed of the player's small irregularities; the same seed gives the same files.",
 )
 @click.option("--size", is_flag=True, help="Write nothing: print how many samples there would be, and their size.")
-def sfz(
-    preset: str, output: Path | None, quality: str, velocity_curve: Any, frets: int, layers: int, robins: int,
-    length: float, rate: int, seed: int, size: bool, **tuning: Any,
-) -> None:  # fmt: skip
+def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, size: bool, **options: Any) -> None:
     """Render a preset into a sample pack, for samplers that read SFZ.
 
     The pack is a folder: NAME.sfz, the samples as FLAC of 24 bits, and LICENSE.txt, which lets anyone use them for
@@ -303,8 +300,8 @@ def sfz(
     from livebass.files import checked_directory
 
     hands = Hands({} if velocity_curve is None else {"velocity_curve": velocity_curve})
-    bass = hands.play(load_tuned(preset, tuning_of_options(tuning)))
-    settings = Settings(QUALITIES[quality], rate, frets, layers, robins, length, seed)
+    bass = hands.play(load_tuned(preset, tuning_of_options(options)))
+    settings = Settings(QUALITIES[quality], **options)
     try:
         pack = Pack(bass, Path(preset).stem, settings)
     except ValueError as error:

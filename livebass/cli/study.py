@@ -300,9 +300,7 @@ def _title(settings: Settings) -> str:
 )  # fmt: skip
 @folder_option(CREATED, required=True)
 def simulate(
-    preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
-    modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
-    output: Path,
+    preset: str, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...], output: Path, **pluck: Any
 ) -> None:  # fmt: skip
     """Pluck one string once and write how it moved.
 
@@ -319,17 +317,14 @@ def simulate(
     """
     from livebass.experiment.simulate import simulate_to_directory
     from livebass.model.quality import quality_with
+    from livebass.model.trial import Asked
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
     if solver == "engine":
         have_kernels()
-    line = simulate_to_directory(
-        bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
-        quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
-        angle=angle, analyse=analyse, shape_at=shape_at,
-    )  # fmt: skip
-    say(line)
+    quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
+    say(simulate_to_directory(bass, Asked(quality=quality, **pluck), output, rate, solver, analyse, shape_at))
 
 
 HELP = ("-h", "--help")

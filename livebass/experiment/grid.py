@@ -24,8 +24,8 @@ from livebass.analysis.sound import PAPER_RATE
 from livebass.bounds import between, refusal, within
 from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
-from livebass.model.quality import ANGLE, APEX, AT, Limits, Quality
-from livebass.model.trial import Trial, checked_trial, in_quality, speaking_string
+from livebass.model.quality import ANGLE, APEX, AT, Limits
+from livebass.model.trial import Asked, Trial, checked_trial, in_quality, speaking_string
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, Key, checked, nearest
 from livebass.preset.load import preset_tables
@@ -252,18 +252,10 @@ INSTEAD = {"player.pluck_angle": "pluck.angle", "player.pluck_position": "pluck.
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Asked):
     """The pluck and how finely to solve it: the same at every point unless a `pluck.` key is varied."""
 
-    preset: str  # name or file
-    string: str
-    fret: int
-    apex: float  # m
-    at: float  # m from the stop
-    angle: float  # rad
-    duration: float  # s
-    quality: Quality
-    modes: int | None  # of the string as stopped, instead of the quality's
+    preset: str = "paper-g"  # name or file
 
 
 @dataclass(frozen=True)
@@ -348,10 +340,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
     s = speaking_string(bass, settings.string, settings.fret)
     of_quality, contact_rate = in_quality(s, settings.quality)
     modes = of_quality if settings.modes is None else settings.modes
-    trial = checked_trial(
-        bass, s, settings.apex, settings.at, settings.duration, modes,
-        whole_contact_rate(contact_rate, PAPER_RATE), PAPER_RATE, settings.angle,
-    )  # fmt: skip
+    trial = checked_trial(bass, s, settings, modes, whole_contact_rate(contact_rate, PAPER_RATE), PAPER_RATE)
     s = trial.speaking  # over a board, on the grid for that many modes
     output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial
     if output.kind == "displacement":

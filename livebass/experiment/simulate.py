@@ -11,18 +11,21 @@ import io
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
 from livebass.analysis.motion import Solved, can_resample, columns, shape_columns, state_samples
 from livebass.audiofile import AudioWriter, encoding
+from livebass.bounds import one_of
 from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
 from livebass.model.modes import CARRIED, carried, dampings, frequencies
-from livebass.model.quality import CONTACT_RATE, QUALITIES, Quality
+from livebass.model.quality import CONTACT_RATE
 from livebass.model.trial import (
+    Asked,
+    Asking,
     Motion,
     Trial,
     checked_trial,
@@ -42,31 +45,24 @@ NO_SHAPES = "shapes: only the engine tells them, the reference solver does not"
 def simulate(
     instrument: Instrument,
     *,
-    string: str = "G",
-    fret: int = 0,
-    apex: float = 3.6e-3,
-    at: float = 0.64,
-    angle: float = 0.0,
-    duration: float = 1.0,
-    quality: Quality = QUALITIES["reference"],
-    modes: int | None = None,
     rate: int = 44_100,
     solver: str = "engine",
     shape_at: Sequence[float] = (),
+    **pluck: Unpack[Asking],
 ) -> Solved:
     """Plucks one string once and returns how it moved, with all that can be measured in it.
 
-    string: its name in `instrument`, stopped at `fret` (0: open). apex: how far it is pulled (m), at: where, from the
-    nut or the pressed fret (m), angle: rad from straight up towards across. duration: s. modes: of the stopped string,
-    instead of the quality's; contact cannot follow those above 0.45 of the contact rate. rate: of the motion, Hz.
-    solver: "engine", or "reference", brute force, which gives neither energies nor shapes. shape_at: times (s) at which
-    `Solved.shapes` is wanted.
+    pluck: string, its name in `instrument` (G); fret (0: open); apex: how far it is pulled (3.6e-3 m); at: where, from
+    the nut or the pressed fret (0.64 m); angle: rad from straight up towards across (0); duration (1 s); quality (that
+    called reference); modes: of the stopped string, instead of the quality's; contact cannot follow those above 0.45 of
+    the contact rate. rate: of the motion, Hz. solver: "engine", or "reference", brute force, which gives neither
+    energies nor shapes. shape_at: times (s) at which `Solved.shapes` is wanted.
 
     Returns a `Solved`: `motion.time_s` and `displacement()` (n,), s and m at the sensor; `contacts` with time and fret
-    of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line that says what is
-    allowed. [main thread]
+    of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line, for values out of
+    their limits. [main thread]
     """
-    trial = _trial(instrument, string, fret, apex, at, duration, quality, modes, rate, solver, angle)
+    trial = _trial(instrument, Asked(**pluck), rate, solver)
     if solver == "engine":
         trial = replace(trial, states=state_samples(trial, more=shape_at))
     elif shape_at:
@@ -76,30 +72,21 @@ def simulate(
 
 def simulate_to_directory(
     instrument: Instrument,
-    *,
-    string: str,
-    fret: int,
-    apex: float,
-    at: float,
-    duration: float,
-    quality: Quality,
-    modes: int | None,
-    rate: int,
-    solver: str,
+    asked: Asked,
     directory: Path,
-    angle: float = 0.0,
+    rate: int = 44_100,
+    solver: str = "engine",
     analyse: bool = False,
     shape_at: Sequence[float] = (),
 ) -> str:
-    """Pluck `string` stopped at `fret` with corner `apex` (m) at `at` (m from the stop); return a one-line summary.
+    """Plucks a string as `asked`, writes the three files, and returns a one-line summary.
 
-    `angle` rad from straight up towards across; duration s; modes None for those of `quality`; rate Hz; solver
-    "engine" or "reference". With `analyse` the `columns` of `analysis.motion` go into result.npz, and the string's
-    shape at the times `shape_at` (s), which only the engine gives. Raises ValueError, one line that says what is
-    allowed, before anything is computed or written, and OSError where the files cannot be written; the directory is
-    then as it was. [main thread]
+    rate: Hz; solver: "engine" or "reference". With `analyse` the `columns` of `analysis.motion` go into result.npz, and
+    the string's shape at the times `shape_at` (s), which only the engine gives. Raises ValueError, one line, for values
+    out of their limits, before anything is computed or written, and OSError where the files cannot be written; the
+    directory is then as it was. [main thread]
     """
-    trial = _trial(instrument, string, fret, apex, at, duration, quality, modes, rate, solver, angle)
+    trial = _trial(instrument, asked, rate, solver)
     if shape_at and solver != "engine":
         raise ValueError(NO_SHAPES)
     if solver == "engine" and (analyse or shape_at):
@@ -125,25 +112,21 @@ def simulate_to_directory(
     if analyse and not can_resample(trial):
         left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
-        f"string {s.string.name} fret {s.fret}, {apex * 1e3:g} mm at {at * 1e3:g} mm, {trial.modes} modes, "
+        f"string {s.string.name} fret {s.fret}, {asked.apex * 1e3:g} mm at {asked.at * 1e3:g} mm, {trial.modes} modes, "
         f"{trial.contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
-        f"{duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
+        f"{asked.duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
 
 
-def _trial(
-    instrument: Instrument, string: str, fret: int, apex: float, at: float, duration: float, quality: Quality,
-    modes: int | None, rate: int, solver: str, angle: float,
-) -> Trial:  # fmt: skip
+def _trial(instrument: Instrument, asked: Asked, rate: int, solver: str) -> Trial:
     """The trial of one pluck, every value checked."""
-    if solver not in ("engine", "reference"):
-        raise ValueError(f"solver {solver!r}: engine or reference")
-    s = speaking_string(instrument, string, fret)
-    of_quality, contact_rate = in_quality(s, quality)
-    count = of_quality if modes is None else modes
+    one_of("solver", solver, ("engine", "reference"))
+    s = speaking_string(instrument, asked.string, asked.fret)
+    of_quality, contact_rate = in_quality(s, asked.quality)
+    count = of_quality if asked.modes is None else asked.modes
     whole = solver == "engine"  # its contact rate is a whole number of Hz
     CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    return checked_trial(instrument, s, apex, at, duration, count, contact_rate, rate, angle)
+    return checked_trial(instrument, s, asked, count, contact_rate, rate)
 
 
 def _solve(trial: Trial, solver: str) -> Motion:

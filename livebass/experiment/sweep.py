@@ -16,7 +16,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from livebass.bounds import one_of, within
 from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
 from livebass.files import OutputError, Transaction, checked_place
-from livebass.model.quality import QUALITIES, Quality
+from livebass.model.trial import Asking
 from livebass.report.picture import figure, image, shown_text
 from livebass.report.text import csv_text, json_text, plain
 
@@ -64,23 +64,16 @@ def sweep(
     preset: str | os.PathLike[str],
     vary: str | Sequence[str],
     *,
-    string: str = "G",
-    fret: int = 0,
-    apex: float = 3.6e-3,
-    at: float = 0.64,
-    angle: float = 0.0,
-    duration: float = 1.0,
-    quality: Quality = QUALITIES["reference"],
-    modes: int | None = None,
     workers: int = 1,
     progress: Callable[[float], None] | None = None,
+    **pluck: Unpack[Asking],
 ) -> Sweep:
     """Plucks a string of `preset`, a name or a TOML file, for every combination of the parameters of `vary`.
 
     vary: "KEY=FROM:TO:N" or "KEY=FROM:TO:N:log", one or several, such as "pluck.apex=1mm:7mm:13"; KEY is a number of a
-    preset file, or pluck.apex, pluck.at, pluck.angle, pluck.fret. string, fret, apex (m), at (m from the stop), angle
-    (rad), duration (s), quality and modes are those of `simulate`. workers: 1 computes in this process, more in as many
-    new ones, which a script must do under `if __name__ == "__main__":`. `progress` is called with the fraction done.
+    preset file, or pluck.apex, pluck.at, pluck.angle, pluck.fret. pluck: as for `simulate`. workers: 1 computes in this
+    process, more in as many new ones, which a script must do under `if __name__ == "__main__":`. `progress` is called
+    with the fraction done.
 
     Returns a `Sweep`: `values(quantity)` is an array of the shape of the grid, `table()` all of it as CSV. Nothing is
     written. Raises ValueError, one line, before anything is computed, for a key, value or pluck that is not allowed;
@@ -91,7 +84,7 @@ def sweep(
         raise ValueError(f"vary: {USAGE}")
     within("workers", workers, 1, MOST_WORKERS, whole=True)
     axes = tuple(axis(text) for text in texts)
-    settings = Settings(os.fspath(preset), string, fret, apex, at, angle, duration, quality, modes)
+    settings = Settings(preset=os.fspath(preset), **pluck)
     points = tuple(grid(settings, axes))
     different = list({point.digest: point for point in points}.values())
     results: Results = {}

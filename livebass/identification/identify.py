@@ -10,12 +10,12 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 from livebass.identification.across import level_across
 from livebass.identification.doubts import doubtful
 from livebass.identification.heard import alone, heard_in, steady, unfaded
-from livebass.identification.limits import Search
+from livebass.identification.limits import Search, Searching
 from livebass.identification.onset import fit_onset, third_octaves
 from livebass.identification.partials import combine
 from livebass.identification.result import Identified, identified, laws_of, nearest_string, tuned
@@ -29,7 +29,7 @@ def identify(
     *,
     string: str | None = None,
     only_string: bool = False,
-    **search: Any,
+    **search: Unpack[Searching],
 ) -> Identified:
     """Identifies the open string that is plucked, alone, in every note of the `recordings`, one or several sound files.
 

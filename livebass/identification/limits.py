@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypedDict
 
 from livebass.bounds import within
 from livebass.model.quality import Limits
@@ -35,3 +36,14 @@ class Search:
             F0.check("f0", self.f0)
             if self.note is not None:
                 raise ValueError("note and f0 are both given: one of them is enough")
+
+
+class Searching(TypedDict, total=False):
+    """The fields of a `Search`, as keywords of a function."""
+
+    note: int | None
+    f0: float | None
+    modes: int
+    start: float
+    duration: float
+    channel: int | None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from livebass.arrays import Floats, Ints
 from livebass.bounds import refusal, within
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
-from livebass.model.quality import ANGLE, APEX, AT, DURATION, RATE, Quality, modes_for
+from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES, RATE, Quality, modes_for
 
 SLACK = 1e-6  # of a step or sample: lets 0.1 s at 44.1 kHz end on sample 4410 whatever the rounding
 LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
@@ -93,29 +94,48 @@ def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
     return speaking(instrument.strings[index], instrument.necks[index], fret)
 
 
-def checked_trial(
-    instrument: Instrument,
-    s: Speaking,
-    apex: float,
-    at: float,
-    duration: float,
-    modes: int | None,
-    contact_rate: float,
-    rate: int,
-    angle: float,
-) -> Trial:
-    """The trial of a pluck on `s`, a string of `instrument`. Raises ValueError that says what is allowed.
+@dataclass(frozen=True)
+class Asked:
+    """A pluck that is asked for, and how finely to solve it."""
 
-    apex: m; at: m from the stop; angle: rad; duration: s; contact_rate and rate: Hz; modes: None for all. The corner is
-    as round as the player's finger makes it, and let go as gradually, as of the hardest notes; the sensors are those of
-    the preset's output.
+    string: str = "G"
+    fret: int = 0  # 0: open
+    apex: float = 3.6e-3  # m
+    at: float = 0.64  # m from the nut or the pressed fret
+    angle: float = 0.0  # rad from straight up towards across
+    duration: float = 1.0  # s
+    quality: Quality = QUALITIES["reference"]
+    modes: int | None = None  # of the stopped string, instead of the quality's
+
+
+class Asking(TypedDict, total=False):
+    """The fields of `Asked`, as keywords of a function."""
+
+    string: str
+    fret: int
+    apex: float
+    at: float
+    angle: float
+    duration: float
+    quality: Quality
+    modes: int | None
+
+
+def checked_trial(
+    instrument: Instrument, s: Speaking, asked: Asked, modes: int | None, contact_rate: float, rate: int
+) -> Trial:
+    """The trial of a pluck as `asked` on `s`, a string of `instrument`. Raises ValueError for values out of limits.
+
+    contact_rate and rate: Hz; modes: None for all. The corner is as round as the player's finger makes it, and let go
+    as gradually, as of the hardest notes; the sensors are those of the preset's output.
     """
+    apex, at = asked.apex, asked.at
     APEX.check("apex", apex)
     if not AT.least <= at < s.length:
         rule = f"at least {AT.least * 1e3:g} mm from the stop and less than {s.length * 1e3:g} mm"
         raise refusal("place of the pluck", rule, f"{at * 1e3:g} mm")
-    ANGLE.check("angle", angle)
-    DURATION.check("duration", duration)
+    ANGLE.check("angle", asked.angle)
+    DURATION.check("duration", asked.duration)
     RATE.check("rate", rate)
     if contact_rate < rate:
         raise refusal("contact rate", f"at least the output rate, {rate} Hz", f"{contact_rate:.10g} Hz")
@@ -129,9 +149,10 @@ def checked_trial(
         if not 0 < place < s.length:
             ends = f"between 0 mm and {s.length * 1e3:g} mm from the saddle"
             raise refusal("sensor", ends, f"{place * 1e3:g} mm")
-    pluck = Pluck(apex, at, instrument.player.rounding, angle, instrument.player.release_time)
+    pluck = Pluck(apex, at, instrument.player.rounding, asked.angle, instrument.player.release_time)
     sensor, sensor_v = (s.length - place for place in places)
-    return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)
+    length = float(asked.duration)
+    return Trial(s, pluck, int(count), float(contact_rate), float(rate), length, sensor, sensor_v=sensor_v)
 
 
 def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:

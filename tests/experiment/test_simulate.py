@@ -23,7 +23,7 @@ from livebass.files import OutputError
 from livebass.model import modes
 from livebass.model.instrument import speaking
 from livebass.model.quality import Quality
-from livebass.model.trial import Trial
+from livebass.model.trial import Asked, Trial
 from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
 
@@ -44,7 +44,8 @@ def run(directory: Path, **changed: Any) -> str:
     """Simulate `CASE` with some values changed."""
     asked = {**CASE, **changed}
     quality = Quality("of this test", None, asked.pop("contact_rate"))
-    return simulate_to_directory(strings.paper_bass(), **asked, quality=quality, directory=directory)
+    more = {name: asked.pop(name) for name in ("rate", "solver", "analyse", "shape_at") if name in asked}
+    return simulate_to_directory(strings.paper_bass(), Asked(**asked, quality=quality), directory, **more)
 
 
 def test_files_tell_the_same_story(tmp_path: Path) -> None:
@@ -166,9 +167,9 @@ def test_what_is_found_in_the_motion_on_demand(tmp_path: Path) -> None:
 
 def test_what_v_has_of_its_own_is_told(tmp_path: Path) -> None:
     bass = strings.yielding(load_preset("jazz-finger"))
-    asked = {**CASE, "angle": 0.5, "duration": 1e-3}
-    quality = Quality("of this test", None, asked.pop("contact_rate"))
-    simulate_to_directory(bass, **asked, quality=quality, directory=tmp_path / "out")
+    quality = Quality("of this test", None, CASE["contact_rate"])
+    asked = Asked(apex=3.6e-3, angle=0.5, duration=1e-3, modes=60, quality=quality)
+    simulate_to_directory(bass, asked, tmp_path / "out", solver="reference")
     s = speaking(bass.strings[3], bass.necks[3], 0)
     with np.load(tmp_path / "out" / "result.npz") as result:
         assert float(result["contact_loss_s_per_m"]) == s.contact_loss > 0

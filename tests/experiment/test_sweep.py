@@ -35,7 +35,7 @@ SMALL = ("--modes", 40, "--contact-rate", "192kHz", "--duration", "50ms")
 
 def settings(preset: str = "paper-g", duration: float = 0.05, **changed: Any) -> Settings:
     values = {"string": "G", "fret": 0, "apex": 3.6e-3, "at": 0.64, "angle": 0.0} | changed
-    return Settings(preset, duration=duration, quality=quality_with("live", 40, 192e3), modes=40, **values)
+    return Settings(preset=preset, duration=duration, quality=quality_with("live", 40, 192e3), modes=40, **values)
 
 
 def points(*vary: str, **changed: Any) -> list[Point]:
