@@ -22,8 +22,8 @@ from .experiment.simulate import simulate as simulate
 from .experiment.sweep import Sweep as Sweep
 from .experiment.sweep import sweep as sweep
 from .files import OutputError as OutputError
-from .identification.identify import Identified as Identified
 from .identification.identify import identify as identify
+from .identification.result import Identified as Identified
 from .model.instrument import Instrument as Instrument
 from .model.quality import QUALITIES as QUALITIES
 from .model.quality import Quality as Quality

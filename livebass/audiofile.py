@@ -20,6 +20,7 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
+from livebass.bounds import between, either, refusal
 from livebass.files import OutputError, Transaction, output_error
 from livebass.kinds import ARCHIVES, HEAD, SCORES, SOUNDS, kind_of
 
@@ -108,7 +109,7 @@ def _decoded(name: str, source: str | bytes | BinaryIO, what: str, longest: floa
     with soundfile.SoundFile(source) as sound:
         rate = sound.samplerate
         if not rates[0] <= rate <= rates[1]:
-            raise SoundError(f"{name}: has {rate} Hz; {rates[0]} to {rates[1]} Hz are allowed")
+            raise SoundError(f"{name}: its rate must be {between(*rates, 'Hz')}, not {rate} Hz")
         if sound.frames > longest * rate:
             raise SoundError(f"{name}: lasts {sound.frames / rate:.4g} s; a {what} lasts {longest:g} s at most")
         return Sound(sound.read(sound.frames, dtype="float64", always_2d=True), rate)
@@ -208,12 +209,13 @@ def encoding(path: Path, rate: int, format: str | None = None, bits: str | None 
     named = path.suffix.lower().removeprefix(".")
     kind = format or named
     if kind not in SUBTYPES:
-        raise ValueError(f"{path}: format {kind or 'unknown'}: allowed are {', '.join(SUBTYPES)} (--format)")
+        raise ValueError(f"{path}: its format must be {either(SUBTYPES)}, not {kind or 'unknown'} (--format)")
     if named in SUBTYPES and named != kind:
         raise ValueError(f"{path}: is named as {named}, but the format is {kind}")
     if bits not in SUBTYPES[kind]:
-        allowed = ", ".join(b for b in SUBTYPES[kind] if b) or "none, leave it out"
-        raise ValueError(f"bits {bits}: allowed for {kind}: {allowed}")
+        if not any(SUBTYPES[kind]):
+            raise ValueError(f"bits: {kind} has no choice of them, leave them out")
+        raise refusal(f"bits of {kind}", either(b for b in SUBTYPES[kind] if b), bits)
     if kind == "flac" and rate > 65535 and rate % 10:
         raise ValueError(f"rate {rate} Hz: flac allows whole tens above 65535 Hz")
     return Encoding(kind, SUBTYPES[kind][bits], rate, channels)

@@ -140,11 +140,11 @@ def parse_smf(data: bytes, name: str = "") -> Smf:
     file = _Bytes(data, 4, len(data), "header")
     size = int.from_bytes(file.take(4, "header length"))
     if size < 6:
-        raise SmfError(f"header, byte 4: header length {size}, allowed: 6 or more")
+        raise SmfError(f"header, byte 4: the header's length must be 6 or more, not {size}")
     body = file.take(size, "header")
     kind, count, division = (int.from_bytes(body[i : i + 2]) for i in (0, 2, 4))
     if kind not in (0, 1, 2):
-        raise SmfError(f"type {kind} MIDI file, allowed: 0 (one track), 1 (tracks together) and 2 (patterns)")
+        raise SmfError(f"its type must be 0 (one track), 1 (tracks together) or 2 (patterns), not {kind}")
     per_quarter, per_second = _division(division)
     tracks: list[_Track] = []
     odd: dict[str, list[str]] = defaultdict(list)  # places of harmless oddities, by kind
@@ -216,12 +216,12 @@ def _division(word: int) -> tuple[int, tuple[int, int]]:
     """Ticks per quarter note and per second (numerator, denominator); the one not in use is zero."""
     if word & 0x8000 == 0:
         if word == 0:
-            raise SmfError("header, byte 12: 0 ticks per quarter note, allowed: 1 to 32767")
+            raise SmfError("header, byte 12: ticks per quarter note must be from 1 to 32767, not 0")
         return word, (0, 1)
     frames, ticks = 256 - (word >> 8), word & 0xFF
     if frames not in SMPTE_RATES or ticks == 0:
-        what = f"{frames} SMPTE frames of {ticks} ticks"
-        raise SmfError(f"header, byte 12: {what}, allowed: 24, 25, 29 or 30 frames of 1 to 255 ticks")
+        rule = "24, 25, 29 or 30 frames of 1 to 255 ticks"
+        raise SmfError(f"header, byte 12: the time code must be {rule}, not {frames} of {ticks}")
     over, under = SMPTE_RATES[frames]
     return 0, (over * ticks, under)
 

@@ -100,11 +100,11 @@ def test_play_refuses_at_once(bass: livebass.Instrument, tmp_path: Path) -> None
     with pytest.raises(ValueError, match=r"22050 Hz, the engine in 44100 Hz"):
         engine(bass, 44100).play(score)
     for tail in (NAN, INF, -1.0, -1e-9, 1e9):
-        with pytest.raises(ValueError, match=r"tail .* allowed are 0 to 86400 s"):
+        with pytest.raises(ValueError, match="tail must be from 0 to 86400 s"):
             one.play(score, tail)
-        with pytest.raises(ValueError, match="allowed are 0 to 86400 s"):
+        with pytest.raises(ValueError, match="tail must be from 0 to 86400 s"):
             livebass.render_to_array(bass, score, QUICK, tail=tail)
-        with pytest.raises(ValueError, match="allowed are 0 to 86400 s"):
+        with pytest.raises(ValueError, match="tail must be from 0 to 86400 s"):
             livebass.render_to_file(bass, score, str(tmp_path / "a.wav"), quality=QUICK, rate=RATE, tail=tail)
     assert one.frame == 0
 
@@ -121,7 +121,7 @@ def test_rates(bass: livebass.Instrument, tmp_path: Path, rate: Any) -> None:
         lambda: livebass.read_score(tmp_path / "none.mid", rate),
         lambda: livebass.Engine(bass, QUICK, rate),
     ):
-        with pytest.raises(ValueError, match=r"rate .* Hz: allowed are whole numbers from 8000 to 192000"):
+        with pytest.raises(ValueError, match="rate must be a whole number from 8000 to 192000 Hz"):
             call()
 
 
@@ -131,7 +131,7 @@ def test_rates_of_numpy() -> None:
 
 @pytest.mark.parametrize("channel", ["foo", "", "1", 0, 17, -1, None, 1.5])
 def test_channels(tmp_path: Path, channel: Any) -> None:
-    with pytest.raises(ValueError, match='allowed are "auto", "all" and 1 to 16'):
+    with pytest.raises(ValueError, match='channel must be "auto", "all" or a number from 1 to 16'):
         livebass.read_score(tmp_path / "none.mid", RATE, channel)
 
 
@@ -145,10 +145,10 @@ def test_channels(tmp_path: Path, channel: Any) -> None:
     ],
 )
 def test_notes(note: Any) -> None:
-    with pytest.raises(ValueError, match=r"note .* allowed are "):
+    with pytest.raises(ValueError, match=r"note|velocity must be (a whole number )?from "):
         livebass.score_of([note], RATE)
     if note[0] == 0:
-        with pytest.raises(ValueError, match=r"note .* allowed are "):
+        with pytest.raises(ValueError, match=r"note|velocity must be (a whole number )?from "):
             livebass.single_note(note[2], note[3], note[1], RATE)
 
 
@@ -156,5 +156,5 @@ def test_notes(note: Any) -> None:
     "bend", [*[(at, 0.0) for at in (-0.1, NAN, INF, 1e9)], *[(0.0, to) for to in (-1.01, 1.01, NAN, INF)]]
 )
 def test_bends(bend: tuple[float, float]) -> None:
-    with pytest.raises(ValueError, match=r"bend to .* allowed are -1 to 1 and 0 to 86400 s"):
+    with pytest.raises(ValueError, match=r"bend must be from (-1 to 1|0 to 86400 s), not"):
         livebass.score_of([(0.0, 1.0, 43, 100)], RATE, [bend])

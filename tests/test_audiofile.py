@@ -96,12 +96,12 @@ def test_stereo(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "asked", "says"),
     [
-        ("a.mp3", {}, "format mp3: allowed are wav, flac, ogg"),
-        ("a", {}, "format unknown: allowed"),
+        ("a.mp3", {}, "its format must be wav, flac or ogg, not mp3"),
+        ("a", {}, "its format must be wav, flac or ogg, not unknown"),
         ("a.wav", {"format": "flac"}, "is named as wav"),
-        ("a.flac", {"bits": "float"}, "allowed for flac: 16, 24"),
-        ("a.ogg", {"bits": "16"}, "allowed for ogg: none"),
-        ("a.wav", {"bits": "8"}, "allowed for wav: 16, 24, float"),
+        ("a.flac", {"bits": "float"}, "bits of flac must be 16 or 24, not float"),
+        ("a.ogg", {"bits": "16"}, "bits: ogg has no choice of them, leave them out"),
+        ("a.wav", {"bits": "8"}, "bits of wav must be 16, 24 or float, not 8"),
         ("a.flac", {"rate": 96001}, "whole tens"),
     ],
 )

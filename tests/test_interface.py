@@ -83,12 +83,11 @@ def test_public_functions_say_what_they_take_and_give(name: str) -> None:
 
 def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
     from livebass.experiment.simulate import simulate_to_directory
+    from livebass.model.trial import Asked
 
     moved = livebass.simulate(BASS, duration=0.05, quality=QUICK, modes=40, shape_at=[0.01])
-    simulate_to_directory(
-        BASS, string="G", fret=0, apex=3.6e-3, at=0.64, duration=0.05, quality=QUICK, modes=40, rate=44100,
-        solver="engine", directory=tmp_path / "a", analyse=True, shape_at=[0.01],
-    )  # fmt: skip
+    asked = Asked(duration=0.05, quality=QUICK, modes=40)
+    simulate_to_directory(BASS, asked, tmp_path / "a", analyse=True, shape_at=[0.01])
     with np.load(tmp_path / "a" / "result.npz") as kept:
         assert np.array_equal(kept["displacement_m"], moved.displacement())
         assert np.array_equal(kept["contact_time_s"], moved.contacts.time_s) and moved.contacts.fret.size
@@ -133,31 +132,34 @@ def test_sweep_is_the_grid_of_single_plucks(workers: int) -> None:
 REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "string": (lambda: livebass.simulate(BASS, string="E"), "this bass has G"),
     "fret": (lambda: livebass.simulate(BASS, fret=99), "frets 0 to 20"),
-    "apex": (lambda: livebass.simulate(BASS, apex=1.0), "apex 1 m: allowed are"),
-    "at": (lambda: livebass.simulate(BASS, at=float("nan")), "pluck at nan mm: allowed are"),
-    "rate": (lambda: livebass.simulate(BASS, rate=10), "rate 10 Hz: allowed are"),
+    "apex": (lambda: livebass.simulate(BASS, apex=1.0), "apex must be from 1 um to 30 mm, not 1 m"),
+    "at": (lambda: livebass.simulate(BASS, at=float("nan")), "place of the pluck must be at least"),
+    "rate": (lambda: livebass.simulate(BASS, rate=10), "rate must be a whole number of Hz from"),
     "solver": (lambda: livebass.simulate(BASS, solver="magic"), "engine or reference"),
-    "shape": (lambda: livebass.simulate(BASS, duration=0.1, shape_at=[2.0]), "shape at 2000 ms: allowed are"),
+    "shape": (lambda: livebass.simulate(BASS, duration=0.1, shape_at=[2.0]), "time of a shape must be from 0"),
     "shapes": (lambda: livebass.simulate(BASS, solver="reference", shape_at=[0.0]), "only the engine"),
     "nothing to vary": (lambda: livebass.sweep("paper-g", []), "vary: needs KEY=FROM:TO:N"),
     "key": (lambda: livebass.sweep("paper-g", "neck.magic=1:2:3"), "unknown key"),
     "value": (lambda: livebass.sweep("paper-g", "pluck.apex=1m:2m:3"), "allowed"),
     "preset": (lambda: livebass.sweep("nothing", "pluck.apex=1mm:2mm:3"), "unknown"),
-    "workers": (lambda: livebass.sweep("paper-g", "pluck.apex=1mm:2mm:3", workers=0), "workers 0: allowed are"),
+    "workers": (lambda: livebass.sweep("paper-g", "pluck.apex=1mm:2mm:3", workers=0), "workers must be a whole number"),
     "recording": (lambda: livebass.identify("nowhere.wav", BASS), "no such file"),
     "no recording": (lambda: livebass.identify([], BASS), "no recording"),
     "its string": (lambda: livebass.identify(RECORDING, BASS, string="E"), "this bass has G"),
-    "modes": (lambda: livebass.identify(RECORDING, BASS, modes=3), "modes 3: allowed are"),
-    "channel": (lambda: livebass.identify(RECORDING, BASS, channel=0), "channel 0: allowed are"),
-    "start": (lambda: livebass.identify(RECORDING, BASS, start=-1.0), "start -1 s: allowed are"),
-    "duration": (lambda: livebass.identify(RECORDING, BASS, duration=float("nan")), "duration nan s: allowed are"),
+    "modes": (lambda: livebass.identify(RECORDING, BASS, modes=3), "modes must be a whole number from 4 to 200, not 3"),
+    "channel": (lambda: livebass.identify(RECORDING, BASS, channel=0), "channel must be a whole number from 1 to 64"),
+    "start": (lambda: livebass.identify(RECORDING, BASS, start=-1.0), "start must be from 0 to 10 s, not -1 s"),
+    "duration": (
+        lambda: livebass.identify(RECORDING, BASS, duration=float("nan")),
+        "duration must be from 50 ms",
+    ),
     "note and f0": (lambda: livebass.identify(RECORDING, BASS, note=43, f0=98.0), "one of them"),
-    "stereo": (lambda: livebass.spectrogram_db(np.ones((2, 9000)), 48000), "allowed is one dimension"),
+    "stereo": (lambda: livebass.spectrogram_db(np.ones((2, 9000)), 48000), "sound must be of one dimension"),
     "too short": (lambda: livebass.characteristic_frequencies(np.ones(99), 48000), "0.0427 s are needed"),
-    "no rate": (lambda: livebass.spectrogram_db(np.ones(9000), 0), "rate 0 Hz"),
+    "no rate": (lambda: livebass.spectrogram_db(np.ones(9000), 0), "rate must be above 0, not 0 Hz"),
     "silence": (lambda: livebass.spectrogram_db(np.zeros(9000), 48000), "nothing sounds"),
-    "strings": (lambda: livebass.fundamental(np.ones((4, 9000)), 48000), "allowed is one dimension"),
-    "limits": (lambda: livebass.fundamental(np.ones(9000), 48000, 500.0, 100.0), "allowed is 0 < least"),
+    "strings": (lambda: livebass.fundamental(np.ones((4, 9000)), 48000), "sound must be of one dimension"),
+    "limits": (lambda: livebass.fundamental(np.ones(9000), 48000, 500.0, 100.0), "range of the pitch must be"),
     "lengths": (lambda: livebass.contactogram([0.0], [0, 1], [1, 2]), "1"),
 }
 
@@ -175,7 +177,7 @@ def test_bad_values_are_one_line(name: str, capfd: pytest.CaptureFixture[str]) -
 def test_values_of_an_unknown_quantity() -> None:
     swept = livebass.sweep("paper-g", "pluck.apex=0.1mm:0.2mm:2", duration=0.01, quality=QUICK)
     assert np.isnan(swept.values("first_contact")).all()
-    with pytest.raises(ValueError, match="quantity 'magic': allowed are contacts, frets"):
+    with pytest.raises(ValueError, match="quantity must be contacts, frets"):
         swept.values("magic")
 
 

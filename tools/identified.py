@@ -28,8 +28,9 @@ from livebass.comparison.distance import HOP, WINDOW, Shape, between, shape
 from livebass.comparison.measures import attack
 from livebass.comparison.ringing import ringing
 from livebass.engine.render import render_to_array
-from livebass.identification.identify import identify, new_preset
+from livebass.identification.identify import identify
 from livebass.identification.partials import find_takes, read_recording
+from livebass.identification.written import new_preset
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset, preset_names

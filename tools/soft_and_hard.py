@@ -23,7 +23,7 @@ from livebass import load_preset
 from livebass.analysis.sound import spectrogram_db
 from livebass.engine.solve import heard, solve_trial
 from livebass.model.modes import grazing_apex
-from livebass.model.trial import Setup, checked_trial, speaking_string
+from livebass.model.trial import Asked, checked_trial, speaking_string
 
 PRESET, STRING = "jazz-finger", "G"
 PLUCKS = (("softly", 40), ("hard", 120))  # and MIDI velocity
@@ -41,8 +41,8 @@ def plucked(velocity: int) -> tuple[float, NDArray[np.float64], NDArray[np.float
     at = player.pluck_position * s.length
     force = player.softest * (player.hardest / player.softest) ** ((velocity - 1) / 126)  # as a note's velocity has it
     apex = min(force * grazing_apex(s, at), player.greatest_apex)
-    longer = SECONDS + WINDOW / RATE
-    trial = checked_trial(bass, s, Setup(apex=apex, at=at, duration=longer), STEPS * RATE, RATE)
+    asked = Asked(STRING, apex=apex, at=at, duration=SECONDS + WINDOW / RATE)
+    trial = checked_trial(bass, s, asked, None, STEPS * RATE, RATE)
     motion = solve_trial(trial)
     fret = np.asarray(trial.speaking.contact_fret)[motion.contact_index]
     before = np.zeros(WINDOW // 2)  # the string at rest: the first window has its middle at the release

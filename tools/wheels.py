@@ -19,7 +19,8 @@ from pathlib import Path
 
 import zips
 
-from livebass.cli.export import names_of
+from livebass.bounds import either
+from livebass.cli.shelf import names_of
 from livebass.compiling import store
 from livebass.plugin import build as plugins
 from livebass.plugin.bundle import instrument_files
@@ -90,7 +91,7 @@ def main() -> None:
         return
     unknown = [name for name in given.systems if name not in SYSTEMS]
     if unknown:
-        parser.error(f"system {unknown[0]}: allowed are {', '.join(SYSTEMS)}")
+        parser.error(f"system must be {either(SYSTEMS)}, not {unknown[0]}")
     systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
     binaries = {}
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as beside:

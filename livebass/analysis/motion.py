@@ -27,6 +27,7 @@ from livebass.analysis.sound import (
     resampled,
 )
 from livebass.arrays import Floats, Ints
+from livebass.bounds import within
 from livebass.model import modes
 from livebass.model.instrument import Speaking
 from livebass.model.trial import Motion, Trial
@@ -107,8 +108,7 @@ def state_samples(trial: Trial, count: int = STATES, more: Sequence[float] = ())
     Raises ValueError for a time outside the trial.
     """
     for time in more:
-        if not 0 <= time <= trial.duration:
-            raise ValueError(f"shape at {time * 1e3:g} ms: allowed are 0 ms to {trial.duration * 1e3:g} ms")
+        within("time of a shape", time * 1e3, 0, trial.duration * 1e3, "ms")
     even = np.linspace(0, trial.samples - 1, count + 1).round().astype(int)
     return tuple(sorted({*map(int, even), *(_sample(trial, time) for time in more)}))
 

@@ -17,6 +17,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike
 
 from livebass.arrays import Floats, Ints
+from livebass.bounds import refusal
 from livebass.meter import LoudnessMeter
 
 WINDOW, HOP = 2048, 512  # samples at 48 kHz: 43 ms, 1.8 periods of the low E
@@ -87,7 +88,7 @@ def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
     Raises ValueError unless both rates are whole and positive. Needs SciPy: pip install 'livebass[analysis]'.
     """
     if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
-        raise ValueError(f"rates {rate:g} Hz and {to:g} Hz: allowed are whole positive ones")
+        raise refusal("rates", "whole and positive", f"{rate:g} Hz and {to:g} Hz")
     from scipy.signal import resample_poly
 
     shared = int(np.gcd(int(rate), int(to)))
@@ -130,16 +131,16 @@ def _one_channel(sound: ArrayLike) -> Floats:
     """`sound` as floats (n,); ValueError for more dimensions."""
     samples = np.asarray(sound, np.float64)
     if samples.ndim != 1:
-        raise ValueError(f"sound of shape {samples.shape}: allowed is one dimension; sum over strings or choose one")
+        raise refusal("sound", "of one dimension", f"of shape {samples.shape}: sum over strings or choose one")
     return samples
 
 
 def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]:
     """Length and hop of the windows in samples. Raises ValueError for those that are not above 0."""
     if not 0 < rate < math.inf:
-        raise ValueError(f"rate {rate:g} Hz: allowed are rates above 0")
+        raise refusal("rate", "above 0", f"{rate:g} Hz")
     if any(count is not None and count < 1 for count in (window, hop)):
-        raise ValueError(f"window {window} and hop {hop}: allowed are whole numbers of samples from 1")
+        raise refusal("window and hop", "at least 1 sample", f"{window} and {hop}")
     return window or round(WINDOW * rate / 48_000), hop or round(HOP * rate / 48_000)
 
 
@@ -174,7 +175,7 @@ def fundamental(
     0 < least < most < rate / 4, and for a sound shorter than one frame.
     """
     if not 0 < least < most < rate / 4:
-        raise ValueError(f"pitch from {least:g} to {most:g} Hz: allowed is 0 < least < most < {rate / 4:g} Hz")
+        raise refusal("range of the pitch", f"ascending between 0 and {rate / 4:g} Hz", f"{least:g} to {most:g} Hz")
     longest, shortest = math.ceil(rate / least) + 1, max(2, math.floor(rate / most))
     width, step = max(2, round((window or 1 / least) * rate)), max(1, round(hop * rate))
     sound = _one_channel(sound)

@@ -22,9 +22,10 @@ import numpy as np
 
 from livebass.bench.jack import Lost, LostFrames, end_process, new_client, wait_for
 from livebass.bench.measure import OtherLoad
-from livebass.live.outputs import jack_server
+from livebass.live.jack import jack_server
 from livebass.live.presets import return_freed_memory
-from livebass.live.session import Session, Settings
+from livebass.live.session import Session
+from livebass.live.settings import Settings
 from livebass.live.synth import Synth
 from livebass.live.worst import CONTROL, NOTE_OFF, NOTE_ON
 from livebass.model.quality import QUALITIES

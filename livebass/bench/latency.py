@@ -21,7 +21,8 @@ import numpy as np
 from livebass.bench.jack import HEARD, AudioProbe, Lost, MidiProbe, in_child, new_client, server, since, wait_for
 from livebass.bench.measure import OtherLoad, Result, Row, heading, load_lines
 from livebass.bench.player import NAME
-from livebass.live.outputs import FakeDevice, JackOutput
+from livebass.live.fake import FakeDevice
+from livebass.live.jack import JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.worst import ALL_SOUND_OFF, CONTROL, NOTE_ON, even, silence
 from livebass.model.quality import QUALITIES

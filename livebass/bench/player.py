@@ -14,8 +14,8 @@ from typing import Any
 
 from livebass.bench.jack import end_after
 from livebass.extras import install
-from livebass.live.inputs import MidiLost
-from livebass.live.outputs import OutputLost, PortAudioOutput
+from livebass.live.lost import MidiLost, OutputLost
+from livebass.live.portaudio import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.worst import even
 from livebass.model.quality import QUALITIES

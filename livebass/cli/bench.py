@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from livebass.cli.options import PATH
-from livebass.cli.render import have_kernels
+from livebass.cli.progress import have_kernels
 from livebass.cli.said import say
 from livebass.cli.values import Number
 from livebass.model.quality import BLOCK, QUALITIES

@@ -7,12 +7,13 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import click
 
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.options import PATH, count_option, file_option, preset_option
-from livebass.cli.render import have_kernels, shown_progress
+from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Number, Parsed
 from livebass.model.quality import QUALITIES
@@ -29,13 +30,13 @@ GROUPS = {
 
 def _velocities(text: str) -> tuple[int, ...]:
     """Velocities with commas between them, from soft to hard."""
-    allowed = "allowed are velocities from 1 to 127 that grow, with commas, such as 30,60,90,127"
+    rule = "must be ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
     try:
         found = tuple(int(part) for part in text.split(","))
     except ValueError:
-        raise ValueError(allowed) from None
+        raise ValueError(rule) from None
     if any(not 1 <= v <= 127 for v in found) or any(b <= a for a, b in pairwise(found)):
-        raise ValueError(allowed)
+        raise ValueError(rule)
     return found
 
 
@@ -66,9 +67,8 @@ def _velocities(text: str) -> tuple[int, ...]:
 @file_option("-o", "--output", metavar="PAGE.html", help="Write a page with spectrograms, decays, bands and players.")
 @file_option("--json", "json_file", help="Write all figures, also for each note, as JSON.")
 def compare(
-    recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], quality: str,
-    velocities: tuple[int, ...] | None, takes: int, seed: int, technique: str | None, output: Path | None,
-    json_file: Path | None,
+    recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
+    output: Path | None, json_file: Path | None, **how: Any,
 ) -> None:  # fmt: skip
     """Compare notes of real basses with rendered notes.
 
@@ -125,9 +125,7 @@ def compare(
         have_kernels()
         like = [note for bass in found if not bass.rendered for note in bass.notes]
         for name, preset in zip(presets, loaded, strict=True):
-            notes = rendered(
-                preset, like, velocities=velocities, takes=takes, quality=quality, technique=technique, seed=seed
-            )
+            notes = rendered(preset, like, technique=technique, **how)
             if not notes:
                 raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
             found += basses(names[Path(name)], notes, rendered=True)

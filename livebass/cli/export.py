@@ -2,35 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.bounds import either
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
-from livebass.cli.options import count_option, file_option, folder_option, preset_option, quality_option
-from livebass.cli.render import DEFAULT_PRESET, have_kernels, rendered_quality, shown_progress
+from livebass.cli.options import (
+    DEFAULT_PRESET,
+    count_option,
+    file_option,
+    folder_option,
+    preset_option,
+    presets_option,
+    quality_option,
+    rendered_quality,
+)
+from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
-from livebass.cli.tuning import given_tuning, load_tuned, tuning_of_options, tuning_options
+from livebass.cli.shelf import basses_of, page_basses, page_ready
+from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Number, Quantity
 from livebass.model.quality import AUTO, QUALITIES
 from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
-    from livebass.web.bench import Source
 
 LENGTH = (0.1, 60.0)  # s
 RATE_OF_HOSTS = 48000  # Hz, at which this machine is measured
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
-presets_option = preset_option(
-    "A bass: a name from `livebass presets list`, or your own file; repeatable.  [default: all]",
-    "presets",
-    multiple=True,
-)
 
 
 class SystemOption(click.Option):
@@ -95,9 +99,7 @@ def plugin_command(kind: str) -> click.Command:
         more: tuple[str, ...], **options: Any,
     ) -> None:  # fmt: skip
         if install and (output is not None or system is not None):
-            raise click.UsageError(
-                f"--install and {'-o' if output is not None else '--system'}: allowed is one of them"
-            )
+            raise click.UsageError(f"--install and {'-o' if output is not None else '--system'}: give one of them")
         _write_plugin(kind, basses_of(presets, more, Loader(options)), output, install, system, quality)
 
     return write
@@ -115,7 +117,7 @@ def _write_plugin(
     from livebass.plugin.systems import SYSTEMS, folder_of_plugins, own_folder_of_plugins, this_system
 
     if wanted is not None and wanted not in SYSTEMS:
-        raise click.UsageError(f"--system {wanted}: allowed are {', '.join(SYSTEMS)}")
+        raise click.UsageError(f"--system must be {either(SYSTEMS)}, not {wanted}")
     system = SYSTEMS[wanted] if wanted else this_system()
     plugin: Any = import_module(f"livebass.plugin.{kind}")
     folder = (own_folder_of_plugins(kind) if install else output or Path()) / BUNDLES[kind]
@@ -145,52 +147,6 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     chosen = "live" if not fine else "studio" if len(fine) == len(found) else f"studio for {', '.join(fine)}, else live"
     say(f"new tracks begin in the quality that this machine carries: {chosen}; --quality sets another")
     return found
-
-
-def basses_of(
-    presets: tuple[str, ...], more: tuple[str, ...], load: Callable[[str], Instrument]
-) -> dict[str, Instrument]:
-    """The basses of `presets` and `more` as `load` makes them, by name; if none is named all, the usual one first.
-
-    `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
-    """
-    return {name: load(preset) for name, preset in names_of(presets, more).items()}
-
-
-def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
-    """The presets that `basses_of` loads, by the names of their basses."""
-    if more and not presets:
-        raise click.UsageError(f"{more[0]}: name presets with -p")
-    from livebass.plugin.bundle import checked_name
-    from livebass.preset.load import preset_names
-
-    found: dict[str, str] = {}
-    for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
-        name = checked_name(Path(preset).stem)
-        if name in found:
-            raise click.UsageError(f"-p {preset}: there are two basses called {name}")
-        found[name] = preset
-    return found
-
-
-def page_basses(
-    presets: tuple[str, ...], more: tuple[str, ...], options: dict[str, Any]
-) -> tuple[dict[str, Instrument], dict[str, Source]]:
-    """The basses of a page, by name, and what presets and tuning each is of. Takes the tuning out of `options`."""
-    from livebass.web.bench import Source
-
-    given = given_tuning(options)
-    basses = basses_of(presets, more, Loader(options))
-    return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
-
-
-def page_ready() -> None:
-    """Compiles what a page needs, if it is not there; says so."""
-    from livebass.web import build
-
-    have_kernels()
-    if not build.cached():
-        say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
 
 
 @export.command()
@@ -317,10 +273,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     help="Seed of the player's small variations; the same seed gives the same files.",
 )
 @click.option("--size", is_flag=True, help="Write nothing; print the number of samples and their size.")
-def sfz(
-    preset: str, output: Path | None, quality: str, velocity_curve: Any, frets: int, layers: int, robins: int,
-    length: float, rate: int, seed: int, size: bool, **tuning: Any,
-) -> None:  # fmt: skip
+def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, size: bool, **options: Any) -> None:
     """Render a preset into a sample pack for SFZ samplers.
 
     The pack is a folder with NAME.sfz, 24-bit FLAC samples and LICENSE.txt, which lets anyone use them for anything. An
@@ -338,8 +291,8 @@ def sfz(
     from livebass.files import checked_directory
 
     hands = Hands({} if velocity_curve is None else {"velocity_curve": velocity_curve})
-    bass = hands.play(load_tuned(preset, tuning_of_options(tuning)))
-    settings = Settings(QUALITIES[quality], rate, frets, layers, robins, length, seed)
+    bass = hands.play(load_tuned(preset, tuning_of_options(options)))
+    settings = Settings(QUALITIES[quality], **options)
     try:
         pack = Pack(bass, Path(preset).stem, settings)
     except ValueError as error:

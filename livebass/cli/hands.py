@@ -44,7 +44,7 @@ class CurveOf(click.ParamType):
             return checked(key, raw)
         except ValueError:
             rule = allowed(key).replace("[[1, 1], [64, 90], [127, 127]]", "1:1,64:90,127:127")
-            self.fail(f"{value!r}: allowed: {rule}", param, ctx)
+            self.fail(f"must be {rule}, not {value!r}", param, ctx)
 
 
 def _number(text: str) -> float | str:

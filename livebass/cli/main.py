@@ -20,10 +20,11 @@ import click
 from livebass import __version__
 from livebass.cli.bench import bench
 from livebass.cli.compare import compare
+from livebass.cli.devices import devices
 from livebass.cli.export import export
 from livebass.cli.help import help_
 from livebass.cli.page import page
-from livebass.cli.play import devices, play
+from livebass.cli.play import play
 from livebass.cli.presets import identify, presets
 from livebass.cli.render import render
 from livebass.cli.said import say

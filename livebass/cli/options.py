@@ -14,6 +14,7 @@ from livebass.cli.values import Number
 from livebass.model.quality import QUALITIES
 
 Decorator = Callable[[Any], Any]
+DEFAULT_PRESET = "jazz-finger"
 
 
 class FileName(click.Path):
@@ -65,3 +66,20 @@ def count_option(name: str, most: int, help: str, least: int = 1, metavar: str =
     """An option that is a whole number from `least` to `most`; `more` may have its `default`."""
     kind = Number(metavar, least, most, whole=True)
     return click.option(name, type=kind, show_default="default" in more, help=help, **more)
+
+
+rendered_quality = quality_option(
+    "studio", "Precision of the strings: number of modes, steps of contact with the frets."
+)
+
+
+presets_option = preset_option(
+    "A bass: a name from `livebass presets list`, or your own file; repeatable.  [default: all]",
+    "presets",
+    multiple=True,
+)
+
+
+def given(name: str) -> bool:
+    """Returns whether an option was given on the command line."""
+    return click.get_current_context().get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE

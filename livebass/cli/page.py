@@ -9,10 +9,10 @@ from urllib.parse import quote
 import click
 
 from livebass.cli.effects import effects_options
-from livebass.cli.export import page_basses, page_ready, presets_option
 from livebass.cli.hands import hands_options
-from livebass.cli.options import quality_option
+from livebass.cli.options import presets_option, quality_option
 from livebass.cli.said import say
+from livebass.cli.shelf import page_basses, page_ready
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import Number
 from livebass.interrupts import StopFlag, stop_instead

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import click
 
-from livebass.cli.options import PATH, file_option, preset_option
-from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, preset_option
 from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
@@ -151,9 +151,8 @@ MOST_RESONANCES = 16
 @file_option("--json", "json_file", help="Write all results as JSON.")
 @file_option("--csv", "csv_file", help="Write the partials as CSV.")
 def identify(
-    recordings: tuple[Path, ...], preset: str, string: str | None, note: int | None, f0: float | None, modes: int,
-    start: float, duration: float, channel: int | None, neck: str, only_string: bool, output: Path | None,
-    json_file: Path | None, csv_file: Path | None,
+    recordings: tuple[Path, ...], preset: str, neck: str, output: Path | None, json_file: Path | None,
+    csv_file: Path | None, **how: Any,
 ) -> None:  # fmt: skip
     """Measure an open string from recordings.
 
@@ -178,7 +177,7 @@ def identify(
       livebass identify take1.wav take2.wav take3.wav --string E -o mine.toml
       livebass render --note E1 --preset mine.toml
     """
-    if note is not None and f0 is not None:
+    if how["note"] is not None and how["f0"] is not None:
         raise click.UsageError("give one of --note and --f0")
     outputs = [path for path in (output, json_file, csv_file) if path is not None]
     if output is not None and output.suffix != ".toml":
@@ -199,20 +198,12 @@ def identify(
         checked_place(path)
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.identification.fit import fit_neck
-    from livebass.identification.identify import (
-        identified_json,
-        neck_table,
-        new_preset,
-        partials_csv,
-        table,
-        with_resonances,
-    )
     from livebass.identification.identify import identify as identify_string
+    from livebass.identification.result import with_resonances
+    from livebass.identification.tables import identified_json, neck_table, partials_csv, table
+    from livebass.identification.written import new_preset
 
-    result = identify_string(
-        recordings, bass, string=string, note=note, f0=f0, modes=modes, start=start, duration=duration,
-        channel=channel, only_string=only_string,
-    )  # fmt: skip
+    result = identify_string(recordings, bass, **how)
     fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None
     resonances = fit.resonances if fit else ()
     if fit:

@@ -2,14 +2,27 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import tomllib
 from contextlib import suppress
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import click
+
+from livebass.bounds import between, one_of, refusal
+from livebass.cli.options import given
+from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS
+from livebass.files import OutputError
+from livebass.units import is_number
+
+if TYPE_CHECKING:
+    from livebass.live.settings import Summary
+
+LOG = logging.getLogger("livebass")
 
 VARIABLE = "LIVEBASS_SETTINGS"  # of the environment: another file
 BACKENDS = ("auto", "portaudio", "jack")
@@ -86,12 +99,11 @@ def _checked(data: dict[str, Any]) -> Remembered:
 
     for key in ("preset", "backend", "audio", "midi", "tuning", "temperament"):
         if not isinstance(data.get(key, ""), str):
-            raise ValueError(f"{key} = {data[key]!r}: allowed is text")
-    if data.get("backend", "auto") not in BACKENDS:
-        raise ValueError(f"backend = {data['backend']!r}: allowed are {', '.join(BACKENDS)}")
+            raise refusal(key, "text", repr(data[key]))
+    one_of("backend", data.get("backend", "auto"), BACKENDS)
     gain = data.get("gain", 0.0)
     if isinstance(gain, bool) or not isinstance(gain, int | float) or not GAIN[0] <= gain <= GAIN[1]:
-        raise ValueError(f"gain = {gain!r}: allowed are {GAIN[0]:g} to {GAIN[1]:g} dB")
+        raise refusal("gain", between(*GAIN, "dB"), repr(gain))
     for row in KEYS:
         if not row.section and row.name in data and row.name in TUNING_KEYS:
             try:
@@ -102,7 +114,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
                 data[row.name] = value
     controllers = data.get("controllers", {})
     if not isinstance(controllers, dict):
-        raise ValueError(f"controllers = {controllers!r}: allowed is a table")
+        raise refusal("controllers", "a table", repr(controllers))
     known = {f.name: data[f.name] for f in fields(Remembered) if f.name in data}
     return Remembered(**known | {"controllers": check_controllers(controllers) if controllers else {}})
 
@@ -139,3 +151,81 @@ def _toml(value: str | float) -> str:
     if any("\ud800" <= c <= "\udfff" for c in value):
         raise ValueError(f"{value}: is not UTF-8, and settings are")
     return '"' + "".join(c if c.isprintable() and c not in '"\\' else f"\\U{ord(c):08x}" for c in value) + '"'
+
+
+@dataclass(frozen=True)
+class Memory:
+    """Holds the choices of the last time, and those of them that are used now."""
+
+    path: Path | None  # None: nothing is kept
+    before: Remembered
+    used: dict[str, Any]  # options
+    given: frozenset[str]  # options of the command line
+
+    def said(self) -> str:
+        """One line about what is used."""
+        return Remembered(**self.used).said()
+
+    def controllers(self, learn: tuple[tuple[str, int | str | None], ...]) -> dict[str, int]:
+        """The controllers to begin with: those remembered, but as the options say."""
+        controllers = dict(self.before.controllers)
+        for symbol, controller in learn:
+            controllers = {s: c for s, c in controllers.items() if s != symbol and c != controller}
+            if isinstance(controller, int):
+                controllers[symbol] = controller
+        return controllers
+
+    def keep(self, summary: Summary, unchosen: set[str | None], learned: dict[str, int]) -> None:
+        """Remembers what was chosen now, and what was chosen before if nothing else was. A full disk is a warning.
+
+        `unchosen` are presets that the player has not chosen: the first one, and those of a file.
+        """
+        if self.path is None:
+            return
+        changes: dict[str, Any] = {"controllers": learned}
+        if "preset" in self.given or summary.preset not in unchosen:
+            is_file = summary.preset.endswith(".toml") or "/" in summary.preset
+            changes["preset"] = os.path.abspath(summary.preset) if is_file else summary.preset
+        if "gain" in self.given:
+            changes["gain"] = click.get_current_context().params["gain"]
+        for name in TUNING_KEYS:
+            if name in self.given:
+                changes[name] = click.get_current_context().params[name] or None
+        if self.given & {"backend", "audio"}:
+            wanted = click.get_current_context().params["backend"]
+            changes["backend"] = wanted if wanted == "portaudio" else None  # JACK plays anyway where it runs
+            changes["audio"] = summary.audio if "audio" in self.given else None
+        if "midi" in self.given:
+            wanted = click.get_current_context().params["midi"]
+            changes["midi"] = summary.midi if is_number(wanted) else wanted
+        now = replace(self.before, **changes)
+        try:
+            if now != self.before:
+                save(self.path, now)
+        except (OutputError, ValueError) as error:
+            LOG.warning("not remembered: %s", error)
+
+
+def recall(options: dict[str, Any]) -> Memory:
+    """Reads the choices of the last time, for options not given. A damaged file gets one line, and stays as it is."""
+    names = ("preset", "gain", "backend", "audio", "midi", *TUNING_KEYS)
+    chosen = frozenset(name for name in names if given(name))
+    if options["no_settings"]:
+        return Memory(None, Remembered(), {}, chosen)
+    path = settings_file()
+    if options["forgotten"]:
+        forget(path)
+    try:
+        before = load(path)
+    except DamagedSettings as error:
+        say(f"{error}; nothing is remembered until `livebass play --forget` deletes the file")
+        return Memory(None, Remembered(), {}, chosen)
+    wanted = {"preset", "gain", "midi", *TUNING_KEYS} - chosen
+    if not chosen & {"backend", "audio"} and options["backend"] == "auto":
+        wanted |= {"backend", "audio"}
+    if options["song"]:
+        wanted -= {"preset", "tuning", "capo"}  # the file asks for a bass
+    if options["no_connect"]:
+        wanted -= {"midi"}
+    used = {name: getattr(before, name) for name in wanted if getattr(before, name)}
+    return Memory(path, before, used, chosen)

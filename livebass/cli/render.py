@@ -6,20 +6,21 @@ import math
 import os
 import shutil
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.demos import DEMOS, demo_for, ready_for
 from livebass.cli.effects import effects_options
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.hands import Hands, Loader, hands_options
-from livebass.cli.options import PATH, file_option, preset_option, quality_option
-from livebass.cli.said import say
+from livebass.cli.hands import Loader, hands_options
+from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, preset_option, rendered_quality
+from livebass.cli.progress import have_kernels, shown_progress
+from livebass.cli.said import clipping, say
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Note, Number, Quantity
 from livebass.units import one_line
@@ -30,9 +31,7 @@ if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
     from livebass.score.score import Score
 
-DEFAULT_PRESET = "jazz-finger"
 STREAM = Path("-")  # standard input or output
-DEMOS = click.Choice(["preset", "techniques"])
 FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 
@@ -51,11 +50,6 @@ class Options:
     gain: float  # dB
     normalize: float | None  # LUFS
     seed: int
-
-
-rendered_quality = quality_option(
-    "studio", "Precision of the strings: number of modes, steps of contact with the frets."
-)
 
 
 GROUPS = {
@@ -151,10 +145,7 @@ GROUPS = {
     show_default=True,
     help="Seed of the player's small variations; the same seed gives the same file.",
 )
-def render(
-    midi: Path | None, note: Note | None, demo: str | None, directory: Path | None, output: Path | None,
-    preset: str | None, velocity: int, duration: float, channel: str | int, listing: bool, **rest: Any,
-) -> None:  # fmt: skip
+def render(output: Path | None, preset: str | None, directory: Path | None, listing: bool, **rest: Any) -> None:
     """Render a MIDI file, a note or a demo to a sound file.
 
     MIDI is a file of any type, or - for standard input. The new file replaces an old one when it is complete; an
@@ -173,7 +164,50 @@ def render(
       livebass render --note E1 -o - | aplay
     """
     load = Loader(rest)
+    music = Music.taken(rest)
     options = Options(**rest)
+    check_together(music, output, directory, options)
+    if listing:
+        if music.midi is None:
+            raise click.UsageError("--list needs a MIDI file")
+        from livebass.cli.song import parts_table
+
+        click.echo(parts_table(music.midi, music.channel, preset, load, render))
+    elif directory is not None:
+        if output is not None or preset is not None:
+            raise click.UsageError("--all-presets takes neither --output nor --preset")
+        _render_presets(directory, options, load)
+    else:
+        output = output or Path(f"{music.name}.{options.format or 'wav'}")
+        say(_render_music(music, output, preset, options, load))
+
+
+@dataclass(frozen=True)
+class Music:
+    """What is to be rendered: a MIDI file, a note or a demo."""
+
+    midi: Path | None
+    channel: str | int
+    note: Note | None
+    velocity: int
+    duration: float  # s
+    demo: str | None
+
+    @classmethod
+    def taken(cls, options: dict[str, Any]) -> Music:
+        """Takes its options out of a command's `options`."""
+        return cls(**{f.name: options.pop(f.name) for f in fields(cls)})
+
+    @property
+    def name(self) -> str:
+        """The name of its sound file, without ending."""
+        if self.midi is not None:
+            return "stdin" if self.midi == STREAM else self.midi.stem
+        return self.note.written if self.note is not None else "demo"
+
+
+def check_together(music: Music, output: Path | None, directory: Path | None, options: Options) -> None:
+    """Raises UsageError for options that do not go together."""
     source = click.get_current_context().get_parameter_source("gain")
     if options.normalize is not None and source is click.core.ParameterSource.COMMANDLINE:
         raise click.UsageError("--normalize sets the gain itself: leave out --gain")
@@ -181,84 +215,43 @@ def render(
         raise click.UsageError("-o - writes one file: leave out --stems")
     if output == STREAM and sys.stdout.isatty():
         raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
-    if sum((midi is not None, note is not None, demo is not None, directory is not None)) != 1:
+    if sum(one is not None for one in (music.midi, music.note, music.demo, directory)) != 1:
         raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
-    if listing:
-        if midi is None:
-            raise click.UsageError("--list needs a MIDI file")
-        from livebass.cli.song import parts_table
 
-        click.echo(parts_table(midi, channel, preset, load, render))
-        return
-    if directory is not None:
-        if output is not None or preset is not None:
-            raise click.UsageError("--all-presets takes neither --output nor --preset")
-        _render_presets(directory, options, load)
-        return
+
+def _render_music(music: Music, output: Path, preset: str | None, options: Options, load: Loader) -> str:
+    """Renders a MIDI file, a note or a demo; returns the summary."""
+    from livebass.cli.song import basses_of, check_range, remarks, too_low
+    from livebass.cli.taken import with_loaded
+    from livebass.score.reading import read_score
+    from livebass.score.score import single_note
 
     score: Score | None = None
     loaded: Callable[[str], Instrument] = load
-    ending = options.format or "wav"
-    if midi is not None:
-        from livebass.cli.song import remarks
-        from livebass.cli.taken import with_loaded
-        from livebass.score.reading import read_score
-
-        output = output or Path(f"{'stdin' if midi == STREAM else midi.stem}.{ending}")
-        score = read_score(midi, options.rate, channel)
-        if output.exists() and midi.exists() and os.path.samefile(midi, output):
+    basses = None
+    if music.midi is not None:
+        score = read_score(music.midi, options.rate, music.channel)
+        if output.exists() and music.midi.exists() and os.path.samefile(music.midi, output):
             raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
         if preset is None:
             score, loaded = with_loaded(score, load, DEFAULT_PRESET, render)
         for remark in remarks(score, preset, DEFAULT_PRESET):
-            say(f"{midi}: {remark}")
-    elif note is not None:
-        from livebass.score.score import single_note
-
-        output = output or Path(f"{note.written}.{ending}")
-        score = single_note(note, velocity, duration, options.rate)
+            say(f"{music.midi}: {remark}")
+    elif music.note is not None:
+        score = single_note(music.note, music.velocity, music.duration, options.rate)
     if score is not None and preset is None:
-        from livebass.cli.song import basses_of
-
         bass, basses = basses_of(score, DEFAULT_PRESET, loaded)
     else:
-        bass, basses = load(preset or DEFAULT_PRESET), None
-    bass = ready_for(demo, bass)
-    if note is not None:
-        from livebass.cli.song import check_range
-
-        check_range(bass, note, DEFAULT_PRESET)
-    if score is None:
-        output = output or Path(f"demo.{ending}")
-        score = demo_for(bass, options.rate, demo)
-    assert output is not None
+        bass = load(preset or DEFAULT_PRESET)
+    bass = ready_for(music.demo, bass)
+    if music.note is not None:
+        check_range(bass, music.note, DEFAULT_PRESET)
+    score = score or demo_for(bass, options.rate, music.demo)
     if output == STREAM:
         line = _render_to_stdout(bass, score, options, basses)
     else:
         line = _render_one(bass, score, output, options, basses=basses)
-    if midi is not None:
-        from livebass.cli.song import too_low
-
-        line = ", ".join([line, *too_low(bass, score, DEFAULT_PRESET)])
-    say(line)
-
-
-def ready_for(demo: str | None, bass: Instrument) -> Instrument:
-    """The bass, with the key switches that the phrases for all "techniques" press."""
-    if demo != "techniques":
-        return bass
-    from livebass.model.keymap import MODO
-
-    return Hands({"keys": MODO}).play(bass)
-
-
-def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
-    """The demo phrase in the style of the bass's player, or all "techniques"."""
-    from livebass.score.phrases import demo_score
-
-    if demo == "techniques":
-        return demo_score(rate, demo)
-    return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")
+    return ", ".join([line, *(too_low(bass, score, DEFAULT_PRESET) if music.midi is not None else [])])
 
 
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:
@@ -335,48 +328,6 @@ def _rendered(
         )  # fmt: skip
 
 
-def have_kernels() -> None:
-    """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
-    from livebass.compiling.library import cached, duration, library
-
-    if not cached():
-        say(f"compiling the kernels, once, in about {duration()} ...")
-        with ExitStack() as shown:
-            bar: list[Callable[[float], None] | None] = []
-
-            def progress(done: float) -> None:
-                if not bar:  # not while another process compiles
-                    bar.append(shown.enter_context(shown_progress("compiling the kernels")))
-                if bar[0]:
-                    bar[0](done)
-
-            library(progress)
-
-
-@contextmanager
-def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
-    """Shows a progress bar if stderr is a terminal; yields a function that takes the fraction done, or None."""
-    with shown_steps(label) as (progress, _):
-        yield progress
-
-
-@contextmanager
-def shown_steps(label: str) -> Iterator[tuple[Callable[[float], None] | None, Callable[[str], None]]]:
-    """As `shown_progress`, and yields with it a function that tells of a step: in front of the bar, or as a line."""
-    if not sys.stderr.isatty():
-        yield None, say
-        return
-    steps = 1000
-    with click.progressbar(length=steps, label=label, show_eta=True, file=sys.stderr) as bar:
-
-        def tell(line: str) -> None:
-            bar.label = line
-            bar.render_progress()
-
-        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos), tell
-        bar.update(steps - bar.pos)
-
-
 def summary(report: RenderReport, wanted: float | None = None) -> str:
     """Returns one line about a render; `wanted` is the loudness (LUFS) that it was to have."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
@@ -407,8 +358,3 @@ def normalizing(loudness: float, gain: float, wanted: float) -> str:
         return ", too quiet to be normalized"
     said = f", {loudness:.1f} LUFS by {gain:+.1f} dB"
     return said if loudness > wanted - 0.05 else f"{said}: {wanted:g} LUFS would bring the peak beyond {CEILING:g} dBFS"
-
-
-def clipping(clipped: int, gain: float, peak: float) -> str:
-    """Says how many samples were clipped at `gain` (dB), and which gain would clip none, from the `peak` (dB)."""
-    return f", {clipped} samples clipped: try --gain {math.floor(gain - peak)}"

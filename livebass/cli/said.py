@@ -5,6 +5,7 @@ A terminal gets lines that end between words, at its width; a file or a pipe get
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import sys
@@ -44,3 +45,8 @@ def wrapped(head: str, text: str) -> str:
         text, width(), initial_indent=head, subsequent_indent=" " * len(head), break_long_words=False,
         break_on_hyphens=False,
     )  # fmt: skip
+
+
+def clipping(clipped: int, gain: float, peak: float) -> str:
+    """Says how many samples were clipped at `gain` (dB), and which gain would clip none, from the `peak` (dB)."""
+    return f", {clipped} samples clipped: try --gain {math.floor(gain - peak)}"

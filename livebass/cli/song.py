@@ -9,7 +9,7 @@ import click
 import numpy as np
 
 from livebass.cli.hands import Loader
-from livebass.cli.render import DEFAULT_PRESET
+from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.taken import shown, with_loaded
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with

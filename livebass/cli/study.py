@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.options import CREATED, count_option, file_option, folder_option, preset_option, quality_option
-from livebass.cli.render import have_kernels, shown_progress, shown_steps
+from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
 from livebass.cores import core_count
@@ -300,9 +300,7 @@ def _title(settings: Settings) -> str:
 )  # fmt: skip
 @folder_option(CREATED, required=True)
 def simulate(
-    preset: str, string: str, fret: int, apex: float, at: float, angle: float, duration: float, quality: str,
-    modes: int | None, contact_rate: float | None, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...],
-    output: Path,
+    preset: str, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...], output: Path, **pluck: Any
 ) -> None:  # fmt: skip
     """Pluck one string once and write its motion.
 
@@ -318,17 +316,14 @@ def simulate(
     """
     from livebass.experiment.simulate import simulate_to_directory
     from livebass.model.quality import quality_with
+    from livebass.model.trial import Asked
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
     if solver == "engine":
         have_kernels()
-    line = simulate_to_directory(
-        bass, string=string, fret=fret, apex=apex, at=at, duration=duration,
-        quality=quality_with(quality, modes, contact_rate), modes=modes, rate=rate, solver=solver, directory=output,
-        angle=angle, analyse=analyse, shape_at=shape_at,
-    )  # fmt: skip
-    say(line)
+    quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
+    say(simulate_to_directory(bass, Asked(quality=quality, **pluck), output, rate, solver, analyse, shape_at))
 
 
 HELP = ("-h", "--help")
@@ -408,7 +403,7 @@ def run(
 
 def _write_player(directory: Path) -> None:
     """Writes the page that plays the string of the paper where the studies in `directory` link to it."""
-    from livebass.cli.export import page_ready
+    from livebass.cli.shelf import page_ready
     from livebass.files import checked_directory
     from livebass.paper.cases import PRESET
     from livebass.paper.figures.studies import PLAYER

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from livebass.bounds import between
 from livebass.model import quality
 from livebass.units import is_number, note_name, note_number, quantity
 
@@ -37,7 +38,7 @@ class Quantity(click.ParamType):
         try:
             self.limits.check("", number)
         except ValueError:
-            self.fail(f"{value}: allowed are {self.limits}", param, ctx)
+            self.fail(f"must be {self.limits}, not {value}", param, ctx)
         return number
 
 
@@ -71,8 +72,7 @@ class Number(click.ParamType):
         except ValueError:
             number = math.nan
         if not self.least <= number <= self.most or (self.whole and number != int(number)):
-            kind = "whole numbers from " if self.whole else ""
-            self.fail(f"{value}: allowed are {kind}{self.least:.10g} to {self.most:.10g}", param, ctx)
+            self.fail(f"must be {between(self.least, self.most, whole=self.whole)}, not {value}", param, ctx)
         return int(number) if self.whole else number
 
 
@@ -92,7 +92,7 @@ class Span(click.ParamType):
         begin, colon, end = str(value).partition(":")
         time = Quantity("time", 0.0, 86400.0)
         if not colon:
-            self.fail(f"{value}: allowed are two times, such as 4s:12s, or no value for the whole file", param, ctx)
+            self.fail(f"must be two times, such as 4s:12s, or nothing for the whole file, not {value}", param, ctx)
         ends = time.convert(begin, param, ctx), time.convert(end, param, ctx)
         if not ends[0] < ends[1]:
             self.fail(f"{value}: the end must come after the beginning", param, ctx)
@@ -153,7 +153,7 @@ class Channel(click.ParamType):
         if value in ("auto", "all"):
             return str(value)
         if not re.fullmatch("[1-9]|1[0-6]", str(value)):
-            self.fail(f"{value!r}: allowed are auto, all and 1 to 16", param, ctx)
+            self.fail(f"must be auto, all or a number from 1 to 16, not {value!r}", param, ctx)
         return int(value)
 
 

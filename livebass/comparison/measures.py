@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from livebass.analysis.sound import partial
 from livebass.arrays import Floats, Ints
+from livebass.bounds import one_of, refusal, within
 from livebass.comparison.ringing import NO_RINGING, Ringing, partials, ringing
 from livebass.comparison.ringing import OCTAVES as T60_OCTAVES
 from livebass.units import cents
@@ -117,9 +118,8 @@ def measure(sound: ArrayLike, rate: float, pitch: float, only: Collection[str] |
     are followed for those of T60 alone. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or
     of more than one dimension, for a rate or pitch that is not allowed, and for a name that is not a figure's.
     """
-    unknown = sorted(set(only or ()) - KEYS)
-    if unknown:
-        raise ValueError(f"figure {unknown[0]!r}: allowed are {', '.join(sorted(KEYS))}")
+    for key in sorted(only or ()):
+        one_of("figure", key, sorted(KEYS))
     wanted = [(keys, function) for keys, function in PARTS if only is None or set(keys) & set(only)]
     note = _note(sound, rate, pitch)
     followed = any(function is _t60 for _, function in wanted)
@@ -149,11 +149,10 @@ def attack(sound: Floats, rate: float) -> int:
 def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
     samples = np.asarray(sound, np.float64)
     if samples.ndim != 1:
-        raise ValueError(f"sound of shape {samples.shape}: allowed is one dimension; sum over strings or choose one")
+        raise refusal("sound", "of one dimension", f"of shape {samples.shape}: sum over strings or choose one")
     if not 8000 <= rate < math.inf:
-        raise ValueError(f"rate {rate:g} Hz: allowed are 8000 Hz and more")
-    if not PITCH[0] <= pitch <= PITCH[1]:
-        raise ValueError(f"pitch {pitch:g} Hz: allowed are {PITCH[0]:g} to {PITCH[1]:g} Hz")
+        raise refusal("rate", "at least 8000 Hz", f"{rate:g} Hz")
+    within("pitch", pitch, *PITCH, "Hz")
     if not np.isfinite(samples).all():
         raise ValueError("the sound has samples that are not finite numbers")
     if not samples.size or not np.abs(samples).max() > 0:

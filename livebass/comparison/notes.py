@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.bounds import either, one_of, refusal, within
 from livebass.comparison.distance import Shape, shape
 from livebass.comparison.measures import Measures, measure
 from livebass.engine.engine import Engine
@@ -100,7 +101,7 @@ def measured(
         path = Path(fspath(each))
         files = _sounds_in(path) if path.is_dir() else [path]
         if not files:
-            raise RecordingError(f"{path}: no sound file is in it; allowed are {', '.join(sorted(SOUNDS))}")
+            raise RecordingError(f"{path}: has no sound file, such as {either(sorted(SOUNDS))}")
         unheard = []
         found: list[Note] = []
         for file in files:
@@ -236,15 +237,13 @@ def rendered(
     play are left out. Raises PresetError, and ValueError for a quality, velocity or number of takes that there is not.
     """
     bass = load_preset(preset) if isinstance(preset, str) else preset
-    if quality not in QUALITIES:
-        raise ValueError(f"quality {quality!r}: allowed are {', '.join(QUALITIES)}")
+    one_of("quality", quality, QUALITIES)
     plucked = [n for n in like if n.kind == "note"]
     count = 1 + max((n.rank for n in plucked), default=0)
     speeds = list(velocities) if velocities is not None else spread(count)
-    if not 1 <= takes <= 16:
-        raise ValueError(f"takes {takes}: allowed are 1 to 16")
+    within("takes", takes, 1, 16, whole=True)
     if not speeds or any(not 1 <= v <= 127 for v in speeds) or sorted(speeds) != speeds:
-        raise ValueError(f"velocities {speeds}: allowed are 1 to 127, from soft to hard")
+        raise refusal("velocities", "from 1 to 127, from soft to hard", speeds)
     engine = Engine(bass, QUALITIES[quality], RATE, seed)
     played = technique or (plucked[0].technique if plucked else USUAL)
     keys = sorted({round(69 + 12 * math.log2(n.pitch / 440)) for n in plucked})

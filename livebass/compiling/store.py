@@ -25,6 +25,7 @@ from pathlib import Path
 
 import platformdirs
 
+from livebass.bounds import either
 from livebass.compiling import ARM, X86
 
 try:
@@ -76,7 +77,7 @@ def level() -> str:
         raise ValueError(f"processor {machine}: livebass plays on {', '.join(X86 + ARM)} only")
     given = os.environ.get("LIVEBASS_LEVEL") or levels[-1]
     if given not in levels:
-        raise ValueError(f"LIVEBASS_LEVEL={given}: allowed on this processor: {', '.join(levels)}")
+        raise ValueError(f"LIVEBASS_LEVEL must be {either(levels)} on this processor, not {given}")
     return given
 
 

@@ -13,6 +13,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.bounds import within
 from livebass.cores import core_count
 from livebass.engine.image import frets_of, image
 from livebass.engine.prepare import (
@@ -298,8 +299,8 @@ class Engine(Playing):
 
 def check_tail(tail: float | None) -> None:
     """Raises ValueError for a `tail` that `Engine.play` does not take."""
-    if tail is not None and not 0 <= tail <= LONGEST:
-        raise ValueError(f"tail {tail} s: allowed are 0 to {LONGEST} s, or None")
+    if tail is not None:
+        within("tail", tail, 0, LONGEST, "s")
 
 
 def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:

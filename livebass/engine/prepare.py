@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
+from livebass.bounds import refusal, within
 from livebass.kernels.bass.instrument import INSTRUMENT, whole_steps
 from livebass.kernels.bass.strings import connect_string, rest_string, settle_string
 from livebass.kernels.bass.strings import new_performer as make_performer
@@ -49,7 +50,7 @@ class Rates:
 
     def __post_init__(self) -> None:
         if self.contact_rate < self.rate:
-            raise ValueError(f"contact rate {self.contact_rate} Hz: allowed is the audio rate {self.rate} Hz or more")
+            raise refusal("contact rate", f"at least the audio rate, {self.rate} Hz", f"{self.contact_rate} Hz")
         if self.denominator > MOST_PHASES:
             raise ValueError(
                 f"contact rate {self.contact_rate} Hz: its ratio to {self.rate} Hz is not simple enough;"
@@ -147,8 +148,7 @@ def note_numbers(notes: Sequence[Note], playable: bool) -> tuple[NDArray[np.void
 def _check(note: Note, playable: bool) -> None:
     """Raises ValueError for a note with more modes or contact points than the kernels take."""
     s, count = note.speaking, note.modes
-    if not 1 <= count <= min(MOST_MODES, s.grid_points - 1):
-        raise ValueError(f"modes {count}: allowed are 1 to {min(MOST_MODES, s.grid_points - 1)} for this length")
+    within("modes", count, 1, min(MOST_MODES, s.grid_points - 1))
     points = len(s.contact_position)
     if points > MOST_NEAR and not playable and (count < s.grid_points - 1 or points > ROW):
         raise ValueError(f"{points} contact points, {count} modes: a board needs a grid of one step more than modes")

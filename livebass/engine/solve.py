@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
+from livebass.bounds import refusal
 from livebass.engine.prepare import (
     Note,
     Pool,
@@ -34,7 +35,7 @@ LOG = 1 << 16  # contacts between two looks at the log
 def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
     """A string ready to be plucked as `trial` says, its output the displacement, and its operator."""
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
-        raise ValueError("rates: allowed are whole numbers of Hz")
+        raise refusal("rates", "whole numbers of Hz", f"{trial.output_rate:.10g} and {trial.contact_rate:.10g} Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
     note = Note(trial.speaking, trial.modes, sensors(trial))
     pool = operators([[note]], SAMPLED, rates, lossless=trial.lossless)

@@ -21,10 +21,11 @@ from typing import Any
 
 from livebass import __version__
 from livebass.analysis.sound import PAPER_RATE
+from livebass.bounds import between, refusal, within
 from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
 from livebass.model.quality import ANGLE, APEX, AT, Limits
-from livebass.model.trial import Setup, Trial, checked_trial, in_quality, speaking_string
+from livebass.model.trial import Asked, Trial, checked_trial, in_quality, speaking_string
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, Key, checked, nearest
 from livebass.preset.load import preset_tables
@@ -202,9 +203,9 @@ def axis(text: str) -> Axis:
     at = target(name)
     (first_text, last_text, count_text), spacing = parts[:3], parts[3:]
     if spacing not in ([], ["log"]):
-        raise ValueError(f"{text}: {spacing[0]!r} after N; allowed is log")
+        raise ValueError(f"{text}: only log may come after N, not {spacing[0]!r}")
     if not re.fullmatch(r"\s*[0-9]{1,9}\s*", count_text) or not 1 <= int(count_text) <= MOST:
-        raise ValueError(f"{at.dotted}: N = {count_text.strip()!r}, allowed: a whole number from 1 to {MOST}")
+        raise refusal(f"{at.dotted}: N", between(1, MOST, whole=True), repr(count_text.strip()))
     first, unit = _number(at, first_text)
     last, other = _number(at, last_text)
     if other != unit:
@@ -243,18 +244,18 @@ def _series(at: Target, first: float, last: float, count: int, log: bool) -> tup
     if at.key.kind in ("integer", "note"):
         for x in made:
             if not x.is_integer():
-                raise ValueError(f"{at.dotted} = {x:.12g}: allowed are whole numbers, take another N")
+                raise refusal(at.dotted, "a whole number", f"{x:.12g}: take another N")
     return tuple(made)
 
 
 INSTEAD = {"player.pluck_angle": "pluck.angle", "player.pluck_position": "pluck.at"}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Settings(Setup):
+@dataclass(frozen=True)
+class Settings(Asked):
     """The pluck and how finely to solve it: the same at every point unless a `pluck.` key is varied."""
 
-    preset: str  # name or file
+    preset: str = "paper-g"  # name or file
 
 
 @dataclass(frozen=True)
@@ -294,8 +295,7 @@ def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
         if names.count(name) > 1:
             raise ValueError(f"{name}: given twice")
     count = math.prod(len(axis.numbers) for axis in axes)
-    if count > MOST:
-        raise ValueError(f"{count} points, allowed are at most {MOST}")
+    within("number of points", count, 1, MOST)
     label, data = preset_tables(settings.preset)
     speaking_string(Builder(label).instrument(data), settings.string, 0)
     for axis in axes:
@@ -340,8 +340,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
     s = speaking_string(bass, settings.string, settings.fret)
     of_quality, contact_rate = in_quality(s, settings.quality)
     modes = of_quality if settings.modes is None else settings.modes
-    rate = whole_contact_rate(contact_rate, PAPER_RATE)
-    trial = checked_trial(bass, s, replace(settings, modes=modes), rate, PAPER_RATE)
+    trial = checked_trial(bass, s, settings, modes, whole_contact_rate(contact_rate, PAPER_RATE), PAPER_RATE)
     s = trial.speaking  # over a board, on the grid for that many modes
     output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial
     if output.kind == "displacement":

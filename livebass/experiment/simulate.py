@@ -17,15 +17,16 @@ import numpy as np
 
 from livebass.analysis.motion import Solved, can_resample, columns, shape_columns, state_samples
 from livebass.audiofile import AudioWriter, encoding
+from livebass.bounds import one_of
 from livebass.extras import install
 from livebass.files import Transaction, checked_place
 from livebass.model.instrument import Instrument
 from livebass.model.modes import CARRIED, carried, dampings, frequencies
 from livebass.model.quality import CONTACT_RATE
 from livebass.model.trial import (
+    Asked,
+    Asking,
     Motion,
-    Setup,
-    SetupOptions,
     Trial,
     checked_trial,
     in_quality,
@@ -47,20 +48,21 @@ def simulate(
     rate: int = 44_100,
     solver: str = "engine",
     shape_at: Sequence[float] = (),
-    **pluck: Unpack[SetupOptions],
+    **pluck: Unpack[Asking],
 ) -> Solved:
     """Plucks one string once and returns how it moved, with all that can be measured in it.
 
-    pluck: fields of a `livebass.model.trial.Setup`: string, its name in `instrument`; fret; apex and at, in m; angle,
-    in rad; duration, in s; quality; modes. Contact cannot follow modes above 0.45 of the contact rate. rate: of the
-    motion, Hz. solver: "engine", or "reference": brute force, without energies or shapes. shape_at: times (s) for
-    `Solved.shapes`.
+    pluck: string, its name in `instrument` (G); fret (0: open); apex: how far it is pulled (3.6e-3 m); at: where, from
+    the nut or the pressed fret (0.64 m); angle: rad from straight up towards across (0); duration (1 s); quality (that
+    called reference); modes: of the stopped string, instead of the quality's; contact cannot follow those above 0.45 of
+    the contact rate. rate: of the motion, Hz. solver: "engine", or "reference", brute force, which gives neither
+    energies nor shapes. shape_at: times (s) at which `Solved.shapes` is wanted.
 
     Returns a `Solved`: `motion.time_s` and `displacement()` (n,), s and m at the sensor; `contacts` with time and fret
-    of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line that says what is
-    allowed. [main thread]
+    of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line, for values out of
+    their limits. [main thread]
     """
-    trial = _trial(instrument, Setup(**pluck), rate, solver)
+    trial = _trial(instrument, Asked(**pluck), rate, solver)
     if solver == "engine":
         trial = replace(trial, states=state_samples(trial, more=shape_at))
     elif shape_at:
@@ -70,22 +72,21 @@ def simulate(
 
 def simulate_to_directory(
     instrument: Instrument,
-    *,
-    rate: int,
-    solver: str,
+    asked: Asked,
     directory: Path,
+    rate: int = 44_100,
+    solver: str = "engine",
     analyse: bool = False,
     shape_at: Sequence[float] = (),
-    **pluck: Unpack[SetupOptions],
 ) -> str:
-    """Does what `simulate` does, and writes the result's files into `directory`; returns a one-line summary.
+    """Plucks a string as `asked`, writes the three files, and returns a one-line summary.
 
-    With `analyse` the `columns` of `analysis.motion` go into result.npz, and the string's shape at the times `shape_at`
-    (s), which only the engine gives. Raises ValueError before anything is computed or written, and OSError if the files
-    cannot be written; the directory is then as it was. [main thread]
+    rate: Hz; solver: "engine" or "reference". With `analyse` the `columns` of `analysis.motion` go into result.npz, and
+    the string's shape at the times `shape_at` (s), which only the engine gives. Raises ValueError, one line, for values
+    out of their limits, before anything is computed or written, and OSError where the files cannot be written; the
+    directory is then as it was. [main thread]
     """
-    setup = Setup(**pluck)
-    trial = _trial(instrument, setup, rate, solver)
+    trial = _trial(instrument, asked, rate, solver)
     if shape_at and solver != "engine":
         raise ValueError(NO_SHAPES)
     if solver == "engine" and (analyse or shape_at):
@@ -111,22 +112,21 @@ def simulate_to_directory(
     if analyse and not can_resample(trial):
         left += f"; without the characteristic frequency, which needs SciPy: {install('analysis')}"
     return (
-        f"string {s.string.name} fret {s.fret}, {setup.apex * 1e3:g} mm at {setup.at * 1e3:g} mm, {trial.modes} modes, "
+        f"string {s.string.name} fret {s.fret}, {asked.apex * 1e3:g} mm at {asked.at * 1e3:g} mm, {trial.modes} modes, "
         f"{trial.contact_rate / 1e6:g} MHz: {contacts.fret.size} contacts{first}{left}; "
-        f"{setup.duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
+        f"{asked.duration:g} s in {solved.motion.wall_s:.2f} s -> {directory}"
     )
 
 
-def _trial(instrument: Instrument, setup: Setup, rate: int, solver: str) -> Trial:
+def _trial(instrument: Instrument, asked: Asked, rate: int, solver: str) -> Trial:
     """The trial of one pluck, every value checked."""
-    if solver not in ("engine", "reference"):
-        raise ValueError(f"solver {solver!r}: engine or reference")
-    s = speaking_string(instrument, setup.string, setup.fret)
-    of_quality, contact_rate = in_quality(s, setup.quality)
-    count = of_quality if setup.modes is None else setup.modes
+    one_of("solver", solver, ("engine", "reference"))
+    s = speaking_string(instrument, asked.string, asked.fret)
+    of_quality, contact_rate = in_quality(s, asked.quality)
+    count = of_quality if asked.modes is None else asked.modes
     whole = solver == "engine"  # its contact rate is a whole number of Hz
     CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    return checked_trial(instrument, s, replace(setup, modes=count), contact_rate, rate)
+    return checked_trial(instrument, s, asked, count, contact_rate, rate)
 
 
 def _solve(trial: Trial, solver: str) -> Motion:

@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
+from livebass.bounds import one_of, within
 from livebass.experiment.grid import USAGE, Axis, Point, Settings, axis, grid, program
 from livebass.experiment.quantities import QUANTITIES, Quantity
 from livebass.files import OutputError, Transaction, checked_place
-from livebass.model.trial import SetupOptions
+from livebass.model.trial import Asking
 from livebass.report.picture import figure, image, shown_text
 from livebass.report.text import csv_text, json_text, plain
 
@@ -50,8 +51,7 @@ class Sweep:
 
         Its shape has the length of each axis. Raises ValueError for an unknown quantity.
         """
-        if quantity not in QUANTITIES:
-            raise ValueError(f"quantity {quantity!r}: allowed are {', '.join(QUANTITIES)}")
+        one_of("quantity", quantity, QUANTITIES)
         each = np.array([self.results[point.digest][quantity] for point in self.points])
         return each.reshape([len(axis.numbers) for axis in self.axes])
 
@@ -66,14 +66,14 @@ def sweep(
     *,
     workers: int = 1,
     progress: Callable[[float], None] | None = None,
-    **pluck: Unpack[SetupOptions],
+    **pluck: Unpack[Asking],
 ) -> Sweep:
     """Plucks a string of `preset`, a name or a TOML file, for every combination of the parameters of `vary`.
 
     vary: "KEY=FROM:TO:N" or "KEY=FROM:TO:N:log", one or several, such as "pluck.apex=1mm:7mm:13"; KEY is a number of a
     preset file, or pluck.apex, pluck.at, pluck.angle, pluck.fret. pluck: as for `simulate`. workers: 1 computes in this
-    process; more start as many new ones, which a script must do under `if __name__ == "__main__":`. `progress` is
-    called with the fraction done.
+    process, more in as many new ones, which a script must do under `if __name__ == "__main__":`. `progress` is called
+    with the fraction done.
 
     Returns a `Sweep`: `values(quantity)` is an array of the shape of the grid, `table()` all of it as CSV. Nothing is
     written. Raises ValueError, one line, before anything is computed, for a key, value or pluck that is not allowed;
@@ -82,8 +82,7 @@ def sweep(
     texts = [vary] if isinstance(vary, str) else list(vary)
     if not texts:
         raise ValueError(f"vary: {USAGE}")
-    if not 1 <= workers <= MOST_WORKERS:
-        raise ValueError(f"workers {workers}: allowed are 1 to {MOST_WORKERS}")
+    within("workers", workers, 1, MOST_WORKERS, whole=True)
     axes = tuple(axis(text) for text in texts)
     settings = Settings(preset=os.fspath(preset), **pluck)
     points = tuple(grid(settings, axes))

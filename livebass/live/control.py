@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
+from livebass.bounds import between
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
 from livebass.live.parameters import PARAMETERS, event
@@ -64,20 +65,20 @@ def control_table(
         presets.choose(quality=value if isinstance(value, str) else at(points, value))
 
     def tempo(value: Value) -> None:
-        desk.tempo = within(value, *TEMPOS)
+        desk.tempo = checked(value, *TEMPOS)
 
     def loop(begin: Value, end: Value) -> None:
         if desk.follows_transport:
             raise ValueError("JACK's transport has the say")
-        part = within(begin, 0.0, math.inf), within(end, 0.0, math.inf)
+        part = checked(begin, 0.0, math.inf), checked(end, 0.0, math.inf)
         desk.loop = part if part[1] > part[0] else None
 
     def metronome(value: Value) -> None:
-        beats = within(value, *BEATS) if value else 0.0
+        beats = checked(value, *BEATS) if value else 0.0
         desk.click(beats, synth().rate, synth().frame)
 
     def note(key: Value, velocity: Value) -> None:
-        key, velocity = int(within(key, 0, 127)), int(within(velocity, 0, 127))
+        key, velocity = int(checked(key, 0, 127)), int(checked(velocity, 0, 127))
         synth().send(0x90 if velocity else 0x80, key, velocity)
 
     def amount(p: Parameter, function: int) -> Control:
@@ -107,17 +108,17 @@ def control_table(
     if desk.score:
         table |= {
             "rolling": Control(lambda value: roll(switch(value)), lambda: int(desk.rolling)),
-            "position": Control(lambda value: seek(within(value, 0.0, desk.length)), lambda: desk.position),
+            "position": Control(lambda value: seek(checked(value, 0.0, desk.length)), lambda: desk.position),
             "tempo": Control(tempo, lambda: desk.tempo),
             "loop": Control(loop, lambda: desk.loop[0] if desk.loop else -1.0),
         }
     return table
 
 
-def within(value: Value, least: float, most: float) -> float:
+def checked(value: Value, least: float, most: float) -> float:
     """The number `value`. Raises ValueError outside its limits and for text."""
     if isinstance(value, str) or not least <= value <= most:
-        raise ValueError(f"{value!r}: allowed are numbers from {least:g} to {most:g}")
+        raise ValueError(f"must be a number {between(least, most)}, not {value!r}")
     return float(value)
 
 
@@ -125,18 +126,18 @@ def held(p: Parameter, value: Value) -> float:
     """A value for the parameter `p`: a number within its limits, or the name of a point."""
     if isinstance(value, str) and value in p.points:
         return float(p.points.index(value))
-    number = within(value, p.least, p.most)
+    number = checked(value, p.least, p.most)
     return float(round(number)) if p.whole else number
 
 
 def switch(value: Value) -> bool:
     """On or off, from 1 or 0."""
-    return within(value, 0, 1) >= 0.5
+    return checked(value, 0, 1) >= 0.5
 
 
 def at(names: list[str], value: Value) -> str:
     """The name with the number `value`, from 0."""
-    return names[int(within(value, 0, len(names) - 1))]
+    return names[int(checked(value, 0, len(names) - 1))]
 
 
 def meter_table(reading: Reading | None) -> dict[str, Value]:

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.bounds import between, refusal
 from livebass.kernels.player.constants import CONTROLLERS
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import DESK, MOVED_BITS
@@ -119,10 +120,8 @@ class Desk:
         begin, end = part if part[1] else (part[0], self.length)
         end = min(end, self.length)
         if not 0 <= begin <= end - SHORTEST_LOOP:
-            raise ValueError(
-                f"loop from {begin:g} to {end:g} s: allowed are parts of {SHORTEST_LOOP:g} s and more"
-                f" within the {self.length:.1f} s of the file"
-            )
+            rule = f"a part of {SHORTEST_LOOP:g} s or more within the {self.length:.1f} s of the file"
+            raise refusal("loop", rule, f"{begin:g} to {end:g} s")
         self.looped_last = begin, end
         self.record["loop_from"] = round(begin * self.score.rate)
         self.record["loop_to"] = round(end * self.score.rate)
@@ -182,7 +181,7 @@ def check_controllers(controllers: Mapping[str, object]) -> dict[str, int]:
         if symbol not in NUMBERS:
             raise ValueError(f"{symbol!r}: there is no such parameter; there is {', '.join(NUMBERS)}")
         if not isinstance(controller, int) or isinstance(controller, bool) or not 0 <= controller < CHANNEL_MODES:
-            raise ValueError(f"{symbol}: controller {controller!r}: allowed are 0 to {CHANNEL_MODES - 1}")
+            raise refusal(f"controller of {symbol}", between(0, CHANNEL_MODES - 1), repr(controller))
         if controller in RESERVED:
             raise ValueError(f"{symbol}: controller {controller} sets the range of the pitch bend (RPN), and only that")
         if controller in checked.values():

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import MODO

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from livebass.bounds import one_of, refusal, within
 from livebass.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
@@ -58,19 +59,14 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
 
     Raises ValueError, which says what is allowed, for an unknown tier or a value out of range.
     """
-    if name not in QUALITIES:
-        raise ValueError(f"quality {name!r}: allowed are {', '.join(QUALITIES)}")
+    one_of("quality", name, QUALITIES)
     quality = QUALITIES[name]
     if modes is not None:
-        if not 1 <= modes <= MOST_MODES:
-            raise ValueError(f"modes {modes}: allowed are 1 to {MOST_MODES}")
+        within("modes", modes, 1, MOST_MODES, whole=True)
         board = quality.on_board and replace(quality.on_board, modes=modes)
         quality = replace(quality, modes=modes, on_board=board)
     if contact_rate is not None:
-        if not LEAST_CONTACT_RATE <= contact_rate <= MOST_CONTACT_RATE:
-            raise ValueError(
-                f"contact rate {contact_rate:g} Hz: allowed are {LEAST_CONTACT_RATE:g} to {MOST_CONTACT_RATE:g} Hz"
-            )
+        within("contact rate", contact_rate, LEAST_CONTACT_RATE, MOST_CONTACT_RATE, "Hz")
         board = quality.on_board and replace(quality.on_board, contact_rate=contact_rate)
         quality = replace(quality, contact_rate=contact_rate, on_board=board, damped_rates=None)
     return quality
@@ -99,12 +95,12 @@ class Limits(NamedTuple):
         """Raises ValueError, which says what is allowed, if `value` (SI) is outside or NaN."""
         if not self.least <= value <= self.most or (self.whole and value != int(value)):
             unit = next(unit for unit, size in DIMENSIONS[self.dimension].units.items() if size == 1.0)
-            raise ValueError(f"{name} {value:.10g} {unit}: allowed are {self}")
+            raise refusal(name, str(self), f"{value:.10g} {unit}")
 
     def __str__(self) -> str:
-        kind = "whole numbers of Hz from " if self.whole else ""
-        least, most = (readable_quantity(end, self.dimension) for end in (self.least, self.most))
-        return f"{kind}{least} to {most}"
+        kind = "a whole number of Hz " if self.whole else ""
+        least, most = (readable_quantity(end, self.dimension) if end else "0" for end in (self.least, self.most))
+        return f"{kind}from {least} to {most}"
 
 
 # Of a single pluck, as `simulate`, `sweep` and studies take it.

@@ -14,39 +14,13 @@ from typing import TypedDict
 import numpy as np
 
 from livebass.arrays import Floats, Ints
+from livebass.bounds import refusal, within
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
 from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES, RATE, Quality, modes_for
 
 SLACK = 1e-6  # of a step or sample: lets 0.1 s at 44.1 kHz end on sample 4410 whatever the rounding
 LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
-
-
-@dataclass(frozen=True, kw_only=True)
-class Setup:
-    """A pluck of a string of any bass, and how finely to solve it."""
-
-    string: str = "G"  # its name
-    fret: int = 0  # at which it is stopped; 0: open
-    apex: float = 3.6e-3  # m, how far it is pulled ...
-    at: float = 0.64  # ... and where, m from the nut or the pressed fret
-    angle: float = 0.0  # rad, from straight up towards across
-    duration: float = 1.0  # s
-    quality: Quality = QUALITIES["reference"]
-    modes: int | None = None  # of the stopped string, instead of the quality's
-
-
-class SetupOptions(TypedDict, total=False):
-    """The fields of a `Setup`, for functions that take them by name."""
-
-    string: str
-    fret: int
-    apex: float
-    at: float
-    angle: float
-    duration: float
-    quality: Quality
-    modes: int | None
 
 
 @dataclass(frozen=True)
@@ -120,37 +94,65 @@ def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
     return speaking(instrument.strings[index], instrument.necks[index], fret)
 
 
-def checked_trial(instrument: Instrument, s: Speaking, setup: Setup, contact_rate: float, rate: int) -> Trial:
-    """The trial of a pluck on `s`, a string of `instrument`. Raises ValueError that says what is allowed.
+@dataclass(frozen=True)
+class Asked:
+    """A pluck that is asked for, and how finely to solve it."""
 
-    `setup` gives pluck, duration and number of modes (None: all); contact_rate and rate: Hz. The corner is as round as
-    the player's finger makes it, and let go as gradually as in the hardest notes. The sensors are those of the preset's
-    output.
+    string: str = "G"
+    fret: int = 0  # 0: open
+    apex: float = 3.6e-3  # m
+    at: float = 0.64  # m from the nut or the pressed fret
+    angle: float = 0.0  # rad from straight up towards across
+    duration: float = 1.0  # s
+    quality: Quality = QUALITIES["reference"]
+    modes: int | None = None  # of the stopped string, instead of the quality's
+
+
+class Asking(TypedDict, total=False):
+    """The fields of `Asked`, as keywords of a function."""
+
+    string: str
+    fret: int
+    apex: float
+    at: float
+    angle: float
+    duration: float
+    quality: Quality
+    modes: int | None
+
+
+def checked_trial(
+    instrument: Instrument, s: Speaking, asked: Asked, modes: int | None, contact_rate: float, rate: int
+) -> Trial:
+    """The trial of a pluck as `asked` on `s`, a string of `instrument`. Raises ValueError for values out of limits.
+
+    contact_rate and rate: Hz; modes: None for all. The corner is as round as the player's finger makes it, and let go
+    as gradually, as of the hardest notes; the sensors are those of the preset's output.
     """
-    apex, at, duration = setup.apex, setup.at, setup.duration
+    apex, at = asked.apex, asked.at
     APEX.check("apex", apex)
     if not AT.least <= at < s.length:
-        least, below = AT.least * 1e3, s.length * 1e3
-        raise ValueError(f"pluck at {at * 1e3:g} mm: allowed are {least:g} mm to below {below:g} mm from the stop")
-    ANGLE.check("angle", setup.angle)
-    DURATION.check("duration", duration)
+        rule = f"at least {AT.least * 1e3:g} mm from the stop and less than {s.length * 1e3:g} mm"
+        raise refusal("place of the pluck", rule, f"{at * 1e3:g} mm")
+    ANGLE.check("angle", asked.angle)
+    DURATION.check("duration", asked.duration)
     RATE.check("rate", rate)
     if contact_rate < rate:
-        raise ValueError(f"contact rate {contact_rate:.10g} Hz: allowed is at least the output rate, {rate} Hz")
+        raise refusal("contact rate", f"at least the output rate, {rate} Hz", f"{contact_rate:.10g} Hz")
     most = s.grid_points - 1
-    count = most if setup.modes is None else setup.modes
-    if not 1 <= count <= most:
-        raise ValueError(f"{count} modes: allowed are 1 to {most} for this string and fret")
+    count = most if modes is None else modes
+    within("modes on this string and fret", count, 1, most, whole=True)
     _check_aliasing(s, count, contact_rate)
     s = for_modes(s, count)
     places = instrument.output.sensor, instrument.output.sensor_v
     for place in places:
         if not 0 < place < s.length:
-            ends = f"allowed is between 0 mm and {s.length * 1e3:g} mm"
-            raise ValueError(f"sensor {place * 1e3:g} mm from the saddle: {ends}")
-    pluck = Pluck(apex, at, instrument.player.rounding, setup.angle, instrument.player.release_time)
+            ends = f"between 0 mm and {s.length * 1e3:g} mm from the saddle"
+            raise refusal("sensor", ends, f"{place * 1e3:g} mm")
+    pluck = Pluck(apex, at, instrument.player.rounding, asked.angle, instrument.player.release_time)
     sensor, sensor_v = (s.length - place for place in places)
-    return Trial(s, pluck, int(count), float(contact_rate), float(rate), float(duration), sensor, sensor_v=sensor_v)
+    length = float(asked.duration)
+    return Trial(s, pluck, int(count), float(contact_rate), float(rate), length, sensor, sensor_v=sensor_v)
 
 
 def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:

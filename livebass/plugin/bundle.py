@@ -9,6 +9,7 @@ from pathlib import Path
 import platformdirs
 
 from livebass import __version__
+from livebass.bounds import refusal, within
 from livebass.files import Transaction, whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
@@ -30,8 +31,7 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
     The list says behind a name in which quality the plugins begin with that bass, if that is not `live`. Raises
     ValueError for names or basses that do not fit.
     """
-    if not 1 <= len(basses) <= MOST_BASSES:
-        raise ValueError(f"a plugin must have from 1 to {MOST_BASSES} instruments, not {len(basses)}")
+    within("number of instruments", len(basses), 1, MOST_BASSES)
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
@@ -44,8 +44,7 @@ def checked_name(name: str) -> str:
     """Returns the short name of an instrument. Raises ValueError for one that does not fit."""
     fits = name.isprintable() and not set(name) & set('/\\"<>{}|^` ') and 1 <= len(name.encode()) <= LONGEST_NAME
     if not fits:
-        needed = f"must be from 1 to {LONGEST_NAME} letters, digits, - and _"
-        raise ValueError(f"the name of an instrument {needed}, not {name!r}")
+        raise refusal("name of an instrument", f"1 to {LONGEST_NAME} letters, digits, - and _", repr(name))
     return name
 
 

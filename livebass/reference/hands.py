@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from livebass.arrays import Floats
+from livebass.bounds import one_of, refusal
 
 # Heights (n,), m, at the times (n,), s since it began, of a path that begins where the string is: at a height (m) and a
 # velocity (m/s).
@@ -87,8 +88,7 @@ class Stop:
 
     def __post_init__(self) -> None:
         _check_hand(self, ("stiffness",))
-        if self.side not in (-1, 0, 1):
-            raise ValueError(f"side of a Stop: {self.side}; allowed are -1, 0 and 1")
+        one_of("side of a Stop", self.side, (-1, 0, 1))
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,8 @@ class Mass:
     def __post_init__(self) -> None:
         _check_hand(self, ("stiffness", "loss"))
         if not self.mass > 0 or not self.exponent >= 1:
-            raise ValueError(f"Mass of {self.mass:g} kg, exponent {self.exponent:g}: allowed are above 0, 1 and more")
+            rule = "more than 0 kg with an exponent of at least 1"
+            raise refusal("Mass", rule, f"{self.mass:g} kg with {self.exponent:g}")
 
 
 Hand = Finger | Stop | Mass
@@ -126,9 +127,9 @@ def _check_hand(hand: Hand, positive: tuple[str, ...]) -> None:
     for name in (*positive, "width", "start"):
         value = getattr(hand, name)
         if not 0 <= value < math.inf:
-            raise ValueError(f"{name} of a {kind}: {value:g}; allowed is 0 or more")
+            raise refusal(f"{name} of a {kind}", "0 or more", f"{value:g}")
     if not hand.end > hand.start:
-        raise ValueError(f"end of a {kind}: {hand.end:g} s; allowed is after its start, {hand.start:g} s")
+        raise refusal(f"end of a {kind}", f"after its start, {hand.start:g} s", f"{hand.end:g} s")
 
 
 def held(height: float) -> Path:

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from livebass.arrays import Floats, Ints
+from livebass.bounds import refusal, within
 from livebass.model import modes
 from livebass.model.trial import Trial, initial_amplitudes, initial_amplitudes_across
 from livebass.reference.hands import Finger, Hand, Mass, Stop
@@ -231,7 +232,8 @@ class _Player:
             y = u if hand.height is None else hand.height
             move = -hand.speed * dt
             if y < u:
-                raise ValueError(f"height of a Mass: {y * 1e3:g} mm; allowed is from the string up, {u * 1e3:g} mm")
+                rule = f"at least that of the string, {u * 1e3:g} mm"
+                raise refusal("height of a Mass", rule, f"{y * 1e3:g} mm")
         grips.y[h], grips.move[h] = y, move
         state.eta[m] += sign * y
         state.eta_before[m] += sign * (y - move)
@@ -267,14 +269,13 @@ def _ears(trial: Trial, plan: Plan, listen: Sequence[float] | None) -> Ears:
     """Places to listen at. Raises ValueError for one that is not on the string, and for rates that do not fit."""
     s, every = trial.speaking, round(trial.contact_rate / trial.output_rate)
     if abs(every * trial.output_rate - trial.contact_rate) > 1e-9 * trial.contact_rate:
-        rates = f"allowed are multiples of the output rate, {trial.output_rate:g} Hz"
-        raise ValueError(f"contact rate {trial.contact_rate:g} Hz: {rates}")
+        rule = f"a multiple of the output rate, {trial.output_rate:g} Hz"
+        raise refusal("contact rate", rule, f"{trial.contact_rate:g} Hz")
     across = trial.sensor if trial.sensor_v is None else trial.sensor_v
     places = [trial.sensor] if listen is None else list(listen)
     over = [across] if listen is None else places
     for place in (*places, *over):
-        if not 0 <= place <= s.length:
-            raise ValueError(f"listening at {place * 1e3:g} mm: allowed are 0 to {s.length * 1e3:g} mm")
+        within("place to listen", place * 1e3, 0, s.length * 1e3, "mm")
     return Ears(
         step=every * np.arange(trial.samples),
         offset=np.zeros(trial.samples),
@@ -313,11 +314,11 @@ def play(
         trial = dataclasses.replace(trial, speaking=s)
     for hand in hands:
         if not 0 < hand.place < s.length:
-            kind, length = type(hand).__name__, s.length * 1e3
-            raise ValueError(f"place of a {kind}: {hand.place * 1e3:g} mm; allowed is between 0 and {length:g} mm")
+            rule = f"between 0 and {s.length * 1e3:g} mm"
+            raise refusal(f"place of a {type(hand).__name__}", rule, f"{hand.place * 1e3:g} mm")
     polarisations = 2 if trial.pluck.angle else 1
     if begin is not None and begin.shape != (polarisations, 2, trial.modes):
-        raise ValueError(f"begin: shape {begin.shape}; allowed is {(polarisations, 2, trial.modes)}")
+        raise refusal("begin", f"of shape {(polarisations, 2, trial.modes)}", begin.shape)
     player = _Player(trial, hands, begin)
     ears, samples, count = _ears(trial, player.plan, listen), trial.samples, len(hands)
     heard, per_hand = (ears.place.shape[0], 2, samples), (count, samples)

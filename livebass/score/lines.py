@@ -168,7 +168,7 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
     end = max(frame(smf.end_tick), max((e.frame for e in events), default=0))
     last = max((e.frame for e in events if _is_note(e.message)), default=0)
     if last > LONGEST * rate:
-        raise SmfError(f"lasts {last / rate / 3600:.1f} hours, allowed: up to {LONGEST // 3600}")
+        raise SmfError(f"lasts {last / rate / 3600:.1f} hours, more than {LONGEST // 3600}")
     if end - last > LONGEST_REST * rate:
         events = [event for event in events if event.frame <= last + LONGEST_REST * rate]
         left = Counter(e.message.type for e in events)

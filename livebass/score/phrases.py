@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from livebass.bounds import one_of
 from livebass.score.score import Score, score_of
 from livebass.units import note_number
 
@@ -43,8 +44,7 @@ def demo_score(rate: int, style: str = "finger") -> Score:
 
     Or, in about 26 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
     """
-    if style not in STYLES:
-        raise ValueError(f"style {style!r}: allowed are {', '.join(STYLES)}")
+    one_of("style", style, STYLES)
     if style == "techniques":
         return techniques_score(rate)
     rows, bends = (SLAP, SLAP_BENDS) if style == "slap" else (FINGER, FINGER_BENDS)

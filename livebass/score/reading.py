@@ -16,6 +16,7 @@ from collections.abc import Container
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from livebass.bounds import refusal
 from livebass.score.choosing import Choice, Part, Parts
 from livebass.score.lines import CHANNELS, Lines, Note, lines_of
 from livebass.score.score import LEAST_RATE, RELEASE, Event, Score, checked_rate, cleaned, note_off, score_from
@@ -68,7 +69,7 @@ def _file_bytes(path: Path) -> bytes:
     if path == STDIN:
         data = _stdin()
         if len(data) > LARGEST:
-            raise ScoreError(f"{path}: allowed are up to {LARGEST >> 20} MB")
+            raise ScoreError(f"{path}: has more than {LARGEST >> 20} MB, which is the most")
         return data
     try:
         kind = path.stat()
@@ -77,7 +78,7 @@ def _file_bytes(path: Path) -> bytes:
         if not stat.S_ISREG(kind.st_mode):
             raise ScoreError(f"{path}: is not a regular file")
         if kind.st_size > LARGEST:
-            raise ScoreError(f"{path}: {kind.st_size >> 20} MB, allowed: up to {LARGEST >> 20} MB")
+            raise ScoreError(f"{path}: has {kind.st_size >> 20} MB, more than {LARGEST >> 20} MB")
         return path.read_bytes()
     except (OSError, ValueError) as error:  # ValueError for a zero byte in the name
         if isinstance(error, ScoreError):
@@ -127,7 +128,7 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
     """Reads a MIDI file and chooses the notes to play. Raises ScoreError and ValueError as `read_score` does."""
     checked_rate(rate)
     if channel not in ("auto", "all", *range(1, 17)):
-        raise ValueError(f'channel {channel!r}: allowed are "auto", "all" and 1 to 16')
+        raise refusal("channel", '"auto", "all" or a number from 1 to 16', repr(channel))
     path = Path(path)
     try:
         smf = parse_smf(_file_bytes(path), path.name)

@@ -8,17 +8,18 @@ overlapping notes of one pitch, the end of the earlier one does not cut the late
 
 from __future__ import annotations
 
-import operator
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import groupby
+from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
 from mido import Message
 from numpy.typing import NDArray
 
+from livebass.bounds import between, refusal, within
 from livebass.smf import message
 
 NOTE_OFF, NOTE_ON, PROGRAM = 0x80, 0x90, 0xC0
@@ -100,20 +101,21 @@ def score_of(
     checked_rate(rate)
     events: list[Event] = []
     for start, length, note, velocity in notes:
-        if not (_whole(note) and _whole(velocity) and 0 <= note <= 127 and 1 <= velocity <= 127):
-            raise ValueError(f"note {note} at velocity {velocity}: allowed are whole numbers, 0 to 127 and 1 to 127")
-        if not (0 <= start <= LONGEST and 0 <= length <= LONGEST):
-            raise ValueError(f"note of {length} s at {start} s: allowed are 0 to {LONGEST} s")
+        _check_whole("note", note, 0, 127)
+        _check_whole("velocity", velocity, 1, 127)
+        within("start of a note", start, 0, LONGEST, "s")
+        within("length of a note", length, 0, LONGEST, "s")
         first = round(start * rate)
         last = round((start + length) * rate)
         events += [Event(first, message(bytes([NOTE_ON, note, velocity]))), Event(last, note_off(0, note, RELEASE))]
     for time, position in bends:
-        if not (0 <= time <= LONGEST and -1 <= position <= 1):
-            raise ValueError(f"bend to {position} at {time} s: allowed are -1 to 1 and 0 to {LONGEST} s")
+        within("time of a bend", time, 0, LONGEST, "s")
+        within("bend", position, -1, 1)
         events.append(Event(round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192)))
     for time, number, value in controls:
-        if not (0 <= time <= LONGEST and 0 <= number <= 127 and 0 <= value <= 127):
-            raise ValueError(f"controller {number} to {value} at {time} s: allowed are 0 to 127 and 0 to {LONGEST} s")
+        within("time of a controller", time, 0, LONGEST, "s")
+        within("controller", number, 0, 127)
+        within("value of a controller", value, 0, 127)
         events.append(Event(round(time * rate), Message("control_change", control=number, value=value)))
     events.sort(key=lambda e: e.frame)
     return score_from(cleaned(events, 0, rate), name, rate)
@@ -121,17 +123,13 @@ def score_of(
 
 def checked_rate(rate: int) -> None:
     """Raises ValueError unless `rate` is a whole number of Hz from LEAST_RATE to MOST_RATE."""
-    if not (_whole(rate) and LEAST_RATE <= rate <= MOST_RATE):
-        raise ValueError(f"rate {rate} Hz: allowed are whole numbers from {LEAST_RATE} to {MOST_RATE}")
+    _check_whole("rate", rate, LEAST_RATE, MOST_RATE, "Hz")
 
 
-def _whole(number: object) -> bool:
-    """True for an integer of any kind, numpy's included."""
-    try:
-        operator.index(number)  # type: ignore[arg-type]
-    except TypeError:
-        return False
-    return True
+def _check_whole(name: str, number: object, least: int, most: int, unit: str = "") -> None:
+    """Raises ValueError unless `number` is an integer of any kind, numpy's included, within its limits."""
+    if not (isinstance(number, Integral) and least <= int(number) <= most):
+        raise refusal(name, between(least, most, unit, whole=True), f"{number} {unit}".rstrip())
 
 
 def note_off(channel: int, note: int, velocity: int) -> Message:

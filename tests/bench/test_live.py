@@ -44,7 +44,7 @@ from livebass.bench.live import (
 from livebass.bench.measure import OtherLoad
 from livebass.cores import core_count
 from livebass.engine.engine import Engine
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.worst import (
     HAND_NAMES,

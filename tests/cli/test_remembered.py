@@ -14,11 +14,12 @@ from support.command import GOOD, NOTE, Run, assert_one_clear_line, song
 
 from livebass import load_preset
 from livebass.cli import remembered
-from livebass.cli.play import LOG, Console, logged
+from livebass.cli.console import LOG, Console, logged
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
 from livebass.files import OutputError
 from livebass.live import outputs, session
-from livebass.live.session import Settings
+from livebass.live.lost import OutputLost
+from livebass.live.settings import Settings
 from livebass.live.synth import Meters
 
 ALL = Remembered("slap", -6.5, "portaudio", 'Card "1"\\\n\x7f\U0001f3b8, ALSA', "keys", {"tone": 74, "gain": 7})
@@ -230,7 +231,7 @@ def test_an_output_that_is_not_there_is_not_used(
 
     def gone(_backend: str, device: object) -> None:
         if device == "Card, ALSA":
-            raise outputs.OutputLost("no Card")
+            raise OutputLost("no Card")
 
     monkeypatch.setattr(outputs, "check_output", gone)
     status, _, err = run("play")
@@ -244,7 +245,7 @@ def test_a_place_that_cannot_be_written_is_a_warning(
     (tmp_path / "a").write_text("")
     monkeypatch.setenv("LIVEBASS_SETTINGS", str(tmp_path / "a" / "play.toml"))
     monkeypatch.setattr(remembered, "load", lambda _: Remembered())
-    monkeypatch.setattr("livebass.cli.play.load", lambda _: Remembered())
+    monkeypatch.setattr("livebass.cli.remembered.load", lambda _: Remembered())
     status, _, err = run("play", "-p", "slap")
     assert status == 0 and "not remembered" in err
     with pytest.raises(OutputError):

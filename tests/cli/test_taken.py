@@ -13,7 +13,7 @@ import pytest
 from support.command import Run, assert_one_clear_line
 from support.engine import FakeEngine
 
-from livebass.live.session import Settings
+from livebass.live.settings import Settings
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.score.reading import TAKE, read_score

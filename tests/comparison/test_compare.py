@@ -96,7 +96,7 @@ def bad(folder: Path) -> dict[str, Path]:
     shutil.copy(GROWLY / "C2_rel_rr1.flac", noises)
     paths = {
         "no such file": folder / "nowhere.wav",
-        "no sound file is in it; allowed are .aif": folder / "empty",
+        "has no sound file, such as .aif": folder / "empty",
         "only noises of hands": noises,
         "cannot be read as sound": folder / "text.wav",
         "silent": folder / "silent.wav",
@@ -126,11 +126,11 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
         ([GROWLY / "C2_f_rr1.flac", "--json", GROWLY / "C2_f_rr1.flac"], "is a recording itself"),
         ([GROWLY, "--json", tmp_path], "is a directory"),
         ([GROWLY, "-p", "nothing"], "nothing"),
-        ([GROWLY, "--velocities", "90,30"], "from 1 to 127 that grow"),
-        ([GROWLY, "--velocities", "loud"], "from 1 to 127 that grow"),
-        ([GROWLY, "--takes", "0"], "allowed are"),
+        ([GROWLY, "--velocities", "90,30"], "must be ascending velocities from 1 to 127"),
+        ([GROWLY, "--velocities", "loud"], "must be ascending velocities from 1 to 127"),
+        ([GROWLY, "--takes", "0"], "must be a whole number from 1 to 16, not 0"),
         ([GROWLY, "--technique", "teeth"], "fingers"),
-        ([GROWLY, "--seed", "-1"], "allowed are"),
+        ([GROWLY, "--seed", "-1"], "must be a whole number from 0"),
     ):
         status, out, err = run("compare", *arguments)
         assert_one_clear_line(status, err)

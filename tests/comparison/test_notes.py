@@ -142,7 +142,7 @@ def test_rendered_notes_are_like_the_recorded_ones() -> None:
 @pytest.mark.parametrize(
     ("values", "why"),
     [({"velocities": [90, 30]}, "from soft to hard"), ({"velocities": [0]}, "1 to 127"), ({"takes": 0}, "1 to 16"),
-     ({"quality": "best"}, "allowed are live, studio, reference")],
+     ({"quality": "best"}, "quality must be live, studio or reference, not 'best'")],
 )  # fmt: skip
 def test_values_that_are_not_allowed(values: dict[str, object], why: str) -> None:
     with pytest.raises(ValueError, match=why):

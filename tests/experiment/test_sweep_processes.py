@@ -162,7 +162,7 @@ class Deadly:
 
 def test_a_point_that_kills_its_process_is_named_and_the_others_are_done() -> None:
     quality = quality_with("live", 20, 192e3)
-    settings = Settings(preset="paper-g", apex=3e-3, duration=0.01, quality=quality, modes=20)
+    settings = Settings(apex=3e-3, duration=0.01, quality=quality, modes=20)
     good = grid(settings, [axis("pluck.apex=1mm:2mm:3")])
     bad = replace(good[1], work=Deadly(), name="pluck.apex = 1.5 mm")  # type: ignore[arg-type]
     said: list[str] = []

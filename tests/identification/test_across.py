@@ -18,9 +18,12 @@ from support.quiet import without_noise
 from livebass import load_preset
 from livebass.engine.render import render_to_array
 from livebass.identification.across import fit_own, heard_of_both, level_across
-from livebass.identification.identify import Identified, identify, new_preset, table
+from livebass.identification.identify import identify
 from livebass.identification.lines import Line
 from livebass.identification.partials import Found
+from livebass.identification.result import Identified
+from livebass.identification.tables import table
+from livebass.identification.written import new_preset
 from livebass.model import modes
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.neck import Admittance

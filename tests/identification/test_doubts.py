@@ -16,9 +16,10 @@ from support.strings import FREQUENCIES, g_neck, g_string, paper_g
 from livebass import load_preset
 from livebass.identification.doubts import clipped_tops, doubtful
 from livebass.identification.fit import fit_laws
-from livebass.identification.identify import Identified, identify
+from livebass.identification.identify import identify
 from livebass.identification.lines import Line
 from livebass.identification.partials import Found
+from livebass.identification.result import Identified
 from livebass.model import modes
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.preset.load import laboratory_names, preset_names

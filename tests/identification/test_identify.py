@@ -22,8 +22,9 @@ from support.strings import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 from livebass import load_preset
 from livebass.identification.esprit import SAMPLES, band, components
 from livebass.identification.fit import fit_law, fit_laws, fit_losses
-from livebass.identification.identify import Identified, identify
+from livebass.identification.identify import identify
 from livebass.identification.partials import find_takes, read_recording, track
+from livebass.identification.result import Identified
 from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Pluck, Speaking, speaking
 from livebass.model.neck import neck_damping
@@ -455,7 +456,7 @@ def test_wrong_usage(run: Run, tmp_path: Path) -> None:
         ([path, "--string", "E"], 1, "no pitch within a semitone"),
         ([path, "--note", "D2"], 1, "no pitch within a semitone"),
         ([path, "--channel", 2], 1, "no channel 2"),
-        ([path, "--modes", 3], 2, "allowed are"),
+        ([path, "--modes", 3], 2, "must be a whole number from 4 to 200, not 3"),
         ([path, "-p", "nothing"], 1, "unknown"),
         ([path, "--start", "3s"], 1, "too short"),
     ):

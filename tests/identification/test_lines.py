@@ -13,8 +13,9 @@ from support.strings import DAMPINGS, FREQUENCIES
 
 from livebass import load_preset
 from livebass.identification.glide import Glide, glide_of, straightened
-from livebass.identification.identify import Identified, identify
+from livebass.identification.identify import identify
 from livebass.identification.partials import Take, track
+from livebass.identification.result import Identified
 from livebass.units import cents
 
 RATE, F0, COUNT = 48_000, 97.97, 20

@@ -15,8 +15,10 @@ from support.costs import quick
 
 from livebass import load_preset
 from livebass.engine.solve import heard
-from livebass.identification.identify import Identified, identify, table
+from livebass.identification.identify import identify
 from livebass.identification.onset import can_be_fitted
+from livebass.identification.result import Identified
+from livebass.identification.tables import table
 from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.trial import Trial
 

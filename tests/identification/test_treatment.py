@@ -11,7 +11,8 @@ import soundfile
 from support.strings import DAMPINGS, FREQUENCIES
 
 from livebass import load_preset
-from livebass.identification.identify import Identified, identify
+from livebass.identification.identify import identify
+from livebass.identification.result import Identified
 from livebass.identification.treatment import loop_of
 
 RATE, COUNT, SECONDS = 48_000, 20, 4.0

@@ -12,7 +12,7 @@ from support.jack import wait_for
 from livebass.compiling import store
 from livebass.live import carried
 from livebass.live.carried import MOST, best_qualities, kept_share, prepared, worst_share
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.presets import PresetSwitch
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.quality import QUALITIES

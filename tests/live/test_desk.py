@@ -17,10 +17,10 @@ from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.kernels.player import performer
 from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.recording import MidiRecorder
-from livebass.live.session import clock
+from livebass.live.status import clock
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
@@ -148,7 +148,7 @@ def test_a_loop_of_a_part_ends_the_notes_that_reach_beyond_it() -> None:
     desk.loop = (0.2, 10.0)
     assert desk.loop == (0.2, 2.0), "no farther than the end"
     for part in ((1.0, 1.01), (3.0, 4.0)):
-        with pytest.raises(ValueError, match="allowed are parts"):
+        with pytest.raises(ValueError, match="loop must be a part"):
             desk.loop = part
         assert desk.loop is None
     desk.loop = (0.0, 0.0)

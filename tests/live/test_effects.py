@@ -13,7 +13,7 @@ from livebass import Quality, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.effects.records import PART
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import EFFECT, PARAMETER, push_event, push_message
 from livebass.model.instrument import Effects, Instrument, Response

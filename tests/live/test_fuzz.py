@@ -12,8 +12,8 @@ from support.live import QUICK, RATE, synth_and_device
 
 from livebass import Quality, load_preset, preset_names
 from livebass.bench.jack import new_client
-from livebass.live.inputs import MidiPort
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
+from livebass.live.midi import MidiPort
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import NOW, unread
 
@@ -120,7 +120,7 @@ class RawKeys:
 
 
 def test_truncated_messages_through_jack_are_no_messages(server: SimpleNamespace) -> None:
-    from livebass.live.outputs import JackOutput
+    from livebass.live.jack import JackOutput
 
     output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
     synth = output.synth
@@ -145,7 +145,7 @@ def test_truncated_messages_through_jack_are_no_messages(server: SimpleNamespace
 
 def test_bytes_through_jack(server: SimpleNamespace) -> None:
     """Truncated, too long, without a status, system exclusive: what JACK lets through, the bass survives."""
-    from livebass.live.outputs import JackOutput
+    from livebass.live.jack import JackOutput
 
     output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
     synth = output.synth

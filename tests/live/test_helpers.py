@@ -12,8 +12,8 @@ from support.live import QUICK, RATE, Session, run_ahead, synth_and_device
 from support.quiet import without_noise
 
 from livebass.arrays import Floats
-from livebass.live.outputs import FakeDevice
-from livebass.live.session import Settings
+from livebass.live.fake import FakeDevice
+from livebass.live.settings import Settings
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.records import MOST_HELPERS
 
@@ -96,7 +96,7 @@ def test_a_session_has_one_a_core_that_is_left_and_a_string(
     cores: int | None, refused: str | None, wanted: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of three cores; without real-time priority only as asked for."""
-    monkeypatch.setattr("livebass.live.session.core_count", lambda: 3)
+    monkeypatch.setattr("livebass.live.rig.core_count", lambda: 3)
     monkeypatch.setattr("livebass.live.synth.make_realtime", lambda thread: refused)
     session = Session(Settings(without_noise("slap"), QUICK, cores=cores))
     synth = Synth(RATE)

@@ -33,7 +33,7 @@ from support.live import QUICK, offline
 from livebass import load_preset
 from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
 from livebass.live.guards import open_jack_client
-from livebass.live.outputs import JackOutput
+from livebass.live.jack import JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import unread
 
@@ -190,7 +190,7 @@ from support.jack import wait_for
 from support.live import QUICK, offline
 from livebass import load_preset
 from livebass.bench.jack import AudioProbe, LostFrames
-from livebass.live.outputs import PortAudioOutput
+from livebass.live.portaudio import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 
 synth = Synth({RATE}, adaptive=False)

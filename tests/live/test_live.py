@@ -23,7 +23,7 @@ from support.scores import busy_score
 from livebass import QUALITIES, demo_score, load_preset
 from livebass.compiling import store
 from livebass.compiling.library import library
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
 from livebass.live.thread import block
 from livebass.live.thread.block import FORGOTTEN, MOST_SHARE

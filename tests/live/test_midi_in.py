@@ -17,7 +17,8 @@ import soundfile
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 
 from livebass.bench.jack import new_client
-from livebass.live.inputs import THROUGH, MidiLost, MidiPort, alsa_sources, bare, find_port, is_message, port_names
+from livebass.live.lost import MidiLost
+from livebass.live.midi import THROUGH, MidiPort, alsa_sources, bare, find_port, is_message, port_names
 from livebass.live.synth import Synth
 from livebass.live.thread.ring import unread
 

@@ -32,17 +32,22 @@ from support.terminal import InTerminal
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.bench.endurance import python_busy, random_playing
 from livebass.bench.jack import LostFrames, new_client
+from livebass.cli.console import Console, LogFile, logged
 from livebass.cli.help import page_text
-from livebass.cli.play import Console, LogFile, logged
 from livebass.extras import install
 from livebass.files import OutputError
-from livebass.live import inputs, session
+from livebass.live import keyboard, session, terminal
 from livebass.live.desk import LEAD, Desk
-from livebass.live.inputs import DIGITS, NOTES, STROKES, WAYS, TerminalKeys, let_go
-from livebass.live.outputs import FakeDevice, JackOutput, PortAudioOutput
+from livebass.live.fake import FakeDevice
+from livebass.live.jack import JackOutput
+from livebass.live.keyboard import DIGITS, NOTES, STROKES, WAYS, TerminalKeys
+from livebass.live.midi import let_go
+from livebass.live.portaudio import PortAudioOutput
 from livebass.live.presets import PresetSwitch
 from livebass.live.recording import MidiRecorder, Recorder
-from livebass.live.session import Session, Settings, Summary, _Loop
+from livebass.live.session import Session
+from livebass.live.settings import Settings, Summary
+from livebass.live.status import Status
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
 from livebass.model.keymap import MODO, MODO_12
@@ -337,7 +342,7 @@ import json, logging, resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
 from pathlib import Path
 from support.live import synth_and_device
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.recording import Recorder
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 synth, device = synth_and_device()
@@ -609,7 +614,7 @@ def test_devices_lists_devices_alone() -> None:
     program = """
 import os, threading
 from livebass.cli.main import run
-from livebass.live import inputs, outputs
+from livebass.live import jack, midi, portaudio
 
 def chatter(*_):
     os.write(2, b"JackShmReadWritePtr: skipping unlock\\n")
@@ -628,9 +633,9 @@ class Rtmidi:
     def MidiIn(rtapi, name):
         raise Error(f"MidiInJack::initialize: {rtapi} {name}")
 
-outputs.jack_server = chatter
-outputs.output_names = lambda: chatter() or {}
-inputs._rtmidi = lambda: Rtmidi
+jack.jack_server = chatter
+portaudio.output_names = lambda: chatter() or {}
+midi._rtmidi = lambda: Rtmidi
 raise SystemExit(run(["devices"]))
 """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
@@ -684,13 +689,13 @@ def test_underruns_at_a_low_load_say_what_helps(caplog: pytest.LogCaptureFixture
     synth, device = synth_and_device("slap")
     session = Session(Settings(load_preset("slap"), QUICK))
     session.output = SimpleNamespace(advice=lambda: "take --block 256")  # type: ignore[assignment]
-    loop = _Loop(session, None, None, None, None, None, None, Gauge(synth))  # type: ignore[arg-type]
+    status = Status(session, None, Gauge(synth))  # type: ignore[arg-type]
 
     def underruns(count: int, load: float) -> None:
         for _ in range(count):
             device.block(64, flags=4)
         synth.record["load_worst"] = load
-        loop._advise(loop.gauge.read(), 5.0)
+        status.advise(status.read(), 5.0)
 
     for count, load in ((2, 0.1), (5, 0.9), (0, 0.1)):
         underruns(count, load)
@@ -718,8 +723,8 @@ def test_the_status_line_names_preset_velocity_and_octave() -> None:
     session.output = SimpleNamespace(synth=synth)  # type: ignore[assignment]
     presets = SimpleNamespace(playing=("basses/mine.toml", "live"))
     keys = SimpleNamespace(active=True, velocity=90, octave=3, ways="ghost, slide")
-    loop = _Loop(session, None, presets, keys, None, None, None, Gauge(synth))  # type: ignore[arg-type]
-    line = loop._status(loop.gauge.read())
+    status = Status(session, presets, Gauge(synth), keys)  # type: ignore[arg-type]
+    line = status.line(status.read())
     assert line.startswith("[            ]   silent   -   mine   load") and line.endswith(
         "velocity 90, octave 3   ghost, slide"
     )
@@ -751,7 +756,7 @@ def typed(*texts: str, seconds: float = 0.0) -> list[tuple[int, ...]]:
     keys = TerminalKeys(lambda *m: sent.append(m), lambda: None)
     with pytest.MonkeyPatch.context() as clock:
         for k, text in enumerate(texts):
-            clock.setattr(inputs, "time", SimpleNamespace(monotonic=lambda k=k: 1e3 + k * seconds))
+            clock.setattr(terminal, "time", SimpleNamespace(monotonic=lambda k=k: 1e3 + k * seconds))
             keys._hear(text)
     return sent
 
@@ -791,7 +796,7 @@ def test_number_keys_are_the_techniques_of_the_handbook() -> None:
     page, names = page_text("playing"), [button.name.lower() for button in DIGITS.values()]
     for keys, some in (("`1`, `2`, `3`", names[:3]), ("`4` to `7`", names[3:7]), ("`8`, `9`, `0`", names[7:])):
         assert f"| {keys} | {', '.join(some)}" in page
-    assert all(f"{key} {name};" in inputs.HELP for key, name in zip(DIGITS, names, strict=True))
+    assert all(f"{key} {name};" in keyboard.HELP for key, name in zip(DIGITS, names, strict=True))
 
 
 def test_what_belongs_to_channels_is_switched_on_every_one() -> None:

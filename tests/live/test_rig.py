@@ -26,11 +26,12 @@ from livebass.bench.jack import MidiProbe, new_client
 from livebass.cli.remembered import load, settings_file
 from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
+from livebass.live.jack import JackOutput
 from livebass.live.osc import OscLost, OscServer
-from livebass.live.outputs import JackOutput
 from livebass.live.parameters import NUMBERS, PARAMETERS, event
 from livebass.live.presets import PresetSwitch
-from livebass.live.session import Session, Settings
+from livebass.live.session import Session
+from livebass.live.settings import Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score.score import score_of
 from livebass.techniques import BUILT_ROWS, LEARNED

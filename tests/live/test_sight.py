@@ -17,7 +17,7 @@ from livebass.engine.image import Bass
 from livebass.engine.prepare import play_frames
 from livebass.engine.solve import pluck_event, solve_trial
 from livebass.kernels.bass.instrument import LIVE
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
 from livebass.model.instrument import Pluck

@@ -23,7 +23,7 @@ from livebass.cli.render import render
 from livebass.cli.song import basses_of
 from livebass.cli.taken import with_loaded
 from livebass.engine.render import mixed, single
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS
 from livebass.live.recording import Given, MidiRecorder
 from livebass.live.synth import LiveBass, Synth

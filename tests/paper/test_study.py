@@ -253,7 +253,7 @@ def test_bad_input(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     for arguments, says, status in (
         (["study", "figure-99", "-o", "d"], "study 'figure-99': there are linear, a, b, c, cases", 2),
         (["study", "linear"], "'-o'", 2),
-        (["study", "linear", "-o", "d", "--duration", "1ms"], "allowed are 100 ms to 10 s", 2),
+        (["study", "linear", "-o", "d", "--duration", "1ms"], "must be from 100 ms to 10 s, not 1ms", 2),
         (["study", "linear", "-o", "d", "--workers", "0"], "1 to 256", 2),
         (["study", "linear", "-o", "file"], "file: is not a directory", 1),
         (["study", "linear", "-o", "d", "--json", "none/a.json"], "there is no directory", 1),

@@ -166,7 +166,7 @@ def test_the_commands_take_such_a_file(run: Run, tmp_path: Path) -> None:
 
 def test_an_identified_string_goes_into_a_preset_that_says_all_itself(tmp_path: Path) -> None:
     pytest.importorskip("tomlkit")
-    from livebass.identification.identify import new_preset
+    from livebass.identification.written import new_preset
 
     mine = tmp_path / "mine.toml"
     mine.write_text('like = "jazz-finger"\n')

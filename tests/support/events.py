@@ -10,7 +10,7 @@ import numpy as np
 
 from livebass import QUALITIES, load_preset
 from livebass.cores import core_count
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from support.live import RATE
 from support.scores import SWITCH_KEYS

@@ -13,8 +13,9 @@ from livebass import Instrument, Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
-from livebass.live.outputs import FakeDevice
-from livebass.live.session import Session, Summary
+from livebass.live.fake import FakeDevice
+from livebass.live.session import Session
+from livebass.live.settings import Summary
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_message
 from livebass.score.score import Score

@@ -21,8 +21,8 @@ from support.live import RATE, feed, run_ahead, synth_and_device
 from support.song import midi_file, song_of
 
 from livebass import Quality, load_preset
+from livebass.live.fake import FakeDevice
 from livebass.live.onlooker import Onlooker
-from livebass.live.outputs import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
 from livebass.score.score import score_of

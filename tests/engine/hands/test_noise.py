@@ -15,7 +15,7 @@ from livebass.arrays import Floats
 from livebass.comparison.measures import band
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.block import is_still
 from livebass.units import OFF

@@ -20,7 +20,7 @@ from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.answers import EVERY
 from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
-from livebass.live.outputs import FakeDevice
+from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model import answers
 from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument

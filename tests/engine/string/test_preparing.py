@@ -322,7 +322,7 @@ def test_a_board_has_its_points_from_end_to_end_and_crowns_where_they_are_neares
 def test_what_cannot_be_prepared_is_refused() -> None:
     s, taps = paper_g(), ((0.8,), (0.8,))
     for count in (0, s.grid_points):
-        with pytest.raises(ValueError, match=f"^modes {count}: allowed are 1 to 862"):
+        with pytest.raises(ValueError, match=f"^modes must be from 1 to 862, not {count}"):
             operators([[Note(s, count, taps)]], SENSORS, Rates(48000, 768000))
     mute = dataclasses.replace(s, extra_damping=1e4)
     with pytest.raises(ValueError, match="above critical"):

@@ -1,0 +1,33 @@
+"""Checks of values against their bounds; every error is one sentence: "takes must be from 1 to 16, not 20"."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+
+def refusal(name: str, rule: str, value: object) -> ValueError:
+    """The error that `name` must be as the `rule` says, and has another `value`."""
+    return ValueError(f"{name} must be {rule}, not {value}")
+
+
+def between(least: float, most: float, unit: str = "", whole: bool = False) -> str:
+    """A range in words: "from 1 to 16", "a whole number from 1 to 16", "from 20 to 700 Hz"."""
+    return f"{'a whole number ' * whole}from {least:.10g} to {most:.10g} {unit}".rstrip()
+
+
+def either(choices: Iterable[object]) -> str:
+    """The choices in words: "A, B or C"."""
+    *most, last = map(str, choices)
+    return f"{', '.join(most)} or {last}" if most else last
+
+
+def within(name: str, value: float, least: float, most: float, unit: str = "", whole: bool = False) -> None:
+    """Raises ValueError for a number below `least`, above `most`, NaN, or, with `whole`, not a whole number."""
+    if not least <= value <= most or (whole and value != int(value)):
+        raise refusal(name, between(least, most, unit, whole), f"{value:.10g} {unit}".rstrip())
+
+
+def one_of(name: str, value: object, choices: Iterable[object]) -> None:
+    """Raises ValueError for a value that is none of the choices."""
+    if value not in (choices := tuple(choices)):
+        raise refusal(name, either(choices), repr(value))

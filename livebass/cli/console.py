@@ -1,0 +1,131 @@
+"""The terminal while `livebass play` plays: lines of the log above a status line; and the file of --log."""
+
+from __future__ import annotations
+
+import logging
+import os
+import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from datetime import datetime
+from pathlib import Path
+
+import click
+
+from livebass.cli.said import filled, width
+from livebass.files import output_error
+from livebass.units import one_line
+
+LOG = logging.getLogger("livebass")
+
+
+class OutputGone(OSError):
+    """The output went away while it played."""
+
+
+@contextmanager
+def logged(console: Console, path: Path | None) -> Iterator[None]:
+    """Sends what livebass logs to `console` and, with its error if there is one, to the file at `path`.
+
+    Raises OutputError if the file cannot be written.
+    """
+    handlers: list[logging.Handler] = [console, *([LogFile(path)] if path else [])]
+    level, root, none = LOG.level, logging.getLogger(), logging.NullHandler()
+    root.addHandler(none)  # a library that logs (python-osc) would give the root one to stderr, and double every line
+    LOG.setLevel(logging.DEBUG)
+    for handler in handlers:
+        LOG.addHandler(handler)
+    try:
+        yield
+    except BaseException as error:
+        if not isinstance(error, OutputGone):
+            LOG.debug(str(error) or type(error).__name__)
+        raise
+    finally:
+        for handler in handlers:
+            LOG.removeHandler(handler)
+            handler.close()
+        LOG.setLevel(level)
+        root.removeHandler(none)
+
+
+class Console(logging.Handler):
+    """Shows log lines from INFO up on stderr unless `quiet`, above a status line if that is a terminal."""
+
+    def __init__(self, quiet: bool) -> None:
+        super().__init__(logging.INFO)
+        self.quiet = quiet
+        self.terminal = sys.stderr.isatty() and not quiet and os.environ.get("TERM") != "dumb"
+        self._unended = False  # the cursor is behind a status line
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.show(record.getMessage())
+
+    def show(self, line: str) -> None:
+        """Shows a line that is for the terminal alone."""
+        if not self.quiet:
+            line = one_line(line)
+            self._print(filled(line) if self.terminal else line)
+
+    def status(self, line: str) -> None:
+        """Shows `line` in place of the last status line, as far as it fits; a narrow terminal has no bar."""
+        columns = width()
+        shown = one_line(line) if columns >= NARROW else BAR.sub("", one_line(line))
+        self._print(shown[: columns - 1], end="")
+
+    def close(self) -> None:
+        """Removes the status line."""
+        self._print("", end="")
+        super().close()
+
+    def _print(self, line: str, end: str = "\n") -> None:
+        self.acquire()  # other threads log, too
+        try:
+            before = "\r\x1b[K" if self.terminal and self._unended else ""
+            self._unended = self.terminal and not end and bool(line)
+            if before or line or end:
+                with suppress(OSError):  # a closed terminal: the bass plays on until it is told to end
+                    click.echo(f"{before}{line}{end}", nl=False, err=True)
+        finally:
+            self.release()
+
+
+class LogFile(logging.FileHandler):
+    """Appends lines with time stamps to a file; an error ends the file with a warning, not the session.
+
+    Raises OutputError if the file cannot be opened.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self._ended = path, False
+        try:
+            super().__init__(path, encoding="utf-8", errors="replace")
+        except OSError as error:
+            raise output_error(path, error) from None
+        except ValueError:  # a zero byte in the name
+            raise output_error(path, OSError("not a file name")) from None
+
+    def format(self, record: logging.LogRecord) -> str:
+        when = datetime.fromtimestamp(record.created).astimezone()
+        return f"{when.isoformat(' ', 'milliseconds')}  {one_line(record.getMessage())}"
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if not self._ended:
+            super().emit(record)
+
+    def handleError(self, record: logging.LogRecord) -> None:
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            super().handleError(record)
+            return
+        self.close()
+        LOG.warning("%s: no more log", output_error(self.path, error))
+
+    def close(self) -> None:
+        self._ended = True
+        with suppress(OSError):
+            super().close()
+
+
+NARROW, BAR = 60, re.compile(r"\[[# ]*\] *")  # columns of a terminal without room for the bar of a meter

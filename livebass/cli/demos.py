@@ -1,0 +1,33 @@
+"""The phrases that `render` and `play` have for every bass."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from livebass.cli.hands import Hands
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+    from livebass.score.score import Score
+
+DEMOS = click.Choice(["preset", "techniques"])
+
+
+def ready_for(demo: str | None, bass: Instrument) -> Instrument:
+    """The bass, with the key switches that the phrases for all "techniques" press."""
+    if demo != "techniques":
+        return bass
+    from livebass.model.keymap import MODO
+
+    return Hands({"keys": MODO}).play(bass)
+
+
+def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
+    """The demo phrase in the style of the bass's player, or all "techniques"."""
+    from livebass.score.phrases import demo_score
+
+    if demo == "techniques":
+        return demo_score(rate, demo)
+    return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")

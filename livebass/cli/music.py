@@ -1,0 +1,117 @@
+"""The basses and the score that `livebass play` plays, as options, memory and the file choose them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import click
+
+from livebass.cli.demos import demo_for, ready_for
+from livebass.cli.effects import Behind
+from livebass.cli.hands import Hands, Loader
+from livebass.cli.options import DEFAULT_PRESET
+from livebass.cli.remembered import Memory
+from livebass.cli.said import say
+from livebass.cli.song import later_presets, preset_of, programs_of, remarks, too_low
+from livebass.cli.taken import told, with_loaded
+from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
+from livebass.model.instrument import Instrument
+from livebass.preset.load import load_preset
+from livebass.score.low_keys import with_low_notes
+from livebass.score.reading import read_score
+from livebass.score.score import Score
+
+
+class Music:
+    """Loads basses in the hands and the tuning, and with the effects, of the options; reads --file or --demo.
+
+    `asked` are the options of the sound on the command line, before those remembered. Takes the tuning out of
+    `options`. Raises PresetError and ScoreError.
+    """
+
+    def __init__(
+        self, options: dict[str, Any], asked: dict[str, Any], hands: Hands, behind: Behind, memory: Memory
+    ) -> None:
+        self.song, self.demo, self.wanted = options["song"], options["demo"], options["preset"]
+        self.asked, self.hands, self.behind, self.memory = asked, hands, behind, memory
+        self.tuning = tuning_of_options(options)
+        self._command = click.get_current_context().command
+        self._of_take: dict[str, Mapping[str, str]] = {}  # presets that a take names, and their options
+        self._load_of_take: Callable[[str], Instrument] = load_preset
+        self.score = self._read_song(options["rate"]) if self.song else None  # reports errors in the file now
+        if self.score:
+            self._of_take = {bass.preset: bass.given for bass in self.score.basses}
+        self.preset, self.bass = self._first()
+        if self.score:
+            lines = remarks(self.score, self.wanted, DEFAULT_PRESET) + too_low(self.bass, self.score, DEFAULT_PRESET)
+            for line in lines:
+                say(f"{self.song}: {line}")
+
+    def load(self, preset: str) -> Instrument:
+        """Loads a preset as a take has it, or with the options."""
+        if preset in self._of_take:
+            return self._load_of_take(preset)
+        bass = self.hands.play(load_tuned(preset, self.tuning, self.memory.given))
+        return ready_for(self.demo, self.behind.put(bass))
+
+    def given(self, preset: str) -> Mapping[str, str]:
+        """The options that change a preset, for a take."""
+        if preset in self._of_take:
+            return {**self._of_take[preset], **told(self.asked)}
+        found = told(self.asked | dict.fromkeys(TUNING_KEYS) | self.tuning)
+        return found | {"keys": "modo"} if self.demo == "techniques" else found
+
+    @property
+    def read(self) -> Callable[[int], Score] | None:
+        """Reads the file or the demo at a rate; None: there is neither."""
+        if self.song:
+            return lambda rate: with_low_notes(self._read_song(rate), self.bass)
+        return (lambda rate: demo_for(self.bass, rate, self.demo)) if self.demo else None
+
+    @property
+    def programs(self) -> dict[int, str]:
+        """The presets that programs of the file choose, from 0."""
+        return programs_of(self.score) if self.score else {}
+
+    @property
+    def unchosen(self) -> set[str | None]:
+        """The presets that the player has not chosen: the first one, and those of the file."""
+        later = later_presets(self.score, DEFAULT_PRESET) if self.score else []
+        return {self.preset, *(name for _, _, name in later)}
+
+    def _read_song(self, rate: int) -> Score:
+        """Reads the file; its program changes change the bass unless one was asked for."""
+        score = read_score(self.song, rate)
+        if self.wanted:
+            return score.on_one_bass()
+        if score.basses:
+            load = Loader(self.asked.copy())
+            score, self._load_of_take = with_loaded(score, load, DEFAULT_PRESET, self._command)
+        return score
+
+    def _first(self) -> tuple[str, Instrument]:
+        """The preset that plays first, and its bass.
+
+        Says what was remembered and does not fit, and leaves it out, of the tuning too. Raises PresetError.
+        """
+        preset, used = self.wanted or preset_of(self.score, DEFAULT_PRESET), self.memory.used
+        recalled = [name for name in self.tuning if name in used]
+        try:
+            return preset, self.load(preset)
+        except ValueError as error:
+            if not recalled and ("preset" not in used or self.tuning):
+                raise
+            problem = error
+        for name in recalled:
+            del self.tuning[name], used[name]
+        try:
+            bass = self.load(preset)
+            say(f"as remembered: {problem}; {', '.join(recalled)} left out")
+            return preset, bass
+        except ValueError:
+            if "preset" not in used or self.tuning:
+                raise
+        left = f", {', '.join(recalled)} left out" if recalled else ""
+        say(f"as remembered: {problem}; {DEFAULT_PRESET} plays{left}")
+        return DEFAULT_PRESET, self.load(DEFAULT_PRESET)

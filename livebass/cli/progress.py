@@ -1,0 +1,53 @@
+"""Shows how far long work has come: bars, and the compilation that some of it begins with."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+
+import click
+
+from livebass.cli.said import say
+
+
+def have_kernels() -> None:
+    """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
+    from livebass.compiling.library import cached, duration, library
+
+    if not cached():
+        say(f"compiling the kernels, once, in about {duration()} ...")
+        with ExitStack() as shown:
+            bar: list[Callable[[float], None] | None] = []
+
+            def progress(done: float) -> None:
+                if not bar:  # not while another process compiles
+                    bar.append(shown.enter_context(shown_progress("compiling the kernels")))
+                if bar[0]:
+                    bar[0](done)
+
+            library(progress)
+
+
+@contextmanager
+def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
+    """Shows a progress bar if stderr is a terminal; yields a function that takes the fraction done, or None."""
+    with shown_steps(label) as (progress, _):
+        yield progress
+
+
+@contextmanager
+def shown_steps(label: str) -> Iterator[tuple[Callable[[float], None] | None, Callable[[str], None]]]:
+    """As `shown_progress`, and yields with it a function that tells of a step: in front of the bar, or as a line."""
+    if not sys.stderr.isatty():
+        yield None, say
+        return
+    steps = 1000
+    with click.progressbar(length=steps, label=label, show_eta=True, file=sys.stderr) as bar:
+
+        def tell(line: str) -> None:
+            bar.label = line
+            bar.render_progress()
+
+        yield lambda fraction: bar.update(int(fraction * steps) - bar.pos), tell
+        bar.update(steps - bar.pos)

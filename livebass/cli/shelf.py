@@ -1,0 +1,65 @@
+"""The basses that a plugin or a page offers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from livebass.cli.hands import Loader
+from livebass.cli.options import DEFAULT_PRESET
+from livebass.cli.progress import have_kernels
+from livebass.cli.said import say
+from livebass.cli.tuning import given_tuning
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+    from livebass.web.bench import Source
+
+
+def basses_of(
+    presets: tuple[str, ...], more: tuple[str, ...], load: Callable[[str], Instrument]
+) -> dict[str, Instrument]:
+    """The basses of `presets` and `more` as `load` makes them, by name; if none is named all, the usual one first.
+
+    `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
+    """
+    return {name: load(preset) for name, preset in names_of(presets, more).items()}
+
+
+def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
+    """The presets that `basses_of` loads, by the names of their basses."""
+    if more and not presets:
+        raise click.UsageError(f"{more[0]}: name presets with -p")
+    from livebass.plugin.bundle import checked_name
+    from livebass.preset.load import preset_names
+
+    found: dict[str, str] = {}
+    for preset in [*presets, *more] or sorted(preset_names(), key=lambda name: name != DEFAULT_PRESET):
+        name = checked_name(Path(preset).stem)
+        if name in found:
+            raise click.UsageError(f"-p {preset}: there are two basses called {name}")
+        found[name] = preset
+    return found
+
+
+def page_basses(
+    presets: tuple[str, ...], more: tuple[str, ...], options: dict[str, Any]
+) -> tuple[dict[str, Instrument], dict[str, Source]]:
+    """The basses of a page, by name, and what presets and tuning each is of. Takes the tuning out of `options`."""
+    from livebass.web.bench import Source
+
+    given = given_tuning(options)
+    basses = basses_of(presets, more, Loader(options))
+    return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
+
+
+def page_ready() -> None:
+    """Compiles what a page needs, if it is not there; says so."""
+    from livebass.web import build
+
+    have_kernels()
+    if not build.cached():
+        say(f"compiling the kernels for browsers, once (about {build.BUILD_TIME} s) ...")
