@@ -43,7 +43,7 @@ SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the pag
 CONTROLLED = {b.symbol for b in BUTTONS if b.value}  # ... and by controllers
 Sources = Mapping[str, Source]  # by short name of a bass
 NONE: Sources = {}
-# The audio thread of a page from a disk is a data: address, the worker a blob: one
+# On a page from a disk, the audio thread is a data: address and the worker a blob: address
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
     " connect-src 'self'; img-src data:",
@@ -57,8 +57,9 @@ def export_page(
 ) -> Path:
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
-    sources: the presets of which basses were made, for the bench; of one that is left out, that of its short name.
-    The folder appears complete, over an older page, or not at all. The first bass is the one that the page begins with.
+    sources: the presets that the basses were made from, for the bench. A bass that is not there was made from the
+    preset of its short name. The folder appears complete, over an older page, or not at all. The page begins with the
+    first bass.
     Raises ValueError for names or basses that do not fit, OutputError, OSError where the module cannot be built.
     """
     files = page_files(basses, quality, sources)
@@ -69,7 +70,7 @@ def export_page(
 
 
 def is_page(entries: list[Path]) -> bool:
-    """True if these are the entries of a page that this file wrote: they may be replaced."""
+    """True if these are the entries of a page that livebass wrote: they may be replaced."""
     found = {entry.name: entry for entry in entries}
     if set(found) == {SINGLE}:
         return is_single_page(found[SINGLE])
@@ -113,13 +114,13 @@ def shell() -> dict[str, bytes]:
 
 
 def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]:
-    """Adds to the files of a page its HTML, with what the `page` knows."""
+    """Adds the HTML of a page to its files; `page` is the page's data."""
     known = {"version": __version__, "digest": digest_of(files)} | page
     return files | {INDEX: html(known, POLICIES[False]).encode()}
 
 
 def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
-    """What every page knows, with its `basses` as `shown` tells of them."""
+    """Returns the data that every page has; `basses` are as `shown` returns them."""
     return {
         "parameters": {
             p.symbol: {
@@ -162,7 +163,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
 
 
 def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]:
-    """Returns plucks of the paper for the page (m), if the bass is the paper's own, as the preset has it."""
+    """Returns the paper's plucks for the page (lengths in m), if the bass is the paper's own preset, unchanged."""
     if source != Source(PRESET):
         return []
     return [
@@ -220,7 +221,7 @@ def single_page(files: dict[str, bytes]) -> bytes:
 
 
 def html(page: dict[str, Any], policy: str) -> str:
-    """The HTML with what the page knows and its policy."""
+    """The HTML with the page's data and its policy."""
     data = json.dumps(page, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     return (
         text("index.html")

@@ -1,8 +1,8 @@
-"""Joins the JavaScript modules of the page into one script, which leaves no name in the global scope.
+"""Joins the JavaScript modules of the page into one script that leaves no name in the global scope.
 
-Each module becomes a function that returns what it exports, behind the modules that it imports. So that this is what
-the language says, a module imports by lines `import {name, ...} from "./file.js";`, `import * as name from ...` or
-`import "./file.js";`, and exports functions, classes and constants, each where it is declared.
+Each module becomes a function that returns its exports; it runs after the modules that it imports. Modules import by
+lines such as `import {name, ...} from "./file.js";`, `import * as name from "./file.js";` or `import "./file.js";`.
+They export functions, classes and constants, where these are declared, and must not import one another in a circle.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ STATIC = Path(__file__).parent / "static"
 IMPORT = re.compile(r'^import (?:(?:\* as (?P<all>\w+)|\{(?P<names>[\w$, ]+)\}) from )?"\./(?P<file>[\w.]+)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:const|class|(?:async )?function\*?) (?P<name>[\w$]+))", re.M)
 UNJOINED = re.compile(r"^(?:import|export)\b.*", re.M)
-MADE = {"layout.js": layout, "rule.js": rule}  # modules that tell the page what the kernels and the MIDI reader know
+MADE = {"layout.js": layout, "rule.js": rule}  # modules made by Python: how kernels are laid out, how MIDI is read
 NONE: Mapping[str, str] = {}
 
 

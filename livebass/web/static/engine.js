@@ -149,8 +149,8 @@ export class Engine {
   // The address of the VOICE of string `i`.
   voice(bass, i) { return this.get("BASS", bass, "string", i) + RECORDS.STRING.fields.voice[0]; }
 
-  // Adds to `list` the contacts that began since the last time, of which `taken` counts those of each string: string,
-  // fret (over a board, m from the nut), frame, speed (m/s).
+  // Adds to `list` the contacts that began since the last time: string, fret (over a board, m from the nut), frame and
+  // speed (m/s). `taken` counts the contacts of each string so far.
   takeContacts(bass, taken, list) {
     const began = this.get("BASS", bass, "frame");
     for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {

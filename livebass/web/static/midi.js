@@ -10,7 +10,7 @@ async function connectMidi() {
     const inputs = [...access.inputs.values()];
     for (const input of inputs) input.onmidimessage = e => player.send(e.timeStamp, [...e.data || []]);
     $("midi-text").textContent = inputs.length ? `MIDI from ${inputs.map(input => input.name).join(", ")}.`
-      : "No MIDI device is connected; one that is plugged in now is heard.";
+      : "No MIDI device is connected. Plug one in now, and the page hears it.";
   };
   access.onstatechange = listen;
   listen();

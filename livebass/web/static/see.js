@@ -1,5 +1,5 @@
-// Draws what the strings do: their shapes from their modes, and the frets that they hit. Pictures follow the sound that
-// is heard, not the one that is computed; where there is no sound, nothing is drawn anew.
+// Draws what the strings do: their shapes from their modes, and the frets that they hit. Pictures follow the sound
+// that is heard, not the sound that is computed. Without a sound nothing is drawn again.
 const POINTS = 160; // steps of a drawn string
 const MOST_SIGHTS = 8; // that wait for their sound
 const NOTE_SPAN = 80; // ms of the picture of the last note
@@ -88,7 +88,7 @@ export class See {
     this.parts = {neck, side, note}; // of a poster
     this.bins = new Float32Array(0); // of the spectrum
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
-    this.needed = true; // something is to be drawn anew
+    this.needed = true; // something must be drawn again
   }
 
   // Takes the strings, frets and pickups of another bass.

@@ -77,7 +77,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
       if (e.get("PERFORMER", performer, "key_map.function", k) === N.CC_PARAMETER + number) e.send(N.NOW, 0xB0, k, 127);
   }
 
-  // Begins to copy a bass; one that was on its way is given back.
+  // Begins to copy a bass, and gives back a bass that was on its way.
   take(bass) {
     if (this.coming) this.port.postMessage({faded: this.coming.bass});
     this.engine.reserve(bass.at + bass.image.byteLength);
