@@ -61,9 +61,9 @@ def plugin_command(kind: str) -> click.Command:
 
     @click.command(
         kind,
-        short_help=f"Write a {kind.upper()} plugin.",
+        short_help=f"Write a plugin for {kind.upper()} hosts.",
         help=f"""
-        Write a {kind.upper()} plugin that plays presets without Python.
+        Write a plugin for {kind.upper()} hosts that plays presets without Python.
 
         The plugin is a folder, {BUNDLES[kind]}. --install puts it where hosts look for your plugins. Otherwise copy it
         there; the command prints where. Delete the folder to uninstall it. An interrupted export leaves nothing behind.
