@@ -2,51 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.options import file_option, of_option
+from livebass.cli.options import file_option, of_option, together
 from livebass.cli.said import say
 from livebass.cli.values import Number
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
-Command = TypeVar("Command", bound=Callable[..., Any])
 NAMES = ("compression", "drive", "response", "response_level")
 KNOB = Number("number", 0, 1)
+AMOUNT = "from 0, none, to 1.  [default: as the preset]"
 
 
-def effects_options(command: Command) -> Command:
-    """Adds the options that `Behind.taken` reads to a command."""
-    for option in (
-        click.option(
-            "--response-level",
-            type=click.Choice(["normalized", "file"]),
-            help="Level of the response: a bass as loud as without it, or as the file has it.  "
-            "[default: normalized of --response, else as the preset]",
-        ),
-        file_option(
-            "--response",
-            help="Effect: an impulse response, of a cabinet or a room: a sound file, 1 s.  [default: as the preset]",
-        ),
-        click.option(
-            "--drive",
-            type=KNOB,
-            help="Effect: a valve stage with a tone stack, from 0, none, to 1.  [default: as the preset]",
-        ),
-        click.option(
-            "--compression",
-            type=KNOB,
-            help="Effect: compression of the mix, from 0, none, to 1.  [default: as the preset]",
-        ),
-    ):  # the last one comes first in --help
-        command = option(command)
-    return command
+# Those that `Behind.taken` reads.
+effects_options = together(
+    click.option("--compression", type=KNOB, help=f"Effect: compression of the mix, {AMOUNT}"),
+    click.option("--drive", type=KNOB, help=f"Effect: a valve stage with a tone stack, {AMOUNT}"),
+    file_option(
+        "--response",
+        help="Effect: an impulse response, of a cabinet or a room: a sound file, 1 s.  [default: as the preset]",
+    ),
+    click.option(
+        "--response-level",
+        type=click.Choice(["normalized", "file"]),
+        help="Level of the response: a bass as loud as without it, or as the file has it.  "
+        "[default: normalized of --response, else as the preset]",
+    ),
+)
 
 
 @dataclass(frozen=True)
