@@ -117,7 +117,8 @@ CC_VIBRATO = function("vibrato", (1,), "vibrato", "vibrato")
 CC_PALM = function("palm_mute", (9,), "palm mute, from none (0) over loose (1) to tight (127)", "palm", pressed=76)
 CC_SLIDE = function("slide", (65,), "from 64 on: overlapping notes slide", "sliding")
 CC_LEGATO = function("legato", (68,), "from 64 on: overlapping notes are hammered on and pulled off", "legato")
-CC_BEND = function("bend", (5,), "bend upwards, up to 2 semitones, once it has been below 3")
+BEND_STARTS = 3  # it bends once it has been lower: a file that sets a portamento time by it does not bend
+CC_BEND = function("bend", (5,), f"bend upwards, up to 2 semitones, once it has been below {BEND_STARTS}")
 CC_HAND = function("hand", (4,), "where the left hand is, from the first fret (0) to the last ones (127)")
 CC_BLEND = function(
     "blend", (18,), "pickups, from the neck's alone (0) to the bridge's alone (127); at 64 as the bass has them"
