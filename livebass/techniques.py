@@ -115,7 +115,8 @@ CC_VIBRATO = function("vibrato", (1,), "vibrato", "vibrato")
 CC_PALM = function("palm_mute", (9,), "palm mute, from none (0) over loose (1) to tight (127)", "palm", pressed=76)
 CC_SLIDE = function("slide", (65,), "from 64: overlapping notes slide", "sliding")
 CC_LEGATO = function("legato", (68,), "from 64: overlapping notes are hammered on and pulled off", "legato")
-CC_BEND = function("bend", (5,), "bend up, by up to 2 semitones, after it has been below 3")
+BEND_STARTS = 3  # it bends once it has been lower: a file that sets a portamento time by it does not bend
+CC_BEND = function("bend", (5,), f"bend up, by up to 2 semitones, after it has been below {BEND_STARTS}")
 CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0) to the last frets (127)")
 CC_BLEND = function("blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own")
 CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on they move the parameters of the playing

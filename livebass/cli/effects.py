@@ -2,51 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.options import file_option, of_option
+from livebass.cli.options import file_option, of_option, together
 from livebass.cli.said import say
 from livebass.cli.values import Number
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
-Command = TypeVar("Command", bound=Callable[..., Any])
 NAMES = ("compression", "drive", "response", "response_level")
 KNOB = Number("number", 0, 1)
 
 
-def effects_options(command: Command) -> Command:
-    """Adds the options that `Behind.taken` reads to a command."""
-    for option in (
-        click.option(
-            "--response-level",
-            type=click.Choice(["normalized", "file"]),
-            help="Level of the response: keep the loudness of the bass, or the level of the file.  "
-            "[default: normalized with --response, else the preset's]",
-        ),
-        file_option(
-            "--response",
-            help="Impulse response of a cabinet or room, a sound file of up to 1 s.  [default: the preset's]",
-        ),
-        click.option(
-            "--drive",
-            type=KNOB,
-            help="Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]",
-        ),
-        click.option(
-            "--compression",
-            type=KNOB,
-            help="Compression of the mix, 0 (off) to 1.  [default: the preset's]",
-        ),
-    ):  # the last one comes first in --help
-        command = option(command)
-    return command
+# Those that `Behind.taken` reads.
+effects_options = together(
+    click.option("--compression", type=KNOB, help="Compression of the mix, 0 (off) to 1.  [default: the preset's]"),
+    click.option("--drive", type=KNOB, help="Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]"),
+    file_option(
+        "--response",
+        help="Impulse response of a cabinet or room, a sound file of up to 1 s.  [default: the preset's]",
+    ),
+    click.option(
+        "--response-level",
+        type=click.Choice(["normalized", "file"]),
+        help="Level of the response: keep the loudness of the bass, or the level of the file.  "
+        "[default: normalized with --response, else the preset's]",
+    ),
+)
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from livebass.cli.effects import NAMES as EFFECTS
 from livebass.cli.effects import Behind
-from livebass.cli.options import of_option
+from livebass.cli.options import of_option, together
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
-Command = TypeVar("Command", bound=Callable[..., Any])
 NAMES = ("keys", "velocity_curve", "wheel")
 
 
@@ -62,25 +61,19 @@ velocity_curve_option = click.option(
 )
 
 
-def hands_options(command: Command) -> Command:
-    """Adds the options that `Hands.taken` reads to a command."""
-    for option in (
-        click.option(
-            "--no-noise",
-            is_flag=True,
-            help="Turn off the noise of hands and electronics: skin, knock, floor and squeak.",
-        ),
-        click.option("--wheel", type=click.Choice(["bend", "slide"]), help="Job of the pitch wheel.  [default: bend]"),
-        velocity_curve_option,
-        click.option(
-            "--keys",
-            metavar="NAME|FILE",
-            help="Key map for techniques: modo, modo-12, or your own file; see `livebass presets keymap`.  "
-            "[default: modo]",
-        ),
-    ):  # the last one comes first in --help
-        command = option(command)
-    return command
+# Those that `Hands.taken` reads.
+hands_options = together(
+    click.option(
+        "--keys",
+        metavar="NAME|FILE",
+        help="Key map for techniques: modo, modo-12, or your own file; see `livebass presets keymap`.  [default: modo]",
+    ),
+    velocity_curve_option,
+    click.option("--wheel", type=click.Choice(["bend", "slide"]), help="Job of the pitch wheel.  [default: bend]"),
+    click.option(
+        "--no-noise", is_flag=True, help="Turn off the noise of hands and electronics: skin, knock, floor and squeak."
+    ),
+)
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,17 @@ def of_option(name: str) -> Iterator[None]:
         raise PresetError(f"{name}: {error}") from None
 
 
+def together(*options: Decorator) -> Decorator:
+    """A decorator that gives a command these options, the first one first in --help."""
+
+    def decorate(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
 def file_option(*names: str, help: str, metavar: str = "FILE", **more: Any) -> Decorator:
     """An option that is the path of a file."""
     return click.option(*names, type=PATH, metavar=metavar, help=help, **more)

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.options import CREATED, count_option, file_option, folder_option, preset_option, quality_option
+from livebass.cli.options import (
+    CREATED,
+    count_option,
+    file_option,
+    folder_option,
+    preset_option,
+    quality_option,
+    together,
+)
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
@@ -22,7 +30,8 @@ if TYPE_CHECKING:
     from livebass.experiment.grid import Axis, Point, Settings
 
 FILES = ("claims.json", "claims.csv", "claims.html")
-PLUCK = (
+# Of one pluck of one string, and of how finely to solve it.
+pluck_options = together(
     preset_option("The bass.", default="paper-g", show_default=True),
     click.option("--string", default="G", show_default=True, help="Name of the string."),
     click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0 is open."),
@@ -41,13 +50,6 @@ PLUCK = (
     quality_option("reference", "Precision of the string."),
     click.option("--modes", type=MODES, help="Number of modes of the stopped string; replaces the quality's."),
 )  # fmt: skip
-
-
-def pluck_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options of one pluck of one string, and of how finely to solve it."""
-    for option in reversed(PLUCK):
-        command = option(command)
-    return command
 
 
 @click.command()

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from livebass.cli.options import together
 from livebass.cli.values import Number, Parsed
 
 if TYPE_CHECKING:
@@ -52,7 +53,7 @@ class Temperament(click.ParamType):
         return str(value)
 
 
-OPTIONS = (
+tuning_options = together(
     click.option(
         "--tuning",
         type=Parsed("tuning", _tuning, "NAME|NOTES"),
@@ -87,13 +88,6 @@ def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNI
             raise
         said = f"--{found['key']} {found['value']}: {found['why']}, in {found['file']}"
         raise PresetError(said) from None
-
-
-def tuning_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Gives a command the options --tuning, --capo, --a4 and --temperament."""
-    for option in reversed(OPTIONS):
-        command = option(command)
-    return command
 
 
 def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:

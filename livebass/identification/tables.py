@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from livebass.model.neck import Resonance
 from livebass.report.text import columns, csv_text, json_text, plain
 from livebass.units import cents, note_name
 
+DOUBLES = (  # of the fields of a Double
+    "partial", "frequency_hz", "detuning", "damping_per_s", "conductance_m_per_s_per_n", "susceptance_m_per_s_per_n",
+)  # fmt: skip
 COLUMNS = (
     "partial", "frequency_hz", "frequency_u95_hz", "damping_per_s", "damping_u95_per_s", "q", "t60_s", "level_db",
     "takes", "law_frequency_hz", "u_frequency_hz", "u_damping_per_s", "u_t60_s", "v_frequency_hz", "v_damping_per_s",
@@ -111,17 +115,7 @@ def _across_data(v: Across | None, own: Own | None) -> dict[str, Any] | None:
         "stiffness_across": own.stiffness if own else None,
         "longer_across_m": own.longer if own else None,
         "misfit": own.misfit if own else None,
-        "partials": [
-            {
-                "partial": d.number,
-                "frequency_hz": d.frequency,
-                "detuning": d.detuning,
-                "damping_per_s": d.damping,
-                "conductance_m_per_s_per_n": d.conductance,
-                "susceptance_m_per_s_per_n": d.susceptance,
-            }
-            for d in v.partials
-        ],
+        "partials": [dict(zip(DOUBLES, astuple(double), strict=True)) for double in v.partials],
     }
 
 

@@ -18,14 +18,14 @@ from mido import Message
 from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.score.score import LONGEST, RELEASE, Event, note_off
 from livebass.smf import Smf, SmfError
+from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 
 CHANNELS = 16
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
 LONGEST_REST = 60  # s from the last note to the end of a file: one that ends later ends with its last note
 LAST_NOTE = 10  # s that a note is held there which has no end
-PORTAMENTO_TIME = 5  # controller
-BEND_STARTS = 3  # value of controller 5 below which a livebass would begin to bend
+PORTAMENTO_TIME = FUNCTION_ROWS["bend"].controllers[0]  # a controller; takes of livebass bend by it
 
 
 class Line(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from livebass import kits, smf, tracknames
+from livebass import kits, smf, techniques, tracknames
 from livebass.score import choosing, lines, low_keys, reading, score
 from livebass.units import note_name
 
@@ -28,7 +28,7 @@ RULE = {
     "lastNote": lines.LAST_NOTE,
     "bank": kits.BANK,
     "portamentoTime": lines.PORTAMENTO_TIME,
-    "bendStarts": lines.BEND_STARTS,
+    "bendStarts": techniques.BEND_STARTS,
     "gm2Drums": kits.GM2_DRUMS,
     "gm2Melodic": kits.GM2_MELODIC,
     "xgDrums": kits.XG_DRUMS,

@@ -87,7 +87,7 @@ def test_an_axis(text: str, unit: str, numbers: tuple[float, ...]) -> None:
         (["--vary", "neck.contact_exponent=one:3:3"], "neck.contact_exponent = 'one': not a number"),
         (["--vary", "pluck.fret=0:21:2"], "pluck.fret = 21: fret 21: this neck has frets 0 to 20"),
         (["--vary", "pluck.fret=0:4:2", "--vary", "pluck.fret=0:4:3"], "pluck.fret: given twice"),
-        (["--vary", "pluck.apex=1mm:2mm:400", "--vary", "pluck.at=0.1m:0.5m:400"], "160000 points, allowed"),
+        (["--vary", "pluck.apex=1mm:2mm:400", "--vary", "pluck.at=0.1m:0.5m:400"], "number of points must be from"),
         (["--vary", "neck.action=1.5mm:3mm:7"], "neck.action changes nothing in preset paper-g: its frets"),
         (["--vary", "neck.friction=1N/m:900N/m:3"], "neck.friction changes nothing in preset paper-g"),
         (["--vary", "pickup.2.position=3mm:9mm:3"], "pickup.2.position: this bass has 0 pickups"),

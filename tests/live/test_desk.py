@@ -45,6 +45,14 @@ def desk_and_device(score: Score | None = None, preset: str = "jazz-finger") -> 
     return desk, synth, FakeDevice(synth)
 
 
+def ended(desk: Desk, synth: Synth, device: FakeDevice) -> list[tuple[int, ...]]:
+    """The messages that end what sounds when the score is stopped."""
+    desk.rolling = False
+    synth.played()
+    play(device, 64)
+    return [m[1:] for m in synth.played()]
+
+
 def play(device: FakeDevice, frames: int, size: int = 64) -> Floats:
     """So many frames, in blocks of `size` and a rest."""
     sizes = [size] * (frames // size) + [frames % size] * (frames % size > 0)
@@ -473,10 +481,7 @@ def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_
     ]  # fmt: skip
     desk.seek(0.15)
     play(device, RATE // 10)
-    desk.rolling = False
-    synth.played()
-    play(device, 64)
-    assert [m[1:] for m in synth.played()] == [(0x80, 43, 0), (0xE0, 0, 64), (0xE3, 0, 64)]
+    assert ended(desk, synth, device) == [(0x80, 43, 0), (0xE0, 0, 64), (0xE3, 0, 64)]
 
 
 def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
@@ -537,10 +542,7 @@ def test_a_pause_lifts_the_pedal_of_every_channel(tmp_path: Path) -> None:
     )  # fmt: skip
     desk, synth, device = desk_and_device(score)
     play(device, LEADING + 4800)
-    desk.rolling = False
-    synth.played()
-    play(device, 64)
-    assert [m[1:] for m in synth.played()] == [(0x81, 28, 0), (0x82, 33, 0), (0xB1, 64, 0)]
+    assert ended(desk, synth, device) == [(0x81, 28, 0), (0x82, 33, 0), (0xB1, 64, 0)]
 
 
 def test_a_program_in_mid_file_is_sent_and_comes_back_with_the_loop(tmp_path: Path) -> None:

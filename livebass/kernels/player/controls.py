@@ -27,6 +27,7 @@ from livebass.kernels.player.performer import (
 from livebass.kernels.player.touches import touch_palms
 from livebass.techniques import (
     ACTIONS,
+    BEND_STARTS,
     CC_BEND,
     CC_BLEND,
     CC_EXPRESSION,
@@ -56,7 +57,6 @@ from livebass.techniques import (
 jit = compiled(attributes=SMALL)
 
 BEND_UP = 2.0  # semitones of the controller that bends upwards
-BEND_STARTS = 3  # it bends once it has been lower: a file that sets a portamento time by it does not bend
 PEDAL = 64  # at 0 it lets go in every map that gives it no other function
 # Controllers of MIDI
 DATA, DATA_FINE, NRPN_FINE, NRPN, RPN_FINE, RPN = 6, 38, 98, 99, 100, 101

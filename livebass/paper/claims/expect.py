@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 Value = float | int | bool | list[float] | list[int]
 
@@ -238,3 +238,8 @@ class Claim:
     measure: Callable[..., Value]  # takes these runs, each `Solved`, in this order
     plucks: bool = False  # judged over many plucks within the uncertainty of the paper's, not by one alone
     null: Null | None = None  # instead of the usual one: see `null.null_of`
+
+
+def each(measure: Callable[[Any], float]) -> Callable[..., Value]:
+    """Measures each run of a claim by itself."""
+    return lambda *runs: [measure(run) for run in runs]

@@ -28,6 +28,7 @@ from livebass.paper.claims.expect import (
     Null,
     Rising,
     Value,
+    each,
 )
 from livebass.paper.claims.null import DRAWS, SEED, SETS_SHUFFLED
 from livebass.paper.claims.runs import (
@@ -189,7 +190,7 @@ CLAIMS = (
     Claim(
         "abc-contacts", "4.1", "In cases B and C many frets are met",
         "frets met in B and C", "", AtLeast(10), OURS,
-        ("b", "c"), lambda *runs: [len(frets(run)) for run in runs], plucks=True,
+        ("b", "c"), each(lambda run: len(frets(run))), plucks=True,
     ),
     Claim(
         "v-negligible", "4.1", "After a vertical pull the string hardly moves sideways",
@@ -273,7 +274,7 @@ CLAIMS = (
     Claim(
         "c-more-frets", "4.1.2, fig. 7b", "The harder the pluck, the more frets are met",
         "frets met in cases A, B and C", "", Rising(), DIRECTION,
-        ("a", "b", "c"), lambda *runs: [len(frets(run)) for run in runs], plucks=True,
+        ("a", "b", "c"), each(lambda run: len(frets(run))), plucks=True,
     ),
     Claim(
         "c-fewer", "4.2.2, fig. 7b", "Case C: by and large each set has fewer frets than the one before",
@@ -314,12 +315,12 @@ CLAIMS = (
     Claim(
         "abc-centroid", "4.1.1, fig. 6", "The spectrum grows richer at first in case B, and more so in case C",
         "greatest nu_c of the first 0.1 s, cases A, B, C", "Hz", Rising(0.5), DIRECTION,
-        ("a", "b", "c"), lambda *runs: [highest_centroid(run) for run in runs], plucks=True,
+        ("a", "b", "c"), each(highest_centroid), plucks=True,
     ),
     Claim(
         "b-starts-high", "4.1.1, fig. 4", "Case B begins with shorter periods than case A",
         "fundamental at the beginning, cases A and B", "Hz", Rising(0.05), DIRECTION,
-        ("a", "b"), lambda *runs: [fundamental_at(run, [0.0])[0] for run in runs], plucks=True,
+        ("a", "b"), each(lambda run: fundamental_at(run, [0.0])[0]), plucks=True,
     ),
     Claim(
         "b-glide", "4.1.1, fig. 7a", "Case B: the fundamental begins high and glides down by a good deal",
@@ -344,12 +345,12 @@ CLAIMS = (
     Claim(
         "c-energy", "4.1.2, fig. 5", "High modes get more energy in case C than in case B",
         "greatest part of the energy above mode 20, cases B and C", "", Rising(0.2), DIRECTION,
-        ("b", "c"), lambda *runs: [float(high_share(run).max()) for run in runs], plucks=True,
+        ("b", "c"), each(lambda run: float(high_share(run).max())), plucks=True,
     ),
     Claim(
         "c-energy-longer", "4.1.2, fig. 5", "High modes keep that energy longer in case C than in case B",
         "until when modes above 20 have a tenth of the energy, cases B and C", "s", Rising(0.2), DIRECTION,
-        ("b", "c"), lambda *runs: [transfer_end(run) for run in runs], plucks=True,
+        ("b", "c"), each(transfer_end), plucks=True,
     ),
     Claim(
         "c-centroid", "4.1.2, fig. 6", "The characteristic frequency of case C is well above that of case B throughout",

@@ -23,6 +23,7 @@ from livebass.paper.claims.expect import (
     Nears,
     Rising,
     Value,
+    each,
 )
 from livebass.paper.claims.null import SETS_SHUFFLED
 from livebass.paper.claims.runs import (
@@ -106,7 +107,7 @@ CLAIMS = (
     Claim(
         "harmonic-longer", "4.2.1, fig. 7a", "Without dispersion contacts go on for longer",
         "first contact to last, with dispersion and without", "s", Rising(0.2), DIRECTION,
-        ("b", "harmonic"), lambda *runs: [phase(run) for run in runs], plucks=True,
+        ("b", "harmonic"), each(phase), plucks=True,
     ),
     Claim(
         "harmonic-phase", "4.2.1, fig. 10", "Without dispersion contacts go on for about 0.15 s",
@@ -116,19 +117,19 @@ CLAIMS = (
     Claim(
         "harmonic-frets", "4.2.1, fig. 7a", "Without dispersion the sets lose their frets more slowly",
         "frets a set, sets 3 to 8, with dispersion and without", "", Rising(0.1), DIRECTION,
-        ("b", "harmonic"), lambda *runs: [mean_size(run) for run in runs], plucks=True,
+        ("b", "harmonic"), each(mean_size), plucks=True,
     ),
     Claim(
         "harmonic-glide", "4.2.1, fig. 7a", "Without dispersion the glide takes longer",
         "until when the fundamental is 0.5 % over its last value, with dispersion and without",
         "s", Rising(0.2), DIRECTION,
-        ("b", "harmonic"), lambda *runs: [glide_end(run, 0.005) for run in runs], plucks=True,
+        ("b", "harmonic"), each(lambda run: glide_end(run, 0.005)), plucks=True,
     ),
     Claim(
         "point-phases", "4.2.2, fig. 11d",
         "A pluck in the middle has the shortest time of contacts, one at the nut the longest",
         "first contact to last: middle, near bridge, near nut", "s", Rising(0.2), DIRECTION,
-        ("middle", "near-bridge", "near-nut"), lambda *runs: [phase(run) for run in runs], plucks=True,
+        ("middle", "near-bridge", "near-nut"), each(phase), plucks=True,
     ),
     Claim(
         "bridge-fewer", "4.2.2, fig. 11d", "Plucked near the bridge: by and large each set has fewer frets",
@@ -175,7 +176,7 @@ CLAIMS = (
         "neck-gaps", "4.2.3, fig. 12", "Fret 12 is 2.3 mm under the string, then 2 mm and 1.8 mm",
         "gap at fret 12: measured neck, straightened to 2 mm, straight",
         "m", Nears((2.3e-3, 2e-3, 1.8e-3), 0.05), SETUP,
-        ("neck", "half-straight", "straight"), lambda *runs: [gap_12(run) for run in runs],
+        ("neck", "half-straight", "straight"), each(gap_12),
     ),
     Claim(
         "neck-no-contact", "4.2.3, fig. 12a", "A pluck of 1.8 mm at 0.6 m does not touch the neck as it was measured",
@@ -190,29 +191,29 @@ CLAIMS = (
     Claim(
         "straight-earlier", "4.2.3, fig. 12e", "It touches a straight neck sooner",
         "first contact: straight, straightened to 2 mm", "s", Rising(), DIRECTION,
-        ("straight", "half-straight"), lambda *runs: [first_contact(run) for run in runs], plucks=True,
+        ("straight", "half-straight"), each(first_contact), plucks=True,
     ),
     Claim(
         "straight-more", "4.2.3, fig. 12e", "The straight neck is met by more frets at first",
         "frets of the first set: straightened to 2 mm, straight", "", Rising(), DIRECTION,
-        ("half-straight", "straight"), lambda *runs: [len(set_frets(run, 1)) for run in runs], plucks=True,
+        ("half-straight", "straight"), each(lambda run: len(set_frets(run, 1))), plucks=True,
     ),
     Claim(
         "straight-glide", "4.2.3, fig. 12e", "The straighter the neck, the higher the glide begins",
         "fundamental at the beginning: neck, straightened to 2 mm, straight", "Hz", Rising(0.01), DIRECTION,
         ("neck", "half-straight", "straight"),
-        lambda *runs: [fundamental_at(run, [0.0])[0] for run in runs], plucks=True,
+        each(lambda run: fundamental_at(run, [0.0])[0]), plucks=True,
     ),
     Claim(
         "straight-higher", "4.2.3, fig. 12a-c", "The straighter the neck, the more highs",
         "nu_c at 0.05 s: neck, straightened to 2 mm, straight", "Hz", Rising(0.1), DIRECTION,
-        ("neck", "half-straight", "straight"), lambda *runs: [centroid_at(run, 0.05) for run in runs], plucks=True,
+        ("neck", "half-straight", "straight"), each(lambda run: centroid_at(run, 0.05)), plucks=True,
     ),
     Claim(
         "straight-longer", "4.2.3, fig. 12b-c", "Over the straight neck the spectrogram is perturbed for longer",
         "until when the power between the partials is within 30 dB of theirs: straightened to 2 mm, straight",
         "s", Rising(0.2), DIRECTION,
-        ("half-straight", "straight"), lambda *runs: [perturbed(run) for run in runs], plucks=True,
+        ("half-straight", "straight"), each(perturbed), plucks=True,
     ),
     Claim(
         "sixth-frets", "4.2.3, fig. 12e", "With fret 6 up by 0.5 mm it is fret 6 that is met",
@@ -222,7 +223,7 @@ CLAIMS = (
     Claim(
         "sixth-longer", "4.2.3, fig. 12e", "With fret 6 up, contacts go on beyond the attack",
         "first contact to last: straight, sixth fret raised", "s", Rising(0.2), DIRECTION,
-        ("straight", "sixth-fret"), lambda *runs: [phase(run) for run in runs], plucks=True,
+        ("straight", "sixth-fret"), each(phase), plucks=True,
     ),
     Claim(
         "sixth-alters", "4.2.3, fig. 12d", "With fret 6 up the sound is another one, in the attack and to its end",
@@ -238,7 +239,7 @@ CLAIMS = (
     Claim(
         "soft-longer", "4.2.4", "The softer the frets, the longer contacts go on",
         "first contact to last, K = 1e13, 1e12, 1e11, 1e10, 1e9", "s", Rising(), DIRECTION,
-        ("b", "k12", "k11", "k10", "soft"), lambda *runs: [phase(run) for run in runs], plucks=True,
+        ("b", "k12", "k11", "k10", "soft"), each(phase), plucks=True,
     ),
     Claim(
         "soft-decrease", "4.2.4, fig. 13b", "With K = 1e9 the fundamental comes down over about 0.8 s",
@@ -263,6 +264,6 @@ CLAIMS = (
     Claim(
         "soft-highest", "4.2.4, fig. 13a", "With K = 1e9 the highest modes get less energy than with K = 1e13",
         "energy above 6 kHz, first 0.1 s: K = 1e9, K = 1e13", "dB", Rising(), DIRECTION,
-        ("soft", "b"), lambda *runs: [highest_level(run) for run in runs], plucks=True,
+        ("soft", "b"), each(highest_level), plucks=True,
     ),
 )  # fmt: skip
