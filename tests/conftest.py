@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
@@ -33,6 +34,8 @@ from livebass.plugin.systems import this_system
 from livebass.web import build as build_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
+WORKER = os.environ.get("PYTEST_XDIST_WORKER")
+REAL = "LIVEBASS_REAL_TESTS"  # names the file in which workers tell the controller of pytest-xdist which tests are real
 NUMBERS = itertools.count()
 NICE = 10  # of a worker from its first test on that is not real
 
@@ -43,16 +46,21 @@ def pytest_configure() -> None:
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
 
+    if not WORKER:
+        handle, os.environ[REAL] = tempfile.mkstemp(prefix="livebass-tests-")
+        os.close(handle)
+
 
 def pytest_sessionfinish() -> None:
     leave_nothing()
+    if not WORKER:
+        os.unlink(os.environ[REAL])
 
 
 # Names that a test, its fixtures or functions of its file use if it has a browser, a server, a host or a screen
 REAL_PARTS = {"chromium", "firefox", "running_screen", "running_server", "needs_ardour", "needs_wine"}
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
-# Behind the names of real tests: one worker takes those that play in real time, in turn, and one the others
-TIMED, WAITS = "@timed", "@waits"
+TIMED, WAITS = "timed", "waits"  # scopes of real tests: those that play in real time, and the others
 IN_REAL_TIME = ("tests/live/", "tests/bench/")
 # Products that tests need, by folder or file; a process makes them while the tests that need none are run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
@@ -104,14 +112,16 @@ def is_real(item: pytest.Item) -> bool:
     return bool(seen & REAL_PARTS) or item.nodeid.startswith(REAL_FILES)
 
 
-def scope_of(nodeid: str) -> str:
+def scope_of(nodeid: str, real: bool) -> str:
     """The scope that one worker takes whole: a file, or one of the two of real tests."""
-    return next((lane for lane in (TIMED, WAITS) if nodeid.endswith(lane)), nodeid.split("::")[0])
+    if real:
+        return TIMED if nodeid.startswith(IN_REAL_TIME) else WAITS
+    return nodeid.split("::")[0]
 
 
 def turn_of(scope: str) -> int:
     """Place of a scope in the order of all; equal ones keep theirs."""
-    if scope.startswith("@"):
+    if scope in (TIMED, WAITS):
         return 0 if scope == TIMED else 1
     if scope.startswith(FIRST):
         return 2
@@ -121,14 +131,13 @@ def turn_of(scope: str) -> int:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Marks the tests with real parts, before any are chosen by mark, and puts all in order for several workers."""
+    real = {item.nodeid for item in items if is_real(item)}
     for item in items:
-        if is_real(item):
+        if item.nodeid in real:
             item.add_marker("real")
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        for item in items:
-            if item.get_closest_marker("real"):
-                item._nodeid += TIMED if item.nodeid.startswith(IN_REAL_TIME) else WAITS
-        items.sort(key=lambda item: turn_of(scope_of(item.nodeid)))
+    if WORKER:
+        items.sort(key=lambda item: turn_of(scope_of(item.nodeid, item.nodeid in real)))
+        Path(os.environ[REAL]).write_text("\n".join(sorted(real)))
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
@@ -137,9 +146,15 @@ def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
 
     class ByScope(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return scope_of(nodeid)
+            return scope_of(nodeid, nodeid in real_tests())
 
     return ByScope(config, log)
+
+
+@cache
+def real_tests() -> frozenset[str]:
+    """The names of the tests with real parts, as the workers have found them."""
+    return frozenset(Path(os.environ[REAL]).read_text().splitlines())
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
@@ -167,9 +182,9 @@ def have(product: str) -> None:
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Real tests go before those of other workers; what is compiled is there before a test begins."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
+    if not WORKER:
         return
-    if not scope_of(item.nodeid).startswith("@") and not os.nice(0):
+    if not item.get_closest_marker("real") and not os.nice(0):
         os.nice(NICE)
     if not item.nodeid.startswith(WITHOUT_KERNELS):
         have("kernels")
