@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.costs import of_each_kind
+from support.costs import KINDS, of_each_kind, quick
 from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
@@ -150,8 +151,13 @@ def click_of(name: str) -> float:
     return CLICK if player.pluck_position < NEAR and player.stroke == "finger" else CLICK_NEAR
 
 
-@pytest.mark.parametrize("name", ["jazz-finger", "precision-finger", "flatwound"])
-@pytest.mark.parametrize("velocity", [60, 90, 110])
+@pytest.mark.parametrize(
+    ("name", "velocity"),
+    quick(
+        itertools.product(("jazz-finger", "precision-finger", "flatwound"), (60, 90, 110)),
+        always=[("jazz-finger", 110), ("precision-finger", 60), ("flatwound", 90)],
+    ),
+)
 def test_a_pick_clicks(name: str, velocity: int) -> None:
     """2 to 8 kHz of the first 20 ms, both at the same level of the fundamental."""
     bass = even(name)
@@ -243,8 +249,13 @@ def motion(hand: Hand, i: int, fret: int, starts: tuple[float, ...], until: floa
     return complex(q, (pace * p - sigma * q) / float(w["omega"][0]))
 
 
-@pytest.mark.parametrize("name", of_each_kind(preset_names()))
-@pytest.mark.parametrize("fret", [0, 2, 5, 9, 12])
+@pytest.mark.parametrize(
+    ("name", "fret"),
+    quick(
+        itertools.product(preset_names(), (0, 2, 5, 9, 12)),
+        always=[*itertools.product(KINDS, (0, 9)), *(("jazz-finger", fret) for fret in (2, 5, 12))],
+    ),
+)
 def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
     """What is left of it on any string: the difference between a note that is plucked again and one out of silence."""
     hand = Hand(even(name))
