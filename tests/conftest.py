@@ -131,7 +131,9 @@ def turn_of(scope: str) -> int:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Marks the tests with real parts, before any are chosen by mark, and puts all in order for several workers."""
-    real = {item.nodeid for item in items if is_real(item)}
+    one_of_each = {item.function: item for item in items}  # type: ignore[attr-defined]
+    functions = {function for function, item in one_of_each.items() if is_real(item)}
+    real = {item.nodeid for item in items if item.function in functions}  # type: ignore[attr-defined]
     for item in items:
         if item.nodeid in real:
             item.add_marker("real")

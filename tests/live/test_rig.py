@@ -17,7 +17,7 @@ import pytest
 import soundfile
 from support.fakejack import PERIOD, RATE, Server, fake_jack
 from support.jack import wait_for
-from support.live import QUICK, played_on, session_of, synth_and_device
+from support.live import QUICK, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
 
 from livebass import load_preset
@@ -52,6 +52,16 @@ def playing(desk: Desk, preset: str = "jazz-finger", **more: Any) -> Iterator[tu
 def messages(output: JackOutput) -> list[tuple[int, int, int, int]]:
     """What the synth has played since the last call: frame and bytes."""
     return [(int(m[0]), *map(int, m[1:4])) for m in output.synth.played()]
+
+
+@pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
+def test_notes_come_out_at_their_frame_as_rendered(offset: int) -> None:
+    with playing(Desk(), "slap") as (_, server):
+        assert not server.play(0.2)["out_1"].any(), "nothing sounds by itself"
+        server.midi = [(offset, b"\x90\x28\x6e")]
+        heard = server.play(0.4)["out_1"]
+    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
+    assert np.array_equal(heard, expected) and not heard[:offset].any() and np.abs(expected).max() > 0.01
 
 
 def test_every_string_has_a_port_and_all_add_up_to_the_mix() -> None:
