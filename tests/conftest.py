@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import os
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
+from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any
 
 import pytest
@@ -26,11 +29,15 @@ from support.jack import alone, leave_nothing, running_server
 from livebass.cli import main as cli
 from livebass.compiling import library, store
 from livebass.engine import render as render_module
+from livebass.plugin import build as build_plugin
+from livebass.plugin.systems import this_system
+from livebass.web import build as build_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
+WORKER = os.environ.get("PYTEST_XDIST_WORKER")
+REAL = "LIVEBASS_REAL_TESTS"  # names the file in which workers tell the controller of pytest-xdist which tests are real
 NUMBERS = itertools.count()
-NICE = 10  # of a worker from its first test on that is not timed
-COMPILE = "from livebass.compiling import library; library.library()"
+NICE = 10  # of a worker from its first test on that is not real
 
 
 def pytest_configure() -> None:
@@ -39,63 +46,100 @@ def pytest_configure() -> None:
         if signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
 
+    if not WORKER:
+        handle, os.environ[REAL] = tempfile.mkstemp(prefix="livebass-tests-")
+        os.close(handle)
+
 
 def pytest_sessionfinish() -> None:
     leave_nothing()
+    if not WORKER:
+        os.unlink(os.environ[REAL])
 
 
-# Files whose tests run with no compiled kernels, and those of them that go first, while one worker compiles the kernels
+# Names that a test, its fixtures or functions of its file use if it has a browser, a server, a host or a screen
+REAL_PARTS = {"chromium", "firefox", "running_screen", "running_server", "needs_ardour", "needs_wine"}
+REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
+TIMED, WAITS = "timed", "waits"  # scopes of real tests: those that play in real time, and the others
+IN_REAL_TIME = ("tests/live/", "tests/bench/")
+# Products that tests need, by folder or file; a process makes them while the tests that need none are run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
-MEANWHILE = ("tests/reference/", "tests/analysis/", "tests/identification/test_fit.py")
-# Then files that use all processors, while the timed tests wait most of their time; then those that take longest, so
-# that no worker is left with one at the end. Browsers and processes that are interrupted leave a processor idle.
+NEEDED_PRODUCTS = {
+    "plugin": ("tests/plugin/", "tests/cli/test_export.py"),
+    "module": ("tests/web/",),
+}
+BUILD = """
+import sys
+from livebass.compiling import library
+library.library()
+if "module" in sys.argv:
+    from livebass.web import build
+    build.module()
+if "plugin" in sys.argv:
+    from livebass.plugin import build, systems
+    build.binary(systems.this_system())
+"""
+# The order of files: those without kernels, then those that take longest, so that no worker is left with one at the end
+FIRST = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEXT = (
-    "tests/paper/test_claims.py",
-    "tests/test_wheel.py",
-    "tests/engine/bass/test_tiers.py",
-    "tests/engine/player/test_playing.py",
-    "tests/preset/test_idle.py",
-    "tests/identification/test_identify.py",
-    "tests/web/test_page.py",
-    "tests/engine/test_fuzz.py",
-    "tests/engine/bass/test_levels.py",
-    "tests/engine/hands/test_techniques.py",
-    "tests/identification/test_doubts.py",
-    "tests/engine/test_engine.py",
-    "tests/test_interrupts.py",
-    "tests/engine/test_laws.py",
-    "tests/plugin/test_lv2.py",
-    "tests/test_compiling.py",
-)
-
-
-# Of the live path and of measurements, what asks a fake device for blocks, or renders: no clock tells these when
-AT_ANY_PACE = (
-    "tests/bench/test_decay.py", "tests/bench/test_render.py", "tests/live/test_desk.py",
-    "tests/live/test_effects.py", "tests/live/test_events.py", "tests/live/test_live.py",
-    "tests/live/test_parameters.py", "tests/live/test_takes.py", "tests/live/test_team.py",
+    "tests/preset/test_idle.py", "tests/engine/player/test_playing.py", "tests/engine/bass/test_tiers.py",
+    "tests/engine/test_engine.py", "tests/paper/test_claims.py", "tests/engine/hands/test_techniques.py",
+    "tests/engine/bass/test_levels.py", "tests/engine/test_fuzz.py", "tests/engine/test_laws.py",
+    "tests/plugin/test_lv2.py", "tests/test_compiling.py",
 )  # fmt: skip
 
 
-def scope_of(nodeid: str) -> str:
-    """The scope one worker takes whole: a file; or all tests that play in real time or measure time, in turn."""
-    file = nodeid.split("::")[0]
-    return "timed" if file.startswith(("tests/live/", "tests/bench/")) and file not in AT_ANY_PACE else file
+@cache
+def names_in(code: CodeType) -> frozenset[str]:
+    """The names that a function calls by, and the functions in it."""
+    inside = [names_in(constant) for constant in code.co_consts if isinstance(constant, CodeType)]
+    return frozenset(code.co_names).union(*inside)
+
+
+def is_real(item: pytest.Item) -> bool:
+    """True if a test, a fixture of it or a function of its file that they call names one of REAL_PARTS."""
+    fixtures = [found[-1] for found in item._fixtureinfo.name2fixturedefs.values()]  # type: ignore[attr-defined]
+    functions = [item.function, *(fixture.func for fixture in fixtures)]  # type: ignore[attr-defined]
+    seen: set[str] = set()
+    while functions:
+        function = inspect.unwrap(functions.pop())
+        for name in names_in(function.__code__) - seen:
+            seen.add(name)
+            used = item.module.__dict__.get(name)  # type: ignore[attr-defined]
+            used = used.__init__ if isinstance(used, type) else used
+            if isinstance(inspect.unwrap(used), FunctionType) and used.__module__ == item.module.__name__:  # type: ignore[attr-defined, union-attr, arg-type]
+                functions.append(used)
+    return bool(seen & REAL_PARTS) or item.nodeid.startswith(REAL_FILES)
+
+
+def scope_of(nodeid: str, real: bool) -> str:
+    """The scope that one worker takes whole: a file, or one of the two of real tests."""
+    if real:
+        return TIMED if nodeid.startswith(IN_REAL_TIME) else WAITS
+    return nodeid.split("::")[0]
 
 
 def turn_of(scope: str) -> int:
     """Place of a scope in the order of all; equal ones keep theirs."""
-    if scope == "timed":
-        return 0
-    if scope.startswith(MEANWHILE):
-        return 1
-    return 2 + (NEXT.index(scope) if scope in NEXT else len(NEXT))
+    if scope in (TIMED, WAITS):
+        return 0 if scope == TIMED else 1
+    if scope.startswith(FIRST):
+        return 2
+    return 3 + (NEXT.index(scope) if scope in NEXT else len(NEXT))
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Puts tests in order for several workers."""
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        items.sort(key=lambda item: turn_of(scope_of(item.nodeid)))
+    """Marks the tests with real parts, before any are chosen by mark, and puts all in order for several workers."""
+    one_of_each = {item.function: item for item in items}  # type: ignore[attr-defined]
+    functions = {function for function, item in one_of_each.items() if is_real(item)}
+    real = {item.nodeid for item in items if item.function in functions}  # type: ignore[attr-defined]
+    for item in items:
+        if item.nodeid in real:
+            item.add_marker("real")
+    if WORKER:
+        items.sort(key=lambda item: turn_of(scope_of(item.nodeid, item.nodeid in real)))
+        Path(os.environ[REAL]).write_text("\n".join(sorted(real)))
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
@@ -104,27 +148,51 @@ def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
 
     class ByScope(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
-            return scope_of(nodeid)
+            return scope_of(nodeid, nodeid in real_tests())
 
     return ByScope(config, log)
 
 
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Timed tests go before those of other workers; kernels are compiled by one worker, for all."""
-    if "PYTEST_XDIST_WORKER" not in os.environ:
-        return
-    scope = scope_of(item.nodeid)
-    if scope != "timed" and not os.nice(0):
-        os.nice(NICE)
-    if not scope.startswith(WITHOUT_KERNELS):
-        have_kernels()
+@cache
+def real_tests() -> frozenset[str]:
+    """The names of the tests with real parts, as the workers have found them."""
+    return frozenset(Path(os.environ[REAL]).read_text().splitlines())
+
+
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_node_collection_finished(ids: list[str]) -> None:
+    """Begins to make what the tests need, once all are known, in a process beside the workers."""
+    begin_to_make(tuple(name for name, places in NEEDED_PRODUCTS.items() if any(i.startswith(places) for i in ids)))
 
 
 @cache
-def have_kernels() -> None:
-    """Compiles the kernels if need be, in a process of its own; those of workers that need them meanwhile wait."""
-    if store.kept() and not library.cached():
-        subprocess.run([sys.executable, "-c", COMPILE], check=False, stderr=subprocess.DEVNULL)
+def begin_to_make(products: tuple[str, ...]) -> subprocess.Popen[bytes]:
+    return subprocess.Popen([sys.executable, "-c", BUILD, *products], stderr=subprocess.DEVNULL)
+
+
+@cache
+def have(product: str) -> None:
+    """Makes a product if need be: of several processes one does so, and the others wait for it."""
+    with suppress(OSError):
+        if product == "module":
+            build_module.module()
+        elif product == "plugin":
+            build_plugin.binary(this_system())
+        elif store.kept() and not library.cached():
+            subprocess.run([sys.executable, "-c", BUILD], check=False, stderr=subprocess.DEVNULL)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Real tests go before those of other workers; what is compiled is there before a test begins."""
+    if not WORKER:
+        return
+    if not item.get_closest_marker("real") and not os.nice(0):
+        os.nice(NICE)
+    if not item.nodeid.startswith(WITHOUT_KERNELS):
+        have("kernels")
+    for product, places in NEEDED_PRODUCTS.items():
+        if item.nodeid.startswith(places):
+            have(product)
 
 
 @pytest.fixture(autouse=True)

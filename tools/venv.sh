@@ -1,4 +1,4 @@
-# Sourced by tools/demo and tools/test, in the project directory: `make_venv` leaves a working .venv there.
+# Sourced by tools/check, tools/demo and tools/test, in the project directory: `make_venv` leaves a working .venv there.
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -39,4 +39,14 @@ pip_install() {
         say "Installing failed; what is above says why. It needs the network the first time."
         return 1
     fi
+}
+
+# Installs the project and what its tests need, unless .venv has them already.
+install_tests() {
+    asked="$(pwd) $(cksum <pyproject.toml)"
+    if [ "$(cat .venv/installed 2>/dev/null)" = "$asked" ]; then
+        return 0
+    fi
+    pip_install --editable '.[test]'
+    printf '%s\n' "$asked" >.venv/installed
 }

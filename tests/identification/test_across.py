@@ -99,10 +99,12 @@ def test_the_preset_beats_and_decays_as_the_string_did(tmp_path: Path) -> None:
         np.testing.assert_allclose(ours, theirs, rtol=0.2)
 
 
-@pytest.mark.parametrize("played", [bass(1.0, 0.0), bass(1.0, 0.0, False), bass(4.0, 2e-3, True, 0.0)],
-                         ids=["v as u", "rigid", "straight up"])  # fmt: skip
-def test_single_lines_write_nothing(tmp_path: Path, played: Instrument) -> None:
-    result = heard(tmp_path, played)
+SINGLE = {"v as u": (1.0, 0.0), "rigid": (1.0, 0.0, False), "straight up": (4.0, 2e-3, True, 0.0)}
+
+
+@pytest.mark.parametrize("case", quick(SINGLE, ["v as u", "straight up"]))
+def test_single_lines_write_nothing(tmp_path: Path, case: str) -> None:
+    result = heard(tmp_path, bass(*SINGLE[case]))
     assert result.own is None and not any(p.v for p in result.partials)
     text, shipped = new_preset("jazz-finger", "E", result, [tmp_path / "e.wav"]), preset_source("jazz-finger")[1]
     for key in ("stiffness_across", "longer_across"):

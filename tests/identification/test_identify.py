@@ -191,11 +191,11 @@ def test_several_takes(tmp_path: Path) -> None:
     together = save(tmp_path / "three.flac", np.concatenate(four), subtype="PCM_24")
     other = save(tmp_path / "one.wav", noisy(pluck(seconds=3.0), 40, 9))
     assert [len(find_takes(read_recording(p), 0.02, 5.0)) for p in (together, other)] == [3, 1]
-    result = identify([together, other], load_preset("paper-g"), modes=30)
+    result = identify([together, other], load_preset("paper-g"), modes=16)
     assert len(result.takes) == 4 and {p.takes for p in result.partials} == {4}
     off_frequency, off_damping = errors(result)
     assert max(off_frequency.values()) < 2e-5 and max(off_damping.values()) < 0.02
-    sigma = modes.dampings(paper_g(), 30)
+    sigma = modes.dampings(paper_g(), 16)
     inside = [abs(p.damping - sigma[p.number - 1]) < p.damping_u for p in result.partials]
     assert np.mean(inside) > 0.8
     assert all(0 < p.damping_u < 0.1 * p.damping for p in result.partials)
@@ -396,7 +396,7 @@ def test_another_tuning(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("file", "string", "f0", "inharmonicity", "least"),
-    quick(REAL, [REAL[1]]),  # the G is in test_doubts.py
+    quick(REAL, []),  # an example of the README, which always runs, has the G
 )
 def test_a_real_bass(
     run: Run, tmp_path: Path, file: str, string: str, f0: float, inharmonicity: tuple[float, float], least: int

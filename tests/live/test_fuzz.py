@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import time
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
-from support.jack import wait_for
+from support.fakejack import PERIOD, fake_jack
 from support.live import QUICK, RATE, synth_and_device
 
 from livebass import Quality, load_preset, preset_names
-from livebass.bench.jack import new_client
+from livebass.arrays import Floats
 from livebass.live.fake import FakeDevice
+from livebass.live.jack import JackOutput
 from livebass.live.midi import MidiPort
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import NOW, unread
 
 LIGHT = Quality("light", 60, 192e3)
 BLOCK = 64
+PANIC = 32  # messages
 
 
 def assert_sane(synth: Synth, sound: np.ndarray) -> None:
@@ -99,58 +97,32 @@ def test_everything_jumps_each_block() -> None:
     assert_panic_silences(synth, device)
 
 
-class RawKeys:
-    """A JACK client that sends given bytes, as they are, all in one period each."""
-
-    def __init__(self, jack: Any) -> None:
-        self.client = new_client("raw")
-        self.port = self.client.midi_outports.register("out")
-        self.periods: list[list[bytes]] = []
-        self.refused = 0
-        self._error = jack.JackError
-        self.client.set_process_callback(self._send)
-
-    def _send(self, frames: int) -> None:
-        self.port.clear_buffer()
-        for data in self.periods.pop(0) if self.periods else ():
-            try:
-                self.port.write_midi_event(0, data)
-            except self._error:
-                self.refused += 1
-
-
-def test_truncated_messages_through_jack_are_no_messages(server: SimpleNamespace) -> None:
-    from livebass.live.jack import JackOutput
-
-    output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
-    synth = output.synth
-    synth.switch_to(LiveBass(load_preset("slap"), LIGHT, synth.rate))
-    raw = RawKeys(server.jack)
-    truncated = [b"\x90", b"\x90\x28", b"\x80\x28", b"\xe0\x40", b"\xc0", b"\xb0\x07", b"\x90\xc8\x40"]
-    try:
+def through_jack(periods: list[list[bytes]]) -> tuple[Synth, Floats]:
+    """The synth of a JACK client that got these messages in its periods, each at frame 0, and its sound."""
+    with fake_jack() as server:
+        output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
+        output.synth.switch_to(LiveBass(load_preset("slap"), LIGHT, output.synth.rate))
         output.start()
-        raw.client.activate()
-        raw.client.connect(raw.port, output.midi)
-        while not synth.meters().messages:  # the server of a busy machine loses periods, and hands some over twice
-            raw.periods = [truncated] * 10 + [[b"\x90\x28\x40", b"\xc0\x05"]] * 3
-            wait_for(lambda: not raw.periods)
-            time.sleep(0.1)
-        count, program = synth.program
-        assert synth.meters().messages == 2 * count and program == 5
-    finally:
-        raw.client.deactivate()
-        raw.client.close()
+        sounds = []
+        for period in periods:
+            server.midi = [(0, data) for data in period]
+            sounds.append(server.play(PERIOD / RATE)["out_1"])
+        output.synth.panic()
+        server.play(1.0)
+        assert not server.play(0.5)["out_1"].any() and output.alive
         output.close()
+    return output.synth, np.concatenate(sounds)
 
 
-def test_bytes_through_jack(server: SimpleNamespace) -> None:
-    """Truncated, too long, without a status, system exclusive: what JACK lets through, the bass survives."""
-    from livebass.live.jack import JackOutput
+def test_truncated_messages_through_jack_are_no_messages() -> None:
+    truncated = [b"\x90", b"\x90\x28", b"\x80\x28", b"\xe0\x40", b"\xc0", b"\xb0\x07", b"\x90\xc8\x40"]
+    synth, sound = through_jack([truncated, [*truncated, b"\x90\x28\x40", b"\xc0\x05"], truncated])
+    assert synth.program == (1, 5) and sound.any()
+    assert synth.meters().messages == 2 + PANIC
 
-    output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
-    synth = output.synth
-    synth.switch_to(LiveBass(load_preset("slap"), LIGHT, synth.rate))
-    raw = RawKeys(server.jack)
+
+def test_bytes_through_jack() -> None:
+    """Truncated, too long, without a status, system exclusive: the bass survives all of them."""
     rng = np.random.default_rng(10)
     periods = []
     for _ in range(200):
@@ -159,20 +131,7 @@ def test_bytes_through_jack(server: SimpleNamespace) -> None:
         period += [rng.bytes(int(rng.integers(1, 9))) for _ in range(10)]
         period += [b"\xf0" + rng.bytes(30) + b"\xf7", b"\x90", b"\x40\x40", b"\x90\x28", b"\xf0", b"\xff"]
         periods.append(period)
-    try:
-        output.start()
-        raw.client.activate()
-        raw.client.connect(raw.port, output.midi)
-        while synth.meters().messages <= 1000:  # the server of a busy machine loses periods
-            raw.periods = list(periods)
-            wait_for(lambda: not raw.periods)
-            time.sleep(0.1)
-        assert synth.meters().faults == 0
-        synth.panic()
-        wait_for(lambda: synth.meters().peak == 0.0 and not any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
-        assert output.alive
-    finally:
-        raw.client.deactivate()
-        raw.client.close()
-        output.close()
-    assert_sane(synth, np.zeros(1, np.float32))
+    synth, sound = through_jack(periods)
+    assert synth.meters().messages > 1000
+    assert_sane(synth, sound)
+    assert not any(sounding for _, _, sounding, _ in synth.bass.fingers())  # type: ignore[union-attr]

@@ -60,9 +60,9 @@ def bass(server: SimpleNamespace) -> Iterator[Any]:
         yield output
 
 
-@pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
-def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace, offset: int) -> None:
-    end = time.monotonic() + PATIENCE
+def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace) -> None:
+    """The other frames of a period are in test_rig.py."""
+    offset, end = 100, time.monotonic() + PATIENCE
     while True:
         with slap_bass() as bass:
             heard, disturbed = heard_note(server, bass, offset)
@@ -126,17 +126,6 @@ def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) ->
         if busy <= max(idle, 0) + 0.15 * seconds * RATE:
             return
     raise AssertionError(f"frames lost when idle and when busy: {tries}")
-
-
-def test_nothing_sounds_by_itself(server: SimpleNamespace, bass: Any) -> None:
-    audio = AudioProbe(keep=True)
-    try:
-        audio.client.activate()
-        bass.client.connect(bass.outputs[1], audio.port)
-        wait_for(lambda: len(audio.periods) > 50)
-    finally:
-        audio.close()
-    assert not any(sound.any() for _, sound in audio.periods)
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])

@@ -13,7 +13,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import weakref
 from dataclasses import replace
 from functools import partial
@@ -24,14 +23,13 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
+from support.fakejack import PERIOD, fake_jack
 from support.hands import of_any
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, RATE, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
-from livebass.bench.endurance import python_busy, random_playing
-from livebass.bench.jack import LostFrames, new_client
 from livebass.cli.console import Console, LogFile, logged
 from livebass.cli.help import page_text
 from livebass.extras import install
@@ -239,70 +237,38 @@ def test_every_bass_of_a_session_is_tuned_alike() -> None:
     changes.close()
 
 
-def test_program_changes_through_the_server_neither_click_nor_stall(server: SimpleNamespace, tmp_path: Path) -> None:
-    """A held note rings on while other basses are prepared and switched to: no click, no gap.
-
-    What was sent is judged by its take: another client in a busy interpreter may hear a period that is half the next.
-    """
+def test_program_changes_neither_click_nor_stall(tmp_path: Path) -> None:
+    """A held note rings on while other basses are prepared and switched to: no click, no gap, no long block."""
     take = tmp_path / "take.wav"
-    settings = Settings(load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record=take)
-    clock = new_client("clock")
-    lost: list[float] = []
+    settings = Settings(
+        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False, record=take
+    )
     switched: list[int] = []  # frames
 
     def play(synth: Synth) -> None:
         played_on(synth, 0.5)
-        while len(lost) < 8 and not (lost and min(lost) < 0.1):  # other work on the machine costs periods, too
-            frames = LostFrames(clock, synth)
-            for program in (SLAP, PICK, FINGER):
-                synth.send(0x90, 28, 40)
-                played_on(synth, 0.3)
-                before = synth.bass
-                synth.send(0xC0, program)
-                wait_for(lambda before=before: synth.bass is not before)  # type: ignore[misc]
-                switched.append(synth.frame)
-                played_on(synth, 0.3)
-                synth.send(0x80, 28, 0)
-                played_on(synth, 0.3)
-            passed, missed = frames.read()
-            lost.append(missed / passed)
+        for program in (SLAP, PICK, FINGER):
+            synth.send(0x90, 28, 40)
+            played_on(synth, 0.3)
+            before = synth.bass
+            synth.send(0xC0, program)
+            wait_for(lambda before=before: synth.bass is not before)  # type: ignore[misc]
+            switched.append(synth.frame)
+            played_on(synth, 0.3)
+            synth.send(0x80, 28, 0)
+            played_on(synth, 0.3)
 
-    try:
+    with fake_jack(runs=True) as server:
         summary = session_of(Session(settings), play)
-    finally:
-        clock.close()
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.lost == 0
-    assert min(lost) < 0.1, lost
+    assert np.mean(np.array(server.took) > PERIOD / RATE) < 0.01, "processor time of a period"
     sound = soundfile.read(take)[0]
     assert np.isfinite(sound).all() and np.abs(sound).max() > 0.005
     jumps = np.abs(np.diff(sound))
-    assert len(switched) == 3 * len(lost)
     for frame in switched:
         around = slice(frame - 2400, frame + 4800)
         assert jumps[around].max() < 2 * jumps[frame - 12000 : frame - 2400].max()
         assert np.all([np.abs(part).max() > 1e-4 for part in np.split(sound[around], 6)])
-
-
-def test_dense_playing_under_a_busy_interpreter(server: SimpleNamespace) -> None:
-    """A few seconds of tools/endurance.py: no NaN, no stuck note, all blocks played."""
-    settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False)
-    stuck: list[bool] = []
-
-    def play(synth: Synth) -> None:
-        rng, end = np.random.default_rng(3), time.monotonic() + PATIENCE
-        with python_busy():
-            random_playing(synth, rng, 6.0)
-            while synth.meters().messages <= 100 and time.monotonic() < end:
-                random_playing(synth, rng, 1.0)
-        synth.panic()
-        played_on(synth, 2.0)
-        synth.meters()
-        played_on(synth, 0.3)
-        stuck.append(synth.meters().peak > 0 or any(f[2] for f in synth.bass.fingers()))  # type: ignore[union-attr]
-
-    summary = session_of(Session(settings), play)
-    assert summary.lost is None and summary.meters.faults == 0 and summary.meters.messages > 100
-    assert stuck == [False]
 
 
 # ---- takes
@@ -392,12 +358,13 @@ def test_a_full_disk_ends_with_status_1(server: SimpleNamespace, tmp_path: Path)
     assert soundfile.info(take).frames > 25000
 
 
-def test_what_was_played_is_kept_as_a_midi_file(server: SimpleNamespace, tmp_path: Path, run: Run) -> None:
+def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> None:
     """`render` gives the take of the sound, sample for sample, on the same bass without being told."""
     sound, notes, again = tmp_path / "take.wav", tmp_path / "take.mid", tmp_path / "again.wav"
     settings = Settings(
-        load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False, record=sound, record_midi=notes
-    )
+        load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False, connect=False, record=sound,
+        record_midi=notes,
+    )  # fmt: skip
 
     def play(synth: Synth) -> None:
         for message in ((0xC0, 0, 0), (0x92, 28, 60), (0xE2, 0, 80), (0xB2, 7, 90), (0x92, 40, 110), (0xD2, 5, 0)):
@@ -407,7 +374,8 @@ def test_what_was_played_is_kept_as_a_midi_file(server: SimpleNamespace, tmp_pat
         synth.send(0x92, 43, 0)
         played_on(synth, 0.6)
 
-    summary = session_of(Session(settings), play)
+    with fake_jack(runs=True):
+        summary = session_of(Session(settings), play)
     assert summary.meters.messages == 8 and summary.meters.overload == 0
     status, _, err = run("render", notes, "-q", "live", "--tail", "1s", "-o", again)
     assert status == 0 and "2 notes" in err, err
@@ -417,13 +385,14 @@ def test_what_was_played_is_kept_as_a_midi_file(server: SimpleNamespace, tmp_pat
     assert np.array_equal(one[:n], two[:n])
 
 
-def test_a_midi_take_has_the_changes_of_preset(server: SimpleNamespace, tmp_path: Path) -> None:
+def test_a_midi_take_has_the_changes_of_preset(tmp_path: Path) -> None:
     """As General MIDI's programs, on the channel of the notes; a program that chooses no bass is left out."""
     mido = pytest.importorskip("mido")
     take = tmp_path / "take.mid"
     settings = Settings(
-        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, record_midi=take
-    )
+        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False,
+        record_midi=take,
+    )  # fmt: skip
 
     def play(synth: Synth) -> None:
         synth.send(0x93, 28, 60)
@@ -436,7 +405,8 @@ def test_a_midi_take_has_the_changes_of_preset(server: SimpleNamespace, tmp_path
         synth.send(0x93, 40, 60)
         played_on(synth, 0.2)
 
-    session_of(Session(settings), play)
+    with fake_jack(runs=True):
+        session_of(Session(settings), play)
     events = [(m.type, m.channel, m.dict().get("program", m.dict().get("note"))) for m in mido.MidiFile(take)
               if not m.is_meta]  # fmt: skip
     assert events == [
@@ -452,7 +422,7 @@ def test_a_midi_take_that_cannot_be_is_an_error_before_anything_sounds(tmp_path:
     assert (tmp_path / "take.mid").stat().st_size
 
 
-def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path) -> None:
+def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
     """The bass is prepared for the new rate, the score goes on, and the sound goes into a take of its own.
 
     This server only says that its rate has changed: PipeWire's changes in tests/live/test_desktop.py.
@@ -462,7 +432,9 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
     def read(rate: int) -> Score:
         return score_of([(0.25 * k, 0.2, 33, 100) for k in range(200)], rate)
 
-    settings = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, record=take, read=read)
+    settings = Settings(
+        load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, connect=False, record=take, read=read
+    )
     session = Session(settings)
     rates: list[int] = []
 
@@ -483,7 +455,8 @@ def test_a_rate_that_changes_is_followed(server: SimpleNamespace, tmp_path: Path
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]
             played_on(now, 0.8)
 
-    summary = session_of(session, play)
+    with fake_jack(runs=True):
+        summary = session_of(session, play)
     assert rates == [44100, RATE] and summary.lost is None and summary.meters.messages > 5
     assert {file.name: soundfile.info(file).samplerate for file in tmp_path.iterdir()} == {
         "take.wav": RATE, "take-44100.wav": 44100, "take-48000.wav": RATE,

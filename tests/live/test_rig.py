@@ -1,12 +1,11 @@
-"""Options of `play` through a real JACK server: ports, names, transport, learned controllers, control socket, keys."""
+"""Options of `play` through a JACK server: ports, names, transport, learned controllers, control socket, keys."""
 
 from __future__ import annotations
 
 import re
 import socket
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from pathlib import Path
@@ -16,13 +15,13 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.jack import JACK_RATE, wait_for
-from support.live import QUICK, played_on, session_of, synth_and_device
+from support.fakejack import PERIOD, RATE, Server, fake_jack
+from support.jack import wait_for
+from support.live import QUICK, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
 
 from livebass import load_preset
-from livebass.arrays import Floats
-from livebass.bench.jack import MidiProbe, new_client
+from livebass.bench.jack import new_client
 from livebass.cli.remembered import load, settings_file
 from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
@@ -36,156 +35,105 @@ from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score.score import score_of
 from livebass.techniques import BUILT_ROWS, LEARNED
 
-RATE = JACK_RATE
-
-
-class Ears:
-    """A client that hears several ports at once; `periods` has what each gave, by period."""
-
-    def __init__(self, ports: list[Any]) -> None:
-        self.client = new_client("ears")
-        mine = [self.client.inports.register(f"in_{k}") for k in range(len(ports))]
-        self.periods: list[list[Floats]] = []
-        self.client.set_process_callback(lambda _: self.periods.append([p.get_array().copy() for p in mine]))
-        self.client.activate()
-        for theirs, port in zip(ports, mine, strict=True):
-            self.client.connect(theirs, port)
-
-    def heard(self) -> list[Floats]:
-        """All that each port gave, end to end."""
-        return [np.concatenate(parts) for parts in zip(*self.periods, strict=True)]
-
-    def close(self) -> None:
-        self.client.deactivate(ignore_errors=True)
-        self.client.close(ignore_errors=True)
-
 
 @contextmanager
-def playing(desk: Desk, preset: str = "jazz-finger", **more: Any) -> Iterator[JackOutput]:
-    """A client of the server with a desk."""
-    output = JackOutput("rig", lambda rate: Synth(rate, adaptive=False, desk=desk), connect=False, **more)
-    output.synth.keep_messages()
-    output.synth.switch_to(LiveBass(load_preset(preset), QUICK, output.synth.rate))
-    try:
-        yield output
-    finally:
-        output.close()
-
-
-def test_every_string_has_a_port_and_all_add_up_to_the_mix(server: SimpleNamespace) -> None:
-    with playing(Desk()) as output:
-        output.open_strings(4)
+def playing(desk: Desk, preset: str = "jazz-finger", **more: Any) -> Iterator[tuple[JackOutput, Server]]:
+    """A client with a desk, and its server."""
+    with fake_jack() as server:
+        output = JackOutput("rig", lambda rate: Synth(rate, adaptive=False, desk=desk), connect=False, **more)
+        output.synth.keep_messages()
+        output.synth.switch_to(LiveBass(load_preset(preset), QUICK, output.synth.rate))
         output.start()
-        assert [port.shortname for port in output.client.outports] == [
-            "out_1", "out_2", "string_1", "string_2", "string_3", "string_4",
-        ]  # fmt: skip
-        ears = Ears([output.outputs[0], *output._strings])
         try:
-            wait_for(lambda: len(ears.periods) > 20)
-            for key in (28, 40):
-                output.synth.send(0x90, key, 100)
-            played_on(output.synth, 0.4)
+            yield output, server
         finally:
-            ears.close()
-        mix, *strings = ears.heard()
-        assert [bool(s.any()) for s in strings] == [True, False, True, False]
+            output.close()
+
+
+def messages(output: JackOutput) -> list[tuple[int, int, int, int]]:
+    """What the synth has played since the last call: frame and bytes."""
+    return [(int(m[0]), *map(int, m[1:4])) for m in output.synth.played()]
+
+
+@pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
+def test_notes_come_out_at_their_frame_as_rendered(offset: int) -> None:
+    with playing(Desk(), "slap") as (_, server):
+        assert not server.play(0.2)["out_1"].any(), "nothing sounds by itself"
+        server.midi = [(offset, b"\x90\x28\x6e")]
+        heard = server.play(0.4)["out_1"]
+    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
+    assert np.array_equal(heard, expected) and not heard[:offset].any() and np.abs(expected).max() > 0.01
+
+
+def test_every_string_has_a_port_and_all_add_up_to_the_mix() -> None:
+    with playing(Desk()) as (output, server):
+        output.open_strings(4)
+        for key in (28, 40):
+            output.synth.send(0x90, key, 100)
+        sounds = server.play(0.4)
+        assert list(sounds) == ["out_1", "out_2", "string_1", "string_2", "string_3", "string_4"]
+        mix, same, *strings = sounds.values()
+        assert [bool(s.any()) for s in strings] == [True, False, True, False] and np.array_equal(mix, same)
         assert np.array_equal(mix, strings[0] + strings[2]) and np.abs(mix).max() > 0.01
         output.open_strings(5)  # another bass has one more
-        assert output.client.outports[-1].shortname == "string_5"
-        played_on(output.synth, 0.1)
+        assert [*server.play(0.1)][-1] == "string_5"
 
 
-def test_the_metronome_may_have_a_port_of_its_own(server: SimpleNamespace) -> None:
+def test_the_metronome_may_have_a_port_of_its_own() -> None:
     desk = Desk()
-    with playing(desk, click_port=True) as output:
-        output.start()
-        ears = Ears([output.outputs[0], output.click])
-        try:
-            desk.click(300.0, RATE, output.synth.frame)
-            wait_for(lambda: len(ears.periods) > 20 and any(p[1].any() for p in ears.periods))
-            played_on(output.synth, 0.3)
-        finally:
-            ears.close()
-        mix, clicks = ears.heard()
-        assert not mix.any() and np.abs(clicks).max() > 0.1
+    with playing(desk, click_port=True) as (output, server):
+        desk.click(300.0, RATE, output.synth.frame)
+        sounds = server.play(0.5)
+        assert not sounds["out_1"].any() and np.abs(sounds["metronome"]).max() > 0.1
 
 
-def test_a_learned_controller_is_heard_by_the_audio_thread(server: SimpleNamespace) -> None:
+def test_a_learned_controller_is_heard_by_the_audio_thread() -> None:
     desk = Desk()
     desk.learn("tone", 74)
-    with playing(desk) as output:
-        output.start()
-        midi = MidiProbe()
-        try:
-            midi.client.activate()
-            midi.client.connect(midi.port, output.midi)
-
-            def moved(controller: int, value: int, done: Callable[[], object]) -> None:
-                """A server drops what comes in the cycle in which it connects two ports."""
-                for _ in range(50):
-                    midi.send(5, 0xB0, controller, value)
-                    end = time.monotonic() + 0.2
-                    while time.monotonic() < end and not done():
-                        time.sleep(0.01)
-                    if done():
-                        return
-                raise AssertionError("waited in vain")
-
-            moved(74, 127, lambda: output.synth.parameter(NUMBERS["tone"]) == 1)
-            assert desk.moved[1] == 74
-            assert [m[1:] for m in output.synth.played()][-1:] == [(0xB0, LEARNED + NUMBERS["tone"], 127)], "for takes"
-            moved(21, 3, lambda: desk.moved[1] == 21)
-            wait_for(lambda: [m[1:] for m in output.synth.played()][-1:] == [(0xB0, 21, 3)])
-        finally:
-            midi.close()
+    with playing(desk) as (output, server):
+        for controller, value in ((74, 127), (21, 3)):
+            server.midi = [(5, bytes([0xB0, controller, value]))]
+            server.play(0.1)
+            assert desk.moved[1] == controller
+        assert output.synth.parameter(NUMBERS["tone"]) == 1
+        assert [m[1:] for m in messages(output)] == [(0xB0, LEARNED + NUMBERS["tone"], 127), (0xB0, 21, 3)], "for takes"
 
 
-def test_the_score_follows_jacks_transport(server: SimpleNamespace) -> None:
+def test_the_score_follows_jacks_transport() -> None:
     """It starts, stops and goes where the transport does, to the frame."""
-    score = score_of([(0.5 * k, 2.0 if k == 20 else 0.2, 30 + k, 100) for k in range(24)], RATE)
     desk = Desk()
-    with playing(desk) as output:
-        desk.load(score)
+    with playing(desk) as (output, server):
+        desk.load(score_of([(0.5 * k, 2.0 if k == 20 else 0.2, 30 + k, 100) for k in range(24)], RATE))
         desk.rolling = True
         output.follow_transport(desk)
-        output.client.transport_stop()
-        output.locate(0.0)
-        output.start()
-        try:
-            played_on(output.synth, 0.3)
-            assert not output.synth.played() and not desk.rolling
-            intervals = []
-            for _ in range(8):  # a busy machine may lose whole periods, in which the transport goes on
-                before = len(output.synth.played())
-                output.locate(2.25)
-                wait_for(lambda: desk.position == pytest.approx(2.25))
-                output.roll(True)
-                wait_for(lambda: desk.position > 3.2)
-                output.roll(False)
-                wait_for(lambda: not desk.rolling)
-                state, place = output.client.transport_query()
-                assert desk.position == pytest.approx(place["frame"] / RATE, abs=1e-9) and "STOPPED" in str(state)
-                notes = [m[:3:2] for m in output.synth.played()[before:] if m[1] == 0x90]
-                assert [key for _, key in notes] == [35, 36]
-                intervals.append(notes[1][0] - notes[0][0])
-                assert (RATE // 2 - intervals[-1]) % output.block == 0 and intervals[-1] <= RATE // 2
-                if intervals[-1] == RATE // 2:
-                    break
-            assert intervals[-1] == RATE // 2, intervals
-            output.locate(10.25)
-            output.roll(True)
-            wait_for(lambda: desk.position > 10.55)
-            output.locate(1.25)
-            wait_for(lambda: 1.6 < desk.position < 3)
-            sent = [m[1:3] for m in output.synth.played()]
-            assert (0x90, 33) in sent and (0x80, 51) in sent
-            output.locate(9.9)
-            wait_for(lambda: desk.position > 10.1)
-            output.roll(False)
-            wait_for(lambda: (0x80, 50) in [m[1:3] for m in output.synth.played()])
-        finally:
-            output.client.transport_stop()
-            output.locate(0.0)
+        server.play(0.3)
+        assert not messages(output) and not desk.rolling
+        output.locate(2.25)
+        server.play(0.1)
+        assert desk.position == 2.25
+        began = server.frame
+        output.roll(True)
+        server.play(1.0)
+        output.roll(False)
+        server.play(0.1)
+        assert server.transport_frame == 2.25 * RATE + round(RATE / PERIOD) * PERIOD
+        assert desk.position == server.transport_frame / RATE and not desk.rolling
+        assert [(frame - began, key) for frame, status, key, _ in messages(output) if status == 0x90] == [
+            (round(0.25 * RATE), 35), (round(0.75 * RATE), 36),
+        ]  # fmt: skip
+        output.locate(10.25)
+        output.roll(True)
+        server.play(0.4)
+        assert not desk.position < 10.6
+        output.locate(1.25)
+        server.play(0.5)
+        sent = [m[1:3] for m in messages(output)]
+        assert (0x90, 33) in sent and (0x80, 51) in sent, "a note that had begun ends where it goes elsewhere"
+        output.locate(9.9)
+        server.play(0.3)
+        output.roll(False)
+        server.play(0.1)
+        assert (0x80, 50) in [m[1:3] for m in messages(output)]
 
 
 def connections(client: Any, name: str) -> dict[str, int]:
@@ -213,11 +161,11 @@ def test_a_client_of_its_own_name_that_connects_nothing(server: SimpleNamespace,
     }  # fmt: skip
 
 
-def test_a_take_names_the_sound_and_the_notes(server: SimpleNamespace, tmp_path: Path) -> None:
+def test_a_take_names_the_sound_and_the_notes(tmp_path: Path) -> None:
     takes = tmp_path / "take.wav", tmp_path / "take.mid"
     settings = Settings(
         load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, record=takes[0], record_midi=takes[1],
-        tuner=True, metronome=240.0,
+        tuner=True, metronome=240.0, connect=False,
     )  # fmt: skip
     session, shown = Session(settings), []
     session.status = shown.append
@@ -226,7 +174,8 @@ def test_a_take_names_the_sound_and_the_notes(server: SimpleNamespace, tmp_path:
         synth.send(0x90, 33, 60)
         played_on(synth, 0.8)
 
-    summary = session_of(session, play)
+    with fake_jack(runs=True):
+        summary = session_of(session, play)
     assert set(summary.recorded) == set(takes)
     assert any(
         re.match(r"A1 [+-]\d+ cents   \[#+ *\] +-\d+ dBFS   A1\(", line) and "metronome 240" in line for line in shown

@@ -1,17 +1,73 @@
 """Has numba compile single kernels in this process, for tests that call them. To be imported before any kernel.
 
-Commands that tests start do not: the environment is as it was.
+They are kept on disk, by the sources that they are made of. Commands that tests start do not compile any: the
+environment is as it was.
 """
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import os
 import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 assert "livebass.compiling" not in sys.modules
 os.environ["LIVEBASS_FROM_SOURCE"] = "1"
 
 from livebass import compiling  # noqa: E402
+from livebass.compiling import by_numba, store  # noqa: E402
 
 del os.environ["LIVEBASS_FROM_SOURCE"]
 assert compiling.FROM_SOURCE
+
+
+@functools.cache
+def directory() -> Path | None:
+    """Where single kernels are kept, by all sources and what `by_numba` goes by; None: nowhere."""
+    place = by_numba.directory()
+    name = hashlib.sha256((store.digest() + (place.name if place else "")).encode()).hexdigest()
+    return store.directory(f"reference-{name[:16]}")
+
+
+@functools.cache
+def folder(module: str, file: str) -> str:
+    """Where the functions of a module are kept: those of a test also by its file and by those that tests share."""
+    name = hashlib.sha256(module.encode())
+    for source in () if module.startswith("livebass.") else (file, *sorted(Path(__file__).parent.glob("*.py"))):
+        name.update(Path(source).read_bytes())
+    return str(directory() / name.hexdigest()[:16])  # type: ignore[operator]
+
+
+class Locator(by_numba._Locator):
+    def __init__(self, function: Callable[..., Any], file: str) -> None:
+        super().__init__(function, file)
+        self._cache_path = folder(function.__module__, file)
+
+
+class Results(by_numba._Results):
+    _locator_classes: Any = (Locator,)
+
+
+class Cache(by_numba._Cache):
+    _impl_class = Results
+
+
+def keep(kernel: Callable[..., Any]) -> Callable[..., Any]:
+    """`by_numba.kernel`, whose functions are kept but for those that become part of others."""
+
+    def kept(attributes: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
+        def decorate(function: Callable[..., Any]) -> Any:
+            made = kernel(attributes, **options)(function)
+            if "inline" not in options and directory():
+                made._cache = Cache(function)
+            return made
+
+        return decorate
+
+    return kept
+
+
+by_numba.kernel = keep(by_numba.kernel)

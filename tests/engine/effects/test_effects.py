@@ -83,8 +83,8 @@ def cabinet(count: int) -> np.ndarray:
 
 def cuts(count: int, seed: int, most: int) -> list[int]:
     """Sizes of blocks, without the last one."""
-    sizes = np.random.default_rng(seed).integers(1, most, count).tolist()
-    return [size for k, size in enumerate(sizes) if sum(sizes[: k + 1]) < count]
+    sizes = np.random.default_rng(seed).integers(1, most, count)
+    return sizes[np.cumsum(sizes) < count].tolist()
 
 
 def sine(hertz: float, seconds: float, size: float = 1.0) -> np.ndarray:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.costs import of_each_kind
+from support.costs import KINDS, of_each_kind, quick
 from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
@@ -33,8 +34,9 @@ DULLING = 1.02, 3.5  # ... and of a typical one, which in real basses has 1.1 to
 CLICK, CLICK_NEAR = 8.0, 0.0
 PAPER = ("paper-g", "paper-bass", "paper-fretless")
 PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wire, as narrow as a pick
-OVER_FRETS = sorted(name for name in preset_names() if not load_preset(name).over_board)
-POPPED = [name for name in OVER_FRETS if load_preset(name).player.stroke != "pick"]
+BASSES = {name: load_preset(name) for name in preset_names()}
+OVER_FRETS = [name for name, bass in BASSES.items() if not bass.over_board]
+POPPED = [name for name in OVER_FRETS if BASSES[name].player.stroke != "pick"]
 POP_OVER = 10.0  # dB, at most, of the peak of a pop, straight up, over that of the loudest note of fingers, across
 FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string over what a finger does, where it can
 # dB, of the fundamental of a note, 9 ms after a finger has taken its string: in front of the bridge pickup, and by it,
@@ -145,12 +147,17 @@ def test_so_do_those_of_a_pick(name: str) -> None:
 
 def click_of(name: str) -> float:
     """By how much a pick clicks over the finger of a preset, dB at least."""
-    player = load_preset(name).player
+    player = BASSES[name].player
     return CLICK if player.pluck_position < NEAR and player.stroke == "finger" else CLICK_NEAR
 
 
-@pytest.mark.parametrize("name", ["jazz-finger", "precision-finger", "flatwound"])
-@pytest.mark.parametrize("velocity", [60, 90, 110])
+@pytest.mark.parametrize(
+    ("name", "velocity"),
+    quick(
+        itertools.product(("jazz-finger", "precision-finger", "flatwound"), (60, 90, 110)),
+        always=[("jazz-finger", 110), ("precision-finger", 60), ("flatwound", 90)],
+    ),
+)
 def test_a_pick_clicks(name: str, velocity: int) -> None:
     """2 to 8 kHz of the first 20 ms, both at the same level of the fundamental."""
     bass = even(name)
@@ -242,8 +249,13 @@ def motion(hand: Hand, i: int, fret: int, starts: tuple[float, ...], until: floa
     return complex(q, (pace * p - sigma * q) / float(w["omega"][0]))
 
 
-@pytest.mark.parametrize("name", of_each_kind(preset_names()))
-@pytest.mark.parametrize("fret", [0, 2, 5, 9, 12])
+@pytest.mark.parametrize(
+    ("name", "fret"),
+    quick(
+        itertools.product(preset_names(), (0, 2, 5, 9, 12)),
+        always=[*itertools.product(KINDS, (0, 9)), *(("jazz-finger", fret) for fret in (2, 5, 12))],
+    ),
+)
 def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
     """What is left of it on any string: the difference between a note that is plucked again and one out of silence."""
     hand = Hand(even(name))
@@ -347,10 +359,10 @@ def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
 
 @pytest.mark.parametrize("name", PAPER)
 def test_the_papers_pluck_stays_a_triangle(name: str) -> None:
-    player = load_preset(name).player
+    player = BASSES[name].player
     assert (player.release_time, player.rounding_soft, player.release_speed) == (0, 0, 0)
     assert (player.nearer_when_hard, player.stroke) == (0, "finger")
-    events = Hand(load_preset(name)).strokes(0, 0, 30, 4)
+    events = Hand(BASSES[name]).strokes(0, 0, 30, 4)
     assert np.unique(events).size == 1 and events[0]["width"] == player.rounding and events[0]["seconds"] == 0
 
 

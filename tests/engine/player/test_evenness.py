@@ -14,7 +14,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
-from support.costs import KINDS, of_each_kind
+from support.costs import KINDS, of_each_kind, quick
 from support.quiet import without_noise
 
 from livebass import QUALITIES, preset_names
@@ -34,9 +34,8 @@ STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
 SLAPPED = ("slap", "slap-impulse")
-# What always runs: the stroke that the preset begins with, and two others, each on one bass of each kind
-OTHERS = {"jazz-finger", "precision-finger", "six-string", "muted"}
-ALWAYS = {"own": KINDS, "pick": OTHERS, "thumb and pops": OTHERS}
+# What always runs: the stroke that the preset begins with, on one bass of each kind, and two others
+ALWAYS = {"own": KINDS, "pick": {"jazz-finger", "six-string"}, "thumb and pops": {"precision-finger", "muted"}}
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody takes a pick to an upright, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
@@ -131,12 +130,15 @@ def typical(name: str, strings: Iterable[int], stroke: str, velocity: int) -> fl
 
 
 @pytest.mark.parametrize(
-    ("name", "apart"),
-    [*((name, THUMB_AND_POPS) for name in SLAPPED), ("jazz-finger", GUESTS), ("precision-finger", GUESTS)],
+    ("name", "velocity"),
+    quick(
+        itertools.product((*SLAPPED, "jazz-finger", "precision-finger"), (60, 80, 100)),
+        always=[("slap", 60), ("slap", 100), ("slap-impulse", 80), ("jazz-finger", 100), ("precision-finger", 60)],
+    ),
 )
-@pytest.mark.parametrize("velocity", [60, 80, 100])
-def test_pops_are_level_with_the_thumb(name: str, apart: float, velocity: int) -> None:
+def test_pops_are_level_with_the_thumb(name: str, velocity: int) -> None:
     """Those of a bass that is slapped, and those that a key brings to another."""
+    apart = THUMB_AND_POPS if name in SLAPPED else GUESTS
     slapped = engine(name).instrument.player.slapped_strings or 2
     thumb = typical(name, range(slapped), "thumb and pops", velocity)
     pops = typical(name, range(slapped, len(engine(name).instrument.strings)), "thumb and pops", velocity)
@@ -152,7 +154,7 @@ def test_a_slapped_bass_pops_of_itself(name: str) -> None:
     assert rms(own) - rms(fingers) > 1.0
 
 
-@pytest.mark.parametrize("name", PLAYED)
+@pytest.mark.parametrize("name", of_each_kind(PLAYED))
 def test_a_pick_that_goes_up_is_hardly_softer(name: str) -> None:
     less = [
         rms(sound(name, i, fret, "pick", 80)) - rms(sound(name, i, fret, "pick", 80, up=True))
@@ -202,8 +204,13 @@ def second(name: str, i: int, before: int, fret: int, stroke: str) -> float:
     return rms(player.process(round(LENGTH * RATE)).sum(axis=0))
 
 
-@pytest.mark.parametrize("stroke", ["fingers", "pick", "thumb and pops"])
-@pytest.mark.parametrize("name", ["slap", "slap-impulse", "jazz-finger", "fretless"])
+@pytest.mark.parametrize(
+    ("name", "stroke"),
+    quick(
+        itertools.product(("slap", "slap-impulse", "jazz-finger", "fretless"), ("fingers", "pick", "thumb and pops")),
+        always=[("slap", "thumb and pops"), ("slap-impulse", "fingers"), ("jazz-finger", "pick"), ("fretless", "pick")],
+    ),
+)
 def test_a_note_is_as_loud_on_a_string_that_hands_have_just_ended(name: str, stroke: str) -> None:
     """What no ear hears of the note before takes nothing of this one, from the same fret or from another."""
     for i in range(len(engine(name).instrument.strings)):
