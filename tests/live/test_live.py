@@ -23,10 +23,11 @@ from support.scores import busy_score
 from livebass import QUALITIES, demo_score, load_preset
 from livebass.compiling import store
 from livebass.compiling.library import library
+from livebass.kernels.player.performer import FADE
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import CAPTURE_SECONDS, LiveBass, Synth
 from livebass.live.thread import block
-from livebass.live.thread.block import FORGOTTEN, MOST_SHARE
+from livebass.live.thread.load import FORGOTTEN, MOST_SHARE
 from livebass.model.quality import quality_with
 
 
@@ -211,7 +212,7 @@ def test_overload_ends_the_bass_that_rings_out() -> None:
     synth.release_faded()
     assert synth.ringing
     synth.set_clock(address_of(keep))
-    for _ in range(int(block.FADE * RATE / 64) + 2):
+    for _ in range(int(FADE * RATE / 64) + 2):
         device.block(64)
     synth.release_faded()
     assert not synth.ringing

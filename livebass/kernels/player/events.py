@@ -4,7 +4,7 @@ String `i` gets the event at the frame of the message. What each field says: rec
 """
 
 from livebass.compiling import jit
-from livebass.kernels.machine.native import record_at
+from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.string.records import (
     BEND,
     BLEND,
@@ -25,29 +25,19 @@ from livebass.kernels.string.records import (
 )
 
 event_at = record_at(EVENT)
-EVENT_BYTES = EVENT.itemsize
+EVENT_BYTES, EVENT_WORDS = EVENT.itemsize, EVENT.itemsize // 8
 
 
 @jit
 def next_event(p, i):
     """Begins the next event; returns it, with zeros for all that its kind says."""
-    e = event_at(p.out.events + EVENT_BYTES * p.out.count)
+    address = p.out.events + EVENT_BYTES * p.out.count
+    words, e = words_at(address, EVENT_WORDS), event_at(address)
+    for k in range(EVENT_WORDS):
+        words[k] = 0
     p.out.count += 1
     e.frame = p.out.frame
     e.string = i
-    e.fret = 0
-    e.finger = 0
-    e.apex = 0.0
-    e.place = 0.0
-    e.speed = 0.0
-    e.width = 0.0
-    e.angle = 0.0
-    e.seconds = 0.0
-    e.mass = 0.0
-    e.stiffness = 0.0
-    e.resistance = 0.0
-    e.value = 0.0
-    e.rate = 0.0
     return e
 
 
@@ -140,8 +130,7 @@ def send_stop(p, i, fret, damping):
 @jit
 def send_cut(p, i):
     """Silences the string."""
-    e = next_event(p, i)
-    e.kind = CUT
+    next_event(p, i).kind = CUT
 
 
 @jit

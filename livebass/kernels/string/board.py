@@ -28,7 +28,7 @@ from livebass.kernels.string.frame import (
 )
 from livebass.kernels.string.operators import positions
 from livebass.kernels.string.records import GROUP
-from livebass.kernels.string.watch import schedule, take_fine_steps
+from livebass.kernels.string.watch import fine_steps, schedule
 
 
 @entry("void(int64, int64, int64, int64)")
@@ -108,15 +108,6 @@ def next_check_board(slot, op, end):
 
 
 @jit
-def fine_steps_board(slot, op, voice, near, count, steps, step):
-    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
-
-    u.clearance is that of the points, at least, before and after.
-    """
-    take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction_on_board, solve_contact_on_board)
-
-
-@jit
 def solve_contact_on_board(slot, op, voice, watched, count, step):
     """Solves contact at `step`, and notes when each point is to be looked at again."""
     u, travel, height = slot.u, most_travel(slot, op), slot.u.height
@@ -160,3 +151,6 @@ def solve_friction_on_board(slot, op, watched, count):
         v.pending[m] = op.push * f
     if touching:
         slot.v_active = op.padded
+
+
+fine_steps_board = fine_steps(solve_friction_on_board, solve_contact_on_board)

@@ -19,7 +19,7 @@ from livebass.kernels.string.frame import (
     string_at,
 )
 from livebass.kernels.string.operators import coupling, left_out
-from livebass.kernels.string.watch import schedule, take_fine_steps
+from livebass.kernels.string.watch import fine_steps, schedule
 
 
 @entry("void(int64, int64, int64, int64)")
@@ -51,16 +51,6 @@ def next_check_frets(slot, op, end):
     for m in range(op.points):
         least = min(least, slot.u.due[m])
     return least
-
-
-@jit
-def fine_steps_frets(slot, op, voice, near, count, steps, step):
-    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
-
-    u.clearance is that of the points, at least, before and after.
-    """
-    couple(slot, op)
-    take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction_on_frets, solve_contact_on_frets)
 
 
 @jit
@@ -128,3 +118,13 @@ def solve_friction_on_frets(slot, op, watched, count):
         v.moved_before[m] = v.moved[m]
         v.moved[m] = v.free[m] + contact.felt(op, slot.u.coupling, v.force, watched, count, m)
         v.pending[m] = op.push * v.force[m]
+
+
+steps_over_frets = fine_steps(solve_friction_on_frets, solve_contact_on_frets)
+
+
+@jit
+def fine_steps_frets(slot, op, voice, near, count, steps, step):
+    """`watch.fine_steps` over frets, which the forces couple."""
+    couple(slot, op)
+    steps_over_frets(slot, op, voice, near, count, steps, step)

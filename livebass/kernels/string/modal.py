@@ -109,111 +109,105 @@ def four(low, high):
     return low[0] + high[0], low[1] + high[1], low[2] + high[2], low[3] + high[3]
 
 
-def named(loop, both):
-    """Compiles `both`, which calls `loop` for the modes in w.low and for the modes in w.high, and names it after it."""
-    both.__name__, both.__qualname__, both.__doc__ = loop.__name__, f"{loop.__name__}.both", loop.__doc__
-    return jit(both)
+def maker(of):
+    """Makes a decorator of `of`, which returns the function of a working set for a loop."""
+
+    def decorator(*options):
+        def make(loop):
+            both = of(loop, *options)
+            both.__name__, both.__qualname__, both.__doc__ = loop.__name__, f"{loop.__name__}.both", loop.__doc__
+            return jit(both)
+
+        return make
+
+    return decorator
 
 
-def over(add=nothing):
-    """A decorator: loop(rows, n, ...) becomes a function of (w, n, ...)."""
+@maker
+def over(loop, add=nothing):
+    """loop(rows, n, ...) becomes a function of (w, n, ...)."""
 
-    def make(loop):
-        def both(w, n, *given):
-            split = lower(w, n)
-            return add(loop(w.low, split, *given), loop(w.high, n - split, *given))
+    def both(w, n, *given):
+        split = lower(w, n)
+        return add(loop(w.low, split, *given), loop(w.high, n - split, *given))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
-def from_mode(add=nothing):
-    """A decorator: loop(rows, n, first, ...), with `first` the mode of rows[0], becomes a function of (w, n, ...)."""
+@maker
+def from_mode(loop, add=nothing):
+    """loop(rows, n, first, ...), with `first` the mode of rows[0], becomes a function of (w, n, ...)."""
 
-    def make(loop):
-        def both(w, n, *given):
-            split = lower(w, n)
-            return add(loop(w.low, split, np.int64(0), *given), loop(w.high, n - split, split, *given))
+    def both(w, n, *given):
+        split = lower(w, n)
+        return add(loop(w.low, split, np.int64(0), *given), loop(w.high, n - split, split, *given))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
-def along(add=nothing):
-    """A decorator: loop(rows, n, numbers, ...), with a float64 for each mode, becomes one of (w, n, numbers, ...)."""
+@maker
+def along(loop, add=nothing):
+    """loop(rows, n, numbers, ...), with a float64 for each mode, becomes a function of (w, n, numbers, ...)."""
 
-    def make(loop):
-        def both(w, n, numbers, *given):
-            split = lower(w, n)
-            return add(loop(w.low, split, numbers, *given), loop(w.high, n - split, numbers[split:], *given))
+    def both(w, n, numbers, *given):
+        split = lower(w, n)
+        return add(loop(w.low, split, numbers, *given), loop(w.high, n - split, numbers[split:], *given))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
-def by_pitch(add=nothing):
-    """A decorator: loop(rows, n, kappa, omega), with the rows of w in float64, becomes a function of (w, n)."""
+@maker
+def by_pitch(loop, add=nothing):
+    """loop(rows, n, kappa, omega), with the rows of w in float64, becomes a function of (w, n)."""
 
-    def make(loop):
-        def both(w, n):
-            split = lower(w, n)
-            low = loop(w.low, split, w.kappa, w.omega)
-            return add(low, loop(w.high, n - split, w.kappa[split:], w.omega[split:]))
+    def both(w, n):
+        split = lower(w, n)
+        low = loop(w.low, split, w.kappa, w.omega)
+        return add(low, loop(w.high, n - split, w.kappa[split:], w.omega[split:]))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
-def at(row_of, add=nothing):
-    """A decorator: loop(rows, n, phi, ...), with the row of `op` at a place, becomes one of (w, n, op, place, ...).
+@maker
+def at(loop, add=nothing, row_of=shape_row):
+    """loop(rows, n, phi, ...), with the row of `op` at a place, becomes a function of (w, n, op, place, ...).
 
-    `row_of` finds the row's address: `shape_row`, with contact points for places, or `tap_row`, with taps.
+    `row_of` finds the row's address: `shape_row`, where contact points are the places, or `tap_row`, where taps are.
     """
 
-    def make(loop):
-        def both(w, n, op, place, *given):
-            split, row = lower(w, n), row_of(op, place)
-            low = loop(w.low, split, low_part(row, op), *given)
-            return add(low, loop(w.high, n - split, high_part(row, op), *given))
+    def both(w, n, op, place, *given):
+        split, row = lower(w, n), row_of(op, place)
+        low = loop(w.low, split, low_part(row, op), *given)
+        return add(low, loop(w.high, n - split, high_part(row, op), *given))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
-def at_two(row_of, add=nothing):
-    """`at` for two places, of which the loop gets two rows."""
+@maker
+def at_two(loop, add=nothing, row_of=shape_row):
+    """`at` for two places: the loop gets two rows."""
 
-    def make(loop):
-        def both(w, n, op, places, *given):
-            split, a, b = lower(w, n), row_of(op, places[0]), row_of(op, places[1])
-            low = loop(w.low, split, (low_part(a, op), low_part(b, op)), *given)
-            return add(low, loop(w.high, n - split, (high_part(a, op), high_part(b, op)), *given))
+    def both(w, n, op, places, *given):
+        split, a, b = lower(w, n), row_of(op, places[0]), row_of(op, places[1])
+        low = loop(w.low, split, (low_part(a, op), low_part(b, op)), *given)
+        return add(low, loop(w.high, n - split, (high_part(a, op), high_part(b, op)), *given))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
-def at_four(row_of, add=nothing):
-    """`at` for four places, of which the loop gets four rows."""
+@maker
+def at_four(loop, add=nothing, row_of=shape_row):
+    """`at` for four places: the loop gets four rows."""
 
-    def make(loop):
-        def both(w, n, op, places, *given):
-            split, a, b = lower(w, n), row_of(op, places[0]), row_of(op, places[1])
-            c, d = row_of(op, places[2]), row_of(op, places[3])
-            phi = low_part(a, op), low_part(b, op), low_part(c, op), low_part(d, op)
-            low = loop(w.low, split, phi, *given)
-            phi = high_part(a, op), high_part(b, op), high_part(c, op), high_part(d, op)
-            return add(low, loop(w.high, n - split, phi, *given))
+    def both(w, n, op, places, *given):
+        split, a, b = lower(w, n), row_of(op, places[0]), row_of(op, places[1])
+        c, d = row_of(op, places[2]), row_of(op, places[3])
+        phi = low_part(a, op), low_part(b, op), low_part(c, op), low_part(d, op)
+        low = loop(w.low, split, phi, *given)
+        phi = high_part(a, op), high_part(b, op), high_part(c, op), high_part(d, op)
+        return add(low, loop(w.high, n - split, phi, *given))
 
-        return named(loop, both)
-
-    return make
+    return both
 
 
 # Fine steps
@@ -259,7 +253,7 @@ def to_momenta(rows, n):
         turn_back(rows, j, rows.q[j], rows.p[j])
 
 
-@at(shape_row)
+@at()
 @ordered
 def to_momenta_after(rows, n, phi, f):
     """`kick`, then `to_momenta`."""
@@ -283,7 +277,7 @@ def step(rows, j, kick):
     return x
 
 
-@at(shape_row, one)
+@at(one)
 @jit
 def fine_1(rows, n, phi, f):
     f0, u0 = like(rows, f), like(rows, 0.0)
@@ -292,7 +286,7 @@ def fine_1(rows, n, phi, f):
     return u0
 
 
-@at_two(shape_row, two)
+@at_two(two)
 @jit
 def fine_2(rows, n, shapes, f):
     phi, chi = shapes
@@ -305,7 +299,7 @@ def fine_2(rows, n, shapes, f):
     return u0, u1
 
 
-@at_four(shape_row, four)
+@at_four(four)
 @jit
 def fine_4(rows, n, shapes, f):
     phi, chi, psi, xi = shapes
@@ -320,7 +314,7 @@ def fine_4(rows, n, shapes, f):
     return u0, u1, u2, u3
 
 
-@at(shape_row)
+@at()
 @jit
 def kick(rows, n, phi, f):
     """Adds the effect of one contact force at a point, after a fine step."""
@@ -339,7 +333,7 @@ def fine(rows, n):
         step(rows, j, like(rows, 0.0))
 
 
-@at_two(shape_row)
+@at_two()
 @jit
 def fine_kicked_2(rows, n, shapes, f):
     """Takes one fine step after two forces `f` at two points."""
@@ -349,7 +343,7 @@ def fine_kicked_2(rows, n, shapes, f):
         step(rows, j, f0 * phi[j] + f1 * chi[j])
 
 
-@at_four(shape_row)
+@at_four()
 @jit
 def fine_kicked_4(rows, n, shapes, f):
     """Takes one fine step after four forces `f` at four points."""
@@ -359,7 +353,7 @@ def fine_kicked_4(rows, n, shapes, f):
         step(rows, j, f0 * phi[j] + f1 * chi[j] + f2 * psi[j] + f3 * xi[j])
 
 
-@at_four(shape_row, four)
+@at_four(four)
 @jit
 def displacement_4(rows, n, shapes):
     """Displacements at four points in one pass."""
@@ -459,7 +453,7 @@ def sum_of_products(phi, values, zero, n):
     return u
 
 
-@at(shape_row, one)
+@at(one)
 @jit
 def displacement(rows, n, phi):
     """Displacement (m) at a contact point."""
@@ -473,7 +467,7 @@ def displacement_under(rows, n, phi):
     return sum_of_products(phi, rows.q, 0.0, n)
 
 
-@at(shape_row, one)
+@at(one)
 @jit
 def displacement_before_leap(rows, n, phi):
     """Displacement (m) at a contact point before the last `try_leap`, or of `keep_step_before`."""
@@ -487,7 +481,7 @@ def step_before(rows, j, q, p):
     return q - (p + like(rows, 0.5) * (rows.spring[j] - (like(rows, 1.0) - kept)) * q) / kept
 
 
-@at(shape_row, one)
+@at(one)
 @jit
 def displacement_step_before(rows, n, phi):
     """Displacement (m) at a contact point one fine step ago."""
@@ -497,7 +491,7 @@ def displacement_step_before(rows, n, phi):
     return u
 
 
-@at(shape_row, one)
+@at(one)
 @jit
 def displacement_step_before_leap(rows, n, phi):
     """Displacement (m) at a contact point one fine step before the last `try_leap` began."""
@@ -555,7 +549,7 @@ def copy_row(to, values, n):
         to[j] = values[j]
 
 
-@at_two(tap_row, one)
+@at_two(one, tap_row)
 @jit
 def read_tap(rows, n, taps):
     """Linear output with the weights of q of a tap, and those of P of another."""
@@ -571,7 +565,7 @@ def velocity(rows, j):
     return rows.pace[j] * rows.p[j] - rows.sigma[j] * rows.q[j]
 
 
-@at(tap_row, two)
+@at(two, tap_row)
 @jit
 def sense_1(rows, n, weight):
     """Displacement (m) and velocity (m/s) at the pickup of a tap."""
@@ -582,7 +576,7 @@ def sense_1(rows, n, weight):
     return u, v
 
 
-@at_two(tap_row, four)
+@at_two(four, tap_row)
 @jit
 def sense_2(rows, n, taps):
     """Displacement and velocity at the pickup of one tap, then at that of another, in one pass."""
@@ -597,7 +591,7 @@ def sense_2(rows, n, taps):
     return u0, v0, u1, v1
 
 
-@at_two(tap_row, two)
+@at_two(two, tap_row)
 @jit
 def speed_2(rows, n, taps):
     """Velocities (m/s) at the pickups of two taps, in one pass."""

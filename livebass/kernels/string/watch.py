@@ -8,7 +8,7 @@ thread]
 
 import numpy as np
 
-from livebass.compiling import inlined, jit
+from livebass.compiling import jit
 from livebass.kernels.string import modal
 from livebass.kernels.string.frame import most_travel, steps_clear
 
@@ -16,36 +16,43 @@ EARLY = 2  # steps that a point is looked at before it could touch
 FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone for a while
 
 
-@inlined
-def take_fine_steps(slot, op, voice, near, count, steps, step, solve_friction, solve_contact):
-    """Takes `steps` fine steps from `step` on, with contact and friction solved at the `count` points in `near`.
+def fine_steps(solve_friction, solve_contact):
+    """Makes the kernel that takes fine steps with contact and friction solved by these two.
 
-    u begins where the last modal.try_leap of it began. solve_friction(slot, op, points, count) solves friction of the
-    step just made of v, solve_contact(slot, op, voice, points, count, step) contact of that of u. u.clearance is that
-    of the points, at least, before and after.
+    solve_friction(slot, op, points, count) solves friction of the step just made of v, solve_contact(slot, op, voice,
+    points, count, step) contact of the step just made of u.
     """
-    u, v, watched = slot.u, slot.v, slot.watched
-    load_points(slot, op, near, count, step)
-    for k in range(steps):
-        step += 1
-        watching = find_watched(slot, near, count, step)
-        if slot.v_active > 0:
-            friction_points = find_friction_points(slot, op, watching)
+
+    def take(slot, op, voice, near, count, steps, step):
+        """Takes `steps` fine steps from `step` on, with the forces solved at the `count` points in `near`.
+
+        u begins where its last modal.try_leap began. u.clearance is the least of the points, before and after.
+        """
+        u, v, watched = slot.u, slot.v, slot.watched
+        load_points(slot, op, near, count, step)
+        for k in range(steps):
+            step += 1
+            watching = find_watched(slot, near, count, step)
+            if slot.v_active > 0:
+                friction_points = find_friction_points(slot, op, watching)
+                if k == 0:
+                    modal.first_step(v, slot.v_active)
+                    read_displacements(v, op, slot.friction_points, friction_points, slot.v_active)
+                else:
+                    fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
+                solve_friction(slot, op, slot.friction_points, friction_points)
             if k == 0:
-                modal.first_step(v, slot.v_active)
-                read_displacements(v, op, slot.friction_points, friction_points, slot.v_active)
+                modal.first_step_before_leap(u, slot.active)
+                read_displacements(u, op, watched, watching, slot.active)
             else:
-                fine_step(v, op, slot.friction_points, friction_points, slot.v_active)
-            solve_friction(slot, op, slot.friction_points, friction_points)
-        if k == 0:
-            modal.first_step_before_leap(u, slot.active)
-            read_displacements(u, op, watched, watching, slot.active)
-        else:
-            fine_step(u, op, watched, watching, slot.active)
-        solve_contact(slot, op, voice, watched, watching, step)
-    save_points(slot, op, near, count, step)
-    end_fine_steps(u, op, near, count, slot.active)
-    end_fine_steps(v, op, near, count, slot.v_active)
+                fine_step(u, op, watched, watching, slot.active)
+            solve_contact(slot, op, voice, watched, watching, step)
+        save_points(slot, op, near, count, step)
+        end_fine_steps(u, op, near, count, slot.active)
+        end_fine_steps(v, op, near, count, slot.v_active)
+
+    take.__qualname__ = f"fine_steps.{solve_contact.__name__}"
+    return jit(take)
 
 
 @jit

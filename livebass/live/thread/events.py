@@ -1,0 +1,233 @@
+"""Messages and other events of a block: from the rings to the performers of the basses. [audio thread]"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.bass import strings
+from livebass.kernels.bass.records import EVENT_ROOM, bass_at
+from livebass.kernels.effects.records import KNOBS
+from livebass.kernels.machine.elementary import power
+from livebass.kernels.machine.native import load_acquire, record_address, store_release
+from livebass.kernels.pickup import tone
+from livebass.kernels.player import controls, expression, messages, notes, parameters
+from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MOST_EVENTS
+from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
+from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
+from livebass.live.thread.ring import (
+    AMOUNT,
+    CHANNEL_BIT,
+    EFFECT,
+    KIND_BIT,
+    MIDI,
+    NOTE_BEND,
+    NOTE_CUT,
+    NOTE_PLACE,
+    NOTE_STRING,
+    NOTE_VIBRATO,
+    NOW,
+    PARAMETER,
+    STRING_BEND,
+    controller_of,
+    key_channel_of,
+    next_frame,
+    pop,
+    push_midi,
+    unpack,
+)
+from livebass.techniques import GAIN_DB, LEARNED, LEAST, PARAMETERS
+
+GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
+
+
+@jit
+def keep_message(synth, frame, status, first, second):
+    """Hands a message that is played to the recorder, if there is one."""
+    played = load_acquire(record_address(synth) + PLAYED_RING)
+    if played != 0 and not push_midi(played, synth.played_size, frame, status, first, second):
+        synth.played_lost += 1
+
+
+@jit
+def play_message(synth, b, frame, status, first, second):
+    """Hands one message for synth frame `frame` to the performer of `b`."""
+    synth.messages += 1
+    keep_message(synth, frame, status, first, second)
+    if status & 0xF0 == 0xC0:
+        if not selects_kit(synth, b, status & 0x0F):
+            synth.program = first
+            synth.program_count += 1
+        return
+    if status & 0xF0 == 0xB0 and first == BANK:
+        synth.banks[status & 0x0F] = second + 1
+    # plucking points and grazing apexes come from the fine operators, whichever play
+    messages.handle_message(performer_for(b, frame), operators_of(b, 0), status, first, second)
+
+
+@jit
+def selects_kit(synth, b, channel):
+    """True if a program of `channel` selects drums, which choose no bass: by its bank, or on channel 10.
+
+    Where channels have strings or notes of their own there are no drums.
+    """
+    bank = synth.banks[channel] - 1
+    if performer_of(b).controls.mode != ALL_ALIKE:
+        return False
+    return bank == GM2_DRUMS or bank in XG_DRUMS or (channel == DRUMS and bank != GM2_MELODIC)
+
+
+@jit
+def performer_for(b, frame):
+    """The performer of `b`, whose next events are for synth frame `frame`."""
+    p = performer_of(b)
+    p.out.frame = frame - b.frame
+    return p
+
+
+@jit
+def extend_gains(synth, until):
+    """Computes the ramp of the gain up to frame `until` of this chunk."""
+    gain = synth.gain
+    for j in range(synth.gains_known, until):
+        gain += GAIN_POLE * (synth.gain_target - gain)
+        synth.gains[j] = gain
+    synth.gain = gain
+    synth.gains_known = max(synth.gains_known, until)
+
+
+@jit
+def extend_knobs(synth, until):
+    """Writes down the knobs of effects up to frame `until` of this chunk."""
+    for which in range(KNOBS):
+        for j in range(synth.knobs_known, until):
+            synth.knobs[which, j] = synth.effects[which]
+    synth.knobs_known = max(synth.knobs_known, until)
+
+
+@jit
+def play_event(synth, b, frame, word, value):
+    """Handles an event other than MIDI for synth frame `frame`."""
+    kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
+    if kind == EFFECT and number < KNOBS:
+        extend_knobs(synth, frame - synth.frame)
+        synth.effects[number] = min(max(value, 0.0), 1.0) if not np.isnan(value) else 0.0
+    if kind == PARAMETER and number < PARAMETERS:
+        controller = controller_of(word)
+        if controller >= 0:
+            keep_message(synth, frame, 0xB0 | (word >> CHANNEL_BIT) & 0x0F, LEARNED + number, controller)
+        synth.parameters[number] = parameters.within_limits(number, value)
+        if number == GAIN_DB:
+            extend_gains(synth, frame - synth.frame)
+            set_gain(synth, synth.parameters[number])
+            if frame == 0:
+                synth.gain = synth.gain_target
+            return
+    send_event(synth, b, frame, word, value)
+
+
+@jit
+def set_gain(synth, value):
+    """Sets the gain that is wanted to `value` dB; the least is silence."""
+    synth.gain_target = power(10.0, value / 20.0) if value > LEAST[GAIN_DB] else 0.0
+
+
+@jit
+def send_event(synth, b, frame, word, value):
+    """Hands an event other than MIDI to the performer of `b`."""
+    p = performer_for(b, frame)
+    kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
+    if kind == PARAMETER and number < PARAMETERS:
+        parameters.set_parameter(p, number, synth.parameters[number])
+    elif kind == AMOUNT:
+        parameters.set_amount(p, operators_of(b, 0), number, value)
+    elif kind == STRING_BEND:
+        expression.bend_string(p, number, value)
+    elif kind == NOTE_BEND:
+        expression.bend_note(p, key_channel_of(word), number, value)
+    elif kind == NOTE_VIBRATO:
+        expression.vibrate_note(p, key_channel_of(word), number, value)
+    elif kind == NOTE_CUT:
+        notes.cut_note(p, key_channel_of(word), number)
+    elif kind == NOTE_PLACE:
+        parameters.place_note(p, number, value)
+    elif kind == NOTE_STRING:
+        parameters.string_note(p, number, value)
+
+
+@jit
+def ring_on(synth, b, before, frame, status, first, second):
+    """Hands a message, which is the events of `b` from `before` on, to the bass that rings out, if there is one."""
+    if synth.old_bass != 0:
+        old = bass_at(synth.old_bass)
+        p = performer_for(old, frame)
+        messages.ring_on(p, operators_of(old, 0), performer_of(b), before, status, first, second)
+
+
+@jit
+def collect_events(synth, b, n):
+    """Turns all messages for the next `n` frames, in order, into events of `b` and of the bass that rings out."""
+    end = synth.frame + n
+    out = performer_of(b).out
+    old_out = performer_of(bass_at(synth.old_bass)).out if synth.old_bass != 0 else out
+    out.count = 0
+    old_out.count = 0
+    panic = record_address(synth) + PANIC
+    if load_acquire(panic) != 0:
+        store_release(panic, 0)
+        for number in (np.int64(120), np.int64(121)):  # all sound off, reset all controllers
+            # typed: functions called with a literal would be compiled a second time
+            for channel in range(CHANNELS):
+                control = np.int64(0xB0 | channel)
+                play_message(synth, b, synth.frame, control, number, np.int64(0))
+                ring_on(synth, b, out.count, synth.frame, control, number, np.int64(0))
+    last = synth.frame
+    for _ in range(MOST_MESSAGES):  # a flood of messages waits, the sound does not
+        if max(out.count, old_out.count) + MOST_EVENTS > EVENT_ROOM:
+            break
+        best = end
+        ring = -1
+        for k in range(RINGS):
+            when = next_frame(synth.midi_ring[k], synth.midi_ring_size[k], end)
+            if when == NOW:
+                when = synth.frame
+            if when < best:
+                best = when
+                ring = k
+        if ring < 0:
+            break
+        last = max(last, best)
+        word, value = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
+        if (word >> KIND_BIT) & 0xFF != MIDI:
+            play_event(synth, b, last, word, value)
+            if synth.old_bass != 0:
+                send_event(synth, bass_at(synth.old_bass), last, word, value)
+            continue
+        status, first, second = unpack(word)
+        before = out.count
+        play_message(synth, b, last, status, first, second)
+        ring_on(synth, b, before, last, status, first, second)
+
+
+@jit
+def apply_parameters(synth, b):
+    """Sets the parameters of a bass that is new, and whose strings rest, as they were set for those before."""
+    p = performer_of(b)
+    for number in range(PARAMETERS):
+        if synth.parameters[number] == 0.0:
+            continue  # as the bass itself has it
+        p.out.count = 0  # the strings are told below
+        parameters.set_parameter(p, number, synth.parameters[number])
+    for i in range(b.strings):
+        v = string_of(b, i).voice
+        v.tone_wanted = p.tone
+        if v.tone != v.tone_wanted:
+            tone.set_tone(v, v.tone_wanted)
+
+
+@jit
+def take_controllers(b, old):
+    """Gives a bass that has not played yet volume, pedal, bend and the other controllers of the bass `old`."""
+    p = performer_of(b)
+    controls.take_over(p, performer_of(old))
+    for i in range(b.strings):
+        strings.set_controls(string_of(b, i).voice, p, i)
+    b.floor.gain_wanted = expression.loudness(p, np.int64(0))  # whose events it follows

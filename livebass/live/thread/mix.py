@@ -1,0 +1,144 @@
+"""Strings, floor and effects of a bass, mixed into the sound; how a bass fades out. [audio thread]"""
+
+from typing import Any
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels import voice
+from livebass.kernels.bass import floor
+from livebass.kernels.bass.records import SOUND_RING
+from livebass.kernels.effects import chain
+from livebass.kernels.machine.native import record_address, samples_at
+from livebass.kernels.player.performer import FADE, OVER
+from livebass.live.thread import helpers
+from livebass.live.thread.records import (
+    CHUNK,
+    KNOBS_PLACE,
+    RINGING,
+    ahead_of,
+    effects_of,
+    events_of,
+    performer_of,
+    sound_of,
+    string_events_of,
+    string_of,
+)
+
+SAMPLE = 4  # bytes of a float32
+
+
+@jit
+def mix_strings(synth, b, out, n, fade, whole):
+    """Adds n frames of every string of `b` to out (n,) float32, and to the string's own output if there is one.
+
+    `fade` of `whole` frames are left of a fade-out; RINGING: no fade. Where effects are on, `out` gets the mix behind
+    them: they come before the gain.
+    """
+    events, string_events = events_of(b), string_events_of(b)
+    start, count = synth.frame - b.frame, performer_of(b).out.count
+    knobs = record_address(synth) + KNOBS_PLACE
+    effects = chain.may_be_heard(effects_of(b), knobs, n, np.int64(CHUNK))
+    if effects:
+        for j in range(n):
+            synth.before[j] = out[j]
+            synth.dry[j] = 0.0
+    played: Any = np.int64(0)  # strings, a bit each ...
+    wanting: Any = np.int64(0)  # ... and those of them that are not ahead of the end of the chunk
+    used = 0
+    for i in range(b.strings):
+        v, a = string_of(b, i).voice, ahead_of(b, i)
+        a.events = used
+        for k in range(count):
+            if events[k].string == i:
+                string_events[used] = events[k]
+                used += 1
+        a.count = used - a.events
+        if v.still and v.frame == start and a.count == 0:
+            voice.skip_to(v, start + n)
+            continue
+        played |= np.int64(1) << i
+        if v.frame < start + n or a.count > 0:
+            wanting |= np.int64(1) << i
+    helpers.play_strings(synth, b, wanting, start + n)
+    hisses = b.floor.level > 0.0 and hear_floor(synth, b, n, played)
+    for i in range(b.strings):
+        sounds, with_floor = (played >> i) & 1 != 0, hisses and i == 0
+        if not sounds and not with_floor:
+            continue
+        sound = sound_of(ahead_of(b, i))
+        apart = synth.apart[i] != 0
+        own = samples_at(synth.apart[i] + SAMPLE * (synth.frame - synth.block_frame) if apart else np.int64(0), n)
+        for j in range(n):
+            x = sound[(start + j) % SOUND_RING] if sounds else 0.0
+            if with_floor:
+                x += synth.floor[j]
+            if effects and abs(x) < 1e6:
+                synth.dry[j] += np.float32(x)
+            x *= synth.gains[j]
+            if fade >= 0:
+                x *= max(fade - j, 0) / whole
+            if not abs(x) < 1e6:
+                x = 0.0
+                synth.faults += 1
+            out[j] += np.float32(x)
+            if apart:
+                own[j] += np.float32(x)
+    if effects:
+        add_effects(synth, b, out, start, n, fade, whole)
+
+
+@jit
+def hear_floor(synth, b, n, played):
+    """Fills synth.floor with n frames of the floor of `b`, whose strings `played`; returns whether it is heard."""
+    loud, start = synth.floor[:n], synth.frame - b.frame
+    for j in range(n):
+        loud[j] = 0.0
+    for i in range(b.strings):
+        if (played >> i) & 1:
+            sound = sound_of(ahead_of(b, i))
+            for j in range(n):
+                loud[j] = max(loud[j], abs(sound[(start + j) % SOUND_RING]))
+    before = b.floor.left
+    floor.play_floor(b.floor, loud, events_of(b), performer_of(b).out.count)
+    return before > 0 or b.floor.left > 0
+
+
+@jit
+def add_effects(synth, b, out, start, n, fade, whole):
+    """Puts the mix of `b` behind its effects in place of that before them, in the frames in which any is on."""
+    knobs = record_address(synth) + KNOBS_PLACE
+    chain.play_effects(effects_of(b), synth.dry, synth.heard, start, knobs, np.int64(CHUNK), n)
+    for j in range(n):
+        if synth.heard[j] == 0.0:
+            continue
+        x = np.float64(synth.dry[j]) * synth.gains[j]
+        if fade >= 0:
+            x *= max(fade - j, 0) / whole
+        out[j] = synth.before[j] + np.float32(x)
+
+
+@jit
+def fade_frames(synth):
+    return np.int64(FADE * synth.rate)
+
+
+@jit
+def end_old_bass(synth):
+    """Begins to fade out the bass that rings out, if there is one."""
+    if synth.old_bass != 0 and synth.fade_left == RINGING:
+        synth.fade_left = fade_frames(synth)
+
+
+@jit
+def is_silent(b, end):
+    """True if no string or effect of `b` sounds or answers, nor its floor, and none is ahead of synth frame `end`."""
+    if chain.rings(effects_of(b)) or b.floor.left > 0:
+        return False
+    for i in range(b.strings):
+        string = string_of(b, i)
+        moves = string.slots[0].on or string.slots[1].on or string.voice.answering
+        moves = moves or abs(string.voice.block_out) > OVER  # its filters still hold some
+        if moves or string.voice.frame > end - b.frame:
+            return False
+    return True
