@@ -167,8 +167,8 @@ def test_a_take_names_the_sound_and_the_notes(tmp_path: Path) -> None:
         load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, record=takes[0], record_midi=takes[1],
         tuner=True, metronome=240.0, connect=False,
     )  # fmt: skip
-    session, shown = Session(settings), []
-    session.status = shown.append
+    shown: list[str] = []
+    session = Session(settings, shown.append)
 
     def play(synth: Synth) -> None:
         synth.send(0x90, 33, 60)
