@@ -24,7 +24,7 @@ import support.source
 import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
-from support.jack import alone, leave_nothing, running_server
+from support.jack import lasting_server, leave_nothing
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
@@ -58,7 +58,7 @@ def pytest_sessionfinish() -> None:
 
 
 # Names that a test, its fixtures or functions of its file use if it has a browser, a server, a host or a screen
-REAL_PARTS = {"chromium", "firefox", "running_screen", "running_server", "needs_ardour", "needs_wine"}
+REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_ardour", "needs_wine"}
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
 TIMED, WAITS = "timed", "waits"  # scopes of real tests: those that play in real time, and the others
 IN_REAL_TIME = ("tests/live/", "tests/bench/")
@@ -225,10 +225,10 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
-    """A JACK server for one module of tests, ended by its process id whatever happens."""
+    """A JACK server, ended by its process id whatever happens."""
     if not shutil.which("jackd"):
         assert not NEEDED, "jackd is missing"
         pytest.skip("there is no jackd here")
     jack = pytest.importorskip("jack")
-    with alone(), running_server() as process:
+    with lasting_server() as process:
         yield SimpleNamespace(process=process, jack=jack)
