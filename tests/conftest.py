@@ -61,7 +61,8 @@ def pytest_sessionfinish() -> None:
 REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_ardour", "needs_wine"}
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
 TIMED, WAITS = "timed", "waits"  # scopes of real tests: those that play in real time, and the others
-IN_REAL_TIME = ("tests/live/", "tests/bench/")
+# Of one session one worker has a JACK server
+IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
 # Products that tests need, by folder or file; a process makes them while the tests that need none are run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEEDED_PRODUCTS = {
