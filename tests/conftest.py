@@ -110,7 +110,8 @@ def is_real(item: pytest.Item) -> bool:
             used = used.__init__ if isinstance(used, type) else used
             if isinstance(inspect.unwrap(used), FunctionType) and used.__module__ == item.module.__name__:  # type: ignore[attr-defined, union-attr, arg-type]
                 functions.append(used)
-    return bool(seen & REAL_PARTS) or item.nodeid.startswith(REAL_FILES)
+    marked = item.nodeid.startswith(REAL_FILES) or item.get_closest_marker("real") is not None
+    return marked or bool(seen & REAL_PARTS)
 
 
 def scope_of(nodeid: str, real: bool) -> str:
