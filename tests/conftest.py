@@ -54,7 +54,7 @@ def pytest_configure() -> None:
 def pytest_sessionfinish() -> None:
     leave_nothing()
     if not WORKER:
-        os.unlink(os.environ[REAL])
+        Path(os.environ[REAL]).unlink(missing_ok=True)
 
 
 # Names that a test, its fixtures or functions of its file use if it has a browser, a server, a host or a screen
