@@ -24,7 +24,7 @@ import support.source
 import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
-from support.jack import alone, leave_nothing, running_server
+from support.jack import lasting_server, leave_nothing
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
@@ -54,14 +54,15 @@ def pytest_configure() -> None:
 def pytest_sessionfinish() -> None:
     leave_nothing()
     if not WORKER:
-        os.unlink(os.environ[REAL])
+        Path(os.environ[REAL]).unlink(missing_ok=True)
 
 
 # Names that a test, its fixtures or functions of its file use if it has a browser, a server, a host or a screen
-REAL_PARTS = {"chromium", "firefox", "running_screen", "running_server", "needs_ardour", "needs_wine"}
+REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_ardour", "needs_wine"}
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
 TIMED, WAITS = "timed", "waits"  # scopes of real tests: those that play in real time, and the others
-IN_REAL_TIME = ("tests/live/", "tests/bench/")
+# Of one session one worker has a JACK server
+IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
 # Products that tests need, by folder or file; a process makes them while the tests that need none are run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEEDED_PRODUCTS = {
@@ -109,7 +110,8 @@ def is_real(item: pytest.Item) -> bool:
             used = used.__init__ if isinstance(used, type) else used
             if isinstance(inspect.unwrap(used), FunctionType) and used.__module__ == item.module.__name__:  # type: ignore[attr-defined, union-attr, arg-type]
                 functions.append(used)
-    return bool(seen & REAL_PARTS) or item.nodeid.startswith(REAL_FILES)
+    marked = item.nodeid.startswith(REAL_FILES) or item.get_closest_marker("real") is not None
+    return marked or bool(seen & REAL_PARTS)
 
 
 def scope_of(nodeid: str, real: bool) -> str:
@@ -225,10 +227,10 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
-    """A JACK server for one module of tests, ended by its process id whatever happens."""
+    """A JACK server, ended by its process id whatever happens."""
     if not shutil.which("jackd"):
         assert not NEEDED, "jackd is missing"
         pytest.skip("there is no jackd here")
     jack = pytest.importorskip("jack")
-    with alone(), running_server() as process:
+    with lasting_server() as process:
         yield SimpleNamespace(process=process, jack=jack)

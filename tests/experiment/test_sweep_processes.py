@@ -133,6 +133,7 @@ def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> N
     assert not (directory / "sweep.csv").exists()
 
 
+@pytest.mark.real
 def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: Path, tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     directory = tmp_path / "d"

@@ -236,30 +236,6 @@ def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp
     assert soundfile.info(take).frames > RATE // 2
 
 
-def test_a_server_that_goes_away_ends_the_session(server: SimpleNamespace, tmp_path: Path) -> None:
-    """Through JACK and through PortAudio, which then hangs. The last test, as it ends the server."""
-    names = ("jack", "portaudio")
-    takes, logs = ([tmp_path / f"{name}.{ending}" for name in names] for ending in ("wav", "log"))
-    processes = [
-        livebass("play", "--backend", name, "--record", take, "--log", log)
-        for name, take, log in zip(names, takes, logs, strict=True)
-    ]
-    try:
-        for process, take, log in zip(processes, takes, logs, strict=True):
-            wait_for_log(log, "playing", process=process)
-            wait_for_take(take, 0.1)
-        server.process.send_signal(signal.SIGTERM)
-        server.process.wait(PATIENCE)
-        for process, take in zip(processes, takes, strict=True):
-            _, err = process.communicate(timeout=PATIENCE)
-            assert process.returncode == 1, err
-            assert f"is gone; {take} is complete" in err.splitlines()[-1] and "Traceback" not in err
-            assert soundfile.info(take).frames > 0
-    finally:
-        for process in processes:
-            process.kill()
-
-
 def test_without_a_server_it_says_so() -> None:
     pytest.importorskip("jack")
     process = livebass("play", "--backend", "jack", env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"})

@@ -15,11 +15,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from livebass.bench.jack import Lost, new_client
+import pytest
 
 JACK_RATE, JACK_PERIOD = 48000, 256
 TURN = 1200.0  # s that other test runs may take
@@ -32,6 +32,10 @@ MAGIC, HEADER, PLACE, PLACES = b"KCAJ", 24, struct.Struct("i257s3x"), 8
 REGISTRY_LOCK = 0x282929  # key of the semaphore that guards it
 SEM_UNDO = 0x1000  # a process that ends lets go
 NUMBERS = itertools.count()
+PROBE = "from livebass.bench.jack import new_client; new_client('probe').close()"
+LASTING: list[subprocess.Popen[bytes]] = []  # the server of this session ...
+NAMES: list[str] = []  # ... its name ...
+ENDS = ExitStack()  # ... and the lock on which other sessions wait
 
 
 def livebass(*arguments: object, under: str | None = None, **more: Any) -> subprocess.Popen[str]:
@@ -87,23 +91,41 @@ def alone() -> Iterator[None]:
 
 
 @contextmanager
+def _environment() -> Iterator[None]:
+    """Restores what the environment says of servers."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("JACK_DEFAULT_SERVER", "nobody")
+        patch.setenv("JACK_NO_AUDIO_RESERVATION", "1")
+        yield
+
+
+@contextmanager
 def running_server() -> Iterator[subprocess.Popen[bytes]]:
     """Runs a JACK server with the dummy driver; the environment names it meanwhile. It ends with this process."""
-    before = {key: os.environ.get(key) for key in ("JACK_DEFAULT_SERVER", "JACK_NO_AUDIO_RESERVATION")}
-    os.environ["JACK_NO_AUDIO_RESERVATION"] = "1"
-    try:
+    with _environment():
         process = _answering()
         try:
             yield process
         finally:
             _end(process)
             free_dead_servers()
-    finally:
-        for key, value in before.items():
-            if value is None:
-                os.environ.pop(key, None)
-            else:
-                os.environ[key] = value
+
+
+@contextmanager
+def lasting_server() -> Iterator[subprocess.Popen[bytes]]:
+    """The server that all tests of a session share; the environment names it in the block.
+
+    The JACK library may crash in a process that has seen a server go.
+    """
+    with _environment():
+        if not LASTING or LASTING[0].poll() is not None:
+            LASTING[:] = []
+            ENDS.close()
+            ENDS.enter_context(alone())
+            LASTING.append(_answering())
+            NAMES[:] = [os.environ["JACK_DEFAULT_SERVER"]]
+        os.environ["JACK_DEFAULT_SERVER"] = NAMES[0]
+        yield LASTING[0]
 
 
 def _answering() -> subprocess.Popen[bytes]:
@@ -142,12 +164,8 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _answers() -> bool:
-    """True if the server that the environment names accepts a client."""
-    try:
-        new_client("probe").close()
-    except Lost:
-        return False
-    return True
+    """True if the server that the environment names accepts a client, which is another process."""
+    return subprocess.run([sys.executable, "-c", PROBE], capture_output=True, check=False).returncode == 0
 
 
 def servers() -> dict[str, int]:
@@ -214,7 +232,10 @@ def free_dead_servers() -> None:
 
 
 def leave_nothing() -> None:
-    """Removes what servers share, where none of this user lives and no other process looks at it."""
+    """Ends the lasting server. Removes what servers share, where none lives and no other process looks at it."""
+    for process in LASTING:
+        _end(process)
+    ENDS.close()
     free_dead_servers()
     if servers() or not REGISTRY.exists() or any(_looks_at_registry(place) for place in Path("/proc").glob("[1-9]*")):
         return
