@@ -219,8 +219,8 @@ def test_a_take_names_the_sound_and_the_notes(server: SimpleNamespace, tmp_path:
         load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, record=takes[0], record_midi=takes[1],
         tuner=True, metronome=240.0,
     )  # fmt: skip
-    session, shown = Session(settings), []
-    session.status = shown.append
+    shown: list[str] = []
+    session = Session(settings, shown.append)
 
     def play(synth: Synth) -> None:
         synth.send(0x90, 33, 60)
