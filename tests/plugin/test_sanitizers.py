@@ -35,6 +35,7 @@ SHELLS = (
     "instance.c",
     "state.c",
     "sounds.c",
+    "text.c",
     "page.c",
     "learn.c",
     "clap.c",

@@ -167,6 +167,7 @@ static void lay_out_tabs(lb_picture *p, double width, double top) {
     for (int k = 0; p->face.swap && k < 2; k++)
         add(p, SIDE, k, right - px(p, 26) * (2 - k), top, px(p, 24), h);
     if (p->face.undo) add(p, UNDO, 0, right - px(p, 112), top, px(p, 52), h);
+    if (p->face.paste) add(p, PASTE, 0, right - px(p, 200), top, px(p, 84), h);
     double x = px(p, EDGE);
     for (int k = 0; k < p->pages; k++) {
         tab_name(p, k, text);
@@ -501,11 +502,17 @@ static void draw_part(lb_picture *p, const part *q, int hot, int held) {
         break;
     case UNDO:
     case SAVE:
-    case SIDE:
-        snprintf(text, sizeof text, "%s", q->kind == UNDO ? "Undo" : q->kind == SAVE ? "Save" : q->number ? "B" : "A");
+    case PASTE:
+    case SIDE: {
+        const char *const name = q->kind == UNDO    ? "Undo"
+                                 : q->kind == SAVE  ? "Save"
+                                 : q->kind == PASTE ? "Paste link"
+                                 : q->number        ? "B"
+                                                    : "A";
         button(p, q, q->kind == SIDE && q->number == p->face.side(p->face.owner), hot);
-        lb_label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, text, 1);
+        lb_label(p, s, q->x, q->y, q->w, q->h, SMALL, t->ink, name, 1);
         break;
+    }
     case HEAD: draw_heading(p, q, group_names[q->number]); break;
     case SOUNDS: draw_heading(p, &(part){.x = q->x + px(p, 8), .y = q->y, .w = q->w, .h = q->h}, "Your sounds"); break;
     case SLIDER:
@@ -778,6 +785,18 @@ static void press_sound(lb_picture *p, int sound, int modifiers) {
     }
 }
 
+int lb_wants_text(lb_picture *p) {
+    const int wanted = p->pasting;
+    p->pasting = 0;
+    return wanted;
+}
+
+void lb_paste(lb_picture *p, const char *text) {
+    const char *why = p->face.paste(p->face.owner, text ? text : "");
+    if (why) notice(p, "The clipboard %s", why);
+    else notice(p, "Taken from the clipboard%s", "");
+}
+
 static void press(lb_picture *p, int k, double x, double y, int modifiers) {
     const part *q = &p->parts[k];
     p->held = k;
@@ -788,6 +807,7 @@ static void press(lb_picture *p, int k, double x, double y, int modifiers) {
         if ((p->listing = !p->listing)) read_list(p);
         break;
     case SAVE: save_sound(p); break;
+    case PASTE: p->pasting = 1; break;
     case SOUND: press_sound(p, q->number, modifiers); break;
     case MORE: p->scrolled = p->scrolled < p->columns ? p->scrolled + 1 : 0; break;
     case ITEM:

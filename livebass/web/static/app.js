@@ -1255,7 +1255,7 @@ function stopSong() {
 }
 
 $("open").onclick = () => $("song-file").click();
-const tryToOpen = file => openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+const tryToOpen = file => PRESET.test(file.name) && benches.size ? takePreset(file) : openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
 $("song-file").onchange = () => {
   const [file] = $("song-file").files;
   $("song-file").value = "";
