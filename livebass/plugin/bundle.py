@@ -27,7 +27,7 @@ RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instrum
 
 
 def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE) -> dict[str, bytes]:
-    """The instrument files of `basses`, by short name, their sliders' files and the list of them, by the files' names.
+    """The instrument files of `basses`, by short name, their bench files and the list of them, by the files' names.
 
     The list says behind a name in which quality the plugins begin with that bass, if that is not `live`. Raises
     ValueError for names or basses that do not fit.

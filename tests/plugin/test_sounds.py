@@ -172,7 +172,7 @@ def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, flo
     [
         ("", "is empty"),
         ("hello", "is not a link of livebass, nor a sound"),
-        ("https://example.org/?like=slap", "is not a link of livebass, nor a sound"),
+        ("https://example.org/?like=slap", "does not say which bass it is like"),
         ("#action=1", "does not say which bass it is like"),
         ("#like=&action=1", "does not say which bass it is like"),
         ("#like=kazoo&action=1", "has a bass that is not installed"),
@@ -183,7 +183,7 @@ def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, flo
         ("#like=slap&action=1e-3", "says action = 1e-3: it must be from -2 to 3 mm"),
         ("#like=slap&action=nan", "says action = nan: it must be from -2 to 3 mm"),
         ("#like=slap&action=", "says action = : it must be from -2 to 3 mm"),
-        ("#like=slap&tone=1111111111111111.1", "says tone = 1111111111111111.1: it must be from -1 to 1 "),
+        ("#like=slap&tone=1111111111111111.1", "says tone = 1111111111111111.1: it must be from -1 to 1"),
         ('like = "slap"\n[string]\n', "says more than sliders: export it as an instrument: [string]"),
         ('like = "slap"\ntuning = "drop-d"\n', "says more than sliders: export it as an instrument: tuning"),
         ('name = "Slap"\n', "says more than sliders: export it as an instrument: name"),

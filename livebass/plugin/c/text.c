@@ -54,7 +54,8 @@ static const char *take_value(lb_kept *to, const char *symbol, const char *text)
         char least[NAME_ROOM], most[NAME_ROOM];
         add_number(least, sizeof least, p->least);
         add_number(most, sizeof most, p->most);
-        return wrong(to, "says %s = %.20s: it must be from %s to %s %s", symbol, text, least, most, p->unit);
+        const char *space = *p->unit ? " " : "";
+        return wrong(to, "says %s = %.20s: it must be from %s to %s%s%s", symbol, text, least, most, space, p->unit);
     }
     return 0;
 }
