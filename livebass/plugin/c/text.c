@@ -1,13 +1,12 @@
 /* A sound as text: a preset that says `like` and sliders, as plugins and the page save it, and the link of a page. */
 #include "text.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { DIGITS = 15, NAME_ROOM = 40 };
-#define NANO 1e9 /* numbers are written with nine digits behind the point */
+enum { NUMBER = 40, MOST_DIGITS = 17 }; /* bytes of a number; digits that tell every double apart */
 
 /* Says what is wrong; returns it. */
 static const char *wrong(lb_kept *to, const char *form, ...) {
@@ -20,28 +19,37 @@ static const char *wrong(lb_kept *to, const char *form, ...) {
 
 static int is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/* Reads a whole text as a decimal number, whatever the language of the host; returns 0 if it is none. */
-static int read_number(const char *text, double *to) {
-    double number = 0, scale = 1;
-    int digits = 0, point = 0;
-    const int minus = *text == '-';
-    for (text += minus || *text == '+'; is_digit(*text) || (*text == '.' && !point); text++) {
-        if (*text == '.') point = 1;
-        else {
-            number = 10 * number + (*text - '0');
-            if (point) scale *= 10;
-            digits++;
-        }
-    }
-    *to = (minus ? -number : number) / scale;
-    return !*text && digits > 0 && digits <= DIGITS;
+/* Puts `to` into the place of `from`, the decimal points of files and of the host's language. */
+static void swap_point(char *text, char from, char to) {
+    char *at = strchr(text, from);
+    if (at) *at = to;
 }
 
-static void add_number(char *to, size_t room, double value) {
-    const long long whole = llrint(fabs(value) * NANO), unit = (long long)NANO;
-    int end = snprintf(to, room, "%s%lld.%09lld", value < 0 && whole ? "-" : "", whole / unit, whole % unit);
-    while (to[end - 1] == '0') to[--end] = 0;
-    if (to[end - 1] == '.') to[end - 1] = 0;
+static char host_point(void) {
+    char half[8];
+    snprintf(half, sizeof half, "%.1f", 0.5);
+    return half[1];
+}
+
+/* Reads a whole text as a decimal number; returns 0 if it is none. */
+static int read_number(const char *text, double *to) {
+    char copy[NUMBER], *end;
+    *to = 0;
+    if (strlen(text) >= sizeof copy || text[strspn(text, "+-.0123456789eE")] || !text[strcspn(text, "0123456789")]) return 0;
+    strcpy(copy, text);
+    swap_point(copy, '.', host_point());
+    *to = strtod(copy, &end);
+    return end != copy && !*end;
+}
+
+/* Writes a number with as few digits as tell it apart. */
+static void write_number(char to[NUMBER], double value) {
+    double read;
+    for (int digits = 1; digits <= MOST_DIGITS; digits++) {
+        snprintf(to, NUMBER, "%.*g", digits, value);
+        swap_point(to, host_point(), '.');
+        if (read_number(to, &read) && read == value) return;
+    }
 }
 
 /* Takes the value of a parameter; returns what is wrong with it. */
@@ -50,10 +58,10 @@ static const char *take_value(lb_kept *to, const char *symbol, const char *text)
     while (k < LB_PARAMETERS && !(lb_is_of_sides(k) && !strcmp(lb_parameters[k].symbol, symbol))) k++;
     if (k == LB_PARAMETERS) return wrong(to, "changes what a bass does not have: %.40s", symbol);
     const lb_parameter *p = &lb_parameters[k];
-    if (!read_number(text, &to->values[k]) || to->values[k] < p->least || to->values[k] > p->most) {
-        char least[NAME_ROOM], most[NAME_ROOM];
-        add_number(least, sizeof least, p->least);
-        add_number(most, sizeof most, p->most);
+    if (!read_number(text, &to->values[k]) || !(to->values[k] >= p->least && to->values[k] <= p->most)) {
+        char least[NUMBER], most[NUMBER];
+        write_number(least, p->least);
+        write_number(most, p->most);
         const char *space = *p->unit ? " " : "";
         return wrong(to, "says %s = %.20s: it must be from %s to %s%s%s", symbol, text, least, most, space, p->unit);
     }
@@ -164,13 +172,13 @@ static size_t add(char *text, size_t end, const char *form, ...) {
 
 /* Adds the parameters that are moved, of the sliders or of all others, as a section. */
 static size_t add_section(char *text, size_t end, const char *name, const double *values, int sliders) {
-    char number[NAME_ROOM];
+    char number[NUMBER];
     for (int k = 0, first = 1; k < LB_PARAMETERS; k++) {
         const lb_parameter *p = &lb_parameters[k];
         if (!lb_is_of_sides(k) || lb_is_slider(k) != sliders || values[k] == p->usual) continue;
         if (first) end = add(text, end, "\n[%s]\n", name);
         first = 0;
-        add_number(number, sizeof number, values[k]);
+        write_number(number, values[k]);
         end = add(text, end, "%s = %s\n", p->symbol, number);
     }
     return end;
