@@ -103,12 +103,12 @@ def changed(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
         given[k] = in_hundredths(values.get(symbol, 0.0))
     bench.record["numbers"] = bench.numbers.ctypes.data
     moved = move_bench(bench.record.ctypes.data, given.ctypes.data)
-    to, strings = bench.record[0], range(len(instrument.strings))
+    to, numbers, strings = bench.record[0], bench.numbers.tolist(), range(len(instrument.strings))
     player: dict[str, Any] = {name: float(to[name]) for name in OF_PLAYER}
     return replace(
         instrument,
         strings=tuple(_string(instrument.strings[i], to, i) for i in strings),
-        necks=tuple(_neck(instrument.necks[i], bench, i) for i in strings),
+        necks=tuple(_neck(instrument.necks[i], to, i, numbers) for i in strings),
         output=_output(instrument.output, to),
         player=replace(instrument.player, **player),
         grazed=instrument.grazed or (instrument.necks if moved else ()),
@@ -125,18 +125,17 @@ def _string(string: String, to: np.void, i: int) -> String:
     return replace(string, **numbers, axial_stiffness=float(to["axial_stiffness"][i]))
 
 
-def _neck(neck: Neck, bench: Bench, i: int) -> Neck:
-    string, numbers = bench.record[0]["string"][i], bench.numbers
-    frets, surface, rows = (int(string[name]) for name in ("frets", "surface", "resonances"))
+def _neck(neck: Neck, to: np.void, i: int, numbers: list[float]) -> Neck:
+    frets, surface, rows = (int(to["string"][i][name]) for name in ("frets", "surface", "resonances"))
     moved = tuple(
-        replace(r, frequency=float(numbers[rows + 3 * k]), mass=float(numbers[rows + 3 * k + 2]))
+        replace(r, frequency=numbers[rows + 3 * k], mass=numbers[rows + 3 * k + 2])
         for k, r in enumerate(neck.admittance.resonances)
     )
     return replace(
         neck,
-        fret_heights=tuple(height for _, height in rows_of(numbers.tolist(), frets, len(neck.fret_heights))),
-        surface=rows_of(numbers.tolist(), surface, len(neck.surface)),
-        contact_loss=float(bench.record[0]["contact_loss"][i]),
+        fret_heights=tuple(height for _, height in rows_of(numbers, frets, len(neck.fret_heights))),
+        surface=rows_of(numbers, surface, len(neck.surface)),
+        contact_loss=float(to["contact_loss"][i]),
         admittance=replace(neck.admittance, resonances=moved),
     )
 

@@ -90,10 +90,8 @@ def sliders(bass: Instrument) -> Iterator[dict[str, Any]]:
 
 def changes(bass: Instrument, symbol: str) -> bool:
     """True if the slider changes the bass."""
-    usual = {"fret": 1.0, "fret_height": 0.1}
-    moved = {"fret": 2.0}.get(symbol, SLIDER_ROWS[symbol].parameter.most / 2)
-    before = usual if symbol in usual else {}
-    return changed(bass, before | {symbol: moved}) != changed(bass, before)
+    of_fret, most = {"fret": 1.0, "fret_height": 0.1}, SLIDER_ROWS[symbol].parameter.most
+    return changed(bass, of_fret | {symbol: most / 2} if symbol in of_fret else {symbol: most / 2}) != bass
 
 
 def own_values(bass: Instrument) -> dict[str, tuple[float, str]]:
