@@ -277,7 +277,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(host: Host, own: Path)
     host.save_sound()
     limit, before = resource.getrlimit(resource.RLIMIT_FSIZE), sorted(own.iterdir())
     old = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
     try:
         name = host.save_sound()
     finally:

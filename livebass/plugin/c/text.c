@@ -48,7 +48,7 @@ static void write_number(char to[NUMBER], double value) {
     for (int digits = 1; digits <= MOST_DIGITS; digits++) {
         snprintf(to, NUMBER, "%.*g", digits, value);
         swap_point(to, host_point(), '.');
-        if (read_number(to, &read) && read == value) return;
+        if (!strchr(to, 'e') && read_number(to, &read) && read == value) return;
     }
 }
 
