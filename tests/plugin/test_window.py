@@ -39,7 +39,7 @@ UI = struct(
 )  # fmt: skip
 # px in a window of the usual size; the first slider is the gain's
 NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
-PASTE = (728, 306)
+PASTE = (744, 306)
 UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (800, 306), (847, 306), (873, 306), (120, 362), (200, 209)
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 150, SLIDER[1], "mousemove", 160, SLIDER[1], "mouseup", 1)
 FIRST_SOUND = (300, 84)  # in the list, below the heading of the second column: the basses have no room beside it

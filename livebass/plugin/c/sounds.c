@@ -80,8 +80,12 @@ const char *lb_take_sound(lb_instance *i, const char *path) {
 }
 
 const char *lb_take_text(lb_instance *i, const char *text) {
+    char line[LINE];
     lb_kept kept;
-    return take(i, lb_parse_text(text, &kept), &kept);
+    const char *why = take(i, lb_parse_text(text, &kept), &kept);
+    if (why) snprintf(line, sizeof line, "the clipboard %s", why);
+    if (why) i->complain(i->owner, line); /* the window may have no room for all of it */
+    return why;
 }
 
 /* --- the list --- */
