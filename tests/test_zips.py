@@ -132,7 +132,7 @@ def test_a_producers_first_ten_minutes(zips: ModuleType, tmp_path: Path, monkeyp
 
     (found,) = [path for path in (home / ".clap").rglob("*.clap") if path.is_file()]
     assert [key for key, *_ in Library(found.parent).presets()] == ["Slap"]
-    action = SLIDER_ROWS["action"].number
+    action = SLIDER_ROWS["action"].parameter.number
     with closing(Plugin(found.parent)) as plugin:
         assert np.array_equal(plugin.play(score, len(sound)), sound), "what `render` makes"
         with running_screen(), closing(Window(plugin)) as window:
