@@ -142,7 +142,7 @@ class Parameter:
     least: float
     most: float
     usual: float
-    unit: str  # "" or dB, semitones; of what the bass is built by mm, %, deg, 1/s, pF
+    unit: str  # "" or dB, semitones; of sliders of the bench mm, %, deg, 1/s, pF
     whole: bool  # only whole numbers
     points: tuple[str, ...]  # names of the values 0, 1 ...
 
@@ -225,32 +225,89 @@ for knob in EFFECTS:
     parameter(knob, knob.capitalize(), "Effects")
 parameter("cores", "Cores", "Processor", least=1.0, most=4.0, usual=1.0, whole=True)  # with threads of one's own
 
-# Those that the bass is built by anew, in the order of CHANGE (kernels/bass/change.py); 0: as the bass itself has it
-BUILT_ROWS: dict[str, Parameter] = {}
+# --- the sliders of the bench: what is changed of the bass itself (kernels/bass/change.py) ---
 
 
-def built(symbol: str, name: str, group: str, least: float, most: float, unit: str) -> int:
-    """Adds a parameter that the bass is built by anew; returns its number among these."""
-    parameter(symbol, name, group, least, most, unit)
-    BUILT_ROWS[symbol] = PARAMETER_ROWS[symbol]
-    return len(BUILT_ROWS) - 1
+@dataclass(frozen=True)
+class Slider:
+    """A change of the bass, counted from the bass as it is: 0 leaves it. Its values are hundredths of the unit."""
+
+    parameter: Parameter
+    step: float  # of the page's slider
+    help: str
+
+    @property
+    def factor(self) -> bool:
+        """True if it multiplies what the bass has; otherwise it adds to that."""
+        return self.parameter.unit == "%"
 
 
-ACTION = built("action", "Action", "Neck", -2.0, 3.0, "mm")  # at fret 12
-NECK_RELIEF = built("neck_relief", "Neck relief", "Neck", -1.0, 1.0, "mm")
-NUT_HEIGHT = built("nut_height", "Nut height", "Neck", -0.5, 1.5, "mm")
-CONTACT_LOSS = built("contact_loss", "Loss at the frets", "Neck", -100.0, 300.0, "%")
-GAUGE = built("gauge", "Gauge", "Strings", -30.0, 40.0, "%")  # at the same pitch
-TENSION = built("tension", "Tension", "Strings", -25.0, 30.0, "%")  # heavier for their thickness
-WEAR = built("wear", "Wear", "Strings", -50.0, 1100.0, "%")  # losses inside the strings
-FOAM = built("foam", "Foam", "Strings", 0.0, 60.0, "1/s")
-PICKUP_PLACE = built("pickup_place", "Pickup place", "Pickups", -60.0, 60.0, "mm")  # nearer to the neck
-PICKUP_HEIGHT = built("pickup_height", "Pickup height", "Pickups", -3.0, 3.0, "mm")  # nearer to the strings
-CABLE = built("cable", "Cable", "Pickups", -500.0, 3000.0, "pF")
-FINGER_WIDTH = built("finger_width", "Finger width", "Hand", -80.0, 200.0, "%")
-PLUCK_ANGLE = built("pluck_angle", "Pluck angle", "Hand", -60.0, 60.0, "deg")  # more across
-HARDEST = built("hardest", "Hardest pluck", "Hand", -60.0, 150.0, "%")
-BUILT = len(BUILT_ROWS)
+SLIDER_ROWS: dict[str, Slider] = {}
+
+
+def slider(symbol: str, name: str, group: str, limits: tuple[float, float], unit: str, step: float, does: str) -> int:
+    """Adds a slider, which is a parameter of hosts, too; returns its number among the sliders."""
+    parameter(symbol, name, group, *limits, unit, whole=step == 1.0 and not unit)
+    SLIDER_ROWS[symbol] = Slider(PARAMETER_ROWS[symbol], step, does)
+    return len(SLIDER_ROWS) - 1
+
+
+ACTION = slider(
+    "action", "Action", "Neck", (-2.0, 3.0), "mm", 0.05,
+    "gap under the lowest string at fret 12; the other strings move in proportion",
+)  # fmt: skip
+NECK_RELIEF = slider("neck_relief", "Neck relief", "Neck", (-1.0, 1.0), "mm", 0.02, "hollow of the neck at its middle")
+NUT_HEIGHT = slider("nut_height", "Nut height", "Neck", (-0.5, 1.5), "mm", 0.02, "gap under the open strings at fret 1")
+CONTACT_LOSS = slider(
+    "contact_loss", "Fret damping", "Neck", (-100.0, 300.0), "%", 1.0, "what a fret takes from a string that hits it"
+)
+GAUGE = slider("gauge", "Gauge", "Strings", (-30.0, 40.0), "%", 1.0, "thickness of all strings, at the same pitch")
+TENSION = slider(
+    "tension", "Tension", "Strings", (-25.0, 30.0), "%", 1.0, "of all strings, which get heavier at the same thickness"
+)
+WEAR = slider(
+    "wear", "Wear", "Strings", (-50.0, 1100.0), "%", 10.0, "losses inside the strings: old strings lose more than new"
+)
+FOAM = slider("foam", "Foam", "Strings", (0.0, 60.0), "1/s", 0.5, "damping that a mute adds to all strings")
+PICKUP_PLACE = slider(
+    "pickup_place", "Pickup place", "Pickups", (-60.0, 60.0), "mm", 0.5, "moves all pickups toward the neck"
+)
+PICKUP_HEIGHT = slider(
+    "pickup_height", "Pickup height", "Pickups", (-3.0, 3.0), "mm", 0.05, "moves all pickups toward the strings"
+)
+CABLE = slider("cable", "Cable", "Pickups", (-500.0, 3000.0), "pF", 10.0, "capacitance of windings and cable")
+FINGER_WIDTH = slider(
+    "finger_width", "Finger width", "Hand", (-80.0, 200.0), "%", 1.0, "a narrow finger sounds bright, at every velocity"
+)
+PLUCK_ANGLE = slider(
+    "pluck_angle", "Pluck angle", "Hand", (-60.0, 60.0), "deg", 1.0, "turns the pull from straight up to across"
+)
+HARDEST = slider("hardest", "Hardest pluck", "Hand", (-60.0, 150.0), "%", 1.0, "force at velocity 127")
+NECK_RESONANCE = slider(
+    "neck_resonance", "Neck resonance", "Neck", (-50.0, 150.0), "%", 0.5,
+    "lowest frequency at which the neck bends; notes near it die early",
+)  # fmt: skip
+NECK_MASS = slider(
+    "neck_mass",
+    "Neck mass",
+    "Neck",
+    (-80.0, 200.0),
+    "%",
+    1.0,
+    "at that resonance: light makes the dead spot deeper",
+)
+FRET = slider("fret", "Fret", "Neck", (0.0, float(FRETS)), "", 1.0, "the fret that Fret height moves; 0: none")
+FRET_HEIGHT = slider("fret_height", "Fret height", "Neck", (-0.5, 1.5), "mm", 0.02, "one fret stands proud, or is worn")
+PICKUP_1_PLACE = slider(  # of the first and the second pickup alone, one after the other
+    "pickup_1_place", "Pickup 1 place", "Pickups", (-60.0, 60.0), "mm", 0.5, "moves this pickup toward the neck"
+)
+PICKUP_1_HEIGHT = slider(
+    "pickup_1_height", "Pickup 1 height", "Pickups", (-3.0, 3.0), "mm", 0.05, "moves this pickup toward the strings"
+)
+slider("pickup_2_place", "Pickup 2 place", "Pickups", (-60.0, 60.0), "mm", 0.5, "moves this pickup toward the neck")
+slider("pickup_2_height", "Pickup 2 height", "Pickups", (-3.0, 3.0), "mm", 0.05, "moves this pickup toward the strings")
+OWN_PICKUPS = 2  # how many have sliders of their own
+SLIDERS = len(SLIDER_ROWS)
 
 # --- number keys of the page and of a terminal ---
 

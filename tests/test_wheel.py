@@ -115,7 +115,7 @@ def test_it_exports_without_a_compiler(installed: Path, tmp_path: Path, kind: st
     assert done.stdout == "[]\n" and "building" not in done.stderr
     assert not list((tmp_path / "home").iterdir())
     made, *beside = sorted(entry for entry in tmp_path.iterdir() if entry.name != "home")
-    assert [entry.name for entry in beside] == (["mine.sliders"] if kind == "instrument" else [])
+    assert [entry.name for entry in beside] == (["mine.bench"] if kind == "instrument" else [])
     if made.is_dir():
         binary = store.whole(built(installed, "plugin-")[0])
         assert binary in [file.read_bytes() for file in made.rglob("livebass.*") if file.is_file()]

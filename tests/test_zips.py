@@ -28,7 +28,7 @@ from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import FOLDERS, SYSTEMS, this_system
-from livebass.techniques import BUILT_ROWS
+from livebass.techniques import SLIDER_ROWS
 
 ROOT = Path(__file__).parents[1]
 BUNDLES = {"LV2/livebass.lv2": lv2, "CLAP/livebass-clap": clap, "VST3/livebass.vst3": vst3}
@@ -132,7 +132,7 @@ def test_a_producers_first_ten_minutes(zips: ModuleType, tmp_path: Path, monkeyp
 
     (found,) = [path for path in (home / ".clap").rglob("*.clap") if path.is_file()]
     assert [key for key, *_ in Library(found.parent).presets()] == ["Slap"]
-    action = BUILT_ROWS["action"].number
+    action = SLIDER_ROWS["action"].parameter.number
     with closing(Plugin(found.parent)) as plugin:
         assert np.array_equal(plugin.play(score, len(sound)), sound), "what `render` makes"
         with running_screen(), closing(Window(plugin)) as window:

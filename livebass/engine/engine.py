@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from livebass.bounds import within
 from livebass.cores import core_count
-from livebass.engine.image import frets_of, image
+from livebass.engine.image import image
 from livebass.engine.prepare import (
     Pool,
     Rates,
@@ -182,7 +182,7 @@ class Engine(Playing):
         self.quality = quality = quality.for_contact(instrument.loss, instrument.over_board)
         coarse = self.coarse and self.coarse.for_contact(instrument.loss, instrument.over_board)
         self.rates = Rates(rate, whole_contact_rate(quality.contact_rate, rate))
-        self.frets = frets_of(instrument)
+        self.frets = instrument.frets
         self.image = image(instrument, quality, coarse)
         self.numbers = self.image.numbers
         self.pools = [self.image.pool(tier, rate) for tier in ([LIVE, COARSE] if coarse else [LIVE])]

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
-from livebass.engine.prepare import SEEDS, Pool, Rows, Voice, bass_numbers, pickups_under, zeroed_lines
-from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
+from livebass.engine.prepare import SEEDS, Pool, Voice, bass_numbers, zeroed_lines
 from livebass.kernels.bass.check import checksum
 from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MAGIC, TIERS, WORD
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
@@ -27,14 +26,12 @@ from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
-from livebass.kernels.string.note import CROWN_ABOVE, MADE
-from livebass.kernels.string.preparing import DONE, FROZEN, NOTE, OVERDAMPED
+from livebass.kernels.string.preparing import DONE, FROZEN, OVERDAMPED
 from livebass.kernels.string.records import CONTACT, EVENT, OPERATOR, STRING
 from livebass.kernels.string.told import TOLD
-from livebass.model.answers import answering_modes
-from livebass.model.instrument import Effects, Instrument, Player, on_bench, speaking
-from livebass.model.neck import flat
-from livebass.model.quality import MOST_MODES, Quality
+from livebass.model.bench import bench_of
+from livebass.model.instrument import Effects, Instrument, Player, speaking
+from livebass.model.quality import Quality
 from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES, Knobs, Pick
 
 WHY = {
@@ -174,8 +171,8 @@ class Bass:
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     """The image of a bass in its tiers, of a quality each. Raises ValueError for a neck that cannot be played."""
-    frets = frets_of(instrument)
-    given, modes, numbers = bench_notes(instrument, qualities, frets)
+    frets = instrument.frets
+    given, modes, numbers = bench_of(instrument, qualities).notes()
     head = np.zeros(1, FILE)
     own, effects = own_strokes(instrument.player), b""
     head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
@@ -253,86 +250,6 @@ def image(instrument: Instrument, fine: Quality, coarse: Quality | None = None) 
     """
     made = image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
     return replace(made, exact=fine.exact)
-
-
-def frets_of(instrument: Instrument) -> int:
-    """The last fret that every string is played at."""
-    return min(len(neck.fret_positions) for neck in instrument.necks)
-
-
-Notes = tuple[NDArray[np.void], NDArray[np.int64], Floats]
-
-
-@dataclass(frozen=True)
-class Bench:
-    """A bass as its maker decides it: a BENCH, and the numbers of its lists. Both may be changed."""
-
-    record: NDArray[np.void]  # (1,)
-    numbers: Floats
-    names: tuple[str, ...]  # of the strings
-
-    def notes(self) -> Notes:
-        """The notes: NOTE (strings, frets + 1), their modes in each tier, and the numbers of their lists.
-
-        The record has their addresses. Raises ValueError for a neck that cannot be played.
-        """
-        bench = self.record
-        strings, frets = (int(bench[name][0]) for name in ("strings", "frets"))
-        made = np.zeros((strings, frets + 1), NOTE)
-        modes = np.zeros((TIERS, *made.shape), np.int64)
-        bench["numbers"], bench["notes"], bench["modes"] = (a.ctypes.data for a in (self.numbers, made, modes))
-        measure_bench(bench.ctypes.data)
-        listed = np.zeros(int(bench["room"][0]))
-        bench["lists"] = listed.ctypes.data
-        state = int(fill_bench(bench.ctypes.data))
-        if state != MADE:
-            raise ValueError(stands_above(bench[0], state, self.names))
-        return made, modes, listed[: int(bench["used"][0])]
-
-    def data(self) -> bytes:
-        """Its bytes: the BENCH, whose addresses are 0, and the numbers."""
-        bench = self.record.copy()
-        for name in ("numbers", "notes", "modes", "lists"):
-            bench[name] = 0
-        return bytes(bench.tobytes() + self.numbers.tobytes())
-
-
-def bench_notes(instrument: Instrument, qualities: Sequence[Quality], frets: int) -> Notes:
-    """The notes of a bass, as `Bench.notes`, with tiers of a quality each.
-
-    Raises ValueError for a neck that cannot be played.
-    """
-    return bench_of(instrument, qualities, frets).notes()
-
-
-def bench_of(instrument: Instrument, qualities: Sequence[Quality], frets: int) -> Bench:
-    """A bass on the bench, with so many frets that every string is played at, and tiers of a quality each."""
-    bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
-    strings, answering = list(zip(instrument.strings, instrument.necks, strict=True)), answering_modes(instrument)
-    bench["strings"], bench["frets"], bench["most_modes"] = len(strings), frets, MOST_MODES
-    bench["tiers"] = [quality.modes or 0 for quality in qualities]
-    for i, (string, neck) in enumerate(strings):
-        to = bench["string"][0, i]
-        given, lists = on_bench(string, neck, any(answering))
-        for name, value in vars(given).items():
-            to[name] = value + len(numbers) if f"{name}_count" in vars(given) else value
-        numbers.extend(lists)
-        taps: Rows = tuple((p.position, p.aperture) for p in pickups_under(output, string.name))
-        if output.kind == "displacement":
-            taps = (output.sensor,), (output.sensor_v,)
-        to["taps"], to["taps_count"], to["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
-        numbers.extend(flat(taps))
-        to["answering_modes"] = answering[i]
-    return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
-
-
-def stands_above(bench: np.void, state: int, names: Sequence[str]) -> str:
-    """Names the crown or board that stands above a string at rest, where `fill_bench` returned `state`."""
-    name, stop = names[bench["fault_string"]], bench["fault_fret"]
-    above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
-    if state == CROWN_ABOVE:
-        return f"fret {bench['fault_place']:.0f} {above}"
-    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {f'fret {stop}' if stop else 'the nut'}"
 
 
 def _text(text: str, size: int) -> NDArray[np.uint8]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.bounds import refusal, within
-from livebass.kernels.bass.instrument import INSTRUMENT, whole_steps
+from livebass.kernels.bass.instrument import BEYOND, INSTRUMENT, whole_steps
 from livebass.kernels.bass.strings import connect_string, rest_string, settle_string
 from livebass.kernels.bass.strings import new_performer as make_performer
 from livebass.kernels.pickup import coil
@@ -95,7 +95,7 @@ def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
     """Pickups that sense the string `name`; none where the output is the displacement itself."""
     if output.kind == "displacement":
         return ()
-    return tuple(p for p in output.pickups if not p.strings or name in p.strings)
+    return tuple(p for p in output.pickups if p.senses(name))
 
 
 def pickup_taps(s: Speaking, output: Output) -> Rows:
@@ -197,7 +197,6 @@ def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
     return work["b"][0], work["a"][0]
 
 
-BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
 SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 

@@ -104,6 +104,10 @@ class Pickup:
     )  # the field changes less along the frets
     strings: tuple[str, ...] = ()  # names of those it senses; empty: all
 
+    def senses(self, name: str) -> bool:
+        """True if it is under the string called `name`."""
+        return not self.strings or name in self.strings
+
 
 @dataclass(frozen=True)
 class Output:
@@ -186,10 +190,14 @@ class Instrument:
         return frozenset(key for key, *_ in keys.keys if keys.over_notes or key < self.note_range[0])
 
     @property
+    def frets(self) -> int:
+        """The last fret that every string is played at."""
+        return min(len(neck.fret_positions) for neck in self.necks)
+
+    @property
     def note_range(self) -> tuple[int, int]:
         """The lowest and the highest MIDI note it has: every string is played up to the last fret that all have."""
-        frets = min(len(neck.fret_positions) for neck in self.necks)
-        return self.strings[0].open_note, max(string.open_note for string in self.strings) + frets
+        return self.strings[0].open_note, max(string.open_note for string in self.strings) + self.frets
 
     @property
     def loss(self) -> float:

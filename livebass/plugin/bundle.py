@@ -13,7 +13,7 @@ from livebass.bounds import refusal, within
 from livebass.files import Transaction, whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.instrument import ENDING, SLIDERS_ENDING, instrument_file, sliders_file
+from livebass.plugin.instrument import BENCH_ENDING, ENDING, bench_file, instrument_file
 from livebass.plugin.systems import System, this_system
 from livebass.techniques import MOST_BASSES
 
@@ -26,7 +26,7 @@ RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instrum
 
 
 def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE) -> dict[str, bytes]:
-    """The instrument files of `basses`, by short name, their sliders' files and the list of them, by the files' names.
+    """The instrument files of `basses`, by short name, their bench files and the list of them, by the files' names.
 
     The list says behind a name in which quality the plugins begin with that bass, if that is not `live`. Raises
     ValueError for names or basses that do not fit.
@@ -35,7 +35,7 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    files |= {f"{name}{SLIDERS_ENDING}": sliders_file(bass, files[f"{name}{ENDING}"]) for name, bass in basses.items()}
+    files |= {f"{name}{BENCH_ENDING}": bench_file(bass, files[f"{name}{ENDING}"]) for name, bass in basses.items()}
     lines = [f"{name} {STUDIO}\n" if qualities.get(name) == STUDIO else f"{name}\n" for name in basses]
     return files | {LIST: "".join(lines).encode()}
 
@@ -107,7 +107,7 @@ def with_name(title: str, name: str) -> str:
 def are_instruments(entries: list[Path]) -> bool:
     """True if these are a list of instruments and what may lie beside it, and nothing else."""
     names = [entry.name for entry in entries]
-    return LIST in names and all(name == LIST or name.endswith((ENDING, SLIDERS_ENDING)) for name in names)
+    return LIST in names and all(name == LIST or name.endswith((ENDING, BENCH_ENDING)) for name in names)
 
 
 def is_macos(system: System) -> bool:

@@ -91,7 +91,7 @@ NUMBERS = {
     "LB_LOGGED": look.LOGGED,
     "LB_DONE": preparing.DONE,
     "LB_MADE": note.MADE,
-    "LB_BUILT": techniques.BUILT,
+    "LB_BUILT": techniques.SLIDERS,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (

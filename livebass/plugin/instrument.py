@@ -17,25 +17,24 @@ from livebass.engine.image import (
     Image,
     added_bytes,
     all_strokes,
-    bench_of,
-    frets_of,
     image_bytes,
     image_of,
     sealed,
 )
 from livebass.engine.prepare import is_heavy
 from livebass.files import Transaction
-from livebass.kernels.bass.change import SLIDERS, SLIDERS_MAGIC
+from livebass.kernels.bass.change import BENCH_FILE, BENCH_MAGIC
 from livebass.kernels.bass.check import DAMAGED, FOREIGN, GOOD, OTHER_VERSION, check_file
 from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS, WORD
 from livebass.live import synth
+from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument
 from livebass.model.quality import ENDS_SOON, QUALITIES, Quality
 from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES
 from livebass.rows import TINY
 
 ENDING = ".lbass"
-SLIDERS_ENDING = ".sliders"
+BENCH_ENDING = ".bench"
 REASONS = {
     FOREIGN: "not an instrument file",
     OTHER_VERSION: f"a file of another version, this one reads {VERSION}, {WITH_STROKES} and {WITH_EFFECTS}: "
@@ -70,11 +69,11 @@ def all_that_some_have(instrument: Instrument) -> bytes:
     return all_strokes(instrument.player).tobytes() + added_bytes(instrument.effects, hands)
 
 
-def sliders_file(instrument: Instrument, file: bytes) -> bytes:
-    """The sliders' file of a bass that has this instrument file (kernels/bass/change.py)."""
-    made, rest = bench_of(instrument, tiers(instrument), frets_of(instrument)), all_that_some_have(instrument)
-    head = np.zeros(1, SLIDERS)
-    head["magic"], head["bytes"], head["of"] = SLIDERS_MAGIC, SLIDERS.itemsize, np.frombuffer(file[-WORD:], "<u8")
+def bench_file(instrument: Instrument, file: bytes) -> bytes:
+    """The bench file of a bass that has this instrument file (kernels/bass/change.py)."""
+    made, rest = bench_of(instrument, tiers(instrument)), all_that_some_have(instrument)
+    head = np.zeros(1, BENCH_FILE)
+    head["magic"], head["bytes"], head["of"] = BENCH_MAGIC, BENCH_FILE.itemsize, np.frombuffer(file[-WORD:], "<u8")
     head["numbers"], head["rest"] = len(made.numbers), len(rest) // WORD
     for k, (least, qualities) in enumerate(tiers_by_loss(instrument)):
         head["from_loss"][0, k] = least
@@ -82,21 +81,19 @@ def sliders_file(instrument: Instrument, file: bytes) -> bytes:
             head["modes"][0, k, tier], head["heavy"][0, k, tier] = quality.modes or 0, is_heavy(quality)
             head["contact_rate"][0, k, tier] = quality.contact_rate
     head["bench"] = made.record
-    for name in ("numbers", "notes", "modes", "lists"):
-        head["bench"][name] = 0
     head["words"] = (head.nbytes + made.numbers.nbytes + len(rest)) // WORD + 1
     return sealed(head.tobytes() + made.numbers.tobytes() + rest)
 
 
 def write_instrument(instrument: Instrument, path: Path, files: Transaction | None = None) -> None:
-    """Writes the instrument file of a bass and its sliders' file, whole or not at all; or as some of `files`.
+    """Writes the instrument file of a bass and its bench file, whole or not at all; or as some of `files`.
 
     Raises ValueError, OutputError.
     """
     data = instrument_file(instrument)
     with Transaction() if files is None else nullcontext(files) as files:
         files.write(path, data)
-        files.write(path.with_suffix(SLIDERS_ENDING), sliders_file(instrument, data))
+        files.write(path.with_suffix(BENCH_ENDING), bench_file(instrument, data))
 
 
 def read_instrument(path: str | os.PathLike[str]) -> Image:

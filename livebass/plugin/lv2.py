@@ -11,9 +11,9 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, BundleWriter, checked_name, distinct_titles, with_name, write_files
-from livebass.plugin.instrument import ENDING, SLIDERS_ENDING
+from livebass.plugin.instrument import BENCH_ENDING, ENDING
 from livebass.plugin.systems import SYSTEMS, System
-from livebass.techniques import BUILT_ROWS
+from livebass.techniques import SLIDER_ROWS
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # an output a string
@@ -96,8 +96,8 @@ def controls(titles: Sequence[str], quality: int) -> list[str]:
         properties = [
             *(["lv2:integer"] if p.whole else []),
             *(["lv2:enumeration"] if names else []),
-            *(["pprops:notAutomatic"] if event(p) is None and p.symbol not in BUILT_ROWS else []),
-            *(["pprops:expensive"] if p.symbol in BUILT_ROWS else []),
+            *(["pprops:notAutomatic"] if event(p) is None and p.symbol not in SLIDER_ROWS else []),
+            *(["pprops:expensive"] if p.symbol in SLIDER_ROWS else []),
         ]
         more += f" ; lv2:portProperty {' , '.join(properties)}" if properties else ""
         if names:
@@ -147,9 +147,7 @@ def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this file wrote: they may be replaced."""
     names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
     binaries = {binary_name(system) for system in SYSTEMS.values()}
-    return always <= names and all(
-        name in always | binaries or name.endswith((ENDING, SLIDERS_ENDING)) for name in names
-    )
+    return always <= names and all(name in always | binaries or name.endswith((ENDING, BENCH_ENDING)) for name in names)
 
 
 write_bundle = BundleWriter(bundle_files, is_bundle)

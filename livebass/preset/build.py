@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass import units
+from livebass.model.bench import changed
 from livebass.model.instrument import (
     Coil,
     Effects,
@@ -155,7 +156,7 @@ class Builder:
         if player.slapped_strings > len(pairs):
             raise self.error("player.slapped_strings", f"this bass has {len(pairs)} strings", player.slapped_strings)
         output = self.output(data, pairs)
-        return Instrument(
+        bass = Instrument(
             name=head["name"],
             description=head["description"],
             a4=head["a4"],
@@ -168,6 +169,15 @@ class Builder:
                 with_capo(string, hand, head["capo"])[1] for (string, *_), hand in zip(made, hands, strict=True) if hand
             ),
         )
+        self.table("plugin", data.get("plugin", {}), "plugin")
+        return self.on_bench(bass, data["bench"]) if "bench" in data else bass
+
+    def on_bench(self, bass: Instrument, raw: Any) -> Instrument:
+        """The bass as the sliders of the table [bench] change it."""
+        made = changed(bass, self.table("bench", raw, "bench"))
+        for string, neck in zip(made.strings, made.necks, strict=True):
+            self.check_notes(string, neck, f"string[{string.name}]", "bench")
+        return made
 
     def effects(self, raw: Any) -> Effects:
         """What comes after the DI. The path of a response goes from where the file is."""

@@ -19,7 +19,7 @@ from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup,
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
 from livebass.rows import REQUIRED, rows
-from livebass.techniques import FUNCTION_ROWS, RPN
+from livebass.techniques import FUNCTION_ROWS, PARAMETER_ROWS, RPN, SLIDER_ROWS
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 DATACLASSES = {
@@ -60,6 +60,18 @@ def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
         made.append(Key(section, name, row.kind, row.least, row.most, value, row.meaning))
     names = [key.name for key in made]
     return made[names.index(after) + 1 if after else 0 : names.index(last) + 1 if last else None]
+
+
+def _parameters() -> list[Key]:
+    """The keys of [bench] and [plugin]: numbers in the unit of each parameter, as in links and plugins."""
+    made = []
+    for symbol, p in PARAMETER_ROWS.items():
+        slider = SLIDER_ROWS.get(symbol)
+        if symbol != "bass" and p.group != "Processor":
+            section, does = ("bench", slider.help) if slider else ("plugin", f"{p.name} of plugins and page")
+            kind, meaning = "integer" if p.whole else "number", f"{p.unit}: {does}" if p.unit else does
+            made.append(Key(section, symbol, kind, f"{p.least:g}", f"{p.most:g}", None, meaning))
+    return sorted(made, key=lambda key: key.section)
 
 
 KEYS = (
@@ -133,6 +145,7 @@ KEYS = (
     *_rows("effects"),
     Key("effects", "response", "sound file", "", "", None, "impulse response of a cabinet or a room; left out: none"),
     Key("effects", "response_level", "normalized|file", "", "", "file", "as loud as without it, or as the file has it"),
+    *_parameters(),
 )
 HAND = "graze_"  # begins the keys of the neck by which the hand measures its force; the name of a [neck] key follows
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))

@@ -23,12 +23,11 @@ from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
-from livebass.plugin.instrument import ENDING
+from livebass.plugin.instrument import BENCH_ENDING, ENDING
 from livebass.preset.load import preset_names
 from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL
-from livebass.units import DIMENSIONS
 from livebass.web import build
-from livebass.web.bench import BENCH_ENDING, UNITS, Source, bench, bench_file
+from livebass.web.bench import Source, bench
 from livebass.web.layout import record
 from livebass.web.modules import joined, text
 
@@ -91,10 +90,11 @@ def is_single_page(file: Path) -> bool:
 
 def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = NONE) -> dict[str, bytes]:
     """The files of the page in a folder, by their paths; `sources` as for `export_page`."""
-    files = {f"{BASSES}/{name}": data for name, data in instrument_files(basses).items() if name.endswith(ENDING)}
+    made = instrument_files(basses)
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
-    files |= {f"{BASSES}/{name}{BENCH_ENDING}": bench_file(basses[name]) for name, found in benches.items() if found}
+    files = {f"{BASSES}/{name}{ENDING}": made[f"{name}{ENDING}"] for name in basses}
+    files |= {f"{BASSES}/{name}{BENCH_ENDING}": made[f"{name}{BENCH_ENDING}"] for name, has in benches.items() if has}
     files |= {
         MODULE: build.module(),
         "worker.js": joined("worker.js").encode(),
@@ -136,7 +136,6 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [b._asdict() | {"everywhere": b.symbol in OF_CHANNEL} for b in BUTTONS],
         "basses": basses,
-        "units": {unit: DIMENSIONS[dimension].units[unit] for unit, dimension in UNITS.items()},
     }
 
 
@@ -151,7 +150,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
         "body": bass.strings[0].length - BODY,
         "pluck": [bass.player.pluck_nearest, bass.player.pluck_position, bass.player.pluck_farthest],
         "capo": round(12 * math.log2(1 + bass.necks[0].capo / bass.strings[0].length)),  # its fret, from the nut
-        "frets": min(len(neck.fret_positions) for neck in bass.necks),
+        "frets": bass.frets,
         "fretless": bass.over_board,
         "stroke": "slap" if bass.player.technique == "slap" else bass.player.stroke,
         "range": bass.note_range,

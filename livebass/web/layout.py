@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from livebass.compiling import Entry
-from livebass.kernels.bass.bench import BENCH, BENCH_STRING, SET, fill_bench, measure_bench, set_neck
+from livebass.kernels.bass.bench import BENCH, BENCH_STRING
+from livebass.kernels.bass.change import BENCH_FILE, CHANGE, make_change, measure_change
 from livebass.kernels.bass.check import GOOD, check_file
-from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MOST_PICKUPS, ROOM_OF_STROKES, TIER, TIERS
+from livebass.kernels.bass.instrument import COARSE, FILE
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
-from livebass.kernels.bass.refill import NO_ROOM, OTHER_PLACES, keep_notes, refill_notes, take_heights
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.effects.response import cut_response
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
@@ -21,7 +21,7 @@ from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST
 from livebass.kernels.string import frets
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
-from livebass.kernels.string.preparing import DONE, NOTE
+from livebass.kernels.string.preparing import DONE
 from livebass.kernels.string.records import (
     CONTACT,
     EVENT,
@@ -39,23 +39,20 @@ from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
-from livebass.parts import WITH_EFFECTS, WITH_STROKES
 from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, OF_CHANNEL, TECHNIQUE_ROWS
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
-    "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING, "NOTE": NOTE, "OPERATOR": OPERATOR,
-    "TIER": TIER, "ADDED": ADDED, "CHANNEL": CHANNEL,
+    "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
+    "BENCH_FILE": BENCH_FILE, "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "PLUCK": PLUCK, "STRIKE_EVENT": STRIKE_EVENT,
-    "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "SET": SET, "MADE": MADE, "NO_ROOM": NO_ROOM,
-    "OTHER_PLACES": OTHER_PLACES, "CROWN_ABOVE": CROWN_ABOVE, "MOST_PICKUPS": MOST_PICKUPS, "TIERS": TIERS,
-    "WITH_STROKES": WITH_STROKES, "WITH_EFFECTS": WITH_EFFECTS, "ROOM_OF_STROKES": ROOM_OF_STROKES,
+    "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY,
 }  # fmt: skip
 # Of each way to play: its switch, if it has one; the performer's field that its controller moves, if it has one; and
@@ -73,7 +70,7 @@ CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets,
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
     ring.push_message, ring.push_event, block.relieve, sight.see_bass, sight.see_contact, begin_again,
-    run_string, set_neck, measure_bench, fill_bench, keep_notes, take_heights, refill_notes, cut_response, *CALLED,
+    run_string, measure_change, make_change, cut_response, *CALLED,
 )  # fmt: skip
 
 

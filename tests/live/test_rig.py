@@ -33,7 +33,7 @@ from livebass.live.session import Session
 from livebass.live.settings import Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
 from livebass.score.score import score_of
-from livebass.techniques import BUILT_ROWS, LEARNED
+from livebass.techniques import LEARNED, SLIDER_ROWS
 
 
 @contextmanager
@@ -241,7 +241,7 @@ def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
     synth, device = synth_and_device("jazz-finger", desk=desk)
     gauge, presets = Gauge(synth), PresetSwitch(synth, "jazz-finger", QUICK)
     controls = control_table(lambda: synth, desk, presets, lambda r: setattr(desk, "rolling", r), desk.seek)
-    assert set(controls) >= {p.symbol for p in PARAMETERS} - BUILT_ROWS.keys()  # a plugin builds its bass by those
+    assert set(controls) >= {p.symbol for p in PARAMETERS} - SLIDER_ROWS.keys()  # a plugin builds its bass by those
     server = OscServer(0, controls, lambda: meter_table(gauge.read()) | tuner_meters(float("nan")))
     remote = Remote(server.port)
 

@@ -595,8 +595,8 @@ def test_folders_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.
     assert sorted(p.name for p in (tmp_path / "livebass").iterdir()) == [
         "instruments.txt",
         "livebass.clap",
+        "paper-g.bench",
         "paper-g.lbass",
-        "paper-g.sliders",
     ]
     (tmp_path / "livebass/diary.txt").write_text("dear diary")
     with pytest.raises(OSError, match="holds other files"):

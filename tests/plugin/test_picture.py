@@ -404,7 +404,7 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
     click(*save_at)
     host.set("gain", -3.0)
     click(*save_at)
-    assert sorted(file.name for file in own.iterdir()) == ["Slap 1.lbsound", "Slap 2.lbsound"]
+    assert sorted(file.name for file in own.iterdir()) == ["Slap 1.toml", "Slap 2.toml"]
     assert (seen(picture, 155, 10, 180, 26) != named).any(), "it says that it is saved"
     picture.draw(seconds=10)
     assert (seen(picture, 155, 10, 180, 26) == named).all()
@@ -438,7 +438,7 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
         assert len(list(own.iterdir())) == 2 and host.value("gain") == 0
     click(*first, 8)
     click(*first, 8)
-    assert [file.name for file in own.iterdir()] == ["Slap 2.lbsound"]
+    assert [file.name for file in own.iterdir()] == ["Slap 2.toml"]
     click(*first, 8)
     assert len(list(own.iterdir())) == 1, "the one behind it is asked for anew"
     picture.point(MOVE, 0, 0)
@@ -481,7 +481,7 @@ def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -
     """However many sounds there are, lamps, tabs and sliders below stay; the last place goes on."""
     assert host.save_sound() == "Slap 1"
     for k in range(2, 400):
-        (own / f"Slap {k}.lbsound").write_bytes((own / "Slap 1.lbsound").read_bytes())
+        (own / f"Slap {k}.toml").write_bytes((own / "Slap 1.toml").read_bytes())
     picture = Picture(host, (1920, 1080), optional=["list", "sound", "save", "load", "remove"])
     picture.draw()
     before = seen(picture, 0, 850, 1920, 230)

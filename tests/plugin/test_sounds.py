@@ -10,18 +10,22 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.clap import Plugin
-from support.picture import Host, library, number, shelf
+from support.picture import PRESS, RELEASE, Host, Picture, library, number, shelf
 
 from livebass import load_preset
+from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import PARAMETERS
+from livebass.model.bench import changed
 from livebass.plugin import clap
-from livebass.plugin.instrument import write_instrument
+from livebass.plugin.instrument import instrument_file, write_instrument
 
 NAMES = ("slap", "five-string")
 OF_NO_SOUND = ("bass", "quality", "running_ahead", "relief", "cores")
-ENDING = ".lbsound"
+ENDING, OLD = ".toml", ".lbsound"
+LONG = "is longer than a sound or a link"
 GAIN, BASS, QUALITY = number("gain"), number("bass"), number("quality")
 
 
@@ -107,6 +111,114 @@ def test_titles_become_names_of_files_of_any_system(own: Path, tmp_path: Path) -
     host.close()
 
 
+def old_sound(host: Host) -> bytes:
+    """What an earlier version wrote: a state that begins otherwise, without what only sessions keep."""
+    words = np.frombuffer(b"LBSOUND\n" + host.save()[8:], np.int64).copy()
+    assert words[1] == 1
+    words[-1] = np.uint64(checksum(words.ctypes.data, len(words) - 1)).view(np.int64)
+    return words.tobytes()
+
+
+def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: Path) -> None:
+    """And one that was edited, or saved by the page; of a path, the name counts."""
+    for symbol, value in {"bass": 1.0, "action": -0.9, "gain": -6.5, "gauge": 10.0, "fret": 7.0}.items():
+        host.set(symbol, value)
+    name = host.save_sound()
+    file, rest = own / f"{name}{ENDING}", "action = -0.9\ngauge = 10\nfret = 7\n\n[plugin]\ngain = -6.5\n"
+    assert file.read_text().endswith(f'like = "five-string"\n\n[bench]\n{rest}')
+    bass, wanted = load_preset(file), changed(load_preset("five-string"), {"action": -0.9, "gauge": 10.0})
+    assert instrument_file(bass) == instrument_file(wanted) != instrument_file(load_preset("five-string"))
+    file.write_text('# mine\r\nlike="../basses/slap.toml" # a "path"\n[bench]\n wear = +25.50\n[plugin]\ntone=-.5')
+    assert host.sounds() == [name] and library().lb_load_sound(host.address, 0)
+    values = [host.value(symbol) for symbol in ("bass", "wear", "tone", "action", "gain")]
+    assert values == [0.0, 25.5, -0.5, 0.0, 0.0]
+
+
+def test_a_sound_of_an_earlier_version_opens(host: Host, own: Path) -> None:
+    host.set("wear", 25.0)
+    host.save_sound()
+    (own / f"Verse{OLD}").write_bytes(old_sound(host))
+    host.set("wear", 0.0)
+    assert host.sounds() == ["Slap 1", "Verse"] and library().lb_load_sound(host.address, 1)
+    assert host.value("wear") == 25.0
+    library().lb_remove_sound(host.address, 1)
+    assert host.sounds() == ["Slap 1"] and not (own / f"Verse{OLD}").exists()
+
+
+@pytest.mark.parametrize(
+    "link, values",
+    [
+        ("#like=five-string&action=-0.9&gauge=10", {"bass": 1, "action": -0.9, "gauge": 10}),
+        ("like=five-string", {"bass": 1}),
+        ("http://127.0.0.1:8000/?a#like=slap&tone=-1&gain=%2B3.25\r\n", {"tone": -1, "gain": 3.25}),
+        (" file:///a%20b/livebass.html#bass=%73lap ", {"bass": 0}),
+        ('like = "five-string"\n[bench]\nfoam = 2.5\n', {"bass": 1, "foam": 2.5}),
+    ],
+)
+def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, float]) -> None:
+    """What it does not say is as the bass has it; Undo brings back what was."""
+    host.set("cable", 500.0)
+    before = host.save()
+    assert library().lb_take_text(host.address, link.encode()) is None
+    for p in PARAMETERS:
+        if p.symbol not in OF_NO_SOUND or p.symbol in values:
+            assert host.value(p.symbol) == values.get(p.symbol, p.usual), p.symbol
+    library().lb_undo(host.address)
+    assert host.save() == before
+
+
+@pytest.mark.parametrize(
+    "text, why",
+    [
+        ("", "is empty"),
+        ("hello", "is not a link of livebass, nor a sound"),
+        ("https://example.org/?like=slap", "does not say which bass it is like"),
+        ("#action=1", "does not say which bass it is like"),
+        ("#like=&action=1", "does not say which bass it is like"),
+        ("#like=kazoo&action=1", "has a bass that is not installed"),
+        ("#bass=slap&action=1.5", "is of an earlier version, whose sliders counted otherwise: set them again"),
+        ("#like=slap&actoin=1", "changes what a bass does not have: actoin"),
+        ("#like=slap&quality=1", "changes what a bass does not have: quality"),
+        ("#like=slap&action=4", "says action = 4: it must be from -2 to 3 mm"),
+        ("#like=slap&action=1e3", "says action = 1e3: it must be from -2 to 3 mm"),
+        ("#like=slap&action=0x1", "says action = 0x1: it must be from -2 to 3 mm"),
+        ("#like=slap&action=nan", "says action = nan: it must be from -2 to 3 mm"),
+        ("#like=slap&action=", "says action = : it must be from -2 to 3 mm"),
+        ("#like=slap&tone=1.5", "says tone = 1.5: it must be from -1 to 1"),
+        ('like = "slap"\n[string]\n', "says more than sliders: export it as an instrument: [string]"),
+        ('like = "slap"\ntuning = "drop-d"\n', "says more than sliders: export it as an instrument: tuning"),
+        ('name = "Slap"\n', "says more than sliders: export it as an instrument: name"),
+        ("x" * 9000, "is longer than a sound or a link"),
+    ],
+)
+def test_what_cannot_be_pasted_is_said_and_changes_nothing(host: Host, text: str, why: str) -> None:
+    host.set("action", 0.5)
+    before = host.save()
+    assert library().lb_take_text(host.address, text.encode()).decode() == why
+    assert host.save() == before
+
+
+def test_a_press_on_paste_asks_for_the_clipboard_and_says_what_became_of_it(host: Host) -> None:
+    picture = Picture(host, optional=("undo", "swap", "side", "paste"))
+    picture.draw()
+    assert not library().lb_wants_text(picture.address)
+    wanted = 0
+    for x in range(picture.pixels.shape[1] - 300, picture.pixels.shape[1], 20):
+        for y in range(200, 400, 6):
+            picture.point(PRESS, x, y)
+            picture.point(RELEASE, x, y)
+            wanted += library().lb_wants_text(picture.address)
+    assert wanted
+    drawn = picture.pixels.copy()
+    library().lb_paste(picture.address, b"#like=slap&wear=25")
+    picture.draw()
+    assert host.value("wear") == 25.0 and not np.array_equal(drawn, picture.pixels)
+    library().lb_paste(picture.address, None)
+    picture.draw()
+    assert host.value("wear") == 25.0
+    picture.close()
+
+
 def test_what_is_no_sound_is_left_out_with_a_line(
     host: Host, folder: Path, own: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -114,24 +226,26 @@ def test_what_is_no_sound_is_left_out_with_a_line(
     host.set("gain", -6.0)
     host.save_sound()
     good = (own / f"Slap 1{ENDING}").read_bytes()
+    old = old_sound(host)
     wrong = {
-        "cut": (good[:-8], "is damaged"), "changed": (good[:120] + b"?" + good[121:], "is damaged"),
-        "empty": (b"", "is not one of this plugin"), "huge": (good + bytes(1 << 17), "is damaged"),
-        "later": (good[:8] + b"\7" + good[9:], "was written by another version of the plugin"),
-        "session": (host.save(), "is not one of this plugin"),
+        f"cut{OLD}": (old[:-8], "is damaged"), f"changed{OLD}": (old[:120] + b"?" + old[121:], "is damaged"),
+        f"later{OLD}": (old[:8] + b"\7" + old[9:], "was written by another version of the plugin"),
+        f"empty{ENDING}": (b"", "is empty"), f"huge{ENDING}": (good + bytes(b" " * (1 << 17)), LONG),
+        f"session{OLD}": (host.save(), "is not a link of livebass, nor a sound"),
+        f"more{ENDING}": (good + b"[neck]\n", "says more than sliders: export it as an instrument: [neck]"),
     }  # fmt: skip
     for name, (data, _) in wrong.items():
-        (own / f"{name}{ENDING}").write_bytes(data)
+        (own / name).write_bytes(data)
     (own / "mine.lbass.txt").write_text("no sound")
     (own / f"folder{ENDING}").mkdir()
     capfd.readouterr()
     assert host.sounds() == ["Slap 1"]
     lines = sorted(capfd.readouterr().err.splitlines())
-    expected = [f"{own}/{name}{ENDING}: the sound {why}" for name, (_, why) in wrong.items()]
-    expected.append(f"{own}/folder{ENDING}: the sound is not one of this plugin")
+    expected = [f"{own}/{name}: the sound {why}" for name, (_, why) in wrong.items()]
+    expected.append(f"{own}/folder{ENDING}: the sound is empty")
     assert lines == sorted(expected)
     host.set("gain", 2.0)
-    (own / f"Slap 1{ENDING}").write_bytes(wrong["cut"][0])  # since it was listed
+    (own / f"Slap 1{ENDING}").write_bytes(b"like")  # since it was listed
     before = host.save()
     assert not library().lb_load_sound(host.address, 0) and host.save() == before
     assert not library().lb_load_sound(host.address, 1) and not library().lb_load_sound(host.address, -1)
@@ -163,7 +277,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(host: Host, own: Path)
     host.save_sound()
     limit, before = resource.getrlimit(resource.RLIMIT_FSIZE), sorted(own.iterdir())
     old = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limit[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50, limit[1]))
     try:
         name = host.save_sound()
     finally:
@@ -179,12 +293,12 @@ def test_browsers_of_clap_hosts_have_them(host: Host, folder: Path, own: Path, t
     host.save_sound()
     file = own / f"{load_preset('five-string').name} 1{ENDING}"
     file = file.rename(own / f"Low. End{ENDING}")
-    (own / f"damaged{ENDING}").write_bytes(file.read_bytes()[:-8])
+    (own / f"damaged{ENDING}").write_bytes(b"like = 3")
     clap.write_bundle({name: load_preset(name) for name in NAMES}, tmp_path / "livebass")
     with closing(Plugin(tmp_path / "livebass")) as plugin:
         presets = plugin.library.presets()
         assert [key for _, key, _ in presets] == [*NAMES, None] and presets[-1][0] == "Low. End"
-        assert len(presets[-1][2]) == 2 and plugin.library.refused == ["is damaged"]
+        assert len(presets[-1][2]) == 2 and plugin.library.refused == ["is not a link of livebass, nor a sound"]
         plugin.set(QUALITY, 1.0)
         plugin.rescanned = 0
         assert plugin.load_sound(file) and plugin.rescanned == 1

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes as c
 import os
 import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -38,6 +39,7 @@ UI = struct(
 )  # fmt: skip
 # px in a window of the usual size; the first slider is the gain's
 NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
+PASTE = (744, 306)
 UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (800, 306), (847, 306), (873, 306), (120, 362), (200, 209)
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 150, SLIDER[1], "mousemove", 160, SLIDER[1], "mouseup", 1)
 FIRST_SOUND = (300, 84)  # in the list, below the heading of the second column: the basses have no room beside it
@@ -416,6 +418,43 @@ def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
         wait_for(lambda: learned_by(plugin, 20, 64) == learned_by(plugin, 20, 127))
 
 
+CLIPBOARD = """
+import sys, tkinter
+root = tkinter.Tk()
+root.withdraw()
+root.clipboard_clear()
+root.clipboard_append(sys.argv[1])
+root.update()
+print("ready", flush=True)
+root.mainloop()
+"""
+
+
+def test_the_link_of_a_page_is_pasted_from_the_clipboard(screen_name: str, folder: Path) -> None:
+    """The host is told; a clipboard without text, and one without a link, change nothing."""
+    pytest.importorskip("tkinter")
+    action, gauge = (next(p.number for p in PARAMETERS if p.symbol == name) for name in ("action", "gauge"))
+    with opened(folder) as (plugin, window):
+        plugin.block(64)
+        bare = window.picture()
+        hand("mousemove", *PASTE, "click", 1)
+        wait_for(lambda: different(window.picture(), bare) > 20)
+        assert plugin.value(action) == 0
+        link = f"https://example.org/#like={PRESETS[1]}&action=-0.9&gauge=10"
+        for text in ("no link", link):
+            with subprocess.Popen([sys.executable, "-c", CLIPBOARD, text], stdout=subprocess.PIPE) as owner:
+                assert owner.stdout and owner.stdout.readline() == b"ready\n"
+                hand("mousemove", *PASTE, "click", 1)
+                if text == link:
+                    heard(plugin, lambda: plugin.value(action) == -0.9)
+                time.sleep(0.2)
+                owner.terminate()
+        heard(plugin, lambda: (gauge, END) in plugin.gestures)
+        assert [plugin.value(k) for k in (action, gauge, BASS)] == [-0.9, 10, 1]
+        hand("mousemove", *UNDO, "click", 1)
+        heard(plugin, lambda: [plugin.value(k) for k in (action, gauge, BASS)] == [0, 0, 0])
+
+
 def test_sounds_are_saved_and_loaded(
     screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -427,7 +466,7 @@ def test_sounds_are_saved_and_loaded(
         heard(plugin, lambda: (GAIN, END) in plugin.gestures)
         moved = plugin.value(GAIN)
         hand("mousemove", *SAVE, "click", 1)
-        wait_for(lambda: [file.name for file in (tmp_path / "livebass").glob("*")] == [f"{TITLES[0]} 1.lbsound"])
+        wait_for(lambda: [file.name for file in (tmp_path / "livebass").glob("*")] == [f"{TITLES[0]} 1.toml"])
         hand("mousemove", *NEXT, "click", 1)
         heard(plugin, lambda: plugin.value(BASS) == 1 and plugin.told[-1] == (BASS, 1))
         hand("mousemove", *SIDE_B, "click", 1)

@@ -38,7 +38,7 @@ SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
 OPTIONAL = {
     "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "learn": None, "controller": None,
     "list": "lb_list_sounds", "sound": "lb_sound_name", "save": "lb_save_sound", "load": "lb_load_sound",
-    "remove": "lb_remove_sound",
+    "remove": "lb_remove_sound", "paste": "lb_take_text",
 }  # fmt: skip
 
 
@@ -111,6 +111,9 @@ def library() -> Any:
         ("lb_save_sound", whole, [address, address, c.c_size_t]),
         ("lb_load_sound", whole, [address, whole]),
         ("lb_remove_sound", None, [address, whole]),
+        ("lb_take_text", c.c_char_p, [address, c.c_char_p]),
+        ("lb_wants_text", whole, [address]),
+        ("lb_paste", None, [address, c.c_char_p]),
         ("new_looks", address, []),
         ("size_of_look", c.c_size_t, []),
         ("race", c.c_int64, [c.c_int64]),

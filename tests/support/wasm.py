@@ -13,6 +13,7 @@ import wasmtime
 
 from livebass.arrays import Floats
 from livebass.compiling import Entry
+from livebass.kernels.bass.change import CHANGE
 from livebass.kernels.bass.check import GOOD
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.bass.pool import POOL
@@ -124,6 +125,31 @@ class Module:
             self.call("process", self.synth, self.sound, QUANTUM)
             out[k : k + QUANTUM] = self.bytes(self.sound, 4 * QUANTUM).view(np.float32)
         return out
+
+
+class Bare(Module):
+    """The module without a bass."""
+
+    def __init__(self) -> None:
+        engine, module = compiled()
+        self.store = wasmtime.Store(engine)
+        self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
+        self.end = int(self.x["__heap_base"].value(self.store))
+
+    def changed(self, file: bytes, bench: bytes, values: list[float]) -> bytes | int:
+        """The file of a bass changed by its sliders, as worker.js makes it, or the state that says why not."""
+        places = [self.place(len(data)) for data in (file, bench)]
+        for at, data in zip(places, (file, bench), strict=True):
+            self.bytes(at, len(data))[:] = np.frombuffer(data, np.uint8)
+        at = self.place(CHANGE.itemsize)
+        self.set(CHANGE, at, file=places[0], bench=places[1], size=len(bench))
+        self.record(CHANGE, at)["value"][:] = values
+        assert self.call("measure_change", at) == 1
+        self.set(CHANGE, at, memory=self.place(int(self.record(CHANGE, at)["bytes"])))
+        if state := self.call("make_change", at):
+            return int(state)
+        change = self.record(CHANGE, at)
+        return bytes(self.bytes(int(change["made"]), 8 * int(change["words"])))
 
 
 def messages_of(score: Score) -> list[tuple[int, int, int, int]]:

@@ -77,14 +77,14 @@ def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
         "-p",
         "slap",
         "--link",
-        "http://there/#bass=slap&action=1.5",
+        "http://there/#like=slap&action=-0.5",
         "--no-browser",
     ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         address = process.stdout.readline().strip()  # once all is ready
-        assert address.startswith(f"http://{HOST}:") and address.endswith("/#bass=slap&action=1.5")
+        assert address.startswith(f"http://{HOST}:") and address.endswith("/#like=slap&action=-0.5")
         wanted = page_files({"slap": load_preset("slap")}, "live")
         with urllib.request.urlopen(address, timeout=20) as answer:
             assert answer.read() == wanted["index.html"]
@@ -100,12 +100,13 @@ def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
 @pytest.mark.parametrize(
     ("link", "says"),
     [
-        ("", "--link : allowed are case=b"), ("http://there/#", "allowed are case=b"),
+        ("", "--link : a link must be case=b"), ("http://there/#", "a link must be case=b"),
         ("hello", "the link names no bass of this page that can be changed: hello="),
         ("http://there/", "the link names no bass"), ("case=d", "the link names no case of this page: case=d"),
         ("case=b", "none of its basses has cases, as paper-g does"),
-        ("#bass=slap&action=0x2", "action = 0x2: allowed are 0.5 to 6 mm"),
-        ("bass=slap&action=1_5", "action = 1_5: allowed"), ("bass=slap&lift08=1", "does not have: lift08"),
+        ("#like=slap&action=0x2", "action = 0x2: it must be from -2 to 3 mm"),
+        ("like=slap&action=1_5", "action = 1_5: it must"), ("like=slap&lift7=1", "does not have: lift7"),
+        ("bass=slap&action=1.5", "is of an earlier version, whose sliders counted otherwise: set them again"),
     ],
 )  # fmt: skip
 def test_what_is_no_link_gets_one_line_before_any_work(
@@ -120,7 +121,12 @@ def test_what_is_no_link_gets_one_line_before_any_work(
 def test_links_that_pages_copy_and_the_cases_are_taken() -> None:
     basses = {name: load_preset(name) for name in ("slap", "paper-g")}
     sources = {name: Source(name) for name in basses}
-    for link in ("bass=slap", "#bass=slap&lift7=0.12&pickup2=60&tone=0", "http://x/#case=b", "case=b&more"):
+    for link in (
+        "bass=slap",
+        "#like=slap&fret=7&fret_height=0.12&pickup_2_place=-6&gauge=%2B5",
+        "http://x/#case=b",
+        "case=b&more",
+    ):
         check_link(link, basses, sources)
 
 

@@ -4,9 +4,9 @@
 
 type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
 type Buttons = "power" | "hands" | "down" | "up" | "again" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
-  | "open" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
+  | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off";
-type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file";
+type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum";
 type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
   | "overload" | "faults" | "neck" | "how" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
@@ -17,7 +17,7 @@ type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "
 interface GetElement {
   (id: Buttons | `slot-${string}`): HTMLButtonElement;
   (id: Inputs): HTMLInputElement;
-  (id: "bass" | "part" | "bench-fret"): HTMLSelectElement;
+  (id: "bass" | "part"): HTMLSelectElement;
   (id: Canvases): HTMLCanvasElement;
   (id: "bench-fold"): HTMLDetailsElement;
   (id: Others): HTMLElement;
@@ -101,7 +101,6 @@ interface PageData {
   sight: {SIGHT: RecordFields, SLOT_SIGHT: RecordFields & {seen: number}};
   buttons: PlayButton[];
   basses: Bass[];
-  units: Record<string, number>;
 }
 
 // --- what plays ---

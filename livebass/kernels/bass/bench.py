@@ -15,13 +15,14 @@ from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.law import frequency, resonance, tabled
-from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, gap_under, make_note
+from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, listed, note_at
 from livebass.parts import NeckNumbers, StringNumbers
 from livebass.rows import rows
 
 jit = compiled(attributes=SMALL)
 
+PICKUPS = 8  # of a bass
 LANES = 8  # partial sums of a long sum: of every eighth number
 
 BENCH_STRING = np.dtype(
@@ -63,6 +64,23 @@ BENCH = np.dtype(
         ("tiers", "i8", (TIERS,)),  # modes of the open strings; 0: all that the grid carries
         ("most_modes", "i8"),
         ("string", BENCH_STRING, (MOST_STRINGS,)),
+        # What the sliders move (change.py) besides, as the bass has it:
+        ("axial_stiffness", "f8", (MOST_STRINGS,)),  # N, E A
+        ("contact_loss", "f8", (MOST_STRINGS,)),  # N s/m, and the force ...
+        ("pressing", "f8", (MOST_STRINGS,)),  # ... in N over which it is the contact_loss of BENCH_STRING
+        ("level", "f8", (MOST_STRINGS,)),  # how strongly pickups sense the string
+        ("pickups", "i8"),  # of the bass, and of each:
+        ("position", "f8", (PICKUPS,)),  # m from the saddle
+        ("aperture", "f8", (PICKUPS,)),  # m
+        ("decay_length", "f8", (PICKUPS,)),  # m
+        ("pickup_level", "f8", (PICKUPS,)),
+        ("tap", "i8", (PICKUPS, MOST_STRINGS)),  # which of a string's taps it is; -1: it does not sense the string
+        ("capacitance", "f8"),  # F
+        ("rounding", "f8"),  # of the player, as the next four
+        ("rounding_soft", "f8"),
+        ("pluck_angle", "f8"),
+        ("softest", "f8"),
+        ("hardest", "f8"),
         ("numbers", "i8"),  # address: float64, the lists of the strings
         ("notes", "i8"),  # address: NOTE (strings, frets + 1)
         ("modes", "i8"),  # address: int64 (TIERS, strings, frets + 1)
@@ -80,7 +98,6 @@ BENCH = np.dtype(
 bench_at = record_at(BENCH)
 
 BOARD_ABOVE = 2  # what `fill_bench` returns besides MADE and CROWN_ABOVE
-SET, NOT_BY_GEOMETRY = 0, 1  # what `set_neck` returns
 
 
 @entry("void(int64)", SMALL)
@@ -136,26 +153,6 @@ def make_notes(bench):
             end = set_answers(bench, i, stop, note, numbers, lists, answering, end)
     bench.used = end
     return np.int64(MADE)
-
-
-@entry("int64(int64, int64, float64, float64, float64, int64)")
-def set_neck(address, i, action, relief, nut_height, lifts):
-    """Gives string `i` of the BENCH at an address the heights of frets that these say (m, `gap_under`).
-
-    lifts: address of float64, by which each fret stands higher, m; 0: none does. Returns SET, or NOT_BY_GEOMETRY for
-    frets that count from a capo, wood between frets, and a board that was measured.
-    """
-    bench = bench_at(address)
-    string, numbers = bench.string[i], floats_at(bench.numbers, ALL)
-    if string.capo or (string.surface_count > 0 and (not string.bowed or lifts != 0)):
-        return np.int64(NOT_BY_GEOMETRY)
-    frets, count = string.frets, string.frets_count
-    for k in range(count):
-        lift = floats_at(lifts, count)[k] if lifts != 0 else 0.0
-        numbers[frets + 2 * k + 1] = lift - gap_under(numbers, frets, count, k, action, relief, nut_height)
-    if string.surface_count > 0:
-        bow_surface(numbers, frets, count, string.surface, string.surface_count)
-    return np.int64(SET)
 
 
 @jit

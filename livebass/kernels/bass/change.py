@@ -1,9 +1,15 @@
-"""Makes the file of a bass whose neck, strings, pickups or hand are changed, from its own and its sliders' file.
+"""Changes a bass by the sliders of the bench (techniques.py): the same for Python, plugins and page.
 
-A sliders' file lies beside an instrument file: SLIDERS with the BENCH of the bass, the numbers of its lists, all
-strokes and effects as an instrument file may have them, and a checksum. A slider moves what the bass has, by a
-difference or in proportion; 0 leaves it. The hand stays while the neck changes: it goes on measuring its force by the
-heights of the bass's own file. [any thread]
+`move_bench` changes a BENCH: Python calls it for the section [bench] of a preset. `make_change` makes the instrument
+file of a changed bass from its own file and its bench file: plugins and page call it. A bench file lies beside an
+instrument file. It is a BENCH_FILE with the BENCH of the bass, the numbers of its lists, all strokes and effects that
+an instrument file may have, and a checksum.
+
+A slider counts from the bass as it is; 0 leaves it. A slider in % multiplies what each string has, and keeps the
+differences between the strings. So does Action: it multiplies the action of all strings by the ratio that the lowest
+string gets. A luthier lowers a bass like this, string by string: the same number of millimetres on every string would
+bring the thin strings, which sit lower, to the frets first. The hand stays while the neck changes: it goes on measuring
+its force by the heights of the bass as it was. [any thread]
 """
 
 import math
@@ -15,8 +21,8 @@ from livebass.kernels.bass.bench import BENCH, bench_at, bow_surface, make_notes
 from livebass.kernels.bass.check import checksum_of
 from livebass.kernels.bass.instrument import (
     ADDED_BYTES,
+    BEYOND,
     FILE_BYTES,
-    MOST_PICKUPS,
     ROOM_OF_STROKES,
     TIERS,
     WORD,
@@ -35,27 +41,34 @@ from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES, note_
 from livebass.parts import VERSION, WITH_EFFECTS
 from livebass.techniques import (
     ACTION,
-    BUILT,
     CABLE,
     CONTACT_LOSS,
     FINGER_WIDTH,
     FOAM,
+    FRET,
+    FRET_HEIGHT,
     GAUGE,
     HARDEST,
+    NECK_MASS,
     NECK_RELIEF,
+    NECK_RESONANCE,
     NUT_HEIGHT,
+    OWN_PICKUPS,
+    PICKUP_1_HEIGHT,
+    PICKUP_1_PLACE,
     PICKUP_HEIGHT,
     PICKUP_PLACE,
     PLUCK_ANGLE,
+    SLIDERS,
     TENSION,
     WEAR,
 )
 
 jit = compiled(attributes=SMALL)
 
-SLIDERS_MAGIC = 0x5345_4449_4C53_424C  # "LBSLIDES"
+BENCH_MAGIC = 0x4843_4E45_4253_424C  # "LBSBENCH"
 LOSSES = 3  # ranges of the loss at the frets, each with tiers of its own
-SLIDERS = np.dtype(
+BENCH_FILE = np.dtype(
     [
         ("magic", "i8"),
         ("words", "i8"),  # of the whole file
@@ -71,16 +84,16 @@ SLIDERS = np.dtype(
     ],
     align=True,
 )
-sliders_at = record_at(SLIDERS)
-SLIDERS_BYTES = SLIDERS.itemsize
-BENCH_PLACE = SLIDERS.fields["bench"][1]  # type: ignore[index]
+bench_file_at = record_at(BENCH_FILE)
+BENCH_FILE_BYTES = BENCH_FILE.itemsize
+BENCH_PLACE = BENCH_FILE.fields["bench"][1]  # type: ignore[index]
 
 CHANGE = np.dtype(
     [
         ("file", "i8"),  # address of the instrument file, which `check_file` accepts
-        ("sliders", "i8"),  # address of the sliders' file; it is changed
+        ("bench", "i8"),  # address of the bench file; it is changed
         ("size", "i8"),  # of that, bytes
-        ("value", "f8", (BUILT,)),  # of the parameters, in their units
+        ("value", "f8", (SLIDERS,)),  # of the sliders, in their units
         ("memory", "i8"),  # address of the workspace, and of the file that is made ...
         ("bytes", "i8"),  # ... and how many it has: `measure_change` sets them
         ("made", "i8"),  # address of the file that `make_change` made
@@ -90,27 +103,28 @@ CHANGE = np.dtype(
 )
 change_at = record_at(CHANGE)
 
-MM, PERCENT, PICO = 1e-3, 1e-2, 1e-12
+MM, PERCENT, PICO, DEGREE = 1e-3, 1e-2, 1e-12, math.pi / 180.0
 LEAST_CAPACITANCE = 50e-12  # F
 STEEPEST = 1.55  # rad from straight up
 LEAST_FRETS = 3  # of a neck whose heights follow from action, relief and nut
+APART = 1.0  # Hz between resonances of the neck, at least
 
 
 @entry("int64(int64)", SMALL)
 def measure_change(address):
-    """Sets the `bytes` that the CHANGE at an address needs; returns 0 for sliders that are not its file's."""
+    """Sets the `bytes` that the CHANGE at an address needs; returns 0 for a bench file that is not its file's."""
     change = change_at(address)
-    if change.size < SLIDERS_BYTES + WORD or change.size % WORD != 0 or change.size > WORD * MOST_WORDS:
+    if change.size < BENCH_FILE_BYTES + WORD or change.size % WORD != 0 or change.size > WORD * MOST_WORDS:
         return np.int64(0)
-    s, file, last = sliders_at(change.sliders), file_at(change.file), change.size // WORD - 1
-    if s.magic != SLIDERS_MAGIC or s.bytes != SLIDERS_BYTES or s.words != last + 1:
+    b, file, last = bench_file_at(change.bench), file_at(change.file), change.size // WORD - 1
+    if b.magic != BENCH_MAGIC or b.bytes != BENCH_FILE_BYTES or b.words != last + 1:
         return np.int64(0)
     own = np.uint64(words_at(change.file + WORD * (file.words - 1), 1)[0])
-    if s.of != own or checksum_of(change.sliders, last) != np.uint64(words_at(change.sliders + WORD * last, 1)[0]):
+    if b.of != own or checksum_of(change.bench, last) != np.uint64(words_at(change.bench + WORD * last, 1)[0]):
         return np.int64(0)
-    if s.numbers < 0 or s.rest < ROOM_OF_STROKES or SLIDERS_BYTES // WORD + s.numbers + s.rest != last:
+    if b.numbers < 0 or b.rest < ROOM_OF_STROKES or BENCH_FILE_BYTES // WORD + b.numbers + b.rest != last:
         return np.int64(0)
-    bench = bench_at(change.sliders + BENCH_PLACE)
+    bench = bench_at(change.bench + BENCH_PLACE)
     if bench.strings != file.instrument.strings or bench.frets != file.instrument.frets:
         return np.int64(0)
     measure_lists(bench)
@@ -119,7 +133,7 @@ def measure_change(address):
     contacts = 0
     for i in range(bench.strings):
         contacts += contacts_of(change.file, i)
-    change.bytes += lines(WORD * (words_before_numbers(file) + bench.room + contacts + s.rest + 1))
+    change.bytes += lines(WORD * (words_before_numbers(file) + bench.room + contacts + b.rest + 1))
     return np.int64(1)
 
 
@@ -130,30 +144,45 @@ def make_change(address):
     `check_file` must accept it before it is played.
     """
     change = change_at(address)
-    s, file, bench = sliders_at(change.sliders), file_at(change.file), bench_at(change.sliders + BENCH_PLACE)
+    b, file, bench = bench_file_at(change.bench), file_at(change.file), bench_at(change.bench + BENCH_PLACE)
     notes = notes_of(file)
-    bench.numbers = change.sliders + SLIDERS_BYTES
+    bench.numbers = change.bench + BENCH_FILE_BYTES
     bench.notes = change.memory
     bench.modes = bench.notes + lines(NOTE_BYTES * notes)
     bench.lists = bench.modes + lines(WORD * TIERS * notes)
     change.made = bench.lists + lines(WORD * bench.room)
     copy_words(change.file, change.made, FILE_BYTES // WORD)
-    made = file_at(change.made)
-    numbers, value = floats_at(bench.numbers, ALL), change.value
-    move_strings(bench, made.instrument, value)
-    move_pickups(bench, numbers, made.instrument, value)
-    move_hand(made.instrument, value)
-    lose(s, bench, made.instrument, value)
-    other_neck = move_neck(bench, numbers, value)
+    other_neck = move(bench, change.value)
+    take_bench(bench, file_at(change.made).instrument)
+    if change.value[CONTACT_LOSS] != 0.0:
+        choose_tiers(b, bench, file_at(change.made).instrument)
     state = make_notes(bench)
     if state == MADE:
-        put_together(change, s, bench, other_neck)
+        put_together(change, b, bench, other_neck)
     return np.int64(state)
 
 
+@entry("int64(int64, int64)", SMALL)
+def move_bench(bench, values):
+    """Moves the BENCH at an address by SLIDERS float64 at another; returns 1 if frets or board stand otherwise."""
+    return np.int64(move(bench_at(bench), floats_at(values, SLIDERS)))
+
+
 @jit
-def move_strings(bench, instrument, value):
-    """Makes the strings thicker at their pitch, heavier for their thickness, older, and damped by foam.
+def move(bench, value):
+    """Moves a BENCH by the values of the sliders; returns True if frets or board stand otherwise."""
+    numbers = floats_at(bench.numbers, ALL)
+    move_strings(bench, value)
+    move_pickups(bench, numbers, value)
+    move_hand(bench, value)
+    move_resonance(bench, numbers, value)
+    moved = move_neck(bench, numbers, value)
+    return lift_fret(bench, numbers, value) or moved
+
+
+@jit
+def move_strings(bench, value):
+    """Makes the strings thicker at their pitch, heavier for their thickness, older, damped by foam and by the frets.
 
     The tension goes with the mass; the bending stiffness E I with the fourth power of the thickness, and B with E I
     over the tension.
@@ -168,63 +197,78 @@ def move_strings(bench, instrument, value):
         string.viscoelastic_angle *= older
         string.thermoelastic *= older
         string.extra_damping += value[FOAM]
-        instrument.stretch[i] = instrument.stretch[i] * g * g
+        bench.axial_stiffness[i] = bench.axial_stiffness[i] * g * g
+        bench.contact_loss[i] *= 1.0 + PERCENT * value[CONTACT_LOSS]
+        string.contact_loss = bench.contact_loss[i] / bench.pressing[i]
 
 
 @jit
-def move_pickups(bench, numbers, instrument, value):
+def move_pickups(bench, numbers, value):
     """Moves the pickups along the strings, as far as there is room, and nearer to them; changes their cable.
 
     Nearer to the strings is louder: the flux falls e times with each decay length.
     """
-    cable = instrument.circuit.capacitance + PICO * value[CABLE]
     if value[CABLE] != 0.0:
-        instrument.circuit.capacitance = max(cable, LEAST_CAPACITANCE)
+        bench.capacitance = max(bench.capacitance + PICO * value[CABLE], LEAST_CAPACITANCE)
+    room = np.inf
     for i in range(bench.strings):
-        string = bench.string[i]
-        room = string.length
-        if string.frets_count > 0:
-            room -= numbers[string.frets + 2 * (string.frets_count - 1)]
-        for k in range(min(instrument.pickups[i], MOST_PICKUPS)):
-            half = 0.5 * instrument.aperture[i, k]
-            if value[PICKUP_PLACE] != 0.0:
-                place = instrument.saddle[i, k] + MM * value[PICKUP_PLACE]
-                instrument.saddle[i, k] = max(min(place, room - half), half)
-                numbers[string.taps + string.tap_width * k] = instrument.saddle[i, k]
-            if value[PICKUP_HEIGHT] != 0.0:
-                instrument.mix[i, k] *= exp(MM * value[PICKUP_HEIGHT] * instrument.decay[i, k])
+        room = min(room, bench.string[i].length - end_of_neck(bench.string[i], numbers))
+    for p in range(bench.pickups):
+        place, height = value[PICKUP_PLACE], value[PICKUP_HEIGHT]
+        if p < OWN_PICKUPS:
+            place += value[PICKUP_1_PLACE + 2 * p]
+            height += value[PICKUP_1_HEIGHT + 2 * p]
+        if place != 0.0:
+            half = 0.5 * bench.aperture[p]
+            bench.position[p] = max(min(bench.position[p] + MM * place, room - half), half)
+        if height != 0.0:
+            bench.pickup_level[p] *= exp(MM * height / bench.decay_length[p])
+        for i in range(bench.strings):
+            if bench.tap[p, i] >= 0:
+                numbers[bench.string[i].taps + bench.string[i].tap_width * bench.tap[p, i]] = bench.position[p]
 
 
 @jit
-def move_hand(instrument, value):
-    """Makes the finger wider, turns the pull more across, and the hardest pluck harder."""
-    player, wider = instrument.player, 1.0 + PERCENT * value[FINGER_WIDTH]
-    player.rounding *= wider
-    player.rounding_soft *= wider
+def end_of_neck(string, numbers):
+    """Returns where the last fret is, or the end of a board beyond it, m from the nut."""
+    end = 0.0
+    if string.frets_count > 0:
+        end = numbers[string.frets + 2 * (string.frets_count - 1)]
+    if string.surface_count > 0:
+        end = max(end, numbers[string.surface + 2 * (string.surface_count - 1)])
+    return end
+
+
+@jit
+def move_hand(bench, value):
+    """Makes the finger wider at every velocity, turns the pull more across, and the hardest pluck harder."""
+    wider = 1.0 + PERCENT * value[FINGER_WIDTH]
+    bench.rounding *= wider
+    bench.rounding_soft *= wider
     if value[PLUCK_ANGLE] != 0.0:
-        angle = player.pluck_angle + value[PLUCK_ANGLE] * math.pi / 180.0
-        player.pluck_angle = max(min(angle, STEEPEST), -STEEPEST)
+        bench.pluck_angle = max(min(bench.pluck_angle + DEGREE * value[PLUCK_ANGLE], STEEPEST), -STEEPEST)
     if value[HARDEST] != 0.0:
-        player.hardest = max(player.hardest * (1.0 + PERCENT * value[HARDEST]), player.softest)
+        bench.hardest = max(bench.hardest * (1.0 + PERCENT * value[HARDEST]), bench.softest)
 
 
 @jit
-def lose(s, bench, instrument, value):
-    """Has the frets take more from the strings that hit them, in the tiers that this calls for."""
-    if value[CONTACT_LOSS] == 0.0:
-        return
-    least = np.inf
+def move_resonance(bench, numbers, value):
+    """Moves the lowest resonance that bends the neck, between those beside it, and the mass that moves there."""
     for i in range(bench.strings):
-        bench.string[i].contact_loss *= 1.0 + PERCENT * value[CONTACT_LOSS]
-        least = min(least, bench.string[i].contact_loss)
-    found = 0
-    for k in range(LOSSES):
-        if least >= s.from_loss[k]:
-            found = k
-    for tier in range(TIERS):
-        bench.tiers[tier] = s.modes[found, tier]
-        instrument.tiers[tier].contact_rate = s.contact_rate[found, tier]
-        instrument.tiers[tier].heavy = s.heavy[found, tier]
+        string, k = bench.string[i], 0
+        while k < string.bending_count and numbers[string.bending + k] == 0.0:
+            k += 1
+        if k == string.bending_count:
+            continue
+        row = string.resonances + 3 * k
+        if value[NECK_RESONANCE] != 0.0:
+            nu = numbers[row] * (1.0 + PERCENT * value[NECK_RESONANCE])
+            if k + 1 < string.resonances_count:
+                nu = min(nu, numbers[row + 3] - APART)
+            if k > 0:
+                nu = max(nu, numbers[row - 3] + APART)
+            numbers[row] = nu
+        numbers[row + 2] *= 1.0 + PERCENT * value[NECK_MASS]
 
 
 @jit
@@ -236,18 +280,77 @@ def move_neck(bench, numbers, value):
     action, relief, nut_height = MM * value[ACTION], MM * value[NECK_RELIEF], MM * value[NUT_HEIGHT]
     if action == 0.0 and relief == 0.0 and nut_height == 0.0:
         return False
-    moved = False
+    moved, lowest = False, action_of(bench.string[0], numbers)
     for i in range(bench.strings):
         string = bench.string[i]
         frets, count = string.frets, string.frets_count
         if string.capo or count < LEAST_FRETS or (string.surface_count > 0 and not string.bowed):
             continue
-        moved = True
+        moved, part = True, 1.0
+        if lowest > 0.0:
+            part = action_of(string, numbers) / lowest
         for k in range(count):
-            numbers[frets + 2 * k + 1] -= gap_under(numbers, frets, count, k, action, relief, nut_height)
+            numbers[frets + 2 * k + 1] -= gap_under(numbers, frets, count, k, action * part, relief, nut_height)
         if string.surface_count > 0:
             bow_surface(numbers, frets, count, string.surface, string.surface_count)
     return moved
+
+
+@jit
+def action_of(string, numbers):
+    """Gap (m) under an open string at fret 12, or at its last fret."""
+    count = min(12, string.frets_count)
+    return -numbers[string.frets + 2 * count - 1] if count > 0 else 0.0
+
+
+@jit
+def lift_fret(bench, numbers, value):
+    """Raises one fret of a fretted neck without a capo; returns True if it did."""
+    fret, moved = np.int64(value[FRET]), False
+    if fret > 0 and value[FRET_HEIGHT] != 0.0:
+        for i in range(bench.strings):
+            string = bench.string[i]
+            if not string.capo and string.surface_count == 0 and fret <= string.frets_count:
+                numbers[string.frets + 2 * fret - 1] += MM * value[FRET_HEIGHT]
+                moved = True
+    return moved
+
+
+@jit
+def take_bench(bench, instrument):
+    """Gives an INSTRUMENT the numbers of a BENCH that sliders move, as `instrument_numbers` in Python does."""
+    instrument.circuit.capacitance = bench.capacitance
+    player = instrument.player
+    player.rounding = bench.rounding
+    player.rounding_soft = bench.rounding_soft
+    player.pluck_angle = bench.pluck_angle
+    player.hardest = bench.hardest
+    for i in range(bench.strings):
+        instrument.stretch[i] = bench.axial_stiffness[i] / (2 * (bench.string[i].length + BEYOND))
+        for p in range(bench.pickups):
+            k = bench.tap[p, i]
+            if k >= 0:
+                instrument.saddle[i, k] = bench.position[p]
+                instrument.mix[i, k] = bench.pickup_level[p] * bench.level[i]
+
+
+@jit
+def choose_tiers(b, bench, instrument):
+    """Takes the tiers that the least loss at the frets calls for; over a board, at that."""
+    board, least = False, np.inf
+    for i in range(bench.strings):
+        board |= bench.string[i].surface_count > 0
+    for i in range(bench.strings):
+        if (bench.string[i].surface_count > 0) == board:
+            least = min(least, bench.string[i].contact_loss)
+    found = 0
+    for k in range(LOSSES):
+        if least >= b.from_loss[k]:
+            found = k
+    for tier in range(TIERS):
+        bench.tiers[tier] = b.modes[found, tier]
+        instrument.tiers[tier].contact_rate = b.contact_rate[found, tier]
+        instrument.tiers[tier].heavy = b.heavy[found, tier]
 
 
 @jit
@@ -258,7 +361,7 @@ def contacts_of(file, i):
 
 
 @jit
-def put_together(change, s, bench, other_neck):
+def put_together(change, b, bench, other_neck):
     """Writes the file: the notes of the BENCH, their lists, heights for the hand, strokes and effects, checksum."""
     own, file = file_at(change.file), file_at(change.made)
     notes, before = notes_of(file), words_before_numbers(file)
@@ -266,8 +369,8 @@ def put_together(change, s, bench, other_neck):
     copy_words(bench.modes, change.made + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
     copy_words(bench.lists, change.made + WORD * before, bench.used)
     end, added = before + bench.used, added_of(change.file)
-    rest = change.sliders + SLIDERS_BYTES + WORD * s.numbers
-    theirs = rest + WORD * s.rest - ADDED_BYTES
+    rest = change.bench + BENCH_FILE_BYTES + WORD * b.numbers
+    theirs = rest + WORD * b.rest - ADDED_BYTES
     for i in range(bench.strings):
         first = np.int64(0)
         if added != 0:
@@ -278,7 +381,7 @@ def put_together(change, s, bench, other_neck):
             file.version = WITH_EFFECTS
     count = np.int64(0)
     if file.version == WITH_EFFECTS:
-        count = s.rest
+        count = b.rest
     elif own.version != VERSION:
         count = np.int64(ROOM_OF_STROKES)
     copy_words(rest, change.made + WORD * end, count)

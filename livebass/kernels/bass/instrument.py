@@ -23,6 +23,7 @@ jit = compiled(attributes=SMALL)
 
 MOST_PICKUPS = 4
 MOST_FRETS = 127
+BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
 # How finely it is computed: two qualities, and what overload falls back to
 LIVE, STUDIO, COARSE, TIERS = 0, 1, 2, 3
 TIER_WORDS = [

@@ -258,7 +258,7 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     const lb_parameter *known = &lb_parameters[index];
     snprintf(info->module, sizeof info->module, "%s", known->group);
     info->id = index;
-    const int built = index >= LB_ACTION && index < LB_ACTION + LB_BUILT; /* taken from the next block on, or later */
+    const int built = lb_is_slider((int)index); /* taken from the next block on, or later */
     info->flags = known->kind >= 0 || built ? CLAP_PARAM_AUTOMATABLE : 0;
     if (known->whole) info->flags |= CLAP_PARAM_STEPPED;
     if (known->points || index == LB_BASS) info->flags |= CLAP_PARAM_ENUM;

@@ -19,7 +19,7 @@
 #define EACH 16    /* ... besides one in so many frames */
 _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
-#define SLIDERS ".sliders" /* of the file beside it, by which the bass is built anew */
+#define BENCH ".bench" /* of the file beside it, from which a changed bass is made */
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
 /* Memory that begins on a cache line; 0 if there is none. */
@@ -137,30 +137,30 @@ static int read_file(file *f, const char *path, const lb_kernels *kernels, char 
     return 0;
 }
 
-/* Puts the file of the bass that is built by these values into the place of its own; 0 after writing one line into
-   `error`: then its own is left. */
-static int build_anew(file *f, const char *path, const double *built, const lb_kernels *kernels, char *error,
-                      size_t room) {
-    char beside[1300];
-    file sliders = {0, 0}, made = {0, 0};
+/* Replaces the file of a bass by the one that the sliders make of it; 0 after writing one line into `error`: then the
+   bass keeps its own. */
+static int change_file(file *f, const char *path, const double *sliders, const lb_kernels *kernels, char *error,
+                       size_t room) {
+    char beside[LB_PATH];
+    file bench = {0, 0}, made = {0, 0};
     LB_CHANGE change = {.file = ADDRESS(f->words)};
     const int length = (int)(strlen(path) - strlen(ENDING));
-    if (snprintf(beside, sizeof beside, "%.*s" SLIDERS, length, path) >= (int)sizeof beside) *beside = 0;
-    if (!read_bytes(&sliders, beside, error, room)) {
-        snprintf(error, room, "%s: is missing, by which this bass is built anew: export it anew", beside);
+    if (snprintf(beside, sizeof beside, "%.*s" BENCH, length, path) >= (int)sizeof beside) *beside = 0;
+    if (!read_bytes(&bench, beside, error, room)) {
+        snprintf(error, room, "%s: is missing, and the sliders need it: export the bass again", beside);
         return 0;
     }
-    memcpy(change.value, built, sizeof change.value);
-    change.sliders = ADDRESS(sliders.words);
-    change.size = sliders.bytes;
+    memcpy(change.value, sliders, sizeof change.value);
+    change.bench = ADDRESS(bench.words);
+    change.size = bench.bytes;
     void *memory = kernels->measure_change(ADDRESS(&change)) ? new_lines(change.bytes) : 0;
     change.memory = ADDRESS(memory);
-    if (!change.bytes) snprintf(error, room, "%s: is of another file than that of the bass: export it anew", beside);
+    if (!change.bytes) snprintf(error, room, "%s: does not belong to this bass: export the bass again", beside);
     else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
     else if (kernels->make_change(ADDRESS(&change)) != LB_MADE)
-        snprintf(error, room, "the strings would lie on the neck: change action, relief or nut");
+        snprintf(error, room, "the strings would lie on the neck: change action, relief, nut or fret height");
     else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
-        snprintf(error, room, "a bass built like this cannot be played");
+        snprintf(error, room, "a bass with these sliders cannot be played");
     if (made.words) {
         made.bytes = 8 * change.words;
         memcpy(made.words, (const void *)(intptr_t)change.made, (size_t)made.bytes);
@@ -168,13 +168,13 @@ static int build_anew(file *f, const char *path, const double *built, const lb_k
         *f = made;
     }
     free_lines(memory);
-    free_lines(sliders.words);
+    free_lines(bench.words);
     return made.words != 0;
 }
 
 double lb_hundredths(double value) { return rint(100 * value) / 100 + 0.0; /* + 0: not -0 */ }
 
-/* True if one of the values asks for a bass that is not as its file has it. */
+/* True if a slider is moved. */
 static int is_changed(const double *built) {
     int k = 0;
     while (built && k < LB_BUILT && built[k] == 0) k++;
@@ -236,7 +236,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
         free(b);
         return 0;
     }
-    if (is_changed(built) && !build_anew(&b->source, path, built, kernels, error, room)) {
+    if (is_changed(built) && !change_file(&b->source, path, built, kernels, error, room)) {
         lb_free_bass(b);
         return 0;
     }

@@ -27,7 +27,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, KINDS };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, KINDS };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -51,6 +51,7 @@ struct lb_picture {
     int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck, and sounds behind them */
     int columns;                   /* of the list that have no room, at its end */
     int sounds, doomed, lists;     /* how many; the one that the next press deletes, -1: none; lists that were read so far */
+    int pasting;                   /* the text of the clipboard is wanted */
     char notice[MOST_TEXT];        /* stands in place of the title ... */
     double noticed;                /* ... and since when */
     uint32_t groups[MOST_PAGES]; /* on each page, a bit each */

@@ -97,6 +97,13 @@ static int load(void *i, int k) {
     tell_changes(i, before);
     return 1;
 }
+static const char *paste(void *i, const char *text) {
+    double before[LB_PARAMETERS];
+    note_values(i, before);
+    const char *why = lb_take_text(i, text);
+    if (!why) tell_changes(i, before);
+    return why;
+}
 static void discard(void *i, int k) { lb_remove_sound(i, k); }
 static int controller(void *i, int parameter) {
     if (lb_learning(i) == parameter) return LB_WAITS;
@@ -114,7 +121,7 @@ lb_face lb_face_of(lb_instance *i) {
     return (lb_face){.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
                      .note = note, .switched = switched, .undo = undo, .swap = swap, .side = side,
                      .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
-                     .save = save, .load = load, .remove = discard};
+                     .save = save, .load = load, .remove = discard, .paste = paste};
 }
 
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {

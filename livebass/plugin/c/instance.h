@@ -86,6 +86,7 @@ typedef struct { /* the window's side: its thread alone touches it */
     int undone, undoable; /* where the last of these is, in a ring, and how many there are */
     lb_sound *sounds;     /* of the user, as they were listed last */
     int sound_count;
+    char why[200]; /* the last sound or text was not taken over */
 } lb_window_side;
 
 typedef struct {
@@ -154,6 +155,7 @@ void lb_serve(lb_instance *);
 /* --- of values.c --- */
 
 double lb_value(const lb_instance *, int parameter);
+int lb_is_slider(int parameter); /* one of the bench, from LB_ACTION on: the bass is made by it */
 /* The value as the parameter allows it: within its bounds, whole where it is. NaN gives the usual one. */
 double lb_allowed(const lb_instance *, int parameter, double value);
 double lb_most(const lb_instance *, int parameter);
@@ -257,23 +259,26 @@ typedef struct { /* what bytes of a state say: what an older one does not have i
     double values[LB_PARAMETERS];
     lb_sides sides;
     uint8_t learned[LB_CONTROLLERS];
+    char why[200]; /* what is wrong with it */
 } lb_kept;
 /* Takes all of that over; `values` gets the bass as a number. If its bass is not on the shelf, a line in the log says so,
    and the bass stays. [main thread] */
 void lb_take_kept(lb_instance *, lb_kept *);
 /* Reads such bytes, aligned to 8; returns what is wrong with them, behind a name: "is damaged"; 0: nothing. */
 const char *lb_parse_state(const lb_kernels *, const void *bytes, size_t count, const char *magic, lb_kept *);
-/* Writes what is set now as a sound: a state with a bass and the values of a side alone. Returns the number of bytes. */
-#define LB_SOUND_MAGIC "LBSOUND\n"
-#define LB_SOUND_ENDING "lbsound" /* of its file, behind a dot */
-size_t lb_write_sound(const lb_instance *, lb_state *);
 
 /* --- of sounds.c: a file each in the user's folder, with a bass by name and all values of a side --- */
 
+enum { LB_MOST_TEXT = 8192 };         /* bytes of a sound as text, and of a link, with the zero at its end */
+#define LB_SOUND_ENDING "toml"        /* of its file, behind a dot */
+#define LB_OLD_SOUND_ENDING "lbsound" /* of one that an earlier version wrote: a state ... */
+#define LB_SOUND_MAGIC "LBSOUND\n"    /* ... that begins so */
 /* Reads a file; returns what is wrong with it as lb_parse_state does. [not the audio thread] */
 const char *lb_read_sound(const lb_kernels *, const char *path, lb_kept *);
-/* Takes a file over; returns the same, and changes nothing, if it cannot. [not the audio thread] */
+/* Takes over a file, or a text: a sound, or the link of a page; lb_undo brings back what was. Both return what is wrong,
+   until the next call, and then change nothing. [the window's thread; without a window the main thread] */
 const char *lb_take_sound(lb_instance *, const char *path);
+const char *lb_take_text(lb_instance *, const char *text);
 /* The rest is for windows. [the window's thread] */
 
 /* Reads the folder anew; returns how many there are, by name. What is none, or has a bass that is not on the shelf, is

@@ -83,16 +83,23 @@ void lb_tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
         }
 }
 
-static void lay_out_tabs(lb_picture *p, double width, double top) {
+static double tab_width(const lb_picture *p, int page) {
     char text[MOST_TEXT];
+    lb_tab_name(p, page, text);
+    return lb_text_width(px(p, MIDDLE), text) + px(p, 20);
+}
+
+static void lay_out_tabs(lb_picture *p, double width, double top) {
     const double h = px(p, TABS - 4), right = width - px(p, EDGE);
     for (int k = 0; p->face.swap && k < 2; k++)
         add(p, SIDE, k, right - px(p, 26) * (2 - k), top, px(p, 24), h);
     if (p->face.undo) add(p, UNDO, 0, right - px(p, 112), top, px(p, 52), h);
-    double x = px(p, EDGE);
-    for (int k = 0; k < p->pages; k++) {
-        lb_tab_name(p, k, text);
-        const double wide = lb_text_width(px(p, MIDDLE), text) + px(p, 20);
+    if (p->face.paste) add(p, PASTE, 0, right - px(p, 168), top, px(p, 52), h);
+    const double room = right - px(p, p->face.paste ? 174 : p->face.undo ? 118 : 58) - px(p, EDGE + 4 * p->pages);
+    double x = px(p, EDGE), all = 0;
+    for (int k = 0; k < p->pages; k++) all += tab_width(p, k);
+    for (int k = 0; k < p->pages; k++) { /* where there is no room for all, each is narrower */
+        const double wide = tab_width(p, k) * fmin(1, room / all);
         add(p, TAB, k, x, top, wide, px(p, TABS - 4));
         x += wide + px(p, 4);
     }

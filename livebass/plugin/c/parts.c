@@ -413,6 +413,10 @@ static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 
 
 static void press_undo(lb_picture *p, const part *q, const hand *h) { p->face.undo(p->face.owner); }
 
+static void draw_paste(lb_picture *p, const part *q) { draw_button(p, q, "Paste", 0, is_hot(p, q)); }
+
+static void press_paste(lb_picture *p, const part *q, const hand *h) { p->pasting = 1; }
+
 static void draw_side(lb_picture *p, const part *q) {
     draw_button(p, q, q->number ? "B" : "A", q->number == p->face.side(p->face.owner), is_hot(p, q));
 }
@@ -443,6 +447,17 @@ static void press_save(lb_picture *p, const part *q, const hand *h) {
     if (p->face.save(p->face.owner, name, sizeof name)) notice(p, "Saved: ", name);
     else notice(p, "Not saved: see the log of the host", "");
     if (p->listing) read_list(p);
+}
+
+int lb_wants_text(lb_picture *p) {
+    const int wanted = p->pasting;
+    p->pasting = 0;
+    return wanted;
+}
+
+void lb_paste(lb_picture *p, const char *text) {
+    const char *why = p->face.paste(p->face.owner, text ? text : "");
+    notice(p, why ? "The clipboard " : "Taken from the clipboard", why ? why : "");
 }
 
 /* Takes it over; the right button deletes it with its second press. */
@@ -522,6 +537,7 @@ const lb_kind lb_kinds[KINDS] = {
     [UNDO] = {draw_undo, 0, press_undo, 0, 0, HAND},
     [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND},
     [SAVE] = {draw_save, 0, press_save, 0, 0, HAND},
+    [PASTE] = {draw_paste, 0, press_paste, 0, 0, HAND},
     [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND},
     [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
     [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND},

@@ -38,6 +38,9 @@ typedef struct {
     int (*save)(void *owner, char *name, size_t);
     int (*load)(void *owner, int sound);
     void (*remove)(void *owner, int sound);
+    /* Takes over a text, the link of a page or a sound; returns what is wrong with it, 0: nothing. 0: this window has no
+       clipboard. */
+    const char *(*paste)(void *owner, const char *text);
 } lb_face;
 enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 
@@ -54,4 +57,7 @@ void lb_draw(lb_picture *, uint32_t *pixels, int width, int height, double scale
 /* The pointer does something (LB_POINT_...) at x, y, in pixels of the array; returns the shape it shall have. Release
    and leave end what it holds. LB_POINT_DOUBLE comes in place of the second press. */
 int lb_point(lb_picture *, int kind, double x, double y, int modifiers);
+/* True, once, after a press that asks for the text of the clipboard; what is in it, 0: no text, goes to lb_paste. */
+int lb_wants_text(lb_picture *);
+void lb_paste(lb_picture *, const char *text);
 #endif

@@ -1,22 +1,22 @@
 /* Sounds of the user: each a file of its own, in the folder of the user's own instruments. */
-#include "files.h"
-#include "instance.h"
 #include "lock.h"
+#include "text.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#define ENDING "." LB_SOUND_ENDING
 enum { LINE = 1600, MOST_SOUNDS = 4096, MOST_BYTES = 1 << 15, TITLE = LB_FILE_NAME - 16 };
 
 struct lb_sound {
     char name[LB_FILE_NAME];
+    int old; /* its file is of an earlier version */
 };
 
 /* The path of a sound's file; returns 0 if there is no room for it. */
-static int path_of(const char *name, char path[LB_PATH]) {
+static int path_of(const char *name, int old, char path[LB_PATH]) {
     char folder[LB_PATH];
-    return lb_users_folder(folder) && snprintf(path, LB_PATH, "%s/%s" ENDING, folder, name) < LB_PATH;
+    const char *ending = old ? LB_OLD_SOUND_ENDING : LB_SOUND_ENDING;
+    return lb_users_folder(folder) && snprintf(path, LB_PATH, "%s/%s.%s", folder, name, ending) < LB_PATH;
 }
 
 static void say(const lb_instance *i, const char *path, const char *why) {
@@ -26,29 +26,34 @@ static void say(const lb_instance *i, const char *path, const char *why) {
 }
 
 const char *lb_read_sound(const lb_kernels *kernels, const char *path, lb_kept *to) {
-    static uint64_t bytes[MOST_BYTES / sizeof(uint64_t)];
+    static uint64_t bytes[MOST_BYTES / sizeof(uint64_t) + 1];
     enter(); /* the bytes */
     FILE *in = lb_open_file(path, "rb");
-    const size_t count = in ? fread(bytes, 1, sizeof bytes, in) : 0;
+    const size_t count = in ? fread(bytes, 1, MOST_BYTES, in) : 0;
     if (in) fclose(in);
-    const char *why = in ? lb_parse_state(kernels, bytes, count, LB_SOUND_MAGIC, to) : "cannot be read";
+    ((char *)bytes)[count] = 0;
+    const int old = count >= 8 && !memcmp(bytes, LB_SOUND_MAGIC, 8);
+    const char *why = !in    ? "cannot be read"
+                      : !old ? lb_parse_text((char *)bytes, to)
+                             : lb_parse_state(kernels, bytes, count, LB_SOUND_MAGIC, to);
     leave();
     return why;
 }
 
-/* Reads one that can be taken over, its bass as a number; returns what is wrong with it, 0: nothing. */
-static const char *read_known(const lb_instance *i, const char *path, lb_kept *to) {
-    const char *why = lb_read_sound(i->kernels, path, to);
-    const int bass = why ? 0 : lb_shelf_find(i->shelf, to->bass);
-    if (!why) to->values[LB_BASS] = bass;
-    return bass < 0 ? "has a bass that is not installed" : why;
+/* Takes the number of the bass of one that was read; `why`: what is wrong with it. Returns that, or that its bass is not
+   on the shelf. */
+static const char *known(const lb_instance *i, const char *why, lb_kept *to) {
+    if (why) return why;
+    const int bass = lb_shelf_find(i->shelf, to->bass);
+    to->values[LB_BASS] = bass;
+    return bass < 0 ? "has a bass that is not installed" : 0;
 }
 
-/* The same, by its name; returns 0 after a line in the log. */
-static int read_named(const lb_instance *i, const char *name, lb_kept *to) {
+/* Reads a file by its name; returns 0 after a line in the log. */
+static int read_named(const lb_instance *i, const char *name, int old, lb_kept *to) {
     char path[LB_PATH];
-    if (!path_of(name, path)) return 0;
-    const char *why = read_known(i, path, to);
+    if (!path_of(name, old, path)) return 0;
+    const char *why = known(i, lb_read_sound(i->kernels, path, to), to);
     if (why) say(i, path, why);
     return !why;
 }
@@ -58,10 +63,28 @@ static void set(lb_instance *i, const lb_kept *kept) {
     __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
 }
 
+/* Takes one over that was read; returns what is wrong with it. */
+static const char *take(lb_instance *i, const char *why, lb_kept *kept) {
+    if (!(why = known(i, why, kept))) {
+        lb_keep_values(i);
+        set(i, kept);
+        return 0;
+    }
+    snprintf(i->window.why, sizeof i->window.why, "%s", why);
+    return i->window.why;
+}
+
 const char *lb_take_sound(lb_instance *i, const char *path) {
     lb_kept kept;
-    const char *why = read_known(i, path, &kept);
-    if (!why) set(i, &kept);
+    return take(i, lb_read_sound(i->kernels, path, &kept), &kept);
+}
+
+const char *lb_take_text(lb_instance *i, const char *text) {
+    char line[LINE];
+    lb_kept kept;
+    const char *why = take(i, lb_parse_text(text, &kept), &kept);
+    if (why) snprintf(line, sizeof line, "the clipboard %s", why);
+    if (why) i->complain(i->owner, line); /* the window may have no room for all of it */
     return why;
 }
 
@@ -83,24 +106,37 @@ static int by_name(const void *one, const void *other) {
     return *a || *b ? (*a ? 1 : -1) : strcmp(one, other);
 }
 
-static void add(void *to, const char *folder, const char *name) {
-    lb_instance *i = to;
+static void add(lb_instance *i, const char *name, int old) {
     lb_kept kept;
-    (void)folder;
-    if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, &kept)) return;
+    if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, old, &kept)) return;
     if (i->window.sound_count % 64 == 0) { /* there is no room for more */
         lb_sound *more = realloc(i->window.sounds, (size_t)(i->window.sound_count + 64) * sizeof *more);
         if (!more) return;
         i->window.sounds = more;
     }
-    strcpy(i->window.sounds[i->window.sound_count++].name, name);
+    lb_sound *s = &i->window.sounds[i->window.sound_count++];
+    strcpy(s->name, name);
+    s->old = old;
+}
+
+static void add_new(void *to, const char *folder, const char *name) {
+    (void)folder;
+    add(to, name, 0);
+}
+
+static void add_old(void *to, const char *folder, const char *name) {
+    (void)folder;
+    add(to, name, 1);
 }
 
 int lb_list_sounds(lb_instance *i) {
     LB_ALONE(i->window.owner);
     char folder[LB_PATH];
     i->window.sound_count = 0;
-    if (lb_users_folder(folder)) lb_each_file(folder, ENDING, add, i);
+    if (lb_users_folder(folder)) {
+        lb_each_file(folder, "." LB_SOUND_ENDING, add_new, i);
+        lb_each_file(folder, "." LB_OLD_SOUND_ENDING, add_old, i);
+    }
     if (i->window.sound_count) qsort(i->window.sounds, (size_t)i->window.sound_count, sizeof *i->window.sounds, by_name);
     return i->window.sound_count;
 }
@@ -128,13 +164,14 @@ static void name_file(const char *title, char stem[TITLE]) {
 }
 
 int lb_save_sound(lb_instance *i, char *name, size_t room) {
-    lb_state s;
-    char folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
-    const int bass = (int)lb_value(i, LB_BASS);
-    name_file(lb_shelf_title(i->shelf, bass < lb_shelf_count(i->shelf) ? bass : 0), stem);
-    const size_t count = lb_write_sound(i, &s);
+    char text[LB_MOST_TEXT], folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
+    double values[LB_PARAMETERS];
+    for (int k = 0; k < LB_PARAMETERS; k++) values[k] = lb_value(i, k);
+    const int bass = values[LB_BASS] < lb_shelf_count(i->shelf) ? (int)values[LB_BASS] : 0;
+    name_file(lb_shelf_title(i->shelf, bass), stem);
+    const size_t count = lb_write_text(lb_shelf_name(i->shelf, bass), values, text);
     enter(); /* of one process one at a time */
-    const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, ENDING, &s, count, made);
+    const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, "." LB_SOUND_ENDING, text, count, made);
     leave();
     if (good) snprintf(name, room, "%s", made);
     else say(i, folder, "cannot be written");
@@ -144,7 +181,7 @@ int lb_save_sound(lb_instance *i, char *name, size_t room) {
 int lb_load_sound(lb_instance *i, int sound) {
     LB_ALONE(i->window.owner);
     lb_kept kept;
-    if (sound < 0 || sound >= i->window.sound_count || !read_named(i, i->window.sounds[sound].name, &kept)) return 0;
+    if (sound < 0 || sound >= i->window.sound_count || !read_named(i, i->window.sounds[sound].name, i->window.sounds[sound].old, &kept)) return 0;
     lb_keep_values(i);
     set(i, &kept);
     return 1;
@@ -152,6 +189,6 @@ int lb_load_sound(lb_instance *i, int sound) {
 
 void lb_remove_sound(lb_instance *i, int sound) {
     char path[LB_PATH];
-    if (sound < 0 || sound >= i->window.sound_count || !path_of(i->window.sounds[sound].name, path)) return;
+    if (sound < 0 || sound >= i->window.sound_count || !path_of(i->window.sounds[sound].name, i->window.sounds[sound].old, path)) return;
     if (!lb_remove_file(path)) say(i, path, "cannot be deleted");
 }

@@ -107,13 +107,6 @@ static size_t seal(const lb_instance *i, lb_state *s) {
     return count + sizeof sum;
 }
 
-static void begin(lb_state *s, const char *magic) {
-    memset(s, 0, sizeof *s);
-    memcpy(s->magic, magic, sizeof s->magic);
-    s->version = PLAIN;
-    s->count = LB_PARAMETERS;
-}
-
 /* The name of the bass that is chosen. */
 static const char *name_of(const lb_instance *i, double bass) {
     return lb_shelf_name(i->shelf, bass < lb_shelf_count(i->shelf) ? (int)bass : 0);
@@ -127,7 +120,10 @@ static int has_sides(const lb_instance *i) {
 }
 
 size_t lb_save_state(lb_instance *i, lb_state *s) {
-    begin(s, MAGIC);
+    memset(s, 0, sizeof *s);
+    memcpy(s->magic, MAGIC, sizeof s->magic);
+    s->version = PLAIN;
+    s->count = LB_PARAMETERS;
     __atomic_load(&i->seed, &s->seed, __ATOMIC_RELAXED);
     if (lb_write_learned(i, s->rest)) s->version = WITH_LEARNED;
     enter();
@@ -136,15 +132,6 @@ size_t lb_save_state(lb_instance *i, lb_state *s) {
     memcpy(s->rest + LB_CONTROLLERS, &i->sides, sizeof i->sides);
     const int missing = __atomic_load_n(&i->missing, __ATOMIC_RELAXED);
     snprintf(s->bass, sizeof s->bass, "%s", missing ? i->missing_name : name_of(i, s->values[LB_BASS]));
-    leave();
-    return seal(i, s);
-}
-
-size_t lb_write_sound(const lb_instance *i, lb_state *s) {
-    begin(s, LB_SOUND_MAGIC);
-    enter();
-    for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_is_of_sides(k) ? lb_value(i, k) : lb_parameters[k].usual;
-    snprintf(s->bass, sizeof s->bass, "%s", name_of(i, lb_value(i, LB_BASS)));
     leave();
     return seal(i, s);
 }

@@ -32,13 +32,13 @@ double lb_usual(const lb_instance *i, int parameter) {
     return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
 }
 
-static int is_built(int parameter) { return parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT; }
+int lb_is_slider(int parameter) { return parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT; }
 
 double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
     if (!(value == value)) value = lb_usual(i, parameter);
     value = fmin(fmax(value, p->least), lb_most(i, parameter));
-    if (is_built(parameter)) return lb_hundredths(value);
+    if (lb_is_slider(parameter)) return lb_hundredths(value);
     return p->whole ? rint(value) : value;
 }
 
@@ -58,7 +58,7 @@ static void turn_at(lb_instance *i, int64_t offset, int parameter, double value)
 void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value) {
     LB_ALONE(i->audio.owner);
     value = lb_allowed(i, parameter, value);
-    if (is_built(parameter) && __atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
+    if (lb_is_slider(parameter) && __atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
         turn_at(i, offset, parameter, value);
         return;
     }

@@ -166,6 +166,16 @@ static void on_draw(id view, SEL name, box part) {
     c.release_color_space(colors);
 }
 
+static id new_text(const char *text) {
+    return ((id(*)(id, SEL, const char *))(void *)c.send)(kind("NSString"), c.selector("stringWithUTF8String:"), text);
+}
+
+/* The text of `what` of an object, for a name; 0: it has none. */
+static const char *text_of(id from, const char *what, const char *name) {
+    id found = ((id(*)(id, SEL, id))(void *)c.send)(from, c.selector(what), new_text(name));
+    return found ? ((const char *(*)(id, SEL))(void *)c.send)(found, c.selector("UTF8String")) : 0;
+}
+
 static void point(id view, id event, int what, int more) {
     lb_window *w = of(view);
     if (!w) return;
@@ -176,6 +186,9 @@ static void point(id view, id event, int what, int more) {
     static const char *const cursors[] = {"arrowCursor", "pointingHandCursor", "resizeLeftRightCursor"};
     const double fine = density(w);
     const int shape = lb_point(w->picture, what, at.x * fine, at.y * fine, modifiers);
+    if (lb_wants_text(w->picture))
+        lb_paste(w->picture, text_of(get(kind("NSPasteboard"), "generalPasteboard"), "stringForType:",
+                                     "public.utf8-plain-text"));
     get(get(kind("NSCursor"), cursors[shape >= 0 && shape < 3 ? shape : 0]), "set");
 }
 
@@ -290,10 +303,7 @@ int lb_is_dark(void) {
     if (theme) return strcmp(theme, "light");
     if (!find_cocoa()) return 1;
     id defaults = get(kind("NSUserDefaults"), "standardUserDefaults");
-    id key = ((id(*)(id, SEL, const char *))(void *)c.send)(kind("NSString"), c.selector("stringWithUTF8String:"),
-                                                              "AppleInterfaceStyle");
-    id style = ((id(*)(id, SEL, id))(void *)c.send)(defaults, c.selector("stringForKey:"), key);
-    const char *name = style ? ((const char *(*)(id, SEL))(void *)c.send)(style, c.selector("UTF8String")) : 0;
+    const char *name = text_of(defaults, "stringForKey:", "AppleInterfaceStyle");
     return name && !strcmp(name, "Dark");
 }
 #endif

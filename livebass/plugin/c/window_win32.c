@@ -51,10 +51,25 @@ static void draw(lb_window *w) {
     ReleaseDC(w->window, to);
 }
 
+/* Gives the picture the text of the clipboard. */
+static void paste(const lb_window *w) {
+    char text[LB_MOST_TEXT] = "";
+    const int open = OpenClipboard(w->window);
+    HANDLE data = open ? GetClipboardData(CF_UNICODETEXT) : 0;
+    const WCHAR *wide = data ? GlobalLock(data) : 0;
+    if (wide) {
+        if (!WideCharToMultiByte(CP_UTF8, 0, wide, -1, text, sizeof text, 0, 0)) *text = 0;
+        GlobalUnlock(data);
+    }
+    if (open) CloseClipboard();
+    lb_paste(w->picture, text);
+}
+
 static void point(lb_window *w, int kind, double x, double y, int more) {
     const int modifiers = (GetKeyState(VK_SHIFT) < 0 ? LB_SHIFT : 0) | (GetKeyState(VK_CONTROL) < 0 ? LB_CONTROL : 0) |
                           (GetKeyState(VK_MENU) < 0 ? LB_ALT : 0) | more;
     const int shape = lb_point(w->picture, kind, x, y, modifiers);
+    if (lb_wants_text(w->picture)) paste(w);
     w->pointer = shape >= 0 && shape < 3 ? shape : 0;
     SetCursor(w->cursors[w->pointer]);
 }

@@ -56,15 +56,24 @@ typedef struct {
     xid window;
     int x, y, width, height, count;
 } xexpose;
+typedef struct {
+    int type;
+    unsigned long serial;
+    int send_event;
+    display *display;
+    xid requestor, selection, target, property;
+    unsigned long time;
+} xselection;
 typedef union {
     int type;
     xpointer pointer;
     xexpose expose;
+    xselection selection;
     long room[24];
 } xevent;
 typedef int (*handler)(display *, void *event, void *wire);
 
-enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17 };
+enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17, SELECTION = 31 };
 enum { INPUT_OUTPUT = 1, Z_PIXMAP = 2, LSB_FIRST = 0, REPLACE = 0 };
 enum { BACK_PIXEL = 1 << 1, BORDER_PIXEL = 1 << 3, EVENTS = 1 << 11, COLORMAP = 1 << 13 };
 enum { WANTED = 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 15 | 1 << 17 }; /* press, release, leave, motion, exposure, structure */
@@ -102,6 +111,10 @@ static struct {
     int (*UndefineCursor)(display *, xid);
     handler (*ESetWireToError)(display *, int, handler);
     int (*GetGeometry)(display *, xid, xid *, int *, int *, unsigned *, unsigned *, unsigned *, unsigned *);
+    int (*ConvertSelection)(display *, xid, xid, xid, xid, unsigned long);
+    int (*GetWindowProperty)(display *, xid, xid, long, long, int, xid, xid *, int *, unsigned long *, unsigned long *,
+                             unsigned char **);
+    int (*Free)(void *);
 } x;
 
 /* Hosts have the functions that open libraries; without them there is no window, and no library is linked for them. */
@@ -115,7 +128,7 @@ static int find_x(void) {
         "XRootWindow", "XGetDefault", "XCreateWindow", "XDestroyWindow", "XMapWindow", "XResizeWindow", "XStoreName",
         "XInternAtom", "XChangeProperty", "XCreateGC", "XFreeGC", "XInitImage", "XPutImage", "XPending", "XNextEvent",
         "XFlush", "XSync", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
-        "XESetWireToError", "XGetGeometry",
+        "XESetWireToError", "XGetGeometry", "XConvertSelection", "XGetWindowProperty", "XFree",
     };
     enum { COUNT = sizeof names / sizeof *names };
     _Static_assert(sizeof x == (COUNT + 1) * sizeof(void *), "a function for each name");
@@ -209,16 +222,39 @@ static void press(lb_window *w, const xpointer *e) {
     }
 }
 
+/* Asks for the text of the clipboard, which comes as an event. */
+static void ask_for_text(lb_window *w, unsigned long time) {
+    const xid clipboard = x.InternAtom(w->display, "CLIPBOARD", 0), text = x.InternAtom(w->display, "UTF8_STRING", 0);
+    x.ConvertSelection(w->display, clipboard, text, x.InternAtom(w->display, "LIVEBASS_TEXT", 0), w->window, time);
+    x.Flush(w->display);
+}
+
+static void paste(lb_window *w, const xselection *e) {
+    unsigned char *text = 0; /* a zero follows what Xlib gives */
+    xid type;
+    int format;
+    unsigned long count, left;
+    if (e->property)
+        x.GetWindowProperty(w->display, w->window, e->property, 0, LB_MOST_TEXT / 4, 1, 0, &type, &format, &count, &left,
+                            &text);
+    lb_paste(w->picture, text && format == 8 ? (const char *)text : 0);
+    if (text) x.Free(text);
+}
+
 static void take_events(lb_window *w) {
     xevent e;
     while (x.Pending(w->display)) {
         x.NextEvent(w->display, &e);
-        if (e.type == PRESS) press(w, &e.pointer);
+        if (e.type == PRESS) {
+            press(w, &e.pointer);
+            if (lb_wants_text(w->picture)) ask_for_text(w, e.pointer.time);
+        }
         else if (e.type == RELEASE && (e.pointer.button == 1 || e.pointer.button == 3))
             point(w, &e.pointer, LB_POINT_RELEASE, e.pointer.button == 3 ? LB_RIGHT : 0);
         else if (e.type == MOTION) point(w, &e.pointer, LB_POINT_MOVE, 0);
         else if (e.type == LEAVE && !(e.pointer.state & 0x700)) /* it may be dragged out */
             point(w, &e.pointer, LB_POINT_LEAVE, 0);
+        else if (e.type == SELECTION) paste(w, &e.selection);
         else if (e.type == EXPOSE) w->exposed = 1;
         else if (e.type == DESTROYED) w->window = 0; /* by the host */
     }

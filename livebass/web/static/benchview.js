@@ -1,6 +1,7 @@
 // The bench on the page: its sliders, stories and buttons; what they change is built by the worker and heard from the
 // next note on.
 import {Bench, SLOTS} from "./bench.js";
+import {CONTROLS, moveControl} from "./controls.js";
 import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
 import {$, PAGE, chooseBass, chosenBass, setPressed} from "./page.js";
@@ -8,26 +9,27 @@ import {player} from "./player.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
 
-const GROUPS = {neck: "Neck", strings: "Strings", pickups: "Pickups", hand: "Hand"};
+const GROUPS = ["Neck", "Strings", "Pickups", "Hand"];
 const HOLD_TO_RESET = 600; // ms
 const LONGEST_COPY = 250; // ms that the next bass waits for the last one to get to the audio thread
 const WIDE = "(min-width: 46.01rem)"; // where the bench is open from the beginning
-// What to try: values of the bench, and what to play and hear. One is a bass of its own.
-/** @type {{name: string, fretless?: boolean, values: Record<string, number>, says: string, button?: HTMLButtonElement}[]} */
+// What to try: what sliders are moved by, or come to, and what to play and hear. One is a bass of its own.
+/** @type {{name: string, fretless?: boolean, moved?: Record<string, number>, reached?: Record<string, number>, says: string, button?: HTMLButtonElement}[]} */
 export const STORIES = [
-  {name: "A high fret", values: {lift7: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
-  {name: "Too much relief", values: {relief: 1.2}, says: "The neck is bowed. Play frets 6 to 9: they rattle on the frets beyond the hollow. The lowest frets have room."},
-  {name: "Dead spot", values: {resonance: 138.5, resonance_mass: 0.3, pluck_position: 0.75}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 5: the fundamental of the first is gone in half the time."},
-  {name: "Fretless", fretless: true, values: {}, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
-  {name: "Old strings", values: {damping: 6}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone at once."},
+  {name: "A high fret", moved: {fret: 7, fret_height: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
+  {name: "Too much relief", reached: {neck_relief: 1.2}, says: "The neck is bowed. Play frets 6 to 9: they rattle on the frets beyond the hollow. The lowest frets have room."},
+  {name: "Dead spot", reached: {neck_resonance: 138.5, neck_mass: 0.3}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 5: the fundamental of the first is gone in half the time."},
+  {name: "Fretless", fretless: true, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
+  {name: "Old strings", moved: {wear: 500}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone at once."},
 ];
+export const PRESET = /\.toml$/i; // names of files that takePreset takes
 export const benches = new Map(); // of the basses that have one, by name
 export const bench = () => benches.get($("bass").value);
 export const sayBench = text => { $("bench-said").textContent = text; };
 
 // Makes the benches and all that does not depend on the bass; takes the link that the page was opened by.
 export function makeBench() {
-  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, PAGE.units));
+  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass));
   for (const story of STORIES) {
     const button = document.createElement("button");
     button.type = "button";
@@ -41,6 +43,12 @@ export function makeBench() {
   $("undo").onclick = () => onBench(() => bench().undo());
   $("redo").onclick = () => onBench(() => bench().redo());
   $("reset").onclick = () => onBench(() => bench().reset());
+  $("open-preset").onclick = () => $("preset-file").click();
+  $("preset-file").onchange = () => {
+    const [file] = $("preset-file").files || [];
+    $("preset-file").value = "";
+    if (file) takePreset(file);
+  };
   $("save").onclick = saveBench;
   $("link").onclick = () => copyLink();
   const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches; };
@@ -61,31 +69,30 @@ export function showBench() {
   $("bench").hidden = !bench();
   $("bench-controls").replaceChildren();
   if (!bench()) return;
-  for (const [group, title] of Object.entries(GROUPS)) {
+  for (const group of GROUPS) {
     const rows = [...bench().controls.values()].filter(control => control.group === group);
     if (!rows.length) continue;
     const fieldset = document.createElement("fieldset"), legend = document.createElement("legend");
-    legend.textContent = title;
+    legend.textContent = group;
     fieldset.append(legend, ...rows.map(makeSlider));
     $("bench-controls").append(fieldset);
   }
   showValues();
 }
 
-// A slider of a row of the bench, with its name and value; that of a fret's lift with a list of frets.
+// A slider of a row of the bench, with its name and value.
 function makeSlider({symbol, name, help, least, most, step}) {
   const row = document.createElement("div"), label = document.createElement("label"), value = document.createElement("output");
   const slider = document.createElement("input"), id = `bench-${symbol}`;
   row.className = "control";
   row.title = help;
   Object.assign(slider, {type: "range", id, min: least, max: most, step});
-  slider.dataset.symbol = symbol === "lift" ? "lift7" : symbol;
+  slider.dataset.symbol = symbol;
   label.htmlFor = value.htmlFor = id;
   label.textContent = name;
   row.append(label, value, slider);
-  if (symbol === "lift") row.insertBefore(makeFrets(slider), slider);
-  const reset = () => moveSlider(slider, bench().usual(slider.dataset.symbol), true);
-  slider.oninput = () => moveSlider(slider, +slider.value, false);
+  const reset = () => moveSlider(symbol, 0, true);
+  slider.oninput = () => moveSlider(symbol, +slider.value, false);
   slider.onchange = () => onBench(() => bench().settle());
   slider.onkeydown = e => { if (e.key === "Delete" || e.key === "Backspace") reset(); };
   row.ondblclick = reset;
@@ -96,48 +103,32 @@ function makeSlider({symbol, name, help, least, most, step}) {
   return row;
 }
 
-// The list of frets whose lift a slider sets.
-function makeFrets(slider) {
-  const frets = document.createElement("select");
-  frets.id = "bench-fret";
-  frets.ariaLabel = "Fret that stands up or down";
-  for (let fret = 1; fret <= bench().bass.frets; fret++) frets.add(new Option(`fret ${fret}`, String(fret)));
-  frets.onchange = () => {
-    slider.dataset.symbol = `lift${frets.value}`;
-    bench().settle();
-    showValues();
-  };
-  frets.value = "7";
-  return frets;
-}
-
 // Gives the bench the value of a slider; `done`: at once, else until it is let go all is one step.
-function moveSlider(slider, value, done) {
+function moveSlider(symbol, value, done) {
   onBench(() => {
-    bench().set(slider.dataset.symbol, value);
+    bench().set(symbol, value);
     if (done) bench().settle();
   });
 }
 
-// A value as a text, with its unit.
+// A value as a text: what the slider comes to on this bass, or else by how much it is moved.
 function benchText(symbol, value) {
-  const {unit, step} = bench().control(symbol), digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
-  const sign = symbol.startsWith("height") || symbol.startsWith("lift") ? (value > 0 ? "+" : "") : "";
-  return unit === "x" ? `× ${value.toFixed(digits)}` : `${sign}${value.toFixed(digits).replace("-", "−")} ${unit}`.trimEnd();
+  const {step, unit, ownUnit} = bench().controls.get(symbol), comes = bench().comesTo(symbol, value);
+  const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  if (comes === undefined) return `${unit && value > 0 ? "+" : ""}${value.toFixed(digits)} ${unit}`.trimEnd().replace("-", "−");
+  const exact = unit === "%" ? Math.max(0, 2 - Math.floor(Math.log10(Math.abs(comes) || 1))) : digits;
+  return `${comes.toFixed(exact)} ${ownUnit}`.trimEnd().replace("-", "−");
 }
 
 function showValues() {
   const b = bench(), count = Object.keys(b.values).length;
   for (const slider of $("bench-controls").querySelectorAll("input")) {
-    const {symbol = ""} = slider.dataset, row = /** @type {HTMLElement} */ (slider.parentElement), value = b.value(symbol), changed = symbol in b.values, own = benchText(symbol, b.usual(symbol));
+    const {symbol = ""} = slider.dataset, row = /** @type {HTMLElement} */ (slider.parentElement), value = b.value(symbol), changed = symbol in b.values;
     if (document.activeElement !== slider || Math.abs(+slider.value - value) > +slider.step / 2 + 1e-9) slider.value = String(value);
     row.classList.toggle("changed", changed);
     /** @type {HTMLElement} */ (row.querySelector("output")).textContent = benchText(symbol, value);
-    slider.ariaValueText = benchText(symbol, value) + (changed ? `, the preset has ${own}` : "");
-    if (symbol.startsWith("lift")) slider.ariaLabel = `Fret ${symbol.slice(4)} up or down`;
+    slider.ariaValueText = benchText(symbol, value) + (changed ? `, the preset has ${benchText(symbol, 0)}` : "");
   }
-  for (const option of $("bench-fret")?.options || [])
-    option.text = `fret ${option.value}${b.value(`lift${option.value}`) ? ` (${benchText(`lift${option.value}`, b.value(`lift${option.value}`))})` : ""}`;
   for (const slot of SLOTS) setPressed($(`slot-${slot}`), b.slot === slot);
   $("undo").disabled = !b.before.length;
   $("redo").disabled = !b.after.length;
@@ -157,7 +148,6 @@ export function onBench(act) {
     buildWanted();
     return;
   }
-  showPickups();
   rebuild();
 }
 
@@ -190,42 +180,37 @@ function struckSince() {
   buildWanted();
 }
 
-// The instrument file of a bass as its bench has it.
+// The instrument file of a bass as its bench changes it.
 async function changedFile(name, file) {
   const own = benches.get(name);
   if (!own?.changed) {
-    if (own) showCrowns(name, own.crowns);
+    if (own?.usual) showChanged(own, own.usual);
     return file;
   }
-  const numbers = own.numbers(), names = own.bass.strings.map(string => string.name);
-  const made = await workshop.ask({make: numbers, names, file, bench: await read(`basses/${name}.bench`)});
-  showCrowns(name, made.heights);
+  const made = await workshop.ask({change: own.moved(), names: own.bass.strings.map(string => string.name), file, bench: await read(`basses/${name}.bench`)});
+  showChanged(own, made);
   return made.file;
 }
 
-// Draws the crowns of a bass where they are, m from the open strings.
-function showCrowns(name, heights) {
-  const {bass} = benches.get(name);
-  benches.get(name).crowns ||= bass.strings.map(string => string.heights);
-  if (!heights) return;
-  bass.strings.forEach((string, i) => { string.heights = heights[i]; });
+// Draws crowns (m from the open strings) and pickups (m from the saddle) of a bass where they are.
+function showChanged(own, {heights, places}) {
+  const {bass} = own, {strings, pickups} = bass;
+  own.usual ||= {heights: strings.map(string => string.heights), places: pickups.map(pickup => pickup.position)};
+  strings.forEach((string, i) => { string.heights = heights[i]; });
   see.needed = true;
-}
-
-// Draws the pickups where they are.
-function showPickups() {
-  const {bass} = bench(), places = bass.pickups.map((_, k) => bench().control(`pickup${k + 1}`) && bench().value(`pickup${k + 1}`) * PAGE.units.mm);
-  if (!places.some((place, k) => place && Math.abs(place - bass.pickups[k].position) > 1e-9)) return;
-  places.forEach((place, k) => { if (place) bass.pickups[k].position = place; });
+  if (!places.some((place, k) => Math.abs(place - pickups[k].position) > 1e-9)) return;
+  places.forEach((place, k) => { pickups[k].position = place; });
+  if (bass !== chosenBass()) return;
   showNeck();
   layOut();
 }
 
 // --- stories, links, files ---
 
-function tell({fretless = false, values, says}) {
+function tell({fretless = false, moved = {}, reached = {}, says}) {
   if (fretless && !chosenBass().fretless) chooseBass(/** @type {Bass} */ (fretlessBass()).name);
-  onBench(() => bench().setAll(values));
+  const known = Object.entries(reached).filter(([symbol]) => bench().controls.has(symbol));
+  onBench(() => bench().setAll({...moved, ...Object.fromEntries(known.map(([symbol, number]) => [symbol, bench().toward(symbol, number)]))}));
   sayBench(says);
 }
 
@@ -246,6 +231,19 @@ export function takeLink() {
     sayBench("The bass is as the link says.");
   } catch (error) {
     sayBench(`${/** @type {Error} */ (error).message}. The bass is as its preset has it.`);
+  }
+}
+
+// Takes a preset that this page or a plugin saved.
+export async function takePreset(file) {
+  try {
+    const {name, values, played} = Bench.fromToml(await file.text(), benches);
+    chooseBass(name);
+    onBench(() => bench().setAll(values));
+    for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
+    sayBench(`The bass is as ${file.name} says.`);
+  } catch (error) {
+    sayBench(`${file.name}: ${/** @type {Error} */ (error).message}. The bass is as it was.`);
   }
 }
 

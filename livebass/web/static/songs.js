@@ -1,5 +1,6 @@
 // A song from a MIDI file, which the bass of the page plays.
 import {$, chosenBass, isPressed, say, setPressed} from "./page.js";
+import {PRESET, benches, takePreset} from "./benchview.js";
 import {player} from "./player.js";
 import {AUTO, Song} from "./song.js";
 import {state} from "./state.js";
@@ -18,8 +19,11 @@ export async function openSong(/** @type {File} */ file) {
   $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
 }
 
-const tryToOpen = (/** @type {File} */ file) =>
-  openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+// Opens a MIDI file, or a preset where there is a bench for it.
+function tryToOpen(/** @type {File} */ file) {
+  if (PRESET.test(file.name) && benches.size) takePreset(file);
+  else openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+}
 
 // Lists the parts of the song for the bass that plays, whose key switches are no notes.
 export function showParts() {

@@ -1,7 +1,6 @@
 // Builds basses in a memory of its own, each at addresses that are free in the audio thread, and hands their bytes
 // over: the audio thread only copies them.
-import {Engine, N} from "./engine.js";
-import {Maker} from "./maker.js";
+import {Engine, N, RECORDS, lines} from "./engine.js";
 
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */
@@ -52,6 +51,37 @@ function again({id, file, tier, rate, response, recalled, pluck, before, frames,
   answer({id, built: made}, [made.rows.buffer, made.slots.buffer, made.sound.buffer]);
 }
 
+// The instrument file of a bass whose own is `file`, as the sliders of its bench file change it; besides the heights of
+// its crowns (m from each open string) and the places of its pickups (m from the saddle). Throws an Error, one line, for
+// a neck that cannot be played. `names`: of the strings.
+function change({change: values, file, bench, names}) {
+  const engine = new Engine(module), get = (name, k) => engine.get("CHANGE", at, name, k);
+  const given = lines(engine.home + RECORDS.CHANGE.bytes), beside = lines(given + file.byteLength), at = engine.home;
+  const memory = lines(beside + bench.byteLength);
+  engine.reserve(memory);
+  engine.bytes.set(new Uint8Array(file), given);
+  engine.bytes.set(new Uint8Array(bench), beside);
+  for (const [name, value] of Object.entries({file: given, bench: beside, size: bench.byteLength, memory}))
+    engine.set("CHANGE", at, name, value);
+  for (const [k, value] of values) engine.set("CHANGE", at, "value", value, k);
+  if (!Number(engine.x.lb_measure_change(BigInt(at)))) throw new Error("its bench file belongs to another bass");
+  engine.reserve(memory + get("bytes"));
+  const state = Number(engine.x.lb_make_change(BigInt(at))), record = beside + RECORDS.BENCH_FILE.fields.bench[0];
+  const of = (name, k) => engine.get("BENCH", record, name, k);
+  if (state !== N.MADE) {
+    const above = `stands ${(1000 * of("fault_height")).toFixed(2)} mm above string ${names[of("fault_string")]} at rest`;
+    throw new Error(state === N.CROWN_ABOVE ? `fret ${of("fault_place")} ${above}` : `the board ${above}`);
+  }
+  const heights = names.map((_, i) => {
+    const string = record + RECORDS.BENCH.fields.string[0] + i * RECORDS.BENCH_STRING.bytes;
+    const [first, count] = ["frets", "frets_count"].map(name => engine.get("BENCH_STRING", string, name));
+    const number = k => engine.view.getFloat64(beside + RECORDS.BENCH_FILE.bytes + 8 * k, true);
+    return Array.from({length: count}, (_, k) => number(first + 2 * k + 1));
+  });
+  const places = Array.from({length: of("pickups")}, (_, k) => of("position", k));
+  return {file: engine.memory.buffer.slice(get("made"), get("made") + 8 * get("words")), heights, places};
+}
+
 onmessage = ({data}) => {
   if (data.module) {
     module = data.module;
@@ -65,8 +95,8 @@ onmessage = ({data}) => {
         again(data);
         return;
       }
-      if (data.make) {
-        const made = new Maker(module, data.bench).make(data.file, data.make, data.names);
+      if (data.change) {
+        const made = change(data);
         answer({id: data.id, built: made}, [made.file]);
         return;
       }

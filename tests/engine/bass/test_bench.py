@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from livebass.engine.image import bench_notes, frets_of, image
+from livebass.engine.image import image
 from livebass.kernels.bass.bench import BENCH
 from livebass.kernels.string.note import hypotenuse
+from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.neck import Surface, fretted_surface
 from livebass.model.quality import QUALITIES, modes_for
@@ -31,9 +32,9 @@ def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int
         how = {"capo": 2}
     bass = load_preset(preset, **how)  # type: ignore[arg-type]
     qualities = [QUALITIES[name].for_contact(bass.loss, bass.over_board) for name in ("live", "studio", "reference")]
-    notes, modes, lists = bench_notes(bass, qualities, frets_of(bass))
+    notes, modes, lists = bench_of(bass, qualities).notes()
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):
-        for fret in range(frets_of(bass) + 1):
+        for fret in range(bass.frets + 1):
             s, note = speaking(string, neck, fret), notes[i, fret]
             law = {name: getattr(s, name) for name in rows(NoteNumbers)}
             assert {name: note[name] for name in law} == law, (string.name, fret)
@@ -55,7 +56,7 @@ def test_a_number_of_a_neck_reaches_every_note(tmp_path: Path) -> None:
     own = '[[string]]\nname = "A"\nneck.axes_turned = "-55 deg"\n'
     (tmp_path / "b.toml").write_text(f'like = "a.toml"\nname = "B"\n{own}')
     bass = load_preset(tmp_path / "b.toml")
-    notes, *_ = bench_notes(bass, [QUALITIES["live"]] * 3, frets_of(bass))
+    notes, *_ = bench_of(bass, [QUALITIES["live"]] * 3).notes()
     wanted = np.radians([20.0, -55.0, 20.0, 20.0])
     assert np.allclose([neck.axes_turned for neck in bass.necks], wanted, rtol=1e-15)
     assert np.allclose(notes["axes_turned"], wanted[:, None], rtol=1e-15)
@@ -81,7 +82,7 @@ def why(bass: Instrument, how: str) -> str:
             image(bass, QUALITIES["live"])
         else:
             for string, neck in zip(bass.strings, bass.necks, strict=True):
-                for fret in range(frets_of(bass) + 1):
+                for fret in range(bass.frets + 1):
                     speaking(string, neck, fret)
     except ValueError as error:
         return str(error)

@@ -1,0 +1,159 @@
+"""A bass on the bench: its numbers as the kernels make notes of them, and what the sliders make of the bass.
+
+kernels/bass/bench.py has the record and makes the notes, kernels/bass/change.py moves it.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.arrays import Floats
+from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
+from livebass.kernels.bass.change import move_bench
+from livebass.kernels.bass.instrument import TIERS
+from livebass.kernels.string.note import CROWN_ABOVE, MADE
+from livebass.kernels.string.preparing import NOTE
+from livebass.model.answers import answering_modes
+from livebass.model.instrument import Instrument, Neck, Output, Pickup, String, on_bench
+from livebass.model.neck import flat, rows_of
+from livebass.model.quality import MOST_MODES, Quality
+from livebass.techniques import SLIDER_ROWS, SLIDERS
+
+# Numbers that sliders move: of a BENCH_STRING, of a BENCH for each string or pickup, and of the player
+OF_STRING = (
+    "diameter", "linear_density", "tension", "inharmonicity", "viscoelastic_angle", "thermoelastic", "extra_damping",
+)  # fmt: skip
+OF_PLAYER = ("rounding", "rounding_soft", "pluck_angle", "softest", "hardest")
+
+Rows = tuple[tuple[float, ...], ...]
+Notes = tuple[NDArray[np.void], NDArray[np.int64], Floats]
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bass as its maker decides it: a BENCH, and the numbers of its lists. Both may be changed."""
+
+    record: NDArray[np.void]  # (1,)
+    numbers: Floats
+    names: tuple[str, ...]  # of the strings
+
+    def notes(self) -> Notes:
+        """The notes: NOTE (strings, frets + 1), their modes in each tier, and the numbers of their lists.
+
+        The record has their addresses. Raises ValueError for a neck that cannot be played.
+        """
+        bench = self.record
+        strings, frets = (int(bench[name][0]) for name in ("strings", "frets"))
+        made = np.zeros((strings, frets + 1), NOTE)
+        modes = np.zeros((TIERS, *made.shape), np.int64)
+        bench["numbers"], bench["notes"], bench["modes"] = (a.ctypes.data for a in (self.numbers, made, modes))
+        measure_bench(bench.ctypes.data)
+        listed = np.zeros(int(bench["room"][0]))
+        bench["lists"] = listed.ctypes.data
+        state = int(fill_bench(bench.ctypes.data))
+        if state != MADE:
+            raise ValueError(stands_above(bench[0], state, self.names))
+        return made, modes, listed[: int(bench["used"][0])]
+
+
+def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
+    """A bass on the bench, with the frets that every string is played at, and tiers of a quality each."""
+    bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
+    to, answering = bench[0], answering_modes(instrument)
+    to["strings"], to["frets"], to["most_modes"] = len(instrument.strings), instrument.frets, MOST_MODES
+    to["tiers"][: len(qualities)] = [quality.modes or 0 for quality in qualities]
+    for i, (string, neck) in enumerate(zip(instrument.strings, instrument.necks, strict=True)):
+        row = to["string"][i]
+        given, lists = on_bench(string, neck, any(answering))
+        for name, value in vars(given).items():
+            row[name] = value + len(numbers) if f"{name}_count" in vars(given) else value
+        numbers.extend(lists)
+        taps: Rows = tuple((p.position, p.aperture) for p in output.pickups if p.senses(string.name))
+        if output.kind == "displacement":
+            taps = (output.sensor,), (output.sensor_v,)
+        row["taps"], row["taps_count"], row["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
+        numbers.extend(flat(taps))
+        row["answering_modes"] = answering[i]
+        to["axial_stiffness"][i], to["level"][i] = string.axial_stiffness, string.level
+        to["contact_loss"][i], to["pressing"][i] = neck.contact_loss, neck.pressing
+    to["tap"] = -1
+    to["pickups"] = 0 if output.kind == "displacement" else len(output.pickups)
+    for p, pickup in enumerate(output.pickups[: to["pickups"]]):
+        to["position"][p], to["aperture"][p] = pickup.position, pickup.aperture
+        to["decay_length"][p], to["pickup_level"][p] = pickup.decay_length, pickup.level
+        for i, string in enumerate(instrument.strings):
+            if pickup.senses(string.name):
+                to["tap"][p, i] = sum(other.senses(string.name) for other in output.pickups[:p])
+    to["capacitance"] = output.coil.capacitance
+    for name in OF_PLAYER:
+        to[name] = getattr(instrument.player, name)
+    return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
+
+
+def changed(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
+    """The bass with the sliders at `values`, by symbol, in their units; the hand measures its force as before."""
+    bench, given = bench_of(instrument, ()), np.zeros(SLIDERS)
+    for k, symbol in enumerate(SLIDER_ROWS):
+        given[k] = in_hundredths(values.get(symbol, 0.0))
+    bench.record["numbers"] = bench.numbers.ctypes.data
+    moved = move_bench(bench.record.ctypes.data, given.ctypes.data)
+    to, numbers, strings = bench.record[0], bench.numbers.tolist(), range(len(instrument.strings))
+    player: dict[str, Any] = {name: float(to[name]) for name in OF_PLAYER}
+    return replace(
+        instrument,
+        strings=tuple(_string(instrument.strings[i], to, i) for i in strings),
+        necks=tuple(_neck(instrument.necks[i], to, i, numbers) for i in strings),
+        output=_output(instrument.output, to),
+        player=replace(instrument.player, **player),
+        grazed=instrument.grazed or (instrument.necks if moved else ()),
+    )
+
+
+def in_hundredths(value: float) -> float:
+    """A value of a slider in hundredths of its unit, as hosts of plugins give it back."""
+    return float(np.rint(100 * value) / 100) + 0.0
+
+
+def _string(string: String, to: np.void, i: int) -> String:
+    numbers: dict[str, Any] = {name: float(to["string"][i][name]) for name in OF_STRING}
+    return replace(string, **numbers, axial_stiffness=float(to["axial_stiffness"][i]))
+
+
+def _neck(neck: Neck, to: np.void, i: int, numbers: list[float]) -> Neck:
+    frets, surface, rows = (int(to["string"][i][name]) for name in ("frets", "surface", "resonances"))
+    moved = tuple(
+        replace(r, frequency=numbers[rows + 3 * k], mass=numbers[rows + 3 * k + 2])
+        for k, r in enumerate(neck.admittance.resonances)
+    )
+    return replace(
+        neck,
+        fret_heights=tuple(height for _, height in rows_of(numbers, frets, len(neck.fret_heights))),
+        surface=rows_of(numbers, surface, len(neck.surface)),
+        contact_loss=float(to["contact_loss"][i]),
+        admittance=replace(neck.admittance, resonances=moved),
+    )
+
+
+def _output(output: Output, to: np.void) -> Output:
+    def moved(p: int, pickup: Pickup) -> Pickup:
+        return replace(pickup, position=float(to["position"][p]), level=float(to["pickup_level"][p]))
+
+    pickups = output.pickups
+    if output.kind == "pickups":
+        pickups = tuple(moved(p, pickup) for p, pickup in enumerate(pickups))
+    return replace(output, pickups=pickups, coil=replace(output.coil, capacitance=float(to["capacitance"])))
+
+
+def stands_above(bench: np.void, state: int, names: Sequence[str]) -> str:
+    """Names the crown or board that stands above a string at rest, where `fill_bench` returned `state`."""
+    name, stop = names[bench["fault_string"]], bench["fault_fret"]
+    above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
+    if state == CROWN_ABOVE:
+        return f"fret {bench['fault_place']:.0f} {above}"
+    return f"the board {above}, {bench['fault_place'] * 1e3:.0f} mm from {f'fret {stop}' if stop else 'the nut'}"

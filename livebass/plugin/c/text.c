@@ -1,0 +1,191 @@
+/* A sound as text: a preset that says `like` and sliders, as plugins and the page save it, and the link of a page. */
+#include "text.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NUMBER = 40, MOST_DIGITS = 17 }; /* bytes of a number; digits that tell every double apart */
+
+/* Says what is wrong; returns it. */
+static const char *wrong(lb_kept *to, const char *form, ...) {
+    va_list more;
+    va_start(more, form);
+    vsnprintf(to->why, sizeof to->why, form, more);
+    va_end(more);
+    return to->why;
+}
+
+static int is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/* Puts `to` into the place of `from`, the decimal points of files and of the host's language. */
+static void swap_point(char *text, char from, char to) {
+    char *at = strchr(text, from);
+    if (at) *at = to;
+}
+
+static char host_point(void) {
+    char half[8];
+    snprintf(half, sizeof half, "%.1f", 0.5);
+    return half[1];
+}
+
+/* Reads a whole text as a decimal number; returns 0 if it is none. */
+static int read_number(const char *text, double *to) {
+    char copy[NUMBER], *end;
+    *to = 0;
+    if (strlen(text) >= sizeof copy || text[strspn(text, "+-.0123456789eE")] || !text[strcspn(text, "0123456789")]) return 0;
+    strcpy(copy, text);
+    swap_point(copy, '.', host_point());
+    *to = strtod(copy, &end);
+    return end != copy && !*end;
+}
+
+/* Writes a number with as few digits as tell it apart. */
+static void write_number(char to[NUMBER], double value) {
+    double read;
+    for (int digits = 1; digits <= MOST_DIGITS; digits++) {
+        snprintf(to, NUMBER, "%.*g", digits, value);
+        swap_point(to, host_point(), '.');
+        if (!strchr(to, 'e') && read_number(to, &read) && read == value) return;
+    }
+}
+
+/* Takes the value of a parameter; returns what is wrong with it. */
+static const char *take_value(lb_kept *to, const char *symbol, const char *text) {
+    int k = 0;
+    while (k < LB_PARAMETERS && !(lb_is_of_sides(k) && !strcmp(lb_parameters[k].symbol, symbol))) k++;
+    if (k == LB_PARAMETERS) return wrong(to, "changes what a bass does not have: %.40s", symbol);
+    const lb_parameter *p = &lb_parameters[k];
+    if (!read_number(text, &to->values[k]) || !(to->values[k] >= p->least && to->values[k] <= p->most)) {
+        char least[NUMBER], most[NUMBER];
+        write_number(least, p->least);
+        write_number(most, p->most);
+        const char *space = *p->unit ? " " : "";
+        return wrong(to, "says %s = %.20s: it must be from %s to %s%s%s", symbol, text, least, most, space, p->unit);
+    }
+    return 0;
+}
+
+/* Takes the name of the bass, which may be the path of a preset. */
+static const char *take_bass(lb_kept *to, const char *name) {
+    name = lb_file_name(name);
+    snprintf(to->bass, sizeof to->bass, "%s", name);
+    char *ending = strstr(to->bass, ".toml");
+    if (ending) *ending = 0;
+    return *to->bass && strlen(name) < sizeof to->bass ? 0 : wrong(to, "does not say which bass it is like");
+}
+
+/* --- links --- */
+
+static int hex(char c) { return is_digit(c) ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1; }
+
+/* Decodes what an address encodes, in place. */
+static void decode(char *text) {
+    char *to = text;
+    for (; *text; text++) {
+        if (*text == '%' && hex(text[1]) >= 0 && hex(text[2]) >= 0) {
+            *to++ = (char)(16 * hex(text[1]) + hex(text[2]));
+            text += 2;
+        } else *to++ = *text == '+' ? ' ' : *text;
+    }
+    *to = 0;
+}
+
+static const char *read_link(char *text, lb_kept *to) {
+    const char *why = 0;
+    char *hash = strrchr(text, '#');
+    for (char *pair = hash ? hash + 1 : text, *next; pair && !why; pair = next) {
+        if ((next = strchr(pair, '&'))) *next++ = 0;
+        char *value = strchr(pair, '=');
+        if (!value) return wrong(to, "is not a link of livebass, nor a sound");
+        *value++ = 0;
+        decode(value);
+        if (*to->bass) why = take_value(to, pair, value);
+        else if (!strcmp(pair, "bass") && next)
+            why = wrong(to, "is of an earlier version, whose sliders counted otherwise: set them again");
+        else if (!strcmp(pair, "like") || !strcmp(pair, "bass")) why = take_bass(to, value);
+        else why = wrong(to, "does not say which bass it is like");
+    }
+    return why;
+}
+
+/* --- presets --- */
+
+/* Cuts white space and what is behind a `#` outside of quotes off a line; returns where it begins. */
+static char *trimmed(char *line) {
+    int quoted = 0;
+    char *end = line;
+    while (*end && (quoted || *end != '#')) quoted ^= *end++ == '"';
+    while (end > line && strchr(" \t\r", end[-1])) end--;
+    *end = 0;
+    return line + strspn(line, " \t");
+}
+
+static const char *read_preset(char *text, lb_kept *to) {
+    const char *why = 0;
+    int sliders = 0; /* the section has values */
+    for (char *line = text, *next; line && !why; line = next) {
+        if ((next = strchr(line, '\n'))) *next++ = 0;
+        line = trimmed(line);
+        char *value = strchr(line, '=');
+        if (!*line) continue;
+        if (!strcmp(line, "[bench]") || !strcmp(line, "[plugin]")) sliders = 1;
+        else if (*line == '[' || !value) return wrong(to, "says more than sliders: export it as an instrument: %.40s", line);
+        else {
+            *value++ = 0;
+            const char *key = trimmed(line);
+            value = trimmed(value);
+            const size_t length = strlen(value);
+            if (sliders) why = take_value(to, key, value);
+            else if (strcmp(key, "like")) why = wrong(to, "says more than sliders: export it as an instrument: %.40s", key);
+            else if (length < 2 || *value != '"' || value[length - 1] != '"') why = take_bass(to, "");
+            else {
+                value[length - 1] = 0;
+                why = take_bass(to, value + 1);
+            }
+        }
+    }
+    return why ? why : *to->bass ? 0 : take_bass(to, "");
+}
+
+const char *lb_parse_text(const char *text, lb_kept *to) {
+    char copy[LB_MOST_TEXT];
+    memset(to, 0, sizeof *to);
+    for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = to->sides.aside[k] = lb_parameters[k].usual;
+    text += strspn(text, " \t\r\n");
+    if (!*text) return wrong(to, "is empty");
+    if (snprintf(copy, sizeof copy, "%s", text) >= (int)sizeof copy) return wrong(to, "is longer than a sound or a link");
+    if (strchr(copy, '"')) return read_preset(copy, to);
+    copy[strcspn(copy, " \t\r\n")] = 0;
+    return read_link(copy, to);
+}
+
+static size_t add(char *text, size_t end, const char *form, ...) {
+    va_list more;
+    va_start(more, form);
+    const int count = vsnprintf(text + end, LB_MOST_TEXT - end, form, more);
+    va_end(more);
+    return end + (size_t)count < LB_MOST_TEXT ? end + (size_t)count : LB_MOST_TEXT - 1;
+}
+
+/* Adds the parameters that are moved, of the sliders or of all others, as a section. */
+static size_t add_section(char *text, size_t end, const char *name, const double *values, int sliders) {
+    char number[NUMBER];
+    for (int k = 0, first = 1; k < LB_PARAMETERS; k++) {
+        const lb_parameter *p = &lb_parameters[k];
+        if (!lb_is_of_sides(k) || lb_is_slider(k) != sliders || values[k] == p->usual) continue;
+        if (first) end = add(text, end, "\n[%s]\n", name);
+        first = 0;
+        write_number(number, values[k]);
+        end = add(text, end, "%s = %s\n", p->symbol, number);
+    }
+    return end;
+}
+
+size_t lb_write_text(const char *bass, const double values[LB_PARAMETERS], char text[LB_MOST_TEXT]) {
+    size_t end = add(text, 0, "# Play it with `livebass play -p`, or open it in a plugin or on the page.\nlike = \"%s\"\n", bass);
+    end = add_section(text, end, "bench", values, 1);
+    return add_section(text, end, "plugin", values, 0);
+}

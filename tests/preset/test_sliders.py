@@ -1,0 +1,67 @@
+"""The sections [bench] and [plugin] of a preset: sliders, in the units of plugins and links."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.command import Run
+
+from livebass import load_preset
+from livebass.model.bench import changed
+from livebass.model.instrument import Instrument
+from livebass.preset.build import PresetError
+from livebass.preset.keys import KEYS
+from livebass.techniques import PARAMETER_ROWS, SLIDER_ROWS
+
+
+def of(folder: Path, text: str, name: str = "mine.toml") -> Instrument:
+    (folder / name).write_text(text)
+    return load_preset(folder / name)
+
+
+def test_each_parameter_that_a_sound_keeps_is_a_key() -> None:
+    wanted = {p.symbol for p in PARAMETER_ROWS.values() if p.group != "Processor" and p.symbol != "bass"}
+    keys = {key.name: key for key in KEYS if key.section in ("bench", "plugin")}
+    assert keys.keys() == wanted and {name for name in keys if keys[name].section == "bench"} == SLIDER_ROWS.keys()
+    assert all(float(key.least) <= 0 < float(key.most) and key.default is None for key in keys.values())
+
+
+def test_the_sliders_change_what_the_other_sections_say(tmp_path: Path) -> None:
+    text = 'like = "slap"\ncapo = 2\n[neck]\ncontact_loss = "90 N s/m"\n[bench]\n'
+    plain = of(tmp_path, text)
+    made = of(tmp_path, text + "gauge = 10\nwear = 50.004\ncontact_loss = 100\n[plugin]\ngain = -3\n")
+    assert made == changed(plain, {"gauge": 10, "wear": 50, "contact_loss": 100}) != plain
+    assert made.necks[0].contact_loss == 180.0
+    assert of(tmp_path, text + "action = -1\n") == plain  # over a capo heights stay
+
+
+def test_a_preset_that_is_like_one_with_sliders_has_them(tmp_path: Path) -> None:
+    of(tmp_path, 'like = "slap"\n[bench]\ngauge = 10\nwear = 50\n', "other.toml")
+    made = of(tmp_path, 'like = "other.toml"\n[bench]\nwear = 0\naction = -0.5\n')
+    assert made == changed(load_preset("slap"), {"gauge": 10, "action": -0.5})
+
+
+@pytest.mark.parametrize(
+    ("lines", "says"),
+    [
+        ("[bench]\naction = 4", "bench.action = 4: allowed: a number from -2 to 3"),
+        ('[bench]\naction = "1 mm"', 'bench.action = "1 mm": allowed: a number from -2 to 3'),
+        ("[bench]\nfret = 1.5", "bench.fret = 1.5: allowed: a whole number from 0 to 24"),
+        ("[bench]\nacton = 1", "bench.acton: unknown key; nearest: action"),
+        ("[plugin]\ngain = 99", "plugin.gain = 99: allowed: a number from -60 to 20"),
+        ("[bench]\nfret = 7\nfret_height = 1.5\naction = -1.9", "string[E].neck: fret 7 stands 0.86 mm above string E"),
+        ("[[bench]]\naction = 1", "bench = [{'action': 1}]: must be a table of keys such as bench.action"),
+    ],
+)
+def test_faults_are_one_line(tmp_path: Path, lines: str, says: str) -> None:
+    with pytest.raises(PresetError) as caught:
+        of(tmp_path, f'like = "jazz-finger"\n{lines}\n')
+    assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: {says}")
+
+
+def test_the_check_says_what_only_plugins_read(tmp_path: Path, run: Run) -> None:
+    of(tmp_path, 'like = "slap"\n[bench]\ngauge = 10\n[plugin]\ntone = 0.5\n')
+    status, out, err = run("presets", "check", tmp_path / "mine.toml")
+    assert status == 0 and "bench.gauge" not in out + err
+    assert "plugin.tone" in out + err and "only plugins and the page read it" in out + err
