@@ -28,6 +28,7 @@ from livebass.techniques import SLIDER_ROWS, SLIDERS
 # Numbers that sliders move: of a BENCH_STRING, of a BENCH for each string or pickup, and of the player
 OF_STRING = (
     "diameter", "linear_density", "tension", "inharmonicity", "viscoelastic_angle", "thermoelastic", "extra_damping",
+    "axial_stiffness",
 )  # fmt: skip
 OF_PLAYER = ("rounding", "rounding_soft", "pluck_angle", "softest", "hardest")
 
@@ -80,7 +81,6 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
         row["taps"], row["taps_count"], row["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
         numbers.extend(flat(taps))
         row["answering_modes"] = answering[i]
-        to["axial_stiffness"][i], to["level"][i] = string.axial_stiffness, string.level
         to["contact_loss"][i], to["pressing"][i] = neck.contact_loss, neck.pressing
     to["tap"] = -1
     to["pickups"] = 0 if output.kind == "displacement" else len(output.pickups)
@@ -122,7 +122,7 @@ def in_hundredths(value: float) -> float:
 
 def _string(string: String, to: np.void, i: int) -> String:
     numbers: dict[str, Any] = {name: float(to["string"][i][name]) for name in OF_STRING}
-    return replace(string, **numbers, axial_stiffness=float(to["axial_stiffness"][i]))
+    return replace(string, **numbers)
 
 
 def _neck(neck: Neck, to: np.void, i: int, numbers: list[float]) -> Neck:

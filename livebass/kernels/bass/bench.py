@@ -65,10 +65,8 @@ BENCH = np.dtype(
         ("most_modes", "i8"),
         ("string", BENCH_STRING, (MOST_STRINGS,)),
         # What the sliders move (change.py) besides, as the bass has it:
-        ("axial_stiffness", "f8", (MOST_STRINGS,)),  # N, E A
         ("contact_loss", "f8", (MOST_STRINGS,)),  # N s/m, and the force ...
         ("pressing", "f8", (MOST_STRINGS,)),  # ... in N over which it is the contact_loss of BENCH_STRING
-        ("level", "f8", (MOST_STRINGS,)),  # how strongly pickups sense the string
         ("pickups", "i8"),  # of the bass, and of each:
         ("position", "f8", (PICKUPS,)),  # m from the saddle
         ("aperture", "f8", (PICKUPS,)),  # m

@@ -197,7 +197,7 @@ def move_strings(bench, value):
         string.viscoelastic_angle *= older
         string.thermoelastic *= older
         string.extra_damping += value[FOAM]
-        bench.axial_stiffness[i] = bench.axial_stiffness[i] * g * g
+        string.axial_stiffness = string.axial_stiffness * g * g
         bench.contact_loss[i] *= 1.0 + PERCENT * value[CONTACT_LOSS]
         string.contact_loss = bench.contact_loss[i] / bench.pressing[i]
 
@@ -326,12 +326,12 @@ def take_bench(bench, instrument):
     player.pluck_angle = bench.pluck_angle
     player.hardest = bench.hardest
     for i in range(bench.strings):
-        instrument.stretch[i] = bench.axial_stiffness[i] / (2 * (bench.string[i].length + BEYOND))
+        instrument.stretch[i] = bench.string[i].axial_stiffness / (2 * (bench.string[i].length + BEYOND))
         for p in range(bench.pickups):
             k = bench.tap[p, i]
             if k >= 0:
                 instrument.saddle[i, k] = bench.position[p]
-                instrument.mix[i, k] = bench.pickup_level[p] * bench.level[i]
+                instrument.mix[i, k] = bench.pickup_level[p] * bench.string[i].level
 
 
 @jit
