@@ -44,7 +44,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent.parent
 KERNELS = HERE / "livebass" / "kernels"
 TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md", "docs")
-DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart")
+DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart", "maker")
 LEFT = ("records.py", "machine/")  # sizes of memory; functions that have exact tests of their own
 SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
 TESTS = ["tests/engine", "tests/plugin/test_instrument.py"]
@@ -444,10 +444,10 @@ class Changing(ast.NodeTransformer):
         return self.file, f"{self._count:04}"
 
     def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.FunctionDef:
-        if any(ast.unparse(d).split("(")[0] in DECORATORS for d in node.decorator_list):
-            self._inside = True
-            node.body = [self.visit(statement) for statement in node.body]
-            self._inside = False
+        before = self._inside
+        self._inside |= any(ast.unparse(d).split("(")[0] in DECORATORS for d in node.decorator_list)
+        node.body = [self.visit(statement) for statement in node.body]  # makers have kernels inside
+        self._inside = before
         return node
 
     def visit_Subscript(self, node: ast.Subscript) -> ast.Subscript:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 import shlex
 import struct
 import subprocess
@@ -234,14 +235,16 @@ def test_the_first_screen_of_the_readme() -> None:
     assert data.startswith(b"\x89PNG") and len(data) < LARGEST_PICTURE
 
 
-def test_the_map_of_the_readme_names_every_room() -> None:
-    drawn = README.read_text().partition("\n## Rooms")[2].split("```")[1]
-    rooms = [folder for folder in (ROOT / "livebass").glob("[!_]*") if list(folder.glob("[!_]*"))]
-    assert all(re.search(rf"\b{room.name}\b", drawn) for room in rooms)
-    assert len(drawn.strip().splitlines()) <= 15
-    for line in drawn.splitlines():
-        if match := re.match(r"(\w+)/ ", line):
-            assert (ROOT / match[1]).is_dir()
+def test_the_architecture_names_every_room_and_the_contract_has_its_floors() -> None:
+    """The table of floors in ARCHITECTURE.md, from the top down, beside the layers of pyproject.toml."""
+    text = (ROOT / "ARCHITECTURE.md").read_text()
+    floors = [re.findall(r"`(\w+)`", row.split("|")[2]) for row in re.findall(r"^\| [a-z].*\|.*\|$", text, re.M)]
+    rooms = [folder.name for folder in (ROOT / "livebass").glob("[!_]*") if list(folder.glob("[!_]*.py"))]
+    layers = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"][0]["layers"]
+    place = {room: k for k, layer in enumerate(layers) for room in re.findall(r"\w+", layer)}
+    named = [room for floor in floors for room in floor if room in rooms]
+    assert set(rooms) <= {*named, "help"}
+    assert [place[room] for room in named if room in place] == sorted(place[room] for room in named if room in place)
 
 
 def test_tables_follow_the_rows() -> None:
