@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import tomllib
 import shlex
 import struct
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
