@@ -36,8 +36,8 @@ class Basses(Playing):
     def __init__(self, first: Engine, basses: Mapping[int, Instrument]) -> None:
         """`basses` by program, from 0; other programs change nothing. [main thread]
 
-        The number of `strings` is that of the bass with most strings; a smaller bass uses the first ones. Raises
-        ValueError for a bass that cannot play at the rate of `first`.
+        `strings` is the largest number of strings of any bass; a smaller bass uses the first ones. Raises ValueError
+        for a bass that cannot play at the rate of `first`.
         """
         self.rate, self.workers, self.frame = first.rate, first.workers, 0
         self.strings = max([first.strings, *(len(bass.strings) for bass in basses.values())])

@@ -102,7 +102,7 @@ class Pickup:
     across: float = number(
         0.3, "number", "-10", "10", "how strongly it senses motion across, of motion up", of="across"
     )  # the field changes less along the frets
-    strings: tuple[str, ...] = ()  # names of those it senses; empty: all
+    strings: tuple[str, ...] = ()  # names of the strings it senses; empty: all
 
     def senses(self, name: str) -> bool:
         """True if it is under the string called `name`."""

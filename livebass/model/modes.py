@@ -60,7 +60,7 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
 
     The measured ones, if any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all. The law
-    "paper" is that of the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`, with only the neck's
+    "paper" follows the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`, with only the neck's
     part at the frequency of the mode itself. ringing_at: `frequencies` of these modes, if known; across: of v;
     `dampings_across` derives its measured dampings.
     """

@@ -55,7 +55,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Motion:
-    """How the string moved: n samples, k contacts sorted by step, then index, and m energies if asked for."""
+    """Motion of the string: n samples, k contacts sorted by step, then index, and m energies if requested."""
 
     time_s: Floats  # (n,), 0 is the release
     displacement_m: Floats  # (n,), u at the sensor
@@ -126,7 +126,7 @@ def checked_trial(
     """The trial of a pluck as `asked` on `s`, a string of `instrument`. Raises ValueError for values out of limits.
 
     contact_rate and rate: Hz; modes: None for all. The player's finger rounds the corner and lets go as in the hardest
-    notes; the sensors are those of the preset's output.
+    notes; the sensors come from the preset's output.
     """
     apex, at = asked.apex, asked.at
     APEX.check("apex", apex)

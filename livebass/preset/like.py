@@ -23,7 +23,7 @@ Tables = dict[str, Any]
 
 
 def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], deep: int = 1) -> Tables:
-    """The tables of a preset, merged into those of its base, if any.
+    """The tables of a preset, merged into its base's tables, if any.
 
     label: its file; `read` returns the label and the tables of a preset by its name or path. Raises PresetError.
     """
