@@ -5,11 +5,10 @@
     score = livebass.read_score("song.mid", rate=48000)             # or livebass.single_note(...)
     sound = livebass.render_to_array(bass, score, livebass.QUALITIES["studio"])
 
-`sound` is float64 of shape (n_strings, n_frames), lowest string first, full scale 1; its sum over strings is
-what `render_to_file` writes. Units are SI throughout; pitches are MIDI note numbers (C4 is 60); times in a
-`Score` are frames at its `rate`. Bad values raise ValueError (PresetError, ScoreError ...), a file that cannot
-be written OutputError, an OSError: one line that says what is allowed. Nothing prints or exits. The rest is in
-help(livebass.NAME).
+`sound` is float64 of shape (n_strings, n_frames), lowest string first, full scale 1; `render_to_file` writes its
+sum over strings. Units are SI; pitches are MIDI note numbers (C4 is 60); times in a `Score` are frames at its
+`rate`. Bad values raise ValueError (PresetError, ScoreError ...), an unwritable file OutputError, an OSError;
+messages are one line and say what is allowed. Nothing prints or exits. For more, see help(livebass.NAME).
 
     preset_names()  load_preset(name_or_path) -> Instrument         strings, necks, pickups, player
                     load_preset(..., tuning="drop-d", capo=2, a4=442, temperament="just")
@@ -24,7 +23,7 @@ help(livebass.NAME).
     sweep(preset, "pluck.apex=1mm:7mm:13", ...) -> Sweep            .values("contacts"), .table()
     identify("g-string.wav", instrument, ...) -> Identified         partials and law of a recorded string
 
-Of sounds (n,), float, and motions:
+For sounds (n,), float, and motions:
 
     fundamental(sound, rate) -> Pitch                               over time, by YIN
     spectrogram_db(sound, rate) -> Spectrogram                      characteristic_frequencies(sound, rate), Hz
@@ -38,6 +37,6 @@ from lazy_loader import attach_stub
 
 __version__ = "0.1.0"
 
-# __init__.pyi is the one list of public names. Each is imported at its first use: `livebass --help` need not
-# wait for numpy and all the rest.
+# __init__.pyi alone lists the public names. Each is imported at its first use: `livebass --help` need not wait for
+# numpy and the rest.
 __getattr__, __dir__, __all__ = attach_stub(__name__, __file__)

@@ -1,4 +1,4 @@
-"""`livebass` and `python -m livebass`: answers Ctrl-C before the command line is even loaded, then runs it."""
+"""`livebass` and `python -m livebass`: handles Ctrl-C, then loads and runs the command line."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ def main() -> NoReturn:
         from livebass.cli import main as cli
 
         cli.main()
-    except KeyboardInterrupt:  # before or after the part in which `cli.main` catches it
+    except KeyboardInterrupt:  # before or after `cli.main` catches it
         sys.exit(INTERRUPTED)
 
 
 class Messages(io.FileIO):
-    """Standard error. A message that cannot be written is no reason to lose a file: errors are ignored."""
+    """Standard error. Ignores write errors: an unwritable message is no reason to lose a file."""
 
     def write(self, data: Any, /) -> int:
         try:
@@ -35,7 +35,7 @@ class Messages(io.FileIO):
 def open_streams() -> None:
     """Opens the standard streams that the shell closed, as in `livebass >&-`: else a sound file would get their number.
 
-    What is written to them then is lost, as what goes to a pipe that nobody reads.
+    Output to them is lost, as in a pipe that nobody reads.
     """
     for number in range(3):
         try:
@@ -47,7 +47,7 @@ def open_streams() -> None:
         sys.stdin = open(0)  # noqa: SIM115
     if sys.stdout is None:
         sys.stdout = open(1, "w")  # noqa: SIM115
-    if isinstance(sys.stdout, io.TextIOWrapper):  # names that are no text here are escapes, as on standard error
+    if isinstance(sys.stdout, io.TextIOWrapper):  # escapes names that are not text, as on standard error
         sys.stdout.reconfigure(errors="backslashreplace")
     encoding = sys.stderr.encoding if sys.stderr else "utf-8"
     raw = io.BufferedWriter(Messages(2, "w", closefd=False))

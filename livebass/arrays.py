@@ -1,4 +1,4 @@
-"""The array types that the rooms share."""
+"""Array types shared by the rooms."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Writes WAV, FLAC and Ogg Vorbis files block by block; the same sound gives the same bytes. Reads sound files.
 
-What libsndfile does not know is read through ffmpeg, where that is installed.
+If ffmpeg is installed, it reads formats unknown to libsndfile.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from livebass.bounds import between, either, refusal
 from livebass.files import OutputError, Transaction, output_error
 from livebass.kinds import ARCHIVES, HEAD, SCORES, SOUNDS, kind_of
 
-# format -> bits -> libsndfile's name; None: the default of the format
+# format -> bits -> libsndfile's name; None: the format's default
 SUBTYPES: dict[str, dict[str | None, str]] = {
     "wav": {None: "PCM_24", "16": "PCM_16", "24": "PCM_24", "float": "FLOAT"},
     "flac": {None: "PCM_24", "16": "PCM_16", "24": "PCM_24"},
@@ -34,16 +34,16 @@ BYTES = {"PCM_16": 2, "PCM_24": 3, "FLOAT": 4}
 WAV_LIMIT = (1 << 32) - 4096  # bytes: WAV counts them in 32 bits
 CHUNK = 1 << 15  # frames written at once; the Vorbis encoder keeps a chunk on its stack
 OGG_SERIAL = b"bass"
-# Kinds that libsndfile reads, if they are whole
+# Kinds that libsndfile reads if undamaged
 READABLE = {
     f"{kind} file" for kind in ("a WAV", "an AIFF", "a FLAC", "an Ogg Vorbis", "an Opus", "an MP3", "a CAF", "an AU")
 }
-UNKNOWN = (0, 0xFFFFFFFF)  # sizes in the head of a WAV file that was written to a pipe
-FFMPEG, FFMPEG_SECONDS = "ffmpeg", 120.0  # and how long it may take
+UNKNOWN = (0, 0xFFFFFFFF)  # sizes in the header of a WAV file written to a pipe
+FFMPEG, FFMPEG_SECONDS = "ffmpeg", 120.0  # and its time limit
 
 
 class SoundError(ValueError):
-    """A sound file cannot be read; one line with its name and the reason."""
+    """A sound file cannot be read. Message: one line, name and reason."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +82,12 @@ def read_sound(path: str | os.PathLike[str], what: str, longest: float, rates: t
         raise SoundError(f"{name}: cannot be read as sound: {error.error_string}") from None
     except OSError as error:
         raise SoundError(f"{name}: cannot be read: {error.strerror or error}") from None
-    except ValueError:  # a zero byte in the name
+    except ValueError:  # zero byte in the name
         raise SoundError(f"{name!r}: not a file name") from None
 
 
 def _refuse(name: str, kind: str | None, what: str) -> None:
-    """Raises SoundError for a file whose first bytes tell that it holds no sound."""
+    """Raises SoundError for a file whose first bytes show that it holds no sound."""
     if kind is None or kind in SOUNDS:
         return
     advice = f"a {what} is a sound file"
@@ -103,7 +103,7 @@ def _refuse(name: str, kind: str | None, what: str) -> None:
 
 
 def _decoded(name: str, source: str | bytes | BinaryIO, what: str, longest: float, rates: tuple[int, int]) -> Sound:
-    """The sound in a `source` that libsndfile knows: a file's name or its content."""
+    """Decodes a `source` that libsndfile can read: a file's name or its content."""
     if not isinstance(source, str | bytes):
         source.seek(0)
     with soundfile.SoundFile(source) as sound:
@@ -116,7 +116,7 @@ def _decoded(name: str, source: str | bytes | BinaryIO, what: str, longest: floa
 
 
 def _mended(file: BinaryIO) -> BinaryIO | None:
-    """A WAV file whose size was not known when its head was written, as a file with sizes; None for any other file.
+    """Returns a WAV file with the sizes that its header lacks; None for any other file.
 
     The sound then goes to the end of the file.
     """
@@ -145,7 +145,7 @@ def _mended(file: BinaryIO) -> BinaryIO | None:
 
 
 def _are_chunks(file: BinaryIO, at: int, end: int) -> bool:
-    """True if chunks follow one another from a place of a RIFF file on, up to its end."""
+    """True if a RIFF file consists of chunks from byte `at` to its `end`."""
     while at + 8 <= end:
         file.seek(at)
         name, size = file.read(4), int.from_bytes(file.read(4), "little")
@@ -156,7 +156,7 @@ def _are_chunks(file: BinaryIO, at: int, end: int) -> bool:
 
 
 def _by_ffmpeg(name: str, kind: str | None, reason: str, longest: float) -> bytes:
-    """The first sound of a file as WAV of 32-bit floats, a little more than `longest` s of it at most, by ffmpeg.
+    """Runs ffmpeg: returns a file's first sound as 32-bit float WAV, cut a little beyond `longest` s.
 
     reason: why libsndfile cannot read it. Raises SoundError.
     """
@@ -169,7 +169,7 @@ def _by_ffmpeg(name: str, kind: str | None, reason: str, longest: float) -> byte
         raise SoundError(f"{name}: {kind}: install ffmpeg, through which livebass reads it, or convert it to WAV")
     command = [
         program, "-nostdin", "-hide_banner", "-loglevel", "error",
-        "-protocol_whitelist", "file,pipe",  # a playlist goes nowhere else
+        "-protocol_whitelist", "file,pipe",  # a playlist opens nothing else
         "-i", f"file:{os.path.abspath(name)}", "-map", "0:a:0", "-t", f"{longest + 1:g}",
         "-c:a", "pcm_f32le", "-f", "wav", "pipe:1",
     ]  # fmt: skip
@@ -205,7 +205,7 @@ class Encoding:
 
 
 def encoding(path: Path, rate: int, format: str | None = None, bits: str | None = None, channels: int = 1) -> Encoding:
-    """Returns the encoding for `path`; `format` defaults to its ending. Raises ValueError, naming what is allowed."""
+    """Returns the encoding for `path`; `format` defaults to its extension. Raises ValueError: says what is allowed."""
     named = path.suffix.lower().removeprefix(".")
     kind = format or named
     if kind not in SUBTYPES:
@@ -222,12 +222,12 @@ def encoding(path: Path, rate: int, format: str | None = None, bits: str | None 
 
 
 def sound_name(path: str | os.PathLike[str]) -> str | bytes:
-    """The name by which soundfile opens the file at `path`: as bytes where names are bytes, which may be no UTF-8."""
+    """The name by which soundfile opens `path`: bytes on systems whose file names are bytes, perhaps not UTF-8."""
     return os.fsencode(path) if os.name == "posix" else os.fspath(path)
 
 
 class AudioWriter:
-    """Writes one sound file of a transaction. `close` it before the transaction ends.
+    """Writes one sound file of a transaction. Call `close` before the transaction ends.
 
     ``with Transaction() as files: writer = AudioWriter(files, path, encoding(path, rate))``
     """
@@ -275,7 +275,7 @@ class AudioWriter:
             raise output_error(self.path, error) from None
 
     def close_short(self) -> int:
-        """Finishes a file after `write` or `close` failed; returns the frames it holds, 0 if it cannot be read."""
+        """Finishes a file after `write` or `close` failed; returns its number of frames, 0 if unreadable."""
         try:
             os.ftruncate(self._fd, self._size)
             os.lseek(self._fd, 0, os.SEEK_END)
@@ -288,7 +288,7 @@ class AudioWriter:
         return frames
 
     def _set_flac_frames(self, frames: int) -> None:
-        """Sets the number of samples, 36 bits of the STREAMINFO block, which the encoder fills in at the end."""
+        """Sets the number of samples, 36 bits of the STREAMINFO block. The encoder fills it in at the end."""
         word = int.from_bytes(_read_at(self._fd, 18, 8))
         _write_at(self._fd, 18, (word & ~((1 << 36) - 1) | frames).to_bytes(8))
 
@@ -298,7 +298,7 @@ class AudioWriter:
             self._sound.close()
 
     def _reason(self, error: Exception) -> OutputError:
-        """Returns why the encoder failed. It does not say, so ask the system by writing some more."""
+        """Returns why the encoder failed. It does not say, so write some more and ask the system."""
         try:
             os.lseek(self._fd, 0, os.SEEK_END)
             os.write(self._fd, bytes(1 << 16))
@@ -345,7 +345,7 @@ _REVERSED = bytes(int(f"{i:08b}"[::-1], 2) for i in range(256))
 
 
 def with_ogg_serial(stream: bytes, serial: bytes) -> bytes:
-    """Returns an Ogg stream with another 4-byte serial number in every page, and new checksums."""
+    """Returns an Ogg stream with a new 4-byte serial number in every page, and new checksums."""
     out = bytearray(stream)
     at = 0
     while out[at : at + 4] == b"OggS":

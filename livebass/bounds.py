@@ -1,4 +1,4 @@
-"""Checks of values against their bounds; every error is one sentence: "takes must be from 1 to 16, not 20"."""
+"""Checks values against their bounds. Every error is one sentence: "takes must be from 1 to 16, not 20"."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def refusal(name: str, rule: str, value: object) -> ValueError:
-    """The error that `name` must be as the `rule` says, and has another `value`."""
+    """The error for a `value` of `name` that breaks the `rule`."""
     return ValueError(f"{name} must be {rule}, not {value}")
 
 
@@ -28,6 +28,6 @@ def within(name: str, value: float, least: float, most: float, unit: str = "", w
 
 
 def one_of(name: str, value: object, choices: Iterable[object]) -> None:
-    """Raises ValueError for a value that is none of the choices."""
+    """Raises ValueError for a value that is not among the choices."""
     if value not in (choices := tuple(choices)):
         raise refusal(name, either(choices), repr(value))

@@ -1,4 +1,4 @@
-"""Counts the processor's cores that may be used: a container or `taskset` may leave a process fewer than there are."""
+"""Counts the cores this process may use: a container or `taskset` may leave it only some of the processor's."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 
 
 def core_count() -> int:
-    """How many cores this process may use, 1 at least."""
+    """Number of cores this process may use, at least 1."""
     if hasattr(os, "sched_getaffinity"):  # Linux
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

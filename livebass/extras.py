@@ -1,4 +1,4 @@
-"""Tells how to install what an extra of livebass needs."""
+"""Tells how to install the packages of a livebass extra."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pathlib import Path
 
 
 def install(extras: str) -> str:
-    """The command that installs what `extras`, such as "live" or "analysis,plots", need beside the running livebass.
+    """The command that installs the packages of `extras`, such as "live" or "analysis,plots", beside livebass.
 
-    It names the packages themselves, so that it is right for a checkout, a wheel and any working directory; and it is
-    that of the program which made the environment: pip, pipx or uv.
+    It names the packages themselves: that works for a checkout, a wheel and any working directory. It runs the program
+    that made the environment: pip, pipx or uv.
     """
     packages = shlex.join(requirements(extras.split(",")))
     python, home = sys.executable or "python", Path(sys.prefix)
@@ -26,7 +26,7 @@ def install(extras: str) -> str:
 
 
 def requirements(extras: list[str]) -> list[str]:
-    """The packages that `extras` add to livebass, with their versions; without its metadata, livebass with extras."""
+    """The packages that `extras` add, with versions; "livebass[extras]" if livebass' metadata is missing."""
     try:
         stated = importlib.metadata.requires("livebass") or []
     except importlib.metadata.PackageNotFoundError:

@@ -1,4 +1,4 @@
-"""Writes files whole or not at all: under temporary names, moved to their places when all are complete."""
+"""Writes files whole or not at all: under temporary names, moved into place when all are complete."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from livebass.interrupts import uninterrupted
 
 try:
     import fcntl
-except ImportError:  # Windows, where a file that is open cannot be removed
+except ImportError:  # Windows, which cannot remove an open file
     fcntl = None  # type: ignore[assignment]
 
 TEMPORARY = "tmp"
@@ -30,7 +30,7 @@ _completed: ContextVar[list[Path] | None] = ContextVar("completed", default=None
 
 
 class OutputError(OSError):
-    """A file cannot be written; one line with its name and the reason."""
+    """A file cannot be written. Message: one line, name and reason."""
 
 
 def output_error(path: Path, error: OSError) -> OutputError:
@@ -39,7 +39,7 @@ def output_error(path: Path, error: OSError) -> OutputError:
 
 
 def checked_place(path: Path) -> Path:
-    """Returns where a file written as `path` goes, past symbolic links. Raises OutputError if it cannot be written."""
+    """Follows symbolic links from `path` to the file's real place. Raises OutputError if it cannot be written."""
     with _said_of(path, "file"):
         place = _past_links(path)
         if place.exists():
@@ -54,13 +54,13 @@ def checked_place(path: Path) -> Path:
             raise OutputError(f"{path}: there is no directory {path.parent}")
         if not os.access(place.parent, os.W_OK):
             raise OutputError(f"{path}: the directory {path.parent} is read-only")
-        with tempfile.TemporaryFile(dir=place.parent):  # raises where a file system takes none, as /proc does
+        with tempfile.TemporaryFile(dir=place.parent):  # raises if the file system takes none, as /proc
             pass
     return place
 
 
 def _past_links(path: Path) -> Path:
-    """Returns where symbolic links lead. Raises OSError for links that lead to themselves."""
+    """Follows symbolic links. Raises OSError for links that lead to themselves."""
     place = Path(os.path.realpath(path))
     if place.is_symlink():
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
@@ -69,7 +69,7 @@ def _past_links(path: Path) -> Path:
 
 @contextmanager
 def completed_files() -> Iterator[list[Path]]:
-    """Yields a list of the files that transactions put in their places within the block, as they were named."""
+    """Yields a list of the files that transactions finish within the block, as the caller named them."""
     files: list[Path] = []
     token = _completed.set(files)
     try:
@@ -86,7 +86,7 @@ class _File:
 
 
 def _beside(place: Path, ending: str) -> Path:
-    """Returns a free name in the same directory: moving it to `place` is then a renaming."""
+    """Returns a free name in the same directory: moving it to `place` is then just renaming."""
     return place.with_name(f"{_prefix(place, ending)}{secrets.token_hex(4)}")
 
 
@@ -95,7 +95,7 @@ def _prefix(place: Path, ending: str) -> str:
 
 
 def _locked(path: Path) -> int:
-    """Creates a file and locks it for this process, for as long as it is open; returns its descriptor."""
+    """Creates a file, locks it for this process while it is open, and returns its descriptor."""
     while True:
         fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         with suppress(OSError):  # a file system without locks
@@ -107,7 +107,7 @@ def _locked(path: Path) -> int:
 
 
 def _remove_leftovers(place: Path) -> None:
-    """Removes temporary files of `place` that no process has locked: those of killed ones."""
+    """Removes unlocked temporary files of `place`: killed processes left them."""
     form = re.compile(re.escape(_prefix(place, TEMPORARY)) + "[0-9a-f]{8}")
     with suppress(OSError):
         for entry in place.parent.iterdir() if fcntl else ():
@@ -120,10 +120,10 @@ def _remove_leftovers(place: Path) -> None:
 class Transaction:
     """Writes several files as one: `with Transaction() as files: fd, temporary = files.create(path)`.
 
-    Leaving the block without an exception moves every file to its place, over an older one. After any exception,
+    Leaving the block without an exception moves every file into place and replaces older ones. After any exception,
     KeyboardInterrupt included, no file appears, older ones stay and nothing is left behind. Signals wait while files
-    are moved or removed. What a killed process left behind, the next one that writes to the same place removes; for
-    what cannot be made again, such as a recording, name another `ending` than `TEMPORARY`, and it stays.
+    are moved or removed. If a process is killed, the next one that writes to the same place removes its leftovers; to
+    keep data that cannot be made again, such as a recording, pass an `ending` other than `TEMPORARY`.
     """
 
     def __init__(self, ending: str = TEMPORARY) -> None:
@@ -153,7 +153,7 @@ class Transaction:
                     self._discard()
 
     def directory(self, path: Path) -> None:
-        """Makes the directory `path` and those above it, if missing; removes them again if no file appears."""
+        """Makes the directory `path` and its parents, if missing; removes them again if no file appears."""
         with _said_of(path, "directory"):
             place = _past_links(path)
             for directory in reversed([p for p in (place, *place.parents) if not p.exists()]):
@@ -167,7 +167,7 @@ class Transaction:
                 raise OutputError(f"{path}: is not a directory")
 
     def create(self, path: Path) -> tuple[int, Path]:
-        """Opens a new file that will be `path`; returns its descriptor, to read and write, and its temporary path.
+        """Opens a new file that will become `path`; returns its read-write descriptor and its temporary path.
 
         Raises OutputError if the file could not be moved to `path` at the end.
         """
@@ -199,7 +199,7 @@ class Transaction:
             raise output_error(path, error) from None
 
     def write_text(self, path: Path, text: str) -> None:
-        """Writes a text in UTF-8; bytes of names in it that are no UTF-8 become escapes (\\udce9), as JSON has them."""
+        """Writes a text in UTF-8; bytes of file names that are not UTF-8 become escapes (\\udce9), as in JSON."""
         self.write(path, text.encode("utf-8", "backslashreplace"))
 
     def _sync(self) -> None:
@@ -211,7 +211,7 @@ class Transaction:
                 raise output_error(name, error) from None
 
     def _commit(self) -> None:
-        """Moves all files to their places. Older files are set aside until the last new one is in its place."""
+        """Moves all files into place. Sets older files aside until the last new one is in place."""
         aside: list[tuple[Path, Path]] = []
         moved: list[_File] = []
         try:
@@ -253,11 +253,11 @@ class Transaction:
 
 
 class _Undone(Exception):
-    """Ends a transaction that was only tried."""
+    """Ends a trial transaction."""
 
 
 def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> list[Path]:
-    """Returns what is in the directory `path`, which need not exist.
+    """Returns the entries of the directory `path`, which need not exist.
 
     Raises OutputError if it may not be replaced, or cannot be made or written to.
     """
@@ -280,11 +280,11 @@ def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> 
 
 @contextmanager
 def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> Iterator[Path]:
-    """Yields an empty directory to fill: when the block ends without an exception, `path` holds what is in it.
+    """Yields an empty directory to fill. If the block ends without an exception, its content moves to `path`.
 
-    Made if missing, `path` may hold entries for which `replaceable` returns True; they are replaced. After any
-    exception `path` is as it was. Files written in the block need no transaction around them all; each should have its
-    own, which tells of a full disk. What a killed process left behind, the next call removes. Raises OutputError.
+    `path` is made if missing; entries for which `replaceable` returns True are replaced. After any exception `path` is
+    as it was. Files written in the block need no common transaction; each should have its own, which detects a full
+    disk. The next call removes what a killed process left behind. Raises OutputError.
     """
     there = checked_directory(path, replaceable)
     with Transaction() as made, ExitStack() as ended:
@@ -311,7 +311,7 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
 
 @contextmanager
 def _said_of(path: Path, kind: str) -> Iterator[None]:
-    """Turns a system's error within the block into an OutputError about `path`, a "file" or a "directory"."""
+    """Turns a system error within the block into an OutputError about `path`; kind: "file" or "directory"."""
     try:
         yield
     except ValueError:  # a zero byte in the name
@@ -350,7 +350,7 @@ def _remove_left_directories(place: Path) -> None:
 
 
 def _move_in(new: Path, there: list[Path]) -> None:
-    """Moves all of `new` into the directory above, and what was `there` into `new`; all of it or nothing."""
+    """Moves all of `new` into its parent directory, and the entries `there` into `new`; all or nothing."""
     entries, old = sorted(new.iterdir()), new / f".old-{secrets.token_hex(4)}"
     moves = [(entry, old / entry.name) for entry in there] + [(entry, new.parent / entry.name) for entry in entries]
     done: list[tuple[Path, Path]] = []

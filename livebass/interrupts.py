@@ -3,14 +3,14 @@
     exit_while_loading    modules load: SIGINT ends the process at once, with one line
     handled               a command runs: SIGINT raises KeyboardInterrupt, the others SystemExit(128 + number), a little
                           later if a module is loading; the interpreter ends: all are ignored
-    aside                 kernels compile, in a thread of their own: the exception is raised in those who wait for it
+    aside                 kernels compile in a thread of their own: threads that wait for it get the exception
     leave                 the program ends: at once, if kernels still compile
     uninterrupted         files are moved: the signal waits until they are in place or gone
     stop_instead          a session plays: the signal sets its StopFlag, and the session ends in order
-    hidden_from_children  worker processes compute: they never see SIGINT and SIGHUP, their parent ends them
+    hidden_from_children  worker processes compute: they never see SIGINT and SIGHUP; their parent ends them
 
-A signal that is ignored when the program starts, as SIGHUP is under nohup, stays ignored. The exit status is 128 plus
-the signal's number. This file imports nothing of livebass, so that `__main__` can load it first.
+A signal ignored at the start, as SIGHUP under nohup, stays ignored. The exit status is 128 plus the signal's number.
+This file imports nothing from livebass: `__main__` loads it first.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ T = TypeVar("T")
 STOPS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 INTERRUPTED = 128 + signal.SIGINT  # exit status
 PATIENCE = 2.0  # s in which further signals are ignored: the program is already stopping
-AGAIN = 0.01  # s after which a signal that could not raise its exception comes again
+AGAIN = 0.01  # s after which a signal whose exception was lost is sent again
 ASIDE = "livebass-aside"  # name of threads that run what an exception must not interrupt
 
 
@@ -52,12 +52,12 @@ _ended = StopFlag()  # set by the signal that ends the program
 
 
 def _heeded() -> list[int]:
-    """The signals of STOPS that nobody chose to ignore, and that have a handler Python knows."""
+    """The signals of STOPS that are not ignored and whose handler Python knows."""
     return [number for number in STOPS if signal.getsignal(number) not in (signal.SIG_IGN, None)]
 
 
 def exit_while_loading() -> None:
-    """Answers Ctrl-C while modules load: an exception in an import could be lost, or show a traceback."""
+    """Handles Ctrl-C while modules load: an exception in an import could be lost, or show a traceback."""
     if signal.SIGINT in _heeded():
         signal.signal(signal.SIGINT, _exit_at_once)
 
@@ -87,11 +87,11 @@ def handled() -> Iterator[None]:
 
 
 class _Handler:
-    """Raises the exception of a signal, and ignores those that follow within PATIENCE."""
+    """Raises the exception of a signal, and ignores signals that follow within PATIENCE."""
 
     def __init__(self) -> None:
-        self._latest = -math.inf  # s, when a signal was heeded last
-        self._number: int = signal.SIGINT  # which it was
+        self._latest = -math.inf  # s, time of the last signal heeded
+        self._number: int = signal.SIGINT  # its number
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
@@ -104,7 +104,7 @@ class _Handler:
             raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
     def raise_again(self, lost: sys.UnraisableHookArgs) -> None:
-        """Python's hook for exceptions nobody can catch, as in a destructor: if it was ours, once more a bit later."""
+        """Python's hook for exceptions that nothing can catch, as in a destructor; raises ours again a bit later."""
         if isinstance(lost.exc_value, KeyboardInterrupt | SystemExit):
             self._send_later()
         else:
@@ -129,11 +129,11 @@ def _loading(frame: FrameType | None) -> bool:
 
 
 def aside(work: Callable[..., T], *arguments: Any) -> T:
-    """Returns `work(*arguments)`, which runs in a thread of its own.
+    """Runs `work(*arguments)` in a thread of its own and returns the result.
 
-    For work that takes long and that no exception may interrupt, as it would be lost or leave a wrong state: numba. A
-    signal that ends the program ends the waiting here, in any thread; the work goes on until `leave`. Work that such
-    work asks for runs in the same thread.
+    For long work, such as numba's, that an exception must not interrupt: it would be lost or leave a wrong state. A
+    signal that ends the program ends the waiting here, in any thread; the work goes on until `leave`. Nested calls run
+    in the same thread.
     """
     if threading.current_thread().name == ASIDE:
         return work(*arguments)
@@ -149,7 +149,7 @@ def aside(work: Callable[..., T], *arguments: Any) -> T:
     thread = threading.Thread(target=run, name=ASIDE)
     thread.start()
     while thread.is_alive():
-        thread.join(0.1)  # a signal may have come to another thread, and not wake this one
+        thread.join(0.1)  # a signal to another thread may not wake this one
         if _ended.is_set() and thread.is_alive():
             raise KeyboardInterrupt
     for error in errors:
@@ -158,7 +158,7 @@ def aside(work: Callable[..., T], *arguments: Any) -> T:
 
 
 def leave(status: int) -> NoReturn:
-    """Exits; at once if work still runs `aside`, for which the interpreter would wait."""
+    """Exits, at once if work still runs `aside`: the interpreter would wait for it."""
     if any(thread.name == ASIDE for thread in threading.enumerate()):
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):
@@ -169,7 +169,7 @@ def leave(status: int) -> NoReturn:
 
 @contextmanager
 def uninterrupted() -> Iterator[None]:
-    """Holds signals back until the block is done. Has no effect outside the main thread."""
+    """Holds signals back until the block ends. Has no effect outside the main thread."""
     late: list[int] = []
     before = {}
     try:
@@ -185,7 +185,7 @@ def uninterrupted() -> Iterator[None]:
 
 
 def stop_instead(flag: StopFlag, playing: Callable[[], bool]) -> None:
-    """Makes signals set `flag`, for the rest of the process; until `playing` they also do what they did before."""
+    """Makes signals set `flag` for the rest of the process; until `playing()` is true they also act as before."""
     for number in _heeded():
         before = signal.getsignal(number)
 

@@ -1,13 +1,13 @@
-"""Tells what kind of file some bytes are, by how they begin: for messages about a file of the wrong kind."""
+"""Recognizes the kind of a file by its first bytes, for messages about a file of the wrong kind."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 
-HEAD = 1 << 16  # bytes of a file that are enough for `kind_of`
+HEAD = 1 << 16  # bytes of a file, enough for `kind_of`
 
-# The first bytes of a file -> its kind; of several that fit, the first is taken
+# The first bytes of a file -> its kind; the first match counts
 _STARTS: tuple[tuple[bytes, str], ...] = (
     (b"MThd", "a MIDI file"),
     (b"fLaC", "a FLAC file"),
@@ -34,7 +34,7 @@ _STARTS: tuple[tuple[bytes, str], ...] = (
     (b"SQLite format 3\x00", "an SQLite database"),
     (b"\x7fELF", "a program"),
 )
-# The form of a RIFF or an IFF file, its bytes 8 to 11
+# Form of a RIFF or an IFF file, its bytes 8 to 11
 _FORMS = {
     b"WAVE": "a WAV file",
     b"RMID": "a MIDI file",
@@ -56,7 +56,7 @@ _IN_ZIP: tuple[tuple[re.Pattern[bytes], str], ...] = (
     (re.compile(rb"word/.*"), "a Word document"),
     (re.compile(rb"xl/.*"), "an Excel document"),
 )
-# Kinds that hold sound, or may, and kinds that hold notes
+# Kinds that may hold sound, and kinds that hold notes
 SOUNDS = frozenset(
     f"{kind} file" for kind in (
         "a FLAC", "a CAF", "an AU", "a WavPack", "a Monkey's Audio", "an AMR", "an MP3", "a Windows Media", "a WAV",
@@ -71,7 +71,7 @@ SCORES = frozenset(
     )
 )  # fmt: skip
 ARCHIVES = frozenset(f"{kind} archive" for kind in ("a zip", "a gzip", "a bzip2", "a 7z", "a RAR", "an xz"))
-# Endings of names, for files whose bytes tell nothing
+# Extensions, for files whose bytes tell nothing
 _ENDINGS = {
     **{f".gp{version}": f"a Guitar Pro {version} file" for version in (1, 2, 3, 4, 5)},
     ".gtp": "a Guitar Pro 2 file", ".gpx": "a Guitar Pro 6 file", ".gp": "a Guitar Pro 7 file",
@@ -89,9 +89,9 @@ _XML: tuple[tuple[re.Pattern[str], str], ...] = (
 
 
 def kind_of(data: bytes) -> str | None:
-    """The kind of a file that begins with `data` as an English noun phrase: "a MIDI file", "a PDF file" ...
+    """The kind of a file that begins with `data`, as an English noun phrase: "a MIDI file", "a PDF file" ...
 
-    None if the bytes are of no known kind, as text mostly is. HEAD bytes are enough; fewer may tell less.
+    None for unknown bytes, such as most text. HEAD bytes are enough; fewer may tell less.
     """
     for start, kind in _STARTS:
         if data.startswith(start):
@@ -103,12 +103,12 @@ def kind_of(data: bytes) -> str | None:
 
 
 def kind_of_name(name: str) -> str | None:
-    """The kind of a file of this name, for those that programs export as MIDI; None for any other."""
+    """The kind of a file by its name, if its program can export it as MIDI; None for any other."""
     return next((kind for ending, kind in _ENDINGS.items() if name.lower().endswith(ending)), None)
 
 
 def _of_form(data: bytes) -> str | None:
-    """RIFF and IFF files, and what else has its form at bytes 8 to 11."""
+    """RIFF and IFF files, and others with their form at bytes 8 to 11."""
     if data[:4] in (b"RIFF", b"RIFX", b"RF64", b"BW64", b"FORM"):
         return _FORMS.get(data[8:12], "a RIFF file" if data[:4] != b"FORM" else "an IFF file")
     return None
@@ -138,9 +138,9 @@ def _matroska(data: bytes) -> str | None:
 
 
 def _mpeg(data: bytes) -> str | None:
-    """MP3 and AAC that begin with a frame: 11 bits set, then version, layer, rates that exist.
+    """MP3 and AAC that begin with a frame: 11 bits set, then a valid version, layer and rates.
 
-    Layer I begins with the bytes of a UTF-16 text, and nobody has it.
+    Excludes Layer I: nobody uses it, and it begins like a UTF-16 text.
     """
     if len(data) < 4 or data[0] != 0xFF:
         return None
@@ -154,7 +154,7 @@ def _mpeg(data: bytes) -> str | None:
 
 
 def _guitar_pro(data: bytes) -> str | None:
-    """Guitar Pro 1 to 5: a text with its length before it, which ends in a version."""
+    """Guitar Pro 1 to 5: a text after its length, ending in a version."""
     found = re.match(rb".FI(?:CHIER|LE) GUITAR(?:E)? PRO [vV](\d)", data, re.DOTALL)
     return f"a Guitar Pro {int(found[1])} file" if found else None
 
@@ -164,7 +164,7 @@ def _tuxguitar(data: bytes) -> str | None:
 
 
 def _zip(data: bytes) -> str | None:
-    """A zip archive, by the names of the files in it that stand in `data`."""
+    """A zip archive, by the file names that stand in `data`."""
     if not data.startswith((b"PK\x03\x04", b"PK\x05\x06")):
         return None
     names = []
@@ -180,7 +180,7 @@ def _zip(data: bytes) -> str | None:
 
 
 def _macbinary(data: bytes) -> str | None:
-    """A MIDI file with the head of 128 bytes that old Macintosh programs wrote before it."""
+    """A MIDI file behind the 128-byte header that old Macintosh programs wrote."""
     return "a MIDI file" if data[128:132] == b"MThd" and data[:1] == b"\x00" else None
 
 

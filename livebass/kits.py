@@ -1,4 +1,4 @@
-"""Which channels play drums: by General MIDI channel 10, but for what a bank says. Channels count from 0."""
+"""Drum channels: by General MIDI channel 10, unless a bank says otherwise. The code counts from 0."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Integrated loudness by ITU-R BS.1770-4, of sound that comes in blocks.
+"""Measures integrated loudness by ITU-R BS.1770-4, of sound that arrives in blocks.
 
-The sound is weighted (K) in pieces of half a minute that overlap, and the loudness of their blocks of 400 ms is gated
-together, as section 5.1 of the recommendation says: first at -70 LUFS, then 10 LU below the mean of the rest.
+The meter K-weights the sound in overlapping pieces of half a minute. It gates all their 400 ms blocks together, as in
+section 5.1 of the recommendation: first at -70 LUFS, then 10 LU below the mean of the rest.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-LEAD, PIECE = 1, 30  # s: what the filters settle in, and a piece with it
+LEAD, PIECE = 1, 30  # s: settling time of the filters; a piece including it
 BLOCK, STEP = 0.4, 0.1  # s, of BS.1770
 SILENCE, BELOW = -70.0, 10.0  # LUFS; LU: the two gates
 FULL = -0.691  # LUFS of a mean square of 1 after K-weighting
@@ -25,25 +25,25 @@ class LoudnessMeter:
 
     def __init__(self, rate: int) -> None:
         self.rate = rate
-        self._held = [np.zeros(LEAD * rate)]  # not measured yet, after a LEAD that was
+        self._held = [np.zeros(LEAD * rate)]  # not yet measured, after a measured LEAD
         self._count = LEAD * rate  # samples in it
         self._blocks: list[float] = []  # LUFS
 
     def add(self, sound: NDArray[Any]) -> None:
-        """Goes on with `sound` (n,), full scale 1."""
+        """Adds `sound` (n,), full scale 1."""
         self._held.append(np.array(sound, np.float64))
         self._count += len(sound)
         if self._count < PIECE * self.rate:
             return
         held = np.concatenate(self._held)
         while len(held) >= PIECE * self.rate:
-            # The last blocks of a piece are the next one's: they reach beyond its end.
+            # The last blocks reach beyond the piece: they belong to the next one.
             self._blocks += self._measured(held[: PIECE * self.rate])[: round((PIECE - 2 * LEAD) / STEP)]
             held = held[(PIECE - 2 * LEAD) * self.rate :]
         self._held, self._count = [held], len(held)
 
     def _measured(self, piece: NDArray[np.float64]) -> list[float]:
-        """The loudness of the blocks of a piece that begin after its LEAD."""
+        """The loudness of each block of a piece that begins after its LEAD."""
         weighted = k_weighted(piece, self.rate)[LEAD * self.rate :]
         energy = np.concatenate([[0.0], np.cumsum(weighted**2)])
         count = round((len(weighted) / self.rate - BLOCK) / STEP) + 1
@@ -66,10 +66,9 @@ class LoudnessMeter:
 
 
 def k_weighted(sound: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
-    """Returns `sound` (n,) of `rate` Hz through the K-weighting: a shelf for the head, and a low cut.
+    """Applies K-weighting to `sound` (n,) of `rate` Hz: a shelf for the head, and a low cut.
 
-    The filters are applied in the frequency domain, so that what rings on at the end, a tenth of a second, wraps round
-    to the beginning.
+    It filters in the frequency domain: the ringing at the end, a tenth of a second, wraps round to the beginning.
     """
     spectrum = np.fft.rfft(sound)
     z = np.exp(-2j * np.pi * np.arange(len(spectrum)) / max(1, len(sound)))
@@ -82,7 +81,7 @@ Biquad = tuple[tuple[float, float, float], tuple[float, float, float]]  # numera
 
 
 def _shelf(rate: float, frequency: float, q: float, gain_db: float) -> Biquad:
-    """A high shelf, by R. Bristow-Johnson's cookbook."""
+    """High shelf of R. Bristow-Johnson's cookbook."""
     turn = 2 * math.pi * frequency / rate
     c, alpha, gain = math.cos(turn), math.sin(turn) / (2 * q), 10 ** (gain_db / 40)
     root = 2 * math.sqrt(gain) * alpha
@@ -94,7 +93,7 @@ def _shelf(rate: float, frequency: float, q: float, gain_db: float) -> Biquad:
 
 
 def _low_cut(rate: float, frequency: float, q: float) -> Biquad:
-    """A high pass, by R. Bristow-Johnson's cookbook."""
+    """High pass of R. Bristow-Johnson's cookbook."""
     turn = 2 * math.pi * frequency / rate
     c, alpha = math.cos(turn), math.sin(turn) / (2 * q)
     return ((1 + c) / 2, -(1 + c), (1 + c) / 2), (1 + alpha, -2 * c, 1 - alpha)

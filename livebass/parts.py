@@ -1,7 +1,7 @@
-"""The parts of a bass that reach the kernels number by number, a row each (rows.py): strings, necks, circuit, player.
+"""The parts of a bass that the kernels read as numbers, a row each (rows.py): strings, necks, circuit, player.
 
-Words number the fields of a record in the kernels and in instrument files. A new number takes the next word, wherever
-its row stands, and files get a new VERSION.
+Words number the fields of a record in kernels and instrument files. A new number takes the next word, wherever its row
+stands, and files get a new VERSION.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-# Versions of instrument files. Any change of the layout or its meaning needs new ones.
+# Versions of instrument files. Any change in layout or meaning needs new ones.
 VERSION = 14
 WITH_STROKES = 15  # of files with strokes ...
-WITH_EFFECTS = 16  # ... and of files with strokes and effects, or a hand that belongs to another neck
+WITH_EFFECTS = 16  # ... and of files with strokes and effects, or a hand set to another neck
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
@@ -24,7 +24,7 @@ MOST_GRID = 20_000  # steps of a note
 
 @dataclass(frozen=True, kw_only=True)
 class StringLaw:
-    """The numbers of a string that all its notes share. Words run on through NeckLaw and NoteNumbers."""
+    """A string's numbers that all its notes share. Words continue in NeckLaw and NoteNumbers."""
 
     # fmt: off
     linear_density: float = number(REQUIRED, "linear density", "0.1 g/m", "200 g/m", "mass per length",
@@ -42,7 +42,7 @@ class StringLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class StringNumbers(StringLaw):
-    """All numbers of a string. The bench has them; kernels make its notes from them."""
+    """All numbers of a string. The bench holds them; kernels compute its notes from them."""
 
     # fmt: off
     level: float = number(1.0, "number", "0", "10", "how strongly pickups sense it")  # its steel, its poles
@@ -59,10 +59,10 @@ class StringNumbers(StringLaw):
 
 @dataclass(frozen=True, kw_only=True)
 class NeckLaw:
-    """The numbers of a neck that all notes on it share.
+    """A neck's numbers that all its notes share.
 
     Contact and friction are a force per unit length on one `grid_step`. A stiffness of 1e8 to 1e9 on a grid of 1 mm is
-    an effective law for windings, fret, wood and what the modes leave out, far softer than steel on steel.
+    an effective law for windings, fret, wood and the motion that the modes omit, far softer than steel on steel.
     """
 
     # fmt: off
@@ -79,7 +79,7 @@ class NeckLaw:
 
 @dataclass(frozen=True, kw_only=True)
 class NeckNumbers(NeckLaw):
-    """All numbers of a neck. The bench has them; kernels make its notes from them."""
+    """All numbers of a neck. The bench holds them; kernels compute its notes from them."""
 
     # fmt: off
     contact_loss: float = number(0.0, "mechanical resistance", "0 N s/m", "10000 N s/m",
@@ -99,21 +99,21 @@ class NeckNumbers(NeckLaw):
 
 @dataclass(frozen=True, kw_only=True)
 class NoteNumbers(StringLaw, NeckLaw):
-    """The numbers of a string that is stopped at a fret: the shared ones, and the results for this fret."""
+    """The numbers of a string stopped at a fret: the shared ones, and the results for this fret."""
 
     grid_points: int = result(0, 2, MOST_GRID, "integer")  # N: `length` / N is the grid step dx
     paper_law: int = result(1, 0, 1, "integer")  # 1: String.stiffness_law is "paper", 0: "hinged"
     length: float = result(2, 0.05, 5.0)  # m
     fundamental: float = result(3, 1.0, 20e3)  # Hz, f0 of the frequency law: c / 2L
-    damped_fundamental: float = result(4, 0.0, 20e3)  # Hz, over which the damping law is taken
-    clamp: float = result(5, 0.0)  # number of the mode from which on the law "paper" of damping is constant
+    damped_fundamental: float = result(4, 0.0, 20e3)  # Hz, base of the damping law
+    clamp: float = result(5, 0.0)  # mode number above which the "paper" damping law is constant
     inharmonicity: float = result(6, 0.0, 1.0)  # B for this length
-    held_stiffness: float = result(7, 0.0)  # m^2, E I / T for the shape that a finger holds
+    held_stiffness: float = result(7, 0.0)  # m^2, E I / T in the shape that a finger holds
     tension: float = result(10, 1e-3, 1e5)  # N
     bending: float = result(11, 0.0, 1e3)  # N m^2, E I
     contact_loss: float = result(16, 0.0)  # s/m, c of kernels/string/contact.py
-    own_across: int = result(19, 0, 1, "integer")  # 1: v has a neck of its own; 0: it is as u
-    longer_across: float = result(22, -0.1, 0.1)  # part of the length by which v is longer
+    own_across: int = result(19, 0, 1, "integer")  # 1: v has a neck of its own; 0: it shares u's
+    longer_across: float = result(22, -0.1, 0.1)  # fraction of the length that v is longer
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Coil:
 
 @dataclass(frozen=True, kw_only=True)
 class PlayerNumbers:
-    """The numbers of a `model.instrument.Player`, which says what they do, and its choices, numbers to the kernels."""
+    """The numbers of a `model.instrument.Player`, which documents them, and its choices, also numbers in kernels."""
 
     # fmt: off
     technique: str = choice("pluck", ("pluck", "slap"), "slap: thumb below, pops above",
@@ -170,7 +170,7 @@ class PlayerNumbers:
     greatest_apex: float = number(0.010, "length", "0.1 mm", "30 mm", "approached, never exceeded",
         word=11, file=(1e-6, 1))
     unevenness: float = number(0.0, "number", "0", "0.5", "strength and place differ from note to note",
-        word=15, file=(0, 1))  # notes differ by up to this part in strength, and by this times 10 cm in place
+        word=15, file=(0, 1))  # notes differ by up to this fraction in strength, and this times 10 cm in place
     strike_position: float = number(0.68, "number", "0.01", "0.99", "of the thumb, over the body as pluck_position",
         word=12, file=(0, 1), of="thumb")
     strike_force: float = number(1.0, "number", "0.01", "10", "depth of a strike over the apex of a pluck",
@@ -204,7 +204,7 @@ class PlayerNumbers:
     squeak: float = number(0.0, "level", "-200 dB", "20 dB", "of fingers that slide on round windings",
         word=32)
     answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",
-        record="answering")  # when idle strings may answer those that sound
+        record="answering")  # when idle strings may answer sounding ones
     bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)
     out_of_range: str = choice("transpose", ("transpose", "drop"), "notes the bass does not have", record="drop")
     position_controller: int = number(16, "controller", "0", "119", "MIDI controller of the pluck position",
@@ -217,7 +217,7 @@ class PlayerNumbers:
 
 @dataclass(frozen=True)
 class Pick:
-    """A pick: how its strokes down pluck. Those up differ from them as the usual pick's do."""
+    """A pick's down strokes. Its up strokes differ from them as with the usual pick."""
 
     # fmt: off
     soft_width: float = number(1.5e-3, "length", "0.1 mm", "50 mm", "half of what touches it, at velocity 1 ...",
@@ -239,7 +239,7 @@ class Pick:
 
 @dataclass(frozen=True)
 class Knobs:
-    """The knobs of the effects behind the DI; at 0 an effect is not there."""
+    """The knobs of the effects behind the DI; 0 removes an effect."""
 
     # fmt: off
     compression: float = number(0.0, "number", "0", "1", "of the mix; 0: none", word=0)

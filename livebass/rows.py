@@ -1,8 +1,8 @@
-"""Rows: each number of the bass stands once, with its unit, limits, default and meaning.
+"""Rows: define each number of the bass once, with its unit, limits, default and meaning.
 
-A field made by `number` or `choice` is a row of its dataclass. The key of preset files, with its checks, messages and
-help, follows from it (preset/keys.py). If it has a `word`, so do its place in a record of the kernels, the struct in C,
-and its limits in instrument files. A record that only kernels know is a list of Words.
+A field made by `number` or `choice` is a row of its dataclass. It defines the preset key with its checks, messages and
+help (preset/keys.py). If it has a `word`, it also defines its place in a kernel record, the struct in C, and its limits
+in instrument files. A record that only kernels know is a list of Words.
 
 To add a number of a string, a neck or the player, write its row in parts.py with the next word and a new VERSION, the
 kernel that uses it, and a sentence in the handbook.
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from livebass.units import DIMENSIONS, quantity
 
-TINY = float_info.min  # the least that is more than 0
+TINY = float_info.min  # the least above 0
 LARGEST = 1e15  # of any number in a file, unless its row says otherwise
 BYTES = 8  # of a word
 REQUIRED: Any = MISSING  # in place of a default: a preset must say
@@ -29,17 +29,17 @@ REQUIRED: Any = MISSING  # in place of a default: a preset must say
 
 @dataclass(frozen=True)
 class Row:
-    """Describes a field. Limits are written as in a preset."""
+    """Describes a field. Limits read as in a preset."""
 
     kind: str  # a dimension of `units`, choices "a|b", number, integer or controller
     least: str
     most: str
     meaning: str
-    of: str = ""  # groups, with spaces between, of numbers that lose their effect together: preset/idle.py
-    optional: bool = False  # no default in a preset: `meaning` says what holds without the key
-    word: int | None = None  # place in the record of the kernels
+    of: str = ""  # space-separated groups of numbers that lose their effect together: preset/idle.py
+    optional: bool = False  # no default in a preset: `meaning` says what a missing key means
+    word: int | None = None  # place in the kernel record
     file: tuple[float, float] | None = None  # SI, limits in an instrument file where they differ from a preset's
-    record: str = ""  # of a choice: the number of INSTRUMENT that has its place among the choices
+    record: str = ""  # of a choice: the number of INSTRUMENT that holds its index
 
     @property
     def choices(self) -> list[str]:
@@ -48,7 +48,7 @@ class Row:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """The least and the most, SI, that an instrument file may have."""
+        """The least and the greatest value, SI, in an instrument file."""
         if self.file:
             return self.file
         least, most = (quantity(x, self.kind) if self.kind in DIMENSIONS else float(x) for x in (self.least, self.most))
@@ -56,27 +56,27 @@ class Row:
 
 
 def number(default: float, kind: str, least: str, most: str, meaning: str, **more: Any) -> Any:
-    """Makes a field of a dataclass that has a Row, with `more` of its fields by name."""
+    """Makes a dataclass field with a Row; `more`: other fields of the Row."""
     return field(default=default, metadata={"row": Row(kind, least, most, meaning, **more)})
 
 
 def result(word: int, least: float = -LARGEST, most: float = LARGEST, kind: str = "number") -> Any:
-    """Makes a field of a dataclass that follows from others, so that no preset has it; limits in SI."""
+    """Makes a dataclass field that follows from others and is not in presets; limits in SI."""
     return field(metadata={"row": Row(kind, "", "", "", word=word, file=(least, most))})
 
 
 def choice(default: str, choices: Sequence[str], meaning: str, **more: Any) -> Any:
-    """Makes a field of a dataclass that is one of `choices`, with `more` fields of its Row by name."""
+    """Makes a dataclass field that is one of `choices`; `more`: other fields of its Row."""
     return field(default=default, metadata={"row": Row("|".join(choices), "", "", meaning, **more)})
 
 
 def rows(cls: type) -> dict[str, Row]:
-    """The rows of a dataclass by the names of their fields, in their order."""
+    """The rows of a dataclass by field name, in order."""
     return {f.name: f.metadata["row"] for f in fields(cls) if "row" in f.metadata}
 
 
 def copier(names: Iterable[str]) -> Callable[[Any, Any], None]:
-    """Makes a function, for Python and for kernels, that copies these fields from one record or object to another."""
+    """Makes a function, for Python and kernels, that copies these fields from one record or object to another."""
     scope: dict[str, Any] = {"__name__": __name__}
     exec("\n    ".join(["def copy(given, to):", *(f"to.{name} = given.{name}" for name in names)]), scope)
     made: Callable[[Any, Any], None] = scope["copy"]
@@ -84,7 +84,7 @@ def copier(names: Iterable[str]) -> Callable[[Any, Any], None]:
 
 
 class Word(NamedTuple):
-    """A number in a record of the kernels, or an array: its type, limits in an instrument file, and shape."""
+    """A number or an array in a kernel record: its type, limits in an instrument file, and shape."""
 
     name: str
     type: str | Sequence[Word]  # "f8", "i8", or the words of a record
@@ -94,7 +94,7 @@ class Word(NamedTuple):
 
 
 def words(cls: type) -> list[Word]:
-    """The words of a dataclass, by number. Raises ValueError if they do not count from 0 without a gap."""
+    """The words of a dataclass, by number. Raises ValueError unless they count from 0 without a gap."""
     placed = sorted((row.word, name) for name, row in rows(cls).items() if row.word is not None)
     if [word for word, _ in placed] != list(range(len(placed))):
         raise ValueError(f"{cls.__name__}: words must count from 0, each of one row: {placed}")
@@ -121,9 +121,9 @@ class Limit(NamedTuple):
 
 
 def limits(given: Sequence[Word], strings: int = 0, first: int = 0, inside: str = "") -> list[Limit]:
-    """The limits of a record whose first word is `first`, and of the records inside it; `inside` begins their names.
+    """The limits of a record that starts at word `first`, and of the records inside it; `inside` begins their names.
 
-    strings: how many strings the record has room for. An array of this size has an item for each, used or not.
+    strings: the record's room for strings. An array of this size has an item for each, used or not.
     """
     made = []
     for w in given:

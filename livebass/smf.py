@@ -1,11 +1,11 @@
 """Standard MIDI Files: from bytes to mido's messages with ticks.
 
-mido knows messages. Chunks, lengths and running status are read here: mido's own reader stops at much of what real
+mido parses messages. This file reads chunks, lengths and running status: mido's own reader stops at much that real
 files contain, and its errors do not name the track and the byte. Errors here do.
 
-Real files are damaged in ways that do not matter, and these are read with a warning: a header that counts other tracks
-than there are, track lengths that are off, stray bytes before the header or between chunks, data bytes above 0x7F,
-real-time messages within a track, impossible tempos. A RIFF file (.rmi) is read as the file in it.
+Real files have harmless damage, which only causes a warning: a header with the wrong number of tracks, wrong track
+lengths, stray bytes before the header or between chunks, data bytes above 0x7F, real-time messages within a track,
+impossible tempos. From a RIFF file (.rmi) it reads the file inside.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ CHUNK_HEAD = 8  # bytes: name and length
 HEADER, TRACK = b"MThd", b"MTrk"
 MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 NO_CHANNEL = -1
-MARK = "livebass plays "  # begins a text of a take that names its bass
+MARK = "livebass plays "  # begins the text in a take that names its bass
 SYSTEM_COMMON = {0xF1: 1, 0xF2: 2, 0xF3: 1}  # data bytes; system messages from 0xF4 on have none
 
 
 class SmfError(ValueError):
-    """Bytes that are not a Standard MIDI File, or not one that can be played. The message names the place."""
+    """Bytes are not a Standard MIDI File, or not a playable one. The message names the place."""
 
 
 class SmfMessage(NamedTuple):
@@ -63,17 +63,17 @@ class Smf:
     tempos: tuple[tuple[int, int], ...]  # (tick, us per quarter note) by tick
     names: tuple[str, ...]  # of the tracks; "": it has none
     instruments: tuple[str, ...]  # the tracks' instruments by name; "": it has none
-    channel_names: dict[tuple[int, int], str]  # by (track, channel), both from 0, where a channel prefix says so
+    channel_names: dict[tuple[int, int], str]  # by (track, channel), both from 0, after a channel prefix
     exclusive: tuple[SystemExclusive, ...]  # by tick
-    end_tick: int  # of the track that ends last
-    warnings: tuple[str, ...]  # each a line about damage that did not matter
+    end_tick: int  # of the last track to end
+    warnings: tuple[str, ...]  # a line each, about harmless damage
     texts: frozenset[str] = frozenset()  # at tick 0, beside the names
-    marks: tuple[tuple[int, str], ...] = ()  # (tick, text) of those that begin with MARK, by tick
+    marks: tuple[tuple[int, str], ...] = ()  # (tick, text) of texts that begin with MARK, by tick
 
 
 @lru_cache(maxsize=1 << 16)
 def message(data: bytes) -> Message:
-    """The channel message of these bytes. One object stands for all that are equal: leave it as it is."""
+    """The channel message of these bytes. Equal messages share one object: do not change it."""
     return Message.from_bytes(data)
 
 
@@ -87,7 +87,7 @@ class _Bytes:
         return SmfError(f"{self.place}, byte {self.at if at is None else at}: {what}")
 
     def take(self, count: int, what: str) -> bytes:
-        """Reads `count` bytes; `what` they are is for the error."""
+        """Reads `count` bytes; `what`: their name in an error."""
         if self.at + count > self.end:
             left = self.end - self.at
             raise self.fail(f"{what} of {count} bytes, {left} left: the file is truncated or damaged")
@@ -106,25 +106,25 @@ class _Bytes:
 
 
 class _Track:
-    """The content of one track, as far as it has been read."""
+    """The content of one track, as far as it is read."""
 
     def __init__(self) -> None:
-        self.at = 0  # the byte behind what has been read
+        self.at = 0  # the byte after the last one read
         self.ended = False  # by its End of Track
-        self.tick = 0  # of what has been read last
+        self.tick = 0  # of the last event read
         self.messages: list[SmfMessage] = []
         self.exclusive: list[SystemExclusive] = []
         self.tempos: list[tuple[int, int]] = []
         self.names: dict[tuple[int, int], bytes] = {}  # by channel or NO_CHANNEL, and kind of meta event
         self.texts: list[bytes] = []
         self.marks: list[tuple[int, str]] = []
-        self.oddities: list[tuple[str, int]] = []  # what, where {} is how many there are, and the byte
+        self.oddities: list[tuple[str, int]] = []  # what, with {} for their number, and the byte
 
 
 def parse_smf(data: bytes, name: str = "") -> Smf:
-    """Parses a Standard MIDI File. Raises SmfError, with track and byte, for bytes that are none, or too damaged.
+    """Parses a Standard MIDI File. Raises SmfError, with track and byte, for any other or too damaged bytes.
 
-    name: of the file, for the error about bytes that are none.
+    name: of the file, for an error about other bytes.
     """
     if not data:
         raise SmfError("the file is empty (0 bytes)")
@@ -192,7 +192,7 @@ def parse_smf(data: bytes, name: str = "") -> Smf:
 
 
 def _other_kind(data: bytes, name: str) -> str:
-    """Says what a file is that is no MIDI file, and what to do."""
+    """Names a file that is not MIDI, and says what to do."""
     kind = kind_of(data[:HEAD]) or kind_of_name(name)
     if kind is None:
         return "not a Standard MIDI File (it does not begin with MThd)"
@@ -213,7 +213,7 @@ def _in_riff(data: bytes) -> bytes:
 
 
 def _division(word: int) -> tuple[int, tuple[int, int]]:
-    """Ticks per quarter note and per second (numerator, denominator); the one not in use is zero."""
+    """Ticks per quarter note and per second (numerator, denominator); the unused one is zero."""
     if word & 0x8000 == 0:
         if word == 0:
             raise SmfError("header, byte 12: ticks per quarter note must be from 1 to 32767, not 0")
@@ -227,16 +227,16 @@ def _division(word: int) -> tuple[int, tuple[int, int]]:
 
 
 def _is_chunk(data: bytes, at: int) -> bool:
-    """True if a chunk may begin here: a track, or four printable characters and a length that the file has."""
+    """True if a chunk may begin here: a track, or four printable characters and a length within the file."""
     name, size = data[at : at + 4], int.from_bytes(data[at + 4 : at + CHUNK_HEAD])
     fits = at + CHUNK_HEAD + size <= len(data)
     return name == TRACK or (len(name) == 4 and fits and all(0x20 <= byte < 0x7F for byte in name))
 
 
 def _seek_track(file: _Bytes, number: int, count: int, odd: dict[str, list[str]]) -> bool:
-    """Moves to the next track chunk, `number` of the `count` promised; past other chunks and stray bytes.
+    """Moves to the next track chunk, `number` of the `count` promised, past other chunks and stray bytes.
 
-    False if there is none, or another file begins before it.
+    False if there is none, or another file begins first.
     """
     file.place = f"track {number} of {max(number, count)}"
     at, data = file.at, file.data
@@ -256,8 +256,8 @@ def _seek_track(file: _Bytes, number: int, count: int, odd: dict[str, list[str]]
 def _read_next_track(file: _Bytes, number: int) -> _Track:
     """Reads the track chunk at which `file` is, and leaves `file` behind it. `number` counts tracks from 0.
 
-    A track ends with its chunk. Where the chunk's length cannot be right, since neither a chunk nor the end of the file
-    follows it, the track ends at its End of Track, or where the next track begins.
+    A track ends with its chunk. If the chunk's length is wrong, as neither a chunk nor the end of the file follows it,
+    the track ends at its End of Track, or where the next track begins.
     """
     start = file.at + CHUNK_HEAD
     end = start + int.from_bytes(file.data[start - 4 : start])
@@ -275,7 +275,7 @@ def _read_next_track(file: _Bytes, number: int) -> _Track:
 
 
 def _read_to_its_mark(file: _Bytes, start: int, end: int, number: int) -> _Track:
-    """Reads a track from `start` whose chunk claims to reach to `end`, which cannot be right."""
+    """Reads a track from `start` whose chunk claims a wrong `end`."""
     following = file.data.find(TRACK, start)
     limit = following if following >= 0 else file.end
     try:
@@ -339,7 +339,7 @@ def _read_track(cursor: _Bytes, number: int) -> _Track:
                 data = bytes(min(byte, 0x7F) for byte in data)
             track.messages.append(SmfMessage(track.tick, message(bytes([running]) + data), number, port))
     track.at = cursor.at
-    if len(ports) == 1:  # it holds for the whole track, wherever it stands
+    if len(ports) == 1:  # it holds for the whole track, wherever it appears
         (port,) = ports
         track.messages = [m._replace(port=port) for m in track.messages]
         track.exclusive = [m._replace(port=port) for m in track.exclusive]

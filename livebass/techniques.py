@@ -1,11 +1,11 @@
-"""What a player asks for, a row each: techniques that keys switch, functions of controllers, parameters of hosts.
+"""The player's choices, a row each: techniques that keys switch, functions of controllers, parameters of hosts.
 
-A row is a statement: it gives the number that the kernels read, and adds to a table all that is said of it. Key maps
-and their files, `play --controllers`, the tables of README and handbook, number keys, page, OSC and plugins follow from
-these tables. Of one symbol in two of them each asks for what the other does: a key or a controller for vibrato.
+A row is a statement: it returns the number that the kernels read, and adds its description to a table. Key maps and
+their files, `play --controllers`, the tables of README and handbook, number keys, page, OSC and plugins follow from
+these tables. A symbol in two tables has one effect: vibrato, for example, by a key or a controller.
 
-Numbers count in the order of the rows and stand in instrument files, projects and automation of hosts: a new technique
-or parameter is the last of its kind. A new function moves CC_PARAMETER: instrument files get another version.
+Numbers count rows and stand in instrument files, and in projects and automation of hosts: add a new technique or
+parameter last of its kind. A new function moves CC_PARAMETER: instrument files get another version.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 # --- techniques, by key switches of the bass's key map ---
 
-HOLD, PRESS = "hold", "press"  # as long as the key is down; at once, and until another one ends it
-FRETS = 24  # that the left hand is called to by keys
+HOLD, PRESS = "hold", "press"  # while the key is down; from the press until another key ends it
+FRETS = 24  # with keys that call the left hand
 
 
 @dataclass(frozen=True)
 class Technique:
-    """What a key switches."""
+    """A technique of a key."""
 
     number: int
     symbol: str  # in files
@@ -43,7 +43,7 @@ def technique(symbol: str, name: str, asked: str, modo: tuple[int, ...], modo_12
     return number
 
 
-ON_STRING = technique(  # its value is the pitch class of the open string, and that of the key
+ON_STRING = technique(  # its value is the pitch class of the open string and of the key
     "string", "String {}", HOLD, (0, 9, 11, 14, 16, 19), (12, 21, 23, 26, 28, 31), "play on this string"
 )
 GHOST = technique("ghost", "Ghost notes", HOLD, (10,), (22,), "ghost notes, muted by the left hand")
@@ -62,7 +62,7 @@ WITH_THUMB = technique("slap", "Thumb", PRESS, (18,), (30,), "play with thumb an
 STOP_ALL = technique("stop_all", "Stop all strings", PRESS, (8,), (20,), "damp all strings")
 DOWN_STROKE = technique("down_stroke", "Down stroke", HOLD, (), (13,), "only down strokes, or only the index finger")
 UP_STROKE = technique("up_stroke", "Up stroke", HOLD, (), (15,), "only up strokes, or only the middle finger")
-HAND_AT = technique(  # its value is the fret, the first one's for the first key
+HAND_AT = technique(  # its value is the fret, fret 1 for the first key
     "hand", "Hand at fret {}", PRESS, (), tuple(range(89, 89 + FRETS)), "move the left hand to a fret"
 )
 DETACH = technique(
@@ -73,21 +73,21 @@ LEFT_SLAP = technique(
 )
 ACTIONS = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
 
-# --- functions of controllers, likewise ---
+# --- functions of controllers ---
 
-CHANNEL_MODES = 120  # the first controller that is none
-RPN = (6, 38, 98, 99, 100, 101)  # controllers that MIDI has for ranges ...
-RESERVED = (*RPN, 96, 97)  # ... and for steps of them: they come in sequences
-LEARNED = 102  # the controller of parameter 0 in every map that gives it no other function; the next ones follow
+CHANNEL_MODES = 120  # from here on no controllers
+RPN = (6, 38, 98, 99, 100, 101)  # controllers by which MIDI sets ranges ...
+RESERVED = (*RPN, 96, 97)  # ... and steps them: they come in sequences
+LEARNED = 102  # controller of parameter 0, unless a map gives it another function; the next ones follow
 
 
 @dataclass(frozen=True)
 class Function:
-    """What a controller moves."""
+    """A controller's function."""
 
     number: int
     symbol: str  # in files
-    controllers: tuple[int, ...]  # its controllers in the maps there are
+    controllers: tuple[int, ...]  # its controllers in the shipped maps
     help: str
     field: str = ""  # of the performer, above 0 while it is on
     pressed: int = 127  # the value that a button sends
@@ -115,25 +115,25 @@ CC_VIBRATO = function("vibrato", (1,), "vibrato", "vibrato")
 CC_PALM = function("palm_mute", (9,), "palm mute, from none (0) over loose (1) to tight (127)", "palm", pressed=76)
 CC_SLIDE = function("slide", (65,), "from 64: overlapping notes slide", "sliding")
 CC_LEGATO = function("legato", (68,), "from 64: overlapping notes are hammered on and pulled off", "legato")
-BEND_STARTS = 3  # it bends once it has been lower: a file that sets a portamento time by it does not bend
+BEND_STARTS = 3  # bends only after a lower value: a file that uses it as portamento time does not bend
 CC_BEND = function("bend", (5,), f"bend up, by up to 2 semitones, after it has been below {BEND_STARTS}")
 CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0) to the last frets (127)")
 CC_BLEND = function("blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own")
-CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on they move the parameters of the playing
+CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on: the playing parameters
 
-# Symbols of the functions that belong to the channel whose controller moves them. Buttons that move them for the whole
-# bass send them on every channel.
+# Symbols of the functions that act on their controller's channel only. A button for the whole bass sends them on every
+# channel.
 OF_CHANNEL = ("volume", "expression", "let_ring", "vibrato", "bend")
 
 # --- parameters that hosts move ---
 
-MOST_BASSES = 128  # that a plugin offers
+MOST_BASSES = 128  # in a plugin
 SWITCH = ("off", "on")
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """What hosts, the page and OSC set while the bass plays. Its number is its id."""
+    """A value that hosts, page and OSC set while the bass plays. Its number is its id."""
 
     number: int
     symbol: str
@@ -142,8 +142,8 @@ class Parameter:
     least: float
     most: float
     usual: float
-    unit: str  # "" or dB, semitones; of sliders of the bench mm, %, deg, 1/s, pF
-    whole: bool  # only whole numbers
+    unit: str  # "", dB or semitones; for bench sliders mm, %, deg, 1/s or pF
+    whole: bool  # whole numbers only
     points: tuple[str, ...]  # names of the values 0, 1 ...
 
 
@@ -178,7 +178,7 @@ def played(
     points: tuple[str, ...] = (),
     controllers: tuple[int, ...] = (),
 ) -> int:
-    """Adds a parameter of the playing, whose usual value 0 is "as the bass itself has it", and its controllers' row."""
+    """Adds a playing parameter and its controllers' row. Its usual value, 0, keeps the bass's own."""
     number = parameter(symbol, name, group, least, most, unit, points, whole=unit == "semitones")
     function(symbol, controllers, does)
     return number
@@ -208,7 +208,7 @@ BEND_RANGE = played(
     "bend_range", "Bend range", "Playing", 0.0, 24.0,
     "range of the pitch bend, 0 (the bass's own) to 24 semitones", "semitones",
 )  # fmt: skip
-LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of those of the playing: kernels hold them, and controllers learn them
+LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of playing parameters: kernels hold them, controllers learn them
 PARAMETERS = len(LEARNABLE)
 FUNCTIONS = CC_PARAMETER + PARAMETERS
 LEAST = tuple(row.least for row in PARAMETER_ROWS.values())
@@ -218,19 +218,19 @@ parameter("bass", "Bass", "Sound", most=MOST_BASSES - 1.0, whole=True)  # in the
 parameter("quality", "Quality", "Processor", points=("live", "studio"))
 parameter("running_ahead", "Look-ahead", "Processor", points=SWITCH)
 parameter("relief", "Relief under overload", "Processor", points=SWITCH, usual=1.0)  # never offline
-parameter("palm_mute", "Palm mute", "Playing")  # these two are amounts that functions of controllers move, too
+parameter("palm_mute", "Palm mute", "Playing")  # functions of controllers move these two amounts, too
 parameter("vibrato", "Vibrato", "Playing")
-EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: as the bass has it
+EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: the bass's own
 for knob in EFFECTS:
     parameter(knob, knob.capitalize(), "Effects")
-parameter("cores", "Cores", "Processor", least=1.0, most=4.0, usual=1.0, whole=True)  # with threads of one's own
+parameter("cores", "Cores", "Processor", least=1.0, most=4.0, usual=1.0, whole=True)  # with threads of its own
 
-# --- the sliders of the bench: what is changed of the bass itself (kernels/bass/change.py) ---
+# --- bench sliders: they change the bass itself (kernels/bass/change.py) ---
 
 
 @dataclass(frozen=True)
 class Slider:
-    """A change of the bass, counted from the bass as it is: 0 leaves it. Its values are hundredths of the unit."""
+    """A change relative to the bass as it is: 0 changes nothing. Its values are hundredths of the unit."""
 
     parameter: Parameter
     step: float  # of the page's slider
@@ -238,7 +238,7 @@ class Slider:
 
     @property
     def factor(self) -> bool:
-        """True if it multiplies what the bass has; otherwise it adds to that."""
+        """True if it multiplies the bass's value; otherwise it adds to it."""
         return self.parameter.unit == "%"
 
 
@@ -246,7 +246,7 @@ SLIDER_ROWS: dict[str, Slider] = {}
 
 
 def slider(symbol: str, name: str, group: str, limits: tuple[float, float], unit: str, step: float, does: str) -> int:
-    """Adds a slider, which is a parameter of hosts, too; returns its number among the sliders."""
+    """Adds a slider, also a parameter of hosts; returns its number among the sliders."""
     parameter(symbol, name, group, *limits, unit, whole=step == 1.0 and not unit)
     SLIDER_ROWS[symbol] = Slider(PARAMETER_ROWS[symbol], step, does)
     return len(SLIDER_ROWS) - 1
@@ -298,7 +298,7 @@ NECK_MASS = slider(
 )
 FRET = slider("fret", "Fret", "Neck", (0.0, float(FRETS)), "", 1.0, "the fret that Fret height moves; 0: none")
 FRET_HEIGHT = slider("fret_height", "Fret height", "Neck", (-0.5, 1.5), "mm", 0.02, "one fret stands proud, or is worn")
-PICKUP_1_PLACE = slider(  # of the first and the second pickup alone, one after the other
+PICKUP_1_PLACE = slider(  # for the first and the second pickup alone, in turn
     "pickup_1_place", "Pickup 1 place", "Pickups", (-60.0, 60.0), "mm", 0.5, "moves this pickup toward the neck"
 )
 PICKUP_1_HEIGHT = slider(
@@ -306,23 +306,23 @@ PICKUP_1_HEIGHT = slider(
 )
 slider("pickup_2_place", "Pickup 2 place", "Pickups", (-60.0, 60.0), "mm", 0.5, "moves this pickup toward the neck")
 slider("pickup_2_height", "Pickup 2 height", "Pickups", (-3.0, 3.0), "mm", 0.05, "moves this pickup toward the strings")
-OWN_PICKUPS = 2  # how many have sliders of their own
+OWN_PICKUPS = 2  # number with sliders of their own
 SLIDERS = len(SLIDER_ROWS)
 
 # --- number keys of the page and of a terminal ---
 
 
 class Button(NamedTuple):
-    """What a number key, 1 to 9 and 0, asks for."""
+    """A number key, 1 to 9 or 0."""
 
     symbol: str
     name: str
-    value: int  # what its controller is sent; 0: it has none, but a key
-    strikes: bool  # it changes what plucks, until the next one; the others are on or off
+    value: int  # sent to its controller; 0: it has a key instead
+    strikes: bool  # it selects what plucks, until the next one; others turn on and off
 
 
 def button(symbol: str, name: str = "") -> Button:
-    """The number key of a technique, or of a function that is no technique and so needs a name."""
+    """The number key of a technique, or of a mere function, which needs a name."""
     row, moved = TECHNIQUE_ROWS.get(symbol), FUNCTION_ROWS.get(symbol)
     return Button(
         symbol, row.name if row else name, moved.pressed if moved else 0, row is not None and row.asked == PRESS

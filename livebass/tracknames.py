@@ -1,7 +1,7 @@
-"""Names of tracks: what their bytes say, in whatever encoding, and whether they call the track a bass or drums.
+"""Track names: decodes their bytes, in any encoding, and tells whether they name a bass or drums.
 
-The page reads names by the same patterns. Python and JavaScript read them alike: `\\w` stands only where a letter that
-JavaScript does not count may end the word just as well, and `\\W` nowhere.
+The page uses the same patterns. They match alike in Python and JavaScript: `\\w` stands only where a letter that
+JavaScript does not count may just as well end the word, and `\\W` nowhere.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 from charset_normalizer import from_bytes
 
-# "Bass", "E-Bass", "bass 2", "BassGtr", "Contrabbasso", "FINGERED BS", and what people elsewhere call it
+# "Bass", "E-Bass", "bass 2", "BassGtr", "Contrabbasso", "FINGERED BS", and names in other languages
 BASS_WORD = "|".join(
     (
         r"bass(?:es|[eio]|lines?|guit\w*|git\w*|gtr?|ist[ae]?|okitara|zus\w*)?(?![a-z])",
@@ -23,7 +23,7 @@ BASS_WORD = "|".join(
         "μπάσο|μπασο|באס|ベース|ベイス|コントラバス|贝斯|貝斯|贝司|貝司|低音吉他|低音提琴|베이스|เบส",
     )
 )
-# Instruments and voices whose low member is called bass, too; basses are none of them
+# Instruments and voices whose low member is called bass, too, but is not one
 OTHER_WORD = (
     r"drum|kick|bassoon|basson(?![a-z])|fagot|clarin|klarin|clarone|trom|tbn|posaun|fl[uû]|flaut|flöt|sax|tuba|oboe|hautb|recorder|horn|cor[\s_.,'()/&+-]|gamb"
     r"|viol|marimba|harmonica|vo[ciz]|voix|(?<![a-z])sing(?:er|in|en)|chor(?!us|d)|choir|(?<![a-z])coro(?![a-z])|accord|кларн|бараб|тромб|флейт|саксо|голос"
@@ -44,12 +44,12 @@ _BASS, _OTHER, _DRUMS, _TELLING = (
 ENCODINGS = {
     "cp932": "shift_jis", "gb18030": "gb18030", "big5hkscs": "big5", "cp949": "euc-kr", "cp1251": "windows-1251",
     "koi8_r": "koi8-r", "cp1253": "windows-1253", "cp1255": "windows-1255", "cp874": "windows-874",
-}  # fmt: skip  # tried in turn, with their names in browsers
+}  # fmt: skip  # tried in turn; values: names in browsers
 _ASCII = bytes(range(0x20, 0x7F))
 
 
 def _plain(name: str) -> str:
-    """The name in the letters that the patterns have."""
+    """The name in the letters of the patterns."""
     return unicodedata.normalize("NFKC", name).replace("İ", "I").replace("ı", "i")
 
 
@@ -59,7 +59,7 @@ def is_bass(name: str) -> bool:
 
 
 def is_other(name: str) -> bool:
-    """True if a track of this name plays a low instrument or voice that is no bass."""
+    """True if a track of this name plays another low instrument or voice."""
     return bool(_OTHER.search(_plain(name)))
 
 
@@ -69,10 +69,10 @@ def is_drums(name: str) -> bool:
 
 
 def decode(texts: Sequence[bytes]) -> list[str]:
-    """The texts of one file, which are of one encoding.
+    """Decodes the texts of one file, which share an encoding.
 
-    UTF-8 where all of them are, else the encoding in which one of them names an instrument, else the one that they look
-    most like, else Latin-1.
+    Valid UTF-8 is read as such; the rest in the encoding in which one of them names an instrument, else in the
+    likeliest one, else in Latin-1.
     """
     doubtful = [text for text in texts if not _is(text, "utf-8")]
     if not doubtful:
@@ -93,7 +93,7 @@ def _is(text: bytes, encoding: str) -> bool:
 
 
 def _tells(text: bytes, encoding: str) -> bool:
-    """True if the text, in this encoding, has a word for an instrument in letters that ASCII does not have."""
+    """True if the text, in this encoding, names an instrument in letters outside ASCII."""
     if not _is(text, encoding):
         return False
     name = _plain(text.decode(encoding))

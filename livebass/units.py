@@ -1,4 +1,4 @@
-"""Quantities with units from text to SI and back, note names, cents and decibels. Fast to import."""
+"""Converts quantities between text and SI; note names, cents and decibels. Fast to import."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Dimension:
-    """The units of one physical dimension; the first is the usual one, shown unless another is asked for."""
+    """The units of one physical dimension; the first is the usual one, shown by default."""
 
     name: str
     units: dict[str, float]  # unit -> its size in SI units
@@ -44,7 +44,7 @@ DIMENSIONS: dict[str, Dimension] = {
     )
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", re.ASCII)
-# Micro, ohm and minus signs as other keyboards write them.
+# Micro, ohm and minus signs of other keyboards.
 _SAME = str.maketrans({"\u00b5": "u", "\u03bc": "u", "\u03a9": "ohm", "\u2126": "ohm", "\u2212": "-"})
 _STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 _SHARPS = ("C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B")
@@ -60,7 +60,7 @@ def allowed_units(dimension: str) -> str:
 def split_quantity(text: str, dimension: str) -> tuple[float, str]:
     """Number and unit of a text such as "34 in". The number is finite, and not negative unless the dimension is signed.
 
-    Raises ValueError, which says what is allowed, and KeyError for an unknown dimension.
+    Raises ValueError that says what is allowed, and KeyError for an unknown dimension.
     """
     known, units = DIMENSIONS[dimension], allowed_units(dimension)
     example = f'"{2 if dimension != "force" else 180} {next(iter(known.units))}"'
@@ -94,7 +94,7 @@ def quantity(text: str, dimension: str) -> float:
 
 
 def unit_of(text: str, dimension: str) -> str:
-    """The unit of `text`, or the usual one of `dimension` if `text` has none that is allowed."""
+    """The unit of `text`, or the usual one of `dimension` if `text` is not valid."""
     try:
         return split_quantity(text, dimension)[1]
     except ValueError:
@@ -160,7 +160,7 @@ def note_name(number: int) -> str:
 
 
 def pitch_name(number: int) -> str:
-    """Name of the pitch class of a MIDI note number, or of one from 0, C: its note's, without the octave."""
+    """Name, without octave, of a MIDI note number or of a pitch class (0 is C)."""
     return _SHARPS[number % 12]
 
 
@@ -171,10 +171,10 @@ def _positive(value: float, what: str) -> float:
 
 
 def is_number(text: str) -> bool:
-    """True for a whole number of up to nine digits, as one counts ports: no fraction, power or sign."""
+    """True for a whole number of up to nine digits, such as a port: no fraction, power or sign."""
     return re.fullmatch(r"\d{1,9}", text, re.ASCII) is not None
 
 
 def one_line(text: str) -> str:
-    """`text` in one line that a terminal can show: what is not printable, as in a file's name, as an escape (\\n)."""
+    """`text` in one line for a terminal: unprintable characters, as in a file's name, become escapes (\\n)."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)

@@ -1,8 +1,8 @@
-"""How a solved string moved: its shape and energy, its contacts, spectral centre and pitch, the decay of its modes.
+"""Measures the motion of a solved string: shape and energy, contacts, spectral centre and pitch, decay of its modes.
 
 Functions take q (..., modes), m^1.5, and its rate of change (..., modes), m^1.5/s, from any solver, in the basis of
-eq. 3 of Issanchou et al. (2018), phi_j(x) = sqrt(2/L) sin(j pi x / L). That is orthonormal: each mode has the mass of
-the string per metre, mu. `Solved` measures a whole motion as figures 4 to 8 of that paper do.
+eq. 3 of Issanchou et al. (2018), phi_j(x) = sqrt(2/L) sin(j pi x / L). It is orthonormal: each mode has the string's
+mass per metre, mu. `Solved` measures a whole motion as in figures 4 to 8 of that paper.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def string_shape(s: Speaking, q: ArrayLike, x: ArrayLike) -> Floats:
 def shape_at(s: Speaking, q: ArrayLike, velocity: ArrayLike, time_s: ArrayLike, x: ArrayLike) -> Floats:
     """u(x, t), m, shape (len(time_s), len(x)), of a string free of contact: eq. 4 without force, solved exactly.
 
-    q and velocity (modes,) are those at t = 0, the release or the end of a contact.
+    q and velocity (modes,) are at t = 0, the release or the end of a contact.
     """
     q0, v0, t = (np.asarray(a, np.float64) for a in (q, velocity, time_s))
     sigma = modes.dampings(s, q0.size)
@@ -78,7 +78,7 @@ def decay_rates(time_s: ArrayLike, energies: ArrayLike) -> Floats:
     """sigma of each mode, 1/s, (modes,): minus half the slope of the logarithm of its energy, by least squares.
 
     time_s (times,); energies (times, modes), J. The energy of a damped mode swings by sigma / omega about its trend;
-    over many periods that averages out. NaN where less than two energies are positive.
+    many periods average that out. NaN where fewer than two energies are positive.
     """
     t, e = np.asarray(time_s, np.float64), np.asarray(energies, np.float64)
     out = np.full(e.shape[1], np.nan)
@@ -96,10 +96,10 @@ def t60(damping: ArrayLike) -> Floats:
 
 
 WINDOW, HOP = 2048, 128  # samples at 51.2 kHz: 40 ms, every 2.5 ms
-PITCHES = (0.92, 1.53)  # of the first eigenfrequency: where the pitch is sought; a rattle raises it by up to a half
+PITCHES = (0.92, 1.53)  # of the first eigenfrequency: search range of the pitch; a rattle raises it by up to a half
 PITCH_HOP = 1e-3  # s
 LOW, ORDER = 5.0, 4  # of the first eigenfrequency: the glide is "mostly below 500 Hz" (4.1.1); of a Butterworth filter
-STATES = 100  # times at which energies are computed
+STATES = 100  # times to compute energies at
 
 
 def state_samples(trial: Trial, count: int = STATES, more: Sequence[float] = ()) -> tuple[int, ...]:
@@ -115,9 +115,9 @@ def state_samples(trial: Trial, count: int = STATES, more: Sequence[float] = ())
 
 @dataclass(frozen=True)
 class Solved:
-    """A trial and its motion, from any solver, and what can be measured in them.
+    """A trial and its motion, from any solver, and measurements of them.
 
-    Energies and shapes need the states of the modes (`Trial.states`): ValueError where the motion has none.
+    Energies and shapes need the states of the modes (`Trial.states`): ValueError if the motion has none.
     """
 
     trial: Trial
@@ -134,11 +134,11 @@ class Solved:
 
     @property
     def over_board(self) -> bool:
-        """True if the string may touch wood anywhere along it, not frets alone."""
+        """True if the string may touch wood anywhere along it, not only frets."""
         return bool(self.speaking.surface)
 
     def displacement(self, across: bool = False) -> Floats:
-        """u at its sensor, or v at its own, m, (n,); ValueError for v of a pluck along u."""
+        """u or v at its sensor, m, (n,); ValueError for v of a pluck along u."""
         if not across:
             return self.motion.displacement_m
         if self.motion.across_m is None:
@@ -146,7 +146,7 @@ class Solved:
         return self.motion.across_m
 
     def at_paper_rate(self, across: bool = False) -> Floats:
-        """`displacement` at 51.2 kHz. Needs SciPy where the trial has another rate."""
+        """`displacement` at 51.2 kHz. Needs SciPy if the trial has another rate."""
         moved = self.displacement(across)
         return moved if self.rate == PAPER_RATE else resampled(moved, round(self.rate))
 
@@ -162,7 +162,7 @@ class Solved:
 
     @cached_property
     def sets(self) -> list[Ints]:
-        """The sets of contacts, one a period (`Contactogram.sets`): for each the indices of its `contacts`."""
+        """The sets of contacts, one per period (`Contactogram.sets`): for each the indices of its `contacts`."""
         number = self.contacts.sets()
         return [np.flatnonzero(number == n) for n in range(int(number[-1]) + 1 if number.size else 0)]
 
@@ -175,9 +175,9 @@ class Solved:
     def pitch(self) -> Pitch:
         """The fundamental of u by YIN, every millisecond. ValueError for less than two periods.
 
-        The window is one period, as a longer one would blur the steps of a glide. Only what is below `LOW` counts:
-        near the bridge the overtones, which are not quite harmonic, have most of the power. The deepest dip is taken:
-        where a string rattles there may be none below a threshold.
+        The window is one period: a longer one would blur the steps of a glide. Only sound below `LOW` counts: near the
+        bridge the overtones, which are not quite harmonic, have most of the power. The deepest dip counts: if a string
+        rattles there may be none below a threshold.
         """
         first = float(modes.frequencies(self.speaking, 1)[0])
         least, most = (part * first for part in PITCHES)
@@ -185,9 +185,9 @@ class Solved:
         return fundamental(low, self.rate, least, most, PITCH_HOP, 1 / first, threshold=None)
 
     def energies(self) -> tuple[Floats, Floats, Floats]:
-        """Energies at `Trial.states`: their times, s; of each mode, u and v together, J, (times, modes); of all, J.
+        """Energies at `Trial.states`: times, s; energy of each mode, u and v together, J, (times, modes); total, J.
 
-        The last, (times,), is that of the modes and of the contacts.
+        The total, (times,), includes the contacts.
         """
         s, states = self.speaking, self._states()
         q, velocity = states[:, :, 0], states[:, :, 1]
@@ -214,10 +214,10 @@ class Solved:
 
 
 def columns(solved: Solved) -> dict[str, NDArray[Any]]:
-    """Everything measured but shapes, for result.npz, under names with units.
+    """All measurements except shapes, for result.npz, under names with units.
 
-    Left out are the characteristic frequency without SciPy, what the motion is too short for, and energies where it
-    has no states.
+    Omits the characteristic frequency without SciPy, measurements that need a longer motion, and energies if it has no
+    states.
     """
     trial = solved.trial
     dampings = np.zeros(trial.modes) if trial.lossless else modes.dampings(trial.speaking, trial.modes)
@@ -245,7 +245,7 @@ def shape_columns(solved: Solved, times: Sequence[float]) -> dict[str, NDArray[A
 
 
 def _low_passed(sound: Floats, cutoff: float) -> Floats:
-    """`sound` through a Butterworth filter forwards and backwards, without delay; cutoff in parts of the rate."""
+    """`sound` through a Butterworth filter forwards and backwards, without delay; cutoff relative to the rate."""
     room = min(sound.size - 1, round(10 / cutoff))
     turned = 2 * sound[0] - sound[room:0:-1], sound, 2 * sound[-1] - sound[-2 : -room - 2 : -1]  # odd about the ends
     padded = np.concatenate(turned)
@@ -254,7 +254,7 @@ def _low_passed(sound: Floats, cutoff: float) -> Floats:
 
 
 def can_resample(trial: Trial) -> bool:
-    """True if the motion is at 51.2 kHz or can be brought there."""
+    """True if the motion is at 51.2 kHz or can be resampled to it."""
     try:
         import scipy.signal  # noqa: F401
     except ImportError:

@@ -4,7 +4,7 @@ Sounds are (n,) arrays in any unit, rates in Hz, times in s from the first sampl
 eq. 14 and figures 5 to 7; for the pitch YIN, A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002),
 1917-1930, steps 2 to 5. These are: the squared difference of the sound and itself a lag later, summed over a window;
 divided by its mean over all shorter lags; its first dip below a threshold; a parabola through the lowest three points.
-Step 6, the best local estimate, is left out: it smooths over time, and a glide would be lost.
+Step 6, the best local estimate, is omitted: it smooths over time and would lose a glide.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ PAPER_RATE = 51_200  # Hz, to which the paper resamples before eq. 14
 def spectrogram(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
     """Amplitudes (frames, bins) of Hann windows of `window` samples, `hop` samples apart; bin k is k rate / window Hz.
 
-    By default `WINDOW` and `HOP` at 48 kHz, and as many seconds at every rate. Raises ValueError for a sound of more
-    than one dimension or shorter than a window, and for a rate that is not above 0.
+    Default: `WINDOW` and `HOP` at 48 kHz, and the same times at other rates. Raises ValueError for a sound of more than
+    one dimension or shorter than a window, and for a rate that is not above 0.
     """
     window, hop = _frames(rate, window, hop)
     sound = _one_channel(sound)
@@ -44,7 +44,7 @@ class Spectrogram:
 
     time_s: Floats  # (frames,), the middle of each window
     frequency_hz: Floats  # (bins,)
-    level_db: Floats  # (frames, bins), 0 is the loudest of all; cut off at the bottom of the range
+    level_db: Floats  # (frames, bins), 0 is the loudest; cut off at the bottom of the range
 
 
 def spectrogram_db(
@@ -65,10 +65,10 @@ def spectrogram_db(
 
 
 def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
-    """Eq. 14 for each frame of the spectrogram, Hz, (frames,): the mean frequency, weighted with squared amplitude.
+    """Eq. 14 for each frame of the spectrogram, Hz, (frames,): the mean frequency, weighted by squared amplitude.
 
-    Sound (n,), `rate` in Hz, `window` and `hop` in samples as in `spectrogram`, with its errors. The mean goes up to
-    rate / 2, the paper's to 25.6 kHz: for that, `resampled` first. NaN where a frame is silent.
+    Sound (n,), `rate` in Hz, `window` and `hop` in samples, and errors, as in `spectrogram`. The mean goes up to
+    rate / 2, the paper's to 25.6 kHz: use `resampled` first for that. NaN for a silent frame.
     """
     power = spectrogram(sound, rate, window, hop) ** 2
     nu = np.linspace(0.0, rate / 2, power.shape[1])
@@ -83,7 +83,7 @@ def frame_times(count: int, rate: float, window: int | None = None, hop: int | N
 
 
 def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
-    """The `sound` (n,) of `rate` Hz at `to` Hz, by SciPy's polyphase filter.
+    """Resamples `sound` (n,) from `rate` to `to` Hz with SciPy's polyphase filter.
 
     Raises ValueError unless both rates are whole and positive. Needs SciPy: pip install 'livebass[analysis]'.
     """
@@ -101,12 +101,12 @@ class Contactogram:
 
     time_s: Floats  # (k,), when the string meets the fret
     fret: Ints  # (k,)
-    release_s: Floats  # (k,), when it leaves the fret; NaN where that is not known
+    release_s: Floats  # (k,), when it leaves the fret; NaN if unknown
 
     def sets(self, gap: float = 4e-3) -> Ints:
-        """Number of the set each contact belongs to, from 0, (k,): `gap` (s) without a new contact ends a set.
+        """Number of each contact's set, from 0, (k,): `gap` (s) without a new contact ends a set.
 
-        A string swings down to the frets once a period: half of one, 5 ms at 98 Hz, is free of contacts.
+        A string swings down to the frets once per period: half a period, 5 ms at 98 Hz, is free of contacts.
         """
         return np.concatenate([[0], np.cumsum(np.diff(self.time_s) >= gap)])[: self.time_s.size].astype(np.int64)
 
@@ -116,8 +116,8 @@ def contactogram(
 ) -> Contactogram:
     """The contacts of a `Motion`, whose indices point into `frets` (`Speaking.contact_fret`).
 
-    contact_time_s (k,), s; contact_index (k,); release_s (k,), s, where it is known. Raises ValueError for arrays of
-    different lengths.
+    contact_time_s (k,), s; contact_index (k,); release_s (k,), s, if known. Raises ValueError for arrays of different
+    lengths.
     """
     time, index = np.asarray(contact_time_s, np.float64), np.asarray(contact_index, np.int64)
     release = np.full(time.shape, np.nan) if release_s is None else np.asarray(release_s, np.float64)
@@ -136,7 +136,7 @@ def _one_channel(sound: ArrayLike) -> Floats:
 
 
 def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]:
-    """Length and hop of the windows in samples. Raises ValueError for those that are not above 0."""
+    """Length and hop of the windows in samples. Raises ValueError if they are not above 0."""
     if not 0 < rate < math.inf:
         raise refusal("rate", "above 0", f"{rate:g} Hz")
     if any(count is not None and count < 1 for count in (window, hop)):
@@ -144,18 +144,18 @@ def _frames(rate: float, window: int | None, hop: int | None) -> tuple[int, int]
     return window or round(WINDOW * rate / 48_000), hop or round(HOP * rate / 48_000)
 
 
-THRESHOLD = 0.1  # of the normalised difference: a tenth of the power may be anything but periodic
+THRESHOLD = 0.1  # of the normalised difference: a tenth of the power may be aperiodic
 DECAY_STEPS = 4  # of the fixed point that finds a partial's frequency and decay
-CHUNK = 256  # frames at a time, which bounds the memory
+CHUNK = 256  # frames at a time, to bound the memory
 
 
 @dataclass(frozen=True)
 class Pitch:
     """The fundamental, frame by frame."""
 
-    time_s: Floats  # (frames,), the middle of the samples that the frame is computed from
+    time_s: Floats  # (frames,), the middle of each frame's samples
     frequency_hz: Floats  # (frames,), NaN where no lag is below the threshold
-    aperiodicity: Floats  # (frames,), the normalised difference at the lag found, or its least: 0 periodic, 1 noise
+    aperiodicity: Floats  # (frames,), normalised difference at the lag found, or its minimum: 0 periodic, 1 noise
 
 
 def fundamental(
@@ -170,9 +170,9 @@ def fundamental(
     """Fundamental frequency of `sound` (n,), Hz, between `least` and `most` (Hz), every `hop` (s).
 
     The difference is summed over `window` (s), 1 / least by default; a frame is that long plus the longest lag. With
-    threshold None the deepest of all dips is taken, for sounds too rough for any threshold and limits within an octave.
-    Lags are multiples of a sample, refined to about a thousandth of one. Raises ValueError for limits that are not
-    0 < least < most < rate / 4, and for a sound shorter than one frame.
+    threshold None the deepest dip counts, for sounds too rough for any threshold and limits within an octave. Lags are
+    multiples of a sample, refined to about a thousandth of one. Raises ValueError unless 0 < least < most < rate / 4,
+    and for a sound shorter than one frame.
     """
     if not 0 < least < most < rate / 4:
         raise refusal("range of the pitch", f"ascending between 0 and {rate / 4:g} Hz", f"{least:g} to {most:g} Hz")
@@ -191,9 +191,9 @@ def fundamental(
 def partial(sound: ArrayLike, rate: float, near: float) -> tuple[float, float]:
     """The partial of `sound` (n,) near a frequency (Hz): its frequency, Hz, and its amplitude at the middle.
 
-    From how far its phase turns between two Hann windows of two thirds of the sound; it must be more than three turns
-    over the sound away from the next partial, and within a sixth of that of `near`. A decay is taken out first: windows
-    of a decaying sound leak. Raises ValueError for less than four periods.
+    Uses its phase shift between two Hann windows of two thirds of the sound. Over the sound it must differ from the
+    next partial by more than three turns, and from `near` by less than a sixth of that. A decay is removed first:
+    windows of a decaying sound leak. Raises ValueError for fewer than four periods.
     """
     samples = _one_channel(sound)
     if not 0 < near < rate / 2 or samples.size * near < 4 * rate:
@@ -219,7 +219,7 @@ def partial(sound: ArrayLike, rate: float, near: float) -> tuple[float, float]:
 def loudness(sound: ArrayLike, rate: int) -> float:
     """Integrated loudness of `sound` (n,), full scale 1, by ITU-R BS.1770-4: LUFS, -inf for silence.
 
-    Raises ValueError for more dimensions than one.
+    Raises ValueError for more than one dimension.
     """
     meter = LoudnessMeter(rate)
     meter.add(_one_channel(sound))

@@ -1,11 +1,11 @@
 """The kernels, from Python functions to machine code: one emitter, one list of entries, one library.
 
-A function decorated by `jit` or `inlined` is the source of a kernel, in the part of Python that numba compiles. One
-decorated by `entry` is a C function that the library of kernels exports: Python, the audio thread, plugin and page
-call no other. The emitter (emitter.py) compiles all of them in one pass, in a process of its own; the library
-(library.py) loads the result. numba is imported by the emitter, and where FROM_SOURCE is set, which tests of single
-kernels do; everywhere else these decorators leave the functions as they are. Those decorated by `shared` are called by
-kernels, where they are compiled, and by Python, where they are not: of numbers or, where the arithmetic allows, arrays.
+`jit` or `inlined` marks a function as source of a kernel, in the subset of Python that numba compiles. `entry` makes it
+a C function exported by the kernel library: Python, audio thread, plugin and page call no others. The emitter
+(emitter.py) compiles all of them in one pass, in a process of its own; the library (library.py) loads the result. numba
+is only imported by the emitter, or if FROM_SOURCE is set, as in tests of single kernels; otherwise these decorators
+leave the functions as they are. Kernels call `shared` functions compiled; Python calls them uncompiled, on numbers or,
+if the arithmetic allows, arrays.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import os
 from collections.abc import Callable
 from typing import Any
 
-X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")  # what platform.machine() calls them
+X86, ARM = ("x86_64", "amd64"), ("aarch64", "arm64")  # names from platform.machine()
 FROM_SOURCE = bool(os.environ.get("LIVEBASS_FROM_SOURCE"))
-PLAIN = bool(os.environ.get("LIVEBASS_PLAIN")) and not FROM_SOURCE  # kernels run as the Python they are, for pdb
+PLAIN = bool(os.environ.get("LIVEBASS_PLAIN")) and not FROM_SOURCE  # kernels run as plain Python, for pdb
 C_TYPES: dict[str, Any] = {
     "void": None,
     "voidptr": ctypes.c_void_p,
@@ -32,9 +32,9 @@ ENTRIES: dict[str, Entry] = {}  # by name: all C functions of the library
 
 
 def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: the source of a kernel that is compiled with `options` of numba's njit.
+    """A decorator: the source of a kernel, compiled with `options` of numba's njit.
 
-    One more option, `attributes`, is words that LLVM knows of functions, such as "noinline".
+    An extra option, `attributes`, lists LLVM function attributes, such as "noinline".
     """
 
     def decorate(function: Callable[..., Any]) -> Any:
@@ -48,16 +48,16 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 jit = compiled()
-# Becomes part of its callers before they are compiled: for functions that take functions, or that return arrays they
-# made, which numba does not do without references.
+# Merged into its callers before compiling: for functions that take functions, or that return arrays they made, which
+# numba cannot do without references.
 inlined = compiled(inline="always")
-# Stays one function, which its callers call: for loops long enough, in many places.
+# Stays one function that its callers call: for long loops used in many places.
 apart = compiled(attributes="noinline")
-SMALL = "optsize"  # an attribute: short code, where that of others is fast, of what runs once a bass or a message
+SMALL = "optsize"  # an attribute: short code instead of fast code, for functions that run once per bass or message
 
 
 def shared(function: Callable[..., Any]) -> Any:
-    """A decorator: the source of a kernel that Python calls, too, as it is: it stays a Python function everywhere."""
+    """A decorator: the source of a kernel that Python also calls: it stays a Python function everywhere."""
     if FROM_SOURCE:
         from livebass.compiling import by_numba
 
@@ -77,7 +77,7 @@ class Entry:
 
     @functools.cached_property
     def address(self) -> int:
-        """Finds where the function is. Loads, and if need be compiles, the library."""
+        """Finds the function's address. Loads the library, and compiles it if needed."""
         if PLAIN:
             return int(ctypes.cast(self._plain, ctypes.c_void_p).value or 0)
         from livebass.compiling.library import library
@@ -86,7 +86,7 @@ class Entry:
 
     @functools.cached_property
     def call(self) -> Callable[..., Any]:
-        """The function, for Python; other threads go on while it runs."""
+        """The function, for Python; other threads run meanwhile."""
         return self._uncompiled if PLAIN else self._kind(self.address)
 
     @property
@@ -95,7 +95,7 @@ class Entry:
         return ctypes.CFUNCTYPE(C_TYPES[self.result], *(C_TYPES[name] for name in self.arguments))
 
     def _uncompiled(self, *arguments: Any) -> Any:
-        """Calls the Python function; integers wrap round and divisions by zero give infinity, as in compiled code."""
+        """Calls the Python function; integers wrap around and division by zero gives infinity, as in compiled code."""
         import numpy as np
 
         with np.errstate(all="ignore"):
@@ -103,7 +103,7 @@ class Entry:
 
     @functools.cached_property
     def _plain(self) -> Any:
-        """The Python function as a C function, which lives as long as this entry."""
+        """The Python function as a C function; it lives as long as this entry."""
         return self._kind(self._uncompiled)
 
     def __call__(self, *arguments: Any) -> Any:
@@ -111,9 +111,9 @@ class Entry:
 
 
 def entry(signature: str, attributes: str = "") -> Callable[[Callable[..., Any]], Entry]:
-    """A decorator: the function is a C function of the library, with a `signature` such as "int64(int64, float64)".
+    """A decorator: makes a C function of the library, with a `signature` such as "int64(int64, float64)".
 
-    `attributes`: as of `compiled`. Raises ValueError if there is another one of its name.
+    `attributes`: as for `compiled`. Raises ValueError if the name is taken.
     """
 
     def decorate(function: Callable[..., Any]) -> Entry:

@@ -1,9 +1,8 @@
-"""Functions that numba compiles: the reference solver, single kernels for tests, and those of lowering.py.
+"""Functions that numba compiles: the reference solver, single kernels for tests, and lowering.py's.
 
-What is kept on disk goes by all its sources, by Python, numba and the kind of processor: numba alone keys a function
-by the file it stands in, and one that calls into another file would stay as it was when that file changes. Every file
-ends with a checksum: numba trusts what it finds. A damaged directory is emptied; one that cannot be written to is done
-without.
+The cache key includes all sources, Python, numba and the kind of processor: numba alone keys a function by its own file
+only, and would not recompile it when it calls into another file that changes. Every file ends with a checksum: numba
+trusts what it finds. A damaged directory is emptied; an unwritable one is not used.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ LOG = logging.getLogger("livebass")
 
 @functools.cache
 def directory() -> Path | None:
-    """Names where compiled functions are kept, by their sources, Python, numba and processor; None: nowhere."""
+    """The cache directory of compiled functions, by sources, Python, numba and processor; None: there is none."""
     config: Any = nb.config
     processor = config.CPU_NAME or binding.get_host_cpu_name()
     features = config.CPU_FEATURES
@@ -46,7 +45,7 @@ def directory() -> Path | None:
 
 
 def _empty() -> None:
-    """Empties the directory, as far as the system lets us."""
+    """Empties the directory as far as the system allows."""
     place = directory()
     with suppress(OSError):
         for entry in place.iterdir() if place else ():
@@ -55,7 +54,7 @@ def _empty() -> None:
 
 @functools.cache  # once is enough
 def _start_anew() -> None:
-    """Empties a cache that turned out to be damaged, and says so."""
+    """Empties a damaged cache, and says so."""
     _empty()
     LOG.warning("the compiled code in %s is damaged: compiling it anew", directory())
 
@@ -84,7 +83,7 @@ class _Files(caching.IndexDataCacheFile):
 
 
 class _Locator(caching.UserProvidedCacheLocator):
-    """Names the place of a function's cache files: by its module, not by where livebass is installed."""
+    """Places a function's cache files by its module, not by where livebass is installed."""
 
     def __init__(self, function: Callable[..., Any], file: str) -> None:
         self._py_file, self._lineno = file, function.__code__.co_firstlineno
@@ -103,7 +102,7 @@ class _Results(caching.CompileResultCacheImpl):
 
 
 class _Cache(caching.FunctionCache):
-    """numba's cache of one function. What cannot be read is compiled anew, what cannot be written is not kept."""
+    """numba's cache of one function. It recompiles unreadable entries and does not keep unwritable ones."""
 
     _impl_class = _Results
 
@@ -114,7 +113,7 @@ class _Cache(caching.FunctionCache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # of a file, a pickle, or LLVM
+        except Exception:  # from a file, a pickle, or LLVM
             _start_anew()
             return None
 
@@ -124,9 +123,9 @@ class _Cache(caching.FunctionCache):
 
 
 USUAL: dict[str, Any] = {"nogil": True, "error_model": "numpy"}  # division as in C
-# No references to Python's objects, which cost a quarter of the time; what would allocate does not compile.
+# No references to Python's objects, which cost a quarter of the time; allocating code does not compile.
 LEAN: dict[str, Any] = {"_nrt": False}
-# Said of every function: one that does not say takes it over from whichever caller makes numba compile it first.
+# Set for every function: otherwise it inherits the setting of whichever caller makes numba compile it first.
 STRICT: dict[str, Any] = {"fastmath": False, "forceinline": False}
 
 
@@ -146,14 +145,14 @@ def compiled(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 counted = compiled()  # counts references: for functions that allocate
 
 
-_inlined: set[str] = set()  # names of the functions that become code of their callers
-_attributes: dict[str, str] = {}  # of functions, by name, where they have any
+_inlined: set[str] = set()  # names of functions merged into their callers
+_attributes: dict[str, str] = {}  # of functions, by name, if any
 
 
 def kernel(attributes: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator: a kernel, with `options` of numba's `njit` beside `USUAL`, `LEAN` and `STRICT`.
+    """A decorator: a kernel, with `options` of numba's `njit` besides `USUAL`, `LEAN` and `STRICT`.
 
-    `attributes`, separated by spaces, are for LLVM (`attributes_of`).
+    Space-separated `attributes` are for LLVM (`attributes_of`).
     """
     make = nb.njit(**USUAL, **LEAN, **{**STRICT, **options})
 
@@ -177,12 +176,12 @@ def _name(function: Callable[..., Any]) -> str:
 
 
 def attributes_of(llvm_name: str) -> list[str]:
-    """The attributes of a function that LLVM is to know by `llvm_name`, as numba and lowering.py name it."""
+    """The attributes of a function by its `llvm_name`, as numba and lowering.py form it."""
     return _attributes.get(llvm_name.removeprefix("_ZN").rpartition(".")[0], "").split()
 
 
 class _Compiled(event.Listener):
-    """Tells what part of the functions in `missing` numba has compiled, after each."""
+    """Reports how much of the functions in `missing` numba has compiled, after each."""
 
     def __init__(self, tell: Callable[[float], None], missing: set[str]) -> None:
         self._tell, self._missing, self._count = tell, missing, len(missing)
@@ -198,9 +197,9 @@ class _Compiled(event.Listener):
 
 
 def tell_progress(tell: Callable[[float], None], names: Iterable[str]) -> None:
-    """Calls `tell` with the part of the functions `names` that is compiled, after each, from now on.
+    """Calls `tell` with the compiled fraction of the functions `names`, after each, from now on.
 
-    What becomes part of its callers is not counted.
+    Functions merged into their callers do not count.
     """
     event.register("numba:compile", _Compiled(tell, set(names) - _inlined))
 

@@ -2,9 +2,9 @@
 
     python -m livebass.compiling.emitter LEVEL
 
-writes the object file (processes.py). The functions of all entries are one module (lowering.py) in which everything but
-the entries is internal; `lb_NAME` is the entry NAME with C's calling convention. Nothing is run here, so that code for
-other machines can be made; numba is not needed where the module came with the package or is kept.
+writes the object file (processes.py). The functions of all entries form one module (lowering.py) in which all but the
+entries is internal; `lb_NAME` is the entry NAME with C's calling convention. It runs none of the code, and so can
+compile for other machines. It needs no numba if the module came with the package or is cached.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from typing import Any
 
 from livebass.compiling import lowering, processes, store
 
-# What machine code may need of the C library, or of LLVM's own runtime.
+# Functions that machine code may need from the C library or LLVM's runtime.
 ALLOWED = {"memset", "memcpy", "memmove"}
-# Functions that the module calls: numpy's square root, a call of C's, is the processor's instruction; the word that
-# controls floating point, and the bits of it that take denormal numbers for zero, go by the kind of processor.
+# Functions that the module calls. numpy's square root, a C call, becomes the processor's instruction; the control word
+# of floating point, and its bits that treat denormal numbers as zero, depend on the kind of processor.
 SQRT = """define double @sqrt(double %x) alwaysinline {
   %y = call double @llvm.sqrt.f64(double %x)
   ret double %y
@@ -54,18 +54,18 @@ PROCESSOR = {
     ) + "declare i64 @llvm.aarch64.get.fpcr()\ndeclare void @llvm.aarch64.set.fpcr(i64)\n",
     "wasm32": CONTROL.format("ret i64 0", "", 0),
 }  # fmt: skip
-LOWERED, OPTIMISED = 0.6, 0.9  # parts of the time after which there are IR and optimised IR
+LOWERED, OPTIMISED = 0.6, 0.9  # fractions of the time until IR and optimised IR are ready
 ADDRESS = re.compile(r"inttoptr \(i64 \d")  # of the compiler's process
 
 
 @dataclass(frozen=True)
 class Level:
-    """A kind of processor: what LLVM calls it, and the instructions it has beyond."""
+    """A kind of processor: LLVM's name, and its additional instructions."""
 
     cpu: str
     features: str = ""
     machine: str = "x86_64"  # as Linux calls it
-    triple: str = ""  # of the one system that it is for; "": of any
+    triple: str = ""  # of its only system; "": any
 
 
 LEVELS = {
@@ -87,7 +87,7 @@ def program(progress: processes.Progress = processes.silent) -> str:
 
 
 def packed_program(progress: processes.Progress = processes.silent) -> bytes:
-    """Returns `lowering.program`, which came with the package, is kept in the user's directory, or is made; by gzip."""
+    """Returns the gzipped `lowering.program`: from the package, from the user's directory, or newly made."""
 
     def made() -> bytes:
         return gzip.compress(lowering.program(progress).encode(), 6, mtime=0)
@@ -97,7 +97,7 @@ def packed_program(progress: processes.Progress = processes.silent) -> bytes:
 
 
 def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
-    """Returns the machine of `level`, and the program `text` as a module for it that exports the entries alone.
+    """Returns the machine of `level`, and the program `text` as a module for it that exports only the entries.
 
     `triple`: another system than this one.
     """
@@ -127,10 +127,10 @@ def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
 def emit(
     text: str, level: str, triple: str | None = None, optimised: Callable[[], None] = lambda: None
 ) -> tuple[bytes, set[str]]:
-    """Returns the object file of the program `text` for `level`, and the symbols that it needs.
+    """Returns the object file of the program `text` for `level`, and the symbols it needs.
 
-    `triple`: another system than this one; `optimised` is called before machine code is made. Raises ValueError if the
-    code needs what it must not.
+    `triple`: another system than this one; `optimised` is called before generating machine code. Raises ValueError if
+    the code needs a forbidden symbol.
     """
     import llvmlite.binding as llvm
 

@@ -1,8 +1,8 @@
-"""The library of kernels in this process: one that came with the package, or an object file compiled on this machine.
+"""The kernel library in this process: from the package, or an object file compiled on this machine.
 
-The first is loaded by the system, without numba or LLVM. The second is made by emitter.py, in a process of its own, at
-its first use, and is kept in the user's directory; one that is damaged is made anew, and one that cannot be kept is
-made for this process alone.
+The system loads the first, without numba or LLVM. emitter.py makes the second, in a process of its own, at its first
+use, and keeps it in the user's directory. If damaged, it is made again; if it cannot be kept, it serves this process
+alone.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Library(Protocol):
     """Compiled kernels, loaded."""
 
     def address(self, name: str) -> int:
-        """The address of an entry. Raises KeyError if there is none of that name."""
+        """The address of an entry. Raises KeyError for an unknown name."""
 
 
 class SharedLibrary:
@@ -43,7 +43,7 @@ class SharedLibrary:
 
 
 class ObjectFile:
-    """An object file, linked in memory by LLVM. Raises RuntimeError for one that LLVM cannot load."""
+    """An object file that LLVM links in memory. Raises RuntimeError if LLVM cannot load it."""
 
     def __init__(self, data: bytes) -> None:
         from llvmlite import binding
@@ -63,7 +63,7 @@ class ObjectFile:
 
 
 def cached() -> bool:
-    """True if the kernels need not be compiled first."""
+    """True if the kernels are already compiled."""
     if _loaded or store.whole(store.built()) is not None:
         return True
     kept = store.kept()
@@ -71,9 +71,9 @@ def cached() -> bool:
 
 
 def library(progress: processes.Progress = processes.silent) -> Library:
-    """The library; loads it at the first call, and compiles it if there is none. [any thread]
+    """The library; the first call loads it, and compiles it if needed. [any thread]
 
-    `progress` is called with the part of the compiling that is done, from a thread of its own.
+    `progress` gets the compiled fraction, from a thread of its own.
     """
     if not _loaded:
         aside(_load_once, progress)
@@ -101,10 +101,9 @@ def compiled_here(progress: processes.Progress = processes.silent) -> bytes:
 
 
 def compiled_for(level: str, progress: processes.Progress = processes.silent) -> bytes:
-    """Compiles the kernels for a level of processor, in processes of their own that end with this one.
+    """Compiles the kernels for a level of processor, in separate processes that end with this one.
 
-    `progress` is called with the part that is done. Returns the object file. Raises OSError, with what a process said
-    last, if it fails.
+    `progress` gets the fraction done. Returns the object file. Raises OSError with a failed process's last message.
     """
     if not os.path.isfile(sys.executable or ""):
         raise OSError(

@@ -1,14 +1,13 @@
-"""From Python functions to unoptimised IR, by numba, which stops there: the program that emitter.py optimises.
+"""Lowers Python functions to unoptimised IR with numba, which stops there: emitter.py optimises this program.
 
     python -m livebass.compiling.lowering PART PARTS
 
-numba's optimiser is off: it would vectorise for the processor at hand, function by function, and what is vectorised
-once stays so. Nor does it link each function into all that call it, or wrap them for Python: the text of each is kept,
-once. A definition is called after a digest of its text, in which those that it uses have such names too: the program is
-the same, byte for byte, however many processes share the entries, and in which order they compile.
+numba's optimiser is off: it would vectorise for this processor, function by function, and that cannot be undone. Nor
+does numba link each function into its callers, or wrap it for Python: the text of each is kept once. A definition's
+name is a digest of its text, including the digests it uses: the program is the same, byte for byte, whatever the number
+of processes and the order of compiling.
 
-numba reads its settings once, and is changed for good: it needs processes of its own, as this file started as a
-program is.
+numba reads its settings once, and this file changes it for good: run this file as a program, in a process of its own.
 """
 
 from __future__ import annotations
@@ -32,23 +31,22 @@ LLVM_TYPES = {
     "float64": "double",
 }  # fmt: skip
 ZEROS = {"ptr": "null", "double": "0.0"}
-# Of the environment. numba walks through sets of names: their order, and so that of the IR, goes by the hash seed.
+# Of the environment. numba iterates over sets of names: their order, and so the IR's, depends on the hash seed.
 SETTINGS = {
     "LIVEBASS_FROM_SOURCE": "1", "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "", "PYTHONHASHSEED": "0",
 }  # fmt: skip
 NAMED = "livebass.compiling.lowering"  # this module
-COLLECTED = 200_000, 50, 1000  # thresholds of the garbage collector: by itself it takes a fifth of numba's time
-NAME = re.compile(r'(?<= )c"[^"]*"|@(?:"([^"]+)"|([\w.$]+))')  # or bytes of data, in which @ is a letter
-NO_ADDRESS = 1  # for Python's objects, which no machine code may need: emitter.emit refuses what has it
+COLLECTED = 200_000, 50, 1000  # thresholds of the garbage collector: by default it takes a fifth of numba's time
+NAME = re.compile(r'(?<= )c"[^"]*"|@(?:"([^"]+)"|([\w.$]+))')  # or bytes of data, where @ is a plain character
+NO_ADDRESS = 1  # for Python's objects, which machine code must not need: emitter.emit rejects it
 
-Weights = dict[str, int]  # names of functions, and how long each is
+Weights = dict[str, int]  # function names and lengths
 
 
 def program(progress: processes.Progress = processes.silent, parts: int | None = None) -> str:
     """The unoptimised IR of all entries as one module, the same for all kinds of processors.
 
-    `progress` is called with the part that is done; `parts`: by how many processes, one or two. Raises
-    processes.Failed.
+    `progress` gets the fraction done; `parts`: number of processes, one or two. Raises processes.Failed.
     """
     parts = parts or min(core_count(), 2)
     done = [0.0] * parts
@@ -61,7 +59,7 @@ def program(progress: processes.Progress = processes.silent, parts: int | None =
         return json.loads(processes.result_of(NAMED, str(part), str(parts), settings=SETTINGS, progress=tell))
 
     pool = ThreadPoolExecutor(parts)
-    try:  # whoever fails first
+    try:  # the first failure
         found = [each.result() for each in as_completed([pool.submit(of, part) for part in range(parts)])]
     finally:
         pool.shutdown(wait=False)
@@ -100,7 +98,7 @@ def names_in(text: str) -> Iterator[str]:
 
 
 def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.silent) -> dict[str, dict[str, str]]:
-    """Compiles entries: returns their gates, by entry, and the definitions and declarations that they need, by name.
+    """Compiles entries: returns their gates, by entry, and the required definitions and declarations, by name.
 
     Changes numba (`only_text`) and the garbage collector for this process.
     """
@@ -113,14 +111,14 @@ def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.sile
     definitions: dict[str, str] = {}
 
     def by_digest(text: str, own: str = "") -> str:
-        """Returns `text` with digests for names; its own stands for itself."""
+        """Returns `text` with digests for names, except its own."""
 
         def digest(match: re.Match[str]) -> str:
             name = match[1] or match[2]
             if name not in raw or name == own:
                 return match[0]
             if name not in digests:
-                digests[name] = ""  # of functions that call each other in a circle, which no digest names
+                digests[name] = ""  # of functions that call each other in a circle: no digest can name them
                 inside = by_digest(raw[name], name)
                 readable = ".".join(name.removeprefix("_ZN").split(".")[-3:-1])
                 digests[name] = f"{readable}.{hashlib.sha256(inside.replace(name, '').encode()).hexdigest()[:16]}"
@@ -135,7 +133,7 @@ def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.sile
 
 
 def only_text() -> tuple[dict[str, str], dict[str, str]]:
-    """Makes numba stop at the text of definitions and declarations: returns where it goes, by name. Before its use."""
+    """Makes numba stop at the text of definitions and declarations; returns their dicts, by name. Call it first."""
     from llvmlite import ir
     from numba.core import base, codegen, funcdesc, inline_closurecall, ir_utils, lowering, types
 
@@ -146,7 +144,7 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
     library: Any = codegen.JITCodeLibrary
 
     class Text(library):
-        """Keeps the text of a compiled function; the functions that it calls are found by name."""
+        """Keeps the text of a compiled function; it finds the functions it calls by name."""
 
         def __init__(self, codegen_: Any, name: str) -> None:
             codegen.CodeLibrary.__init__(self, codegen_, name)
@@ -155,11 +153,11 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
             pass
 
         def add_ir_module(self, module: Any) -> None:
-            notes: list[str] = []  # such as how likely a branch is, by number
+            notes: list[str] = []  # such as branch probabilities, by number
             for note in module.metadata:
                 note.descr(notes)
             noted = [text for text in notes if text.strip()]
-            # numba calls the constants of every function alike: each is called after what is in it
+            # numba gives constants of all functions the same names: name each after its content
             data = {
                 item.name: f".const.{hashlib.sha256(str(item.initializer).encode()).hexdigest()[:16]}"
                 for item in module.globals.values()
@@ -202,12 +200,12 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
         """Names variables and blocks of an inlined function by its turn in the caller, not in this process."""
         caller.turns = getattr(caller, "turns", 0) + 1
         callee.func_id.unique_name = f"{callee.func_id.func_qualname}${caller.turns}"
-        label: Any = ir_utils._the_max_label  # at least that of the caller is taken
+        label: Any = ir_utils._the_max_label  # numba uses at least the caller's
         label._value = 0
         return inline(self, caller, block, i, callee, *more, **named)
 
     worker.inline_ir = inline_numbered
-    record: Any = types.Record  # numba asks for the name of a type all the time; that of a record lists its fields
+    record: Any = types.Record  # numba asks for type names all the time; a record's lists its fields
     described = record.__repr__
     record.__repr__ = lambda self: (
         self.__dict__.get("_described") or self.__dict__.setdefault("_described", described(self))
@@ -216,7 +214,7 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
 
 
 def internal(text: str) -> str:
-    """The definition of a function or of data, as one that only its module sees; a declaration without names inside."""
+    """Makes a definition of a function or of data internal to its module; removes names inside a declaration."""
     if text.startswith("declare"):
         return re.sub(r' %"[^"]*"', "", text)
     text = re.sub(r"^define (linkonce_odr )?", "define internal ", text)
@@ -233,7 +231,7 @@ def all_entries() -> dict[str, Entry]:
 
 
 def gate(entry: Entry, raw: str) -> str:
-    """The IR of the C function `lb_NAME`, which calls numba's function `raw`: result by address, errors by status."""
+    """The IR of the C function `lb_NAME`; it calls numba's function `raw`: result by address, errors by status."""
     result = LLVM_TYPES[entry.result]
     kinds = [LLVM_TYPES[kind] for kind in entry.arguments]
     given = "".join(f", {kind} %{i}" for i, kind in enumerate(kinds))
@@ -251,9 +249,9 @@ def gate(entry: Entry, raw: str) -> str:
 
 
 def shared_out(reaches: Mapping[str, Weights], parts: int) -> list[list[str]]:
-    """Shares the entries out to one process or two: one takes the heaviest and what adds least to it.
+    """Divides the entries among one or two processes: one takes the heaviest and those that add least to it.
 
-    `reaches`: what each entry reaches. What two processes need, both compile; the longer of the two is short.
+    `reaches`: the functions of each entry. Both processes compile what both need. It keeps the longer share short.
     """
     if parts == 1:
         return [sorted(reaches)]
@@ -271,12 +269,12 @@ def shared_out(reaches: Mapping[str, Weights], parts: int) -> list[list[str]]:
 
 
 def reached(function: Any) -> Weights:
-    """`function`, what it names of its package, what that names, and so on; with the lengths of their code."""
+    """`function`, all that it names in its package, and so on recursively; with the lengths of their code."""
     found: Weights = {}
     waiting, home = [function], function.__module__.split(".")[0]
     while waiting:
         one = waiting.pop()
-        one = getattr(one, "py_func", getattr(one, "function", one))  # of numba's, of an entry
+        one = getattr(one, "py_func", getattr(one, "function", one))  # unwraps numba's or an entry
         if not isinstance(one, FunctionType) or one.__module__.split(".")[0] != home:
             continue
         name = f"{one.__module__}.{one.__qualname__}"
@@ -290,7 +288,7 @@ def reached(function: Any) -> Weights:
 
 
 def _named(function: FunctionType, code: CodeType) -> Iterator[Any]:
-    """Yields the values that `code`, of `function`, names: of its module, the function around it, modules of these."""
+    """Yields the values that `code`, of `function`, names: from its module, enclosing function, and their modules."""
     cells = function.__closure__ or ()
     around = {name: cell.cell_contents for name, cell in zip(function.__code__.co_freevars, cells, strict=True)}
     for name in (*code.co_names, *code.co_freevars):

@@ -1,6 +1,6 @@
-"""Work in a process of its own, which tells how far it is, says why it fails, and ends with the one that started it.
+"""Work in a separate process that reports its progress and the reason of a failure, and ends with its parent.
 
-It writes lines with the part that is done, an empty one, and its result.
+It writes lines with the fraction done, an empty line, and its result.
 """
 
 from __future__ import annotations
@@ -14,29 +14,29 @@ from typing import NoReturn
 
 from livebass.compiling import store
 
-END = b"\n"  # of the lines with the part that is done
+END = b"\n"  # of the lines with the fraction done
 Progress = Callable[[float], None]
 NOTHING: Mapping[str, str] = {}
 
 
 class Failed(OSError):
-    """A process failed; the message is what it said last."""
+    """A process failed; its last output is the message."""
 
 
 def silent(done: float) -> None:
-    """Tells nobody what part is `done`."""
+    """Ignores the fraction `done`."""
 
 
 def result_of(
     module: str, *arguments: str, settings: Mapping[str, str] = NOTHING, progress: Progress = silent
 ) -> bytes:
-    """Runs `module`, a program that calls `serve`, with `settings` of the environment; returns its result.
+    """Runs `module`, a program that calls `serve`, with `settings` in the environment; returns its result.
 
-    `progress` is called with the part that is done. Raises Failed.
+    `progress` gets the fraction done. Raises Failed.
     """
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     with subprocess.Popen(
-        # -P: the working directory may hold files that are called like modules of Python
+        # -P: the working directory may hold files named like Python modules
         [sys.executable, "-P", "-m", module, *arguments],
         env=os.environ | settings | {"PYTHONPATH": os.pathsep.join(paths)},
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
@@ -44,7 +44,7 @@ def result_of(
     ) as process:  # fmt: skip
         assert process.stdout
         for line in iter(process.stdout.readline, END):
-            if not line:  # it has ended before its time
+            if not line:  # it ended too early
                 break
             progress(float(line))
         said = process.stdout.read()
@@ -55,12 +55,12 @@ def result_of(
 
 
 def serve(work: Callable[[Progress], bytes]) -> NoReturn:
-    """Writes what `work` returns to standard output, and meanwhile what it tells; or why it failed, and exits with 1.
+    """Writes progress and result of `work` to standard output; on failure the reason, and exits with 1.
 
-    Ends when the process that started this one ends: standard input ends then.
+    Ends with its parent process: standard input ends then.
     """
     out = os.dup(1)
-    os.dup2(2, 1)  # whatever is printed is no part of it
+    os.dup2(2, 1)  # keeps printed text out of it
 
     def watch() -> None:
         while os.read(0, 4096):

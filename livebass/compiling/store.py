@@ -1,8 +1,8 @@
-"""Keeps compiled kernels: in the package where it was built with them, or in a directory of the user's.
+"""Keeps compiled kernels: in a package that was built with them, or in a user directory.
 
-A file of kernels is called after a digest of all their sources and after the level of processor it is for, and ends
-with a checksum: a file that a power cut or a full disk damaged would crash. Of several processes that need the same
-one, one makes it, and the others wait for it.
+The name of a kernel file holds a digest of all sources and the level of processor. It ends with a checksum: a file
+damaged by a power cut or a full disk would crash. If several processes need the same file, one makes it and the others
+wait.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ except ImportError:  # Windows
 
 LOG = logging.getLogger("livebass")
 PACKAGE = Path(__file__).parents[1]
-ROOMS = ("kernels", "live/thread", "compiling")  # folders whose functions are compiled, or compile them ...
-FILES = ("techniques.py", "parts.py", "rows.py", "units.py", "kits.py")  # ... and what they take their numbers from
+ROOMS = ("kernels", "live/thread", "compiling")  # folders of compiled functions, and of their compiler ...
+FILES = ("techniques.py", "parts.py", "rows.py", "units.py", "kits.py")  # ... and the sources of their numbers
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
 KEPT = re.compile(r"(kernels|objects|plugin|reference|loads)-[0-9a-f]{16}")  # directories of compiled code, by version
-UNUSED = 90 * 24 * 3600  # s after which one that nothing has used is deleted
+UNUSED = 90 * 24 * 3600  # s after which an unused one is deleted
 WAITING = "compiling the kernels: another process does so already, waiting for it"
 
 
@@ -53,7 +53,7 @@ def sources() -> tuple[Path, ...]:
 
 @functools.cache
 def digest() -> str:
-    """A name for the kernels' sources as they are."""
+    """A name for the current sources of the kernels."""
     found = hashlib.sha256()
     for source in sources():
         found.update(source.relative_to(PACKAGE).as_posix().encode() + b"\0" + source.read_bytes())
@@ -64,7 +64,7 @@ def digest() -> str:
 def level() -> str:
     """The level of this processor, a key of `emitter.LEVELS`: kernels of one level give the same sound, bit for bit.
 
-    LIVEBASS_LEVEL names a lower one. Raises ValueError for a processor without kernels, and a level that it has not.
+    LIVEBASS_LEVEL names a lower one. Raises ValueError for a processor without kernels, and for a level it lacks.
     """
     machine = platform.machine().lower()
     if machine in X86:
@@ -83,12 +83,12 @@ def level() -> str:
 
 @functools.cache
 def directory(name: str) -> Path | None:
-    """The directory `name` of the user, for compiled code: in NUMBA_CACHE_DIR, the user's cache or the temporary one.
+    """The user's directory `name` for compiled code: in NUMBA_CACHE_DIR, the user's cache or the temporary directory.
 
-    Who can write there can run code here: wherever it is, the directory must be the user's, and closed to all others.
-    One that is not is passed over, and a line says so. None if there is no other, or none can be written to.
+    Anyone who can write there can run code here: the directory must belong to the user, and be closed to all others.
+    Otherwise it is skipped with a one-line warning. None if there is no other, or none is writable.
 
-    Its time of change becomes that of its last use. The first use of a new version deletes those long out of use.
+    Its time of change becomes the time of last use. The first use of a new version deletes those long out of use.
     """
     given = os.environ.get("NUMBA_CACHE_DIR")
     usual = Path(os.path.realpath(given or platformdirs.user_cache_path("livebass")))
@@ -104,12 +104,12 @@ def directory(name: str) -> Path | None:
 
 
 def delete_unused(place: Path) -> None:
-    """Deletes what versions of livebass keep in `place` that nothing has used for `UNUSED` seconds."""
+    """Deletes directories of livebass versions in `place` that nothing has used for `UNUSED` seconds."""
     with suppress(OSError):
         for kept in place.iterdir():
             with suppress(OSError):
                 if KEPT.fullmatch(kept.name) and time.time() - kept.lstat().st_mtime > UNUSED:
-                    shutil.rmtree(kept, ignore_errors=True)  # which leaves a symbolic link, and what is in use, alone
+                    shutil.rmtree(kept, ignore_errors=True)  # leaves symbolic links and files in use alone
 
 
 def _user() -> int:
@@ -118,7 +118,7 @@ def _user() -> int:
 
 
 def _private(place: Path) -> bool:
-    """True if `place`, made if need be, is a directory of the user to which nobody else can write; else says why not.
+    """True if `place`, made if needed, is a directory of the user that nobody else can write to; else says why not.
 
     Raises OSError.
     """
@@ -142,18 +142,18 @@ def built() -> Path:
 
 
 def kept() -> Path | None:
-    """The object file that may be in the user's directory; None if there can be none."""
+    """The object file that may be in the user's directory; None without a directory."""
     place = directory(f"kernels-{digest()}")
     return place / f"{level()}.o" if place else None
 
 
 def program_built() -> Path:
-    """The program that LLVM compiles (lowering.py), as it may have come with the sources."""
+    """The program that LLVM compiles (lowering.py), possibly shipped with the sources."""
     return BUILT / f"program-{digest()}.ll.gz"
 
 
 def program_kept() -> Path | None:
-    """The program as it may be in the user's directory; None if there can be none."""
+    """The program that may be in the user's directory; None without a directory."""
     place = directory(f"kernels-{digest()}")
     return place / "program.ll.gz" if place else None
 
@@ -173,17 +173,17 @@ def whole(path: Path) -> bytes | None:
 
 
 def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = "") -> bytes:
-    """Returns the content of the file at `path` if it is whole, else what `make` returns, and keeps it there.
+    """Returns the content of the file at `path` if undamaged, else the result of `make`, and keeps it there.
 
-    What cannot be kept is made for this process alone. If another process makes it, waits for that. `damaged`: a
-    warning if there is a file that is not whole; with `path` None there can be none.
+    If it cannot be kept, it serves this process alone. If another process is making it, waits for that. `damaged`: a
+    warning about a damaged file. `path` None: keeps nothing.
     """
     if path is None:
         return make()
     data = whole(path)
     if data is None:
         with _locked(path):
-            data = whole(path)  # by the process that was waited for
+            data = whole(path)  # from the other process
             if data is None:
                 if damaged and path.exists():
                     LOG.warning("%s", damaged)
@@ -195,9 +195,9 @@ def kept_or_made(path: Path | None, make: Callable[[], bytes], damaged: str = ""
 
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
-    """Locks what is to become the file at `path`; says so if another process has. One that has ended has no lock.
+    """Locks the future file at `path`; says so if another process has. A process that ended holds no lock.
 
-    Where there are no locks, or no room for a file, the block runs without.
+    Without locks, or room for a file, the block runs unlocked.
     """
     place = path.with_name(f"{path.name}.lock")
     fd = _lock_of(place) if fcntl else None
@@ -206,12 +206,12 @@ def _locked(path: Path) -> Iterator[None]:
     finally:
         if fd is not None:
             with suppress(OSError):
-                place.unlink()  # those who wait see that it is gone
+                place.unlink()  # waiting processes see that it is gone
             os.close(fd)
 
 
 def _lock_of(place: Path) -> int | None:
-    """Makes the file at `place` if need be and locks it; returns its descriptor, or None."""
+    """Makes the file at `place` if needed and locks it; returns its descriptor, or None."""
     said = False
     while True:
         try:
@@ -229,11 +229,11 @@ def _lock_of(place: Path) -> int | None:
             pass
         if os.fstat(fd).st_nlink:
             return fd
-        os.close(fd)  # who had it has removed it, and another may have made a new one
+        os.close(fd)  # its owner removed it, and another process may have made a new one
 
 
 def write(path: Path, data: bytes) -> None:
-    """Writes a file whole, or not at all. Raises OSError."""
+    """Writes a file whole or not at all. Raises OSError."""
     handle, name = tempfile.mkstemp(dir=path.parent)
     try:
         with open(handle, "wb") as file:

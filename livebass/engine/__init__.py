@@ -1,1 +1,1 @@
-"""Prepares the memory of kernels, plays messages, solves one pluck, renders a score."""
+"""Prepares the kernels' memory, plays messages, solves one pluck, renders a score."""

@@ -1,4 +1,4 @@
-"""Several basses, one after the other, played as one: the program changes of a score choose them."""
+"""Plays several basses in turn as one: program changes of a score choose them."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ class _Member:
 
     engine: Engine
     began: int  # frame
-    fades: int | None = None  # from this frame on; None: not
+    fades: int | None = None  # from this frame on; None: never
     level: float = 0.0  # of its last sample
 
 
 class Basses(Playing):
     """Plays on `first` until a program change among the messages chooses another bass.
 
-    That one begins at the frame of the program change, as when new but for the controllers, which stay as they are.
-    The one before starts no more notes and rings out, each string until the new bass plays it; one more program change
-    fades it out. So do `livebass play` and plugins, where the new bass begins once it is prepared.
+    The new bass begins at the frame of the program change, in its initial state but with the current controllers. The
+    old bass starts no more notes and rings out, each string until the new bass plays it; another program change fades
+    it out. `livebass play` and plugins do the same, but the new bass begins once it is prepared.
     """
 
     def __init__(self, first: Engine, basses: Mapping[int, Instrument]) -> None:
-        """`basses` by program, from 0; of other programs nothing changes. [main thread]
+        """`basses` by program, from 0; other programs change nothing. [main thread]
 
-        There are as many `strings` as the bass with most of them has; those of the others come first. Raises
-        ValueError for a bass that cannot be played at the rate of `first`.
+        `strings` is the largest number of strings of any bass; a smaller bass uses the first ones. Raises ValueError
+        for a bass that cannot play at the rate of `first`.
         """
         self.rate, self.workers, self.frame = first.rate, first.workers, 0
         self.strings = max([first.strings, *(len(bass.strings) for bass in basses.values())])
@@ -60,7 +60,7 @@ class Basses(Playing):
                 other.engine.ring_on(frame - other.began, message, member.engine, told)
 
     def _change(self, frame: int, program: int) -> None:
-        """Has the bass of a program begin at `frame`, unless it plays already or there is none."""
+        """Starts the bass of a program at `frame`, unless it is already playing or does not exist."""
         bass, member = self._basses.get(program), self._members[0]
         if bass is None or bass is member.engine.instrument:
             return
@@ -82,7 +82,7 @@ class Basses(Playing):
         return self._process(count, process)
 
     def _process(self, count: int, process: Callable[[Engine, int], Block]) -> Block:
-        """The sum of what `process` gives for each bass that plays or rings out, and of the mixes if it gives them."""
+        """Sums the results of `process` for each bass that plays or rings out, and the mixes, if any."""
         out, whole = np.zeros((self.strings, count)), int(FADE * self.rate)
         mix = np.zeros(count, np.float32)
         mixes = False

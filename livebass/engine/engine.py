@@ -1,4 +1,4 @@
-"""A bass as an object: MIDI messages in, one signal a string out. Files and the live synth both use it."""
+"""A bass as an object: MIDI messages in, one signal per string out. Files and the live synth both use it."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from livebass.model.quality import Quality
 from livebass.score.score import LONGEST, Score, checked_rate
 
 CHUNK = 1.0  # s computed at once
-SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends when no string is louder for QUIET_FOR
+SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends after QUIET_FOR with no string louder
 QUIET_FOR = 0.3  # s
 LONGEST_TAIL = 12.0  # s
-FADE = 0.02  # s, where a tail is cut
+FADE = 0.02  # s, at a cut tail
 
 
 Block = tuple[NDArray[np.float64], NDArray[np.float32] | None]  # of each string, and the mix behind the effects
@@ -52,18 +52,18 @@ class Report:
     notes: int
     transposed: int
     dropped: int
-    stolen: int  # strings taken away from a note that still sounded
-    weakened: int  # times that a motion was scaled back to what a string bears: 0 unless something is wrong
+    stolen: int  # strings taken from a sounding note
+    weakened: int  # number of times a motion was scaled down to a string's limit: 0 unless something is wrong
 
 
 class Playing(ABC):
-    """Plays messages into one signal a string, and so can play a score."""
+    """Plays messages, and so a score, into one signal per string."""
 
     rate: int  # Hz
     workers: int  # threads
     strings: int
     frame: int  # the next to be computed
-    floor: NDArray[np.float64] | None = None  # (count,): that of the last block; None: the bass has none
+    floor: NDArray[np.float64] | None = None  # (count,): in the last block; None: the bass has none
 
     @abstractmethod
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
@@ -91,9 +91,9 @@ class Playing(ABC):
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
         """Renders `score` from here on: blocks (strings, n) until the last note has died away, without effects.
 
-        The score's frame 0 is this `frame` when the first block is asked for; whatever still sounds then
-        sounds on. `tail` seconds after the score's end, or None: until silent, at most `LONGEST_TAIL`. Raises
-        ValueError for a score at another rate and a tail that is not a time.
+        The score's frame 0 is the `frame` at the request for the first block; sounding notes go on. It plays `tail`
+        seconds after the score's end; None: until silent, at most `LONGEST_TAIL`. Raises ValueError for a score at
+        another rate and a tail that is not a time.
         """
         self._check(score, tail)
         return (strings for strings, _ in self._play(score, tail, lambda *given: (self.process(*given), None)))
@@ -104,15 +104,15 @@ class Playing(ABC):
         return self._play(score, tail, self.process_with_mix)
 
     def _check(self, score: Score, tail: float | None) -> None:
-        """Raises ValueError for what `play` does not take."""
+        """Raises ValueError for invalid arguments of `play`."""
         if score.rate != self.rate:
             raise ValueError(f"the score is in frames of {score.rate} Hz, the engine in {self.rate} Hz: take the same")
         check_tail(tail)
 
     def _play(self, score: Score, tail: float | None, process: Process) -> Iterator[Block]:
-        """Yields block after block; while the caller has one, the next is computed, unless that was the last.
+        """Yields block after block, and computes the next one while the caller uses the last.
 
-        A caller that breaks off waits for the one that is being computed.
+        A caller that breaks off waits for the block in progress.
         """
         chunk = max(1, int(CHUNK * self.rate))
         longest = LONGEST_TAIL if tail is None else tail
@@ -148,7 +148,7 @@ class Playing(ABC):
                         if mix is not None:
                             mix[-fade:] = single(mix[-fade:] * shape)
                     rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
-                    self.send(frames[rest], score.messages[rest])  # notes that end here are not held into the next play
+                    self.send(frames[rest], score.messages[rest])  # notes that end here do not last into the next play
                 following = None if ended else ahead.submit(compute)
                 yield block, mix
 
@@ -164,17 +164,17 @@ class Playing(ABC):
 class Engine(Playing):
     """A bass at an audio rate. The same messages at the same frames give the same samples, in blocks of any sizes."""
 
-    coarse: Quality | None = None  # in which strings go on under overload
-    play_string = 0  # address of the C function by which strings run ahead of the clock
-    contacts, events = 0, 0  # so many of the last each string keeps, for who looks at it
+    coarse: Quality | None = None  # for strings under overload
+    play_string = 0  # address of the C function that runs strings ahead of the clock
+    contacts, events = 0, 0  # how many each string keeps for inspection
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
-        """Prepares all strings and frets; raises ValueError for a neck or rate that cannot be played.
+        """Prepares all strings and frets; raises ValueError for an unplayable neck or rate.
 
         `rate` is a whole number of Hz from 8000 to 192000.
-        `seed` picks the little differences from note to note of a player who has them (`Player.unevenness`).
-        `workers` threads compute strings side by side (default: one for each core that the process may use,
-        at most one a string).
+        `seed` sets the small differences from note to note (`Player.unevenness`).
+        `workers` threads compute strings in parallel (default: one for each core that the process may use,
+        at most one per string).
         [main thread]
         """
         checked_rate(rate)
@@ -190,7 +190,7 @@ class Engine(Playing):
         self._begin(seed)
 
     def _begin(self, seed: int) -> None:
-        """Makes all that changes while it plays: strings at rest, and a player with that seed."""
+        """Makes everything that changes during play: strings at rest, and a player with that seed."""
         self.seed = seed
         self.bass = self.image.bass(LIVE, self.rate, seed, self.pools, self.play_string, self.contacts, self.events)
         self.voices, self.performer = self.bass.voices, self.bass.performer
@@ -200,11 +200,11 @@ class Engine(Playing):
 
     @property
     def pool(self) -> Pool:
-        """Its operators in the quality that it plays in."""
+        """Its operators in the current quality."""
         return self.pools[0]
 
     def another(self, seed: int = 0) -> Self:
-        """Returns the engine of the same bass as when new, with its own `seed`: quick, as both share the operators.
+        """Returns a new engine of the same bass with its own `seed`: fast, as both share the operators.
 
         Each may play in a thread of its own. [main thread]
         """
@@ -216,7 +216,7 @@ class Engine(Playing):
         self.play_messages(frames, messages)
 
     def play_messages(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> NDArray[np.void]:
-        """Takes messages as `send` does, and returns the events (n,) that they became. [main thread]"""
+        """Takes messages like `send`, and returns the resulting events (n,). [main thread]"""
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
         count = 0
         for frame, message in zip(frames.tolist(), messages.tolist(), strict=True):
@@ -225,16 +225,16 @@ class Engine(Playing):
         return events[:count]
 
     def ring_on(self, frame: int, message: Sequence[int], player: Engine, told: NDArray[np.void]) -> None:
-        """Takes a message at `frame` while `player` plays, of which it became the events `told`; starts no note."""
+        """Takes a message at `frame` that `player`, now playing, turned into the events `told`; starts no note."""
         self._take(take_message_ringing(self.performer, self.pool.records, player.performer, told, frame, message))
 
     def follow(self, old: Engine) -> None:
-        """Sets the controllers of this engine, which has not played, as they stand at `old`."""
+        """Copies the controllers of `old` to this engine, which has not played."""
         follow_performer(self.voices, self.performer, old.performer)
         self._floor["gain_wanted"] = self.voices[0].record["gain_wanted"]
 
     def _take(self, events: NDArray[np.void]) -> None:
-        """Has the strings carry out events, besides those that they have."""
+        """Adds events to the strings' pending ones."""
         for i in range(self.strings):
             self._pending[i] = np.concatenate([self._pending[i], events[events["string"] == i]])
 
@@ -246,7 +246,7 @@ class Engine(Playing):
             used[i] = self._run(i, out[i])
             self._took[i] = time.perf_counter() - began
 
-        jobs = sorted(range(self.strings), key=lambda i: -self._took[i])  # side by side, the longest first
+        jobs = sorted(range(self.strings), key=lambda i: -self._took[i])  # in parallel, the longest first
         list(pool.map(run, jobs) if pool else map(run, jobs))
         if self._floor["level"][0] > 0:
             self.floor = self._add_floor(out, self._pending[0][: used[0]])
@@ -270,18 +270,18 @@ class Engine(Playing):
         return self.bass.record["floor"]
 
     def _add_floor(self, out: NDArray[np.float64], events: NDArray[np.void]) -> NDArray[np.float64]:
-        """Adds the floor to a block of the first string, and returns it; `events` (n,) are those that this one had."""
+        """Adds the floor to a block of the first string, and returns the floor; `events` (n,): that string's."""
         floor, told = np.abs(out).max(axis=0), np.ascontiguousarray(events)
         add_floor(self.bass.address, floor.ctypes.data, len(floor), told.ctypes.data, len(told))
         out[0] += floor
         return np.asarray(floor)
 
     def close_floor(self, frame: int) -> None:
-        """Has the floor fade from `frame` on for good, as another bass takes over. [main thread]"""
+        """Fades the floor from `frame` on for good, as another bass takes over. [main thread]"""
         self._floor["closes"] = frame
 
     def floor_open(self) -> bool:
-        """True if the floor is heard, or fades."""
+        """True if the floor sounds or fades."""
         return bool(self._floor["left"][0] > 0)
 
     def _run(self, i: int, out: NDArray[np.float64]) -> int:
@@ -298,13 +298,13 @@ class Engine(Playing):
 
 
 def check_tail(tail: float | None) -> None:
-    """Raises ValueError for a `tail` that `Engine.play` does not take."""
+    """Raises ValueError for a `tail` that `Engine.play` does not accept."""
     if tail is not None:
         within("tail", tail, 0, LONGEST, "s")
 
 
 def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Adds (n_strings, n_frames) string after string in float32, so that stems add up to the mix: (n_frames,)."""
+    """Sums (n_strings, n_frames) string after string in float32, (n_frames,): stems add up to the mix."""
     mix = strings[0].copy()
     for string in strings[1:]:
         mix += string
@@ -312,7 +312,7 @@ def mixed(strings: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def single(sound: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Returns a sound in float32, with 0 for what is below its normal numbers, as the audio thread has it."""
+    """Converts a sound to float32, with 0 for subnormal numbers, as in the audio thread."""
     out = sound.astype(np.float32)
     out[np.abs(out) < np.finfo(np.float32).tiny] = 0.0
     return out

@@ -1,7 +1,7 @@
-"""A bass as bytes: its numbers and notes, worked out as far as they do not depend on the audio rate.
+"""A bass as bytes: its numbers and notes, computed as far as they do not depend on the audio rate.
 
-Everything that plays is made of an image, by the same kernels (kernels/bass): engine and synth of one in memory,
-plugins and page of one in a file.
+Everything that plays is made from an image, by the same kernels (kernels/bass): engine and synth from one in memory,
+plugins and page from one in a file.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Image:
     """A bass as bytes, in the layout of an instrument file (kernels/bass/instrument.py)."""
 
     words: Floats  # (n,)
-    exact: bool = False  # all modes are float64, but those of the last tier
+    exact: bool = False  # all modes are float64, except in the last tier
 
     @property
     def address(self) -> int:
@@ -74,7 +74,7 @@ class Image:
         return [bytes(name).rstrip(b"\0").decode() for name in names]
 
     def pool(self, tier: int, rate: int) -> Pool:
-        """The operators of one tier at an audio rate (Hz). Raises ValueError for a rate that cannot be played."""
+        """The operators of one tier at an audio rate (Hz). Raises ValueError for an unplayable rate."""
         pool = np.zeros(1, POOL)
         pool["file"], pool["tier"], pool["rate"] = self.address, tier, rate
         pool["exact"] = self.exact and tier != COARSE
@@ -92,11 +92,11 @@ class Image:
         self, tier: int, rate: int, seed: int, pools: Sequence[Pool], play_string: int = 0, contacts: int = 0,
         events: int = 0,
     ) -> Bass:  # fmt: skip
-        """Makes the bass, silent, as new; `seed` of the player's unevenness.
+        """Makes the bass, new and silent; `seed` is for the player's unevenness.
 
         pools: its operators at this `rate` (Hz), fine and, for strings under overload, coarse. play_string: address of
-        the C function by which strings run ahead of the clock; 0: they do not. contacts, events: so many of the last
-        each string keeps, for who looks at it.
+        the C function that runs strings ahead of the clock; 0: none. contacts, events: how many of the last ones each
+        string keeps for inspection.
         """
         building = np.zeros(1, BUILDING)
         building["file"], building["tier"], building["rate"] = self.address, tier, rate
@@ -113,7 +113,7 @@ class Image:
 
 @dataclass(frozen=True)
 class Bass:
-    """A bass that plays, in the memory of its BASS."""
+    """A playing bass, in the memory of its BASS."""
 
     memory: Floats
 
@@ -152,9 +152,9 @@ class Bass:
         return self.memory.view(np.uint8)[first : first + count * kind.itemsize].view(kind)
 
     def told(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """The TOLD of string `i`, (1,), and the events that it was handed since it was still, (n,) EVENT, in order.
+        """The TOLD of string `i`, (1,), and the events it received since it was still, (n,) EVENT, in order.
 
-        Raises LookupError if these are more than it keeps.
+        Raises LookupError if it does not keep that many.
         """
         told, events = self.ring_of_events(i)
         count = int(self.voices[i].record[0]["told_count"])
@@ -163,14 +163,14 @@ class Bass:
         return told, events[:count]
 
     def ring_of_events(self, i: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
-        """The TOLD of string `i`, (1,), and the ring of the events that it was handed, (room,) EVENT."""
+        """The TOLD of string `i`, (1,), and the ring of events it received, (room,) EVENT."""
         v = self.voices[i].record[0]
         place, room = int(v["told"]), int(v["told_room"])
         return self._view(place, TOLD), self._view(place + TOLD.itemsize, EVENT, room)
 
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
-    """The image of a bass in its tiers, of a quality each. Raises ValueError for a neck that cannot be played."""
+    """The image of a bass, one tier per quality. Raises ValueError for an unplayable neck."""
     frets = instrument.frets
     given, modes, numbers = bench_of(instrument, qualities).notes()
     head = np.zeros(1, FILE)
@@ -191,13 +191,13 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
 
 
 def sealed(data: bytes) -> bytes:
-    """These bytes, whole words, with their checksum behind."""
+    """These bytes, whole words, followed by their checksum."""
     words = np.frombuffer(data, "<i8")
     return data + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
 
 
 def own_strokes(player: Player) -> NDArray[np.void]:
-    """All strokes, (STROKES,) STROKE, of a player with a pick of its own; (0,) for one with the usual one."""
+    """All strokes, (STROKES,) STROKE, of a player with a custom pick; (0,) with the usual pick."""
     return STANDARD[:0] if player.pick == Pick() else all_strokes(player)
 
 
@@ -210,9 +210,9 @@ def all_strokes(player: Player) -> NDArray[np.void]:
 
 
 def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -> tuple[NDArray[np.int64], Floats]:
-    """Returns where the heights by which the hand measures its force begin, (strings,), as in ADDED, and all of them.
+    """Returns the start, (strings,), as in ADDED, of the heights that set the hand's unit of force, and all heights.
 
-    notes: NOTE (strings, frets + 1); behind: the place behind the numbers that there are.
+    notes: NOTE (strings, frets + 1); behind: the place after the existing numbers.
     """
     places, heights = np.zeros(len(instrument.strings), np.int64), array("d")
     for i, neck in enumerate(instrument.grazed):
@@ -226,7 +226,7 @@ def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -
 
 
 def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
-    """Returns what only some basses have: the samples of the response, and ADDED with the places of `hands`."""
+    """Returns the optional part: the samples of the response, and ADDED with the places of `hands`."""
     added, response = np.zeros(1, ADDED), effects.response
     for knob in fields(Knobs):
         added[knob.name] = getattr(effects, knob.name)
@@ -237,22 +237,22 @@ def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
 
 
 def image_of(data: bytes) -> Image:
-    """The image with these bytes, in memory that begins with a cache line."""
+    """The image with these bytes, in memory aligned to a cache line."""
     words = zeroed_lines(-(-len(data) // WORD) + 1)
     words.view(np.uint8)[: len(data)] = np.frombuffer(data, np.uint8)
     return Image(words)
 
 
 def image(instrument: Instrument, fine: Quality, coarse: Quality | None = None) -> Image:
-    """The image of a bass in a `fine` quality, and in a `coarse` one as its last tier: that of `fine` if left out.
+    """The image of a bass in a `fine` quality, with a `coarse` one as last tier; None: the last tier is `fine`.
 
-    Raises ValueError for a neck that cannot be played.
+    Raises ValueError for an unplayable neck.
     """
     made = image_of(image_bytes(instrument, [fine] * (TIERS - 1) + [coarse or fine]))
     return replace(made, exact=fine.exact)
 
 
 def _text(text: str, size: int) -> NDArray[np.uint8]:
-    """`text` in UTF-8, cut to `size` - 1 bytes, with zeros behind."""
+    """`text` in UTF-8, cut to `size` - 1 bytes, padded with zeros."""
     data = text.encode()[: size - 1].decode(errors="ignore").encode()
     return np.frombuffer(data.ljust(size, b"\0"), np.uint8)

@@ -1,6 +1,6 @@
 """Prepares the memory of the kernels: operators of a speaking string at its rates, strings, the performer.
 
-This is the only place of the engine that allocates what the kernels work on.
+In the engine, only this file allocates memory for the kernels.
 """
 
 from __future__ import annotations
@@ -76,11 +76,11 @@ Rows = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Note:
-    """One string at one fret as the kernels prepare it: how many modes, and where they are tapped."""
+    """One string at one fret as kernels prepare it: the number of modes, and their taps."""
 
     speaking: Speaking
     modes: int
-    taps: Rows  # of the kind that `operators` is told
+    taps: Rows  # of the kind given to `operators`
 
 
 @dataclass
@@ -92,7 +92,7 @@ class Pool:
 
 
 def pickups_under(output: Output, name: str) -> tuple[Pickup, ...]:
-    """Pickups that sense the string `name`; none where the output is the displacement itself."""
+    """Pickups that sense the string `name`; none if the output is the displacement itself."""
     if output.kind == "displacement":
         return ()
     return tuple(p for p in output.pickups if p.senses(name))
@@ -108,7 +108,7 @@ def operators(
 ) -> Pool:
     """Makes the operators of `notes`, given by string and fret, with taps of a `kind` (kernels.preparing).
 
-    playable: modes that the contact rate cannot carry are left out, and a board is on the grid that the others need
+    playable: omits modes that the contact rate cannot carry, and puts a board on the grid that the others need
     (`carried` and `for_modes`). All numbers are float64. Raises ValueError for more modes or contact points than the
     kernels take, or a rate that freezes a mode.
     """
@@ -134,7 +134,7 @@ def operators(
 
 
 def note_numbers(notes: Sequence[Note], playable: bool) -> tuple[NDArray[np.void], array[float]]:
-    """Makes a NOTE, (n,), of each of `notes`, and the numbers that they point into.
+    """Makes a NOTE, (n,), from each of `notes`, and the numbers that they point into.
 
     Raises ValueError for more modes or contact points than the kernels take.
     """
@@ -155,7 +155,7 @@ def _check(note: Note, playable: bool) -> None:
 
 
 def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: bool) -> None:
-    """Fills the NOTE `to`, whose lists go to the end of `numbers`."""
+    """Fills the NOTE `to`, and appends its lists to `numbers`."""
     s, string = note.speaking, note.speaking.string
     on_grid = playable and s.surface
     lists: dict[str, Iterable[tuple[float, ...]]] = {
@@ -182,14 +182,14 @@ def _give(to: NDArray[np.void], note: Note, numbers: array[float], playable: boo
 
 
 def zeroed_lines(count: int) -> Floats:
-    """Zeros, (count,), that begin with a cache line: rows of whole lines are read fastest."""
+    """Zeros, (count,), aligned to a cache line: rows of whole lines are read fastest."""
     room = np.zeros(count + LINE)
     first = -(room.ctypes.data // room.itemsize) % LINE
     return room[first : first + count]
 
 
 def coil_filter(circuit: Coil, rate: float) -> tuple[Floats, Floats]:
-    """Coefficients (b, a), each (4,), of the filter at `rate` Hz that stands for the circuit, by `fit_coil`."""
+    """Coefficients (b, a), each (4,), of the filter at `rate` Hz that models the circuit, by `fit_coil`."""
     work = np.zeros(1, COIL)
     fill(work[0], circuit)
     work["rate"] = rate
@@ -201,14 +201,14 @@ SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 
 def modal_row(w: np.void, name: str) -> Floats:
-    """A row of the modes of a working set, a WORK, in float64, (ROW,)."""
+    """A row of modes in a working set, a WORK, in float64, (ROW,)."""
     split = int(w["split"])
     return np.concatenate([w["low"][name][:split], w["high"][name][: ROW - split].astype(float)])
 
 
 @dataclass
 class Voice:
-    """One string's state and workspace, as `voice.run` takes it, and the log of contacts whose address it holds."""
+    """One string's state and workspace for `voice.run`, and the log of contacts whose address it holds."""
 
     string: NDArray[np.void]  # (1,) records.STRING
     log: NDArray[np.void]  # (n,) records.CONTACT, a ring
@@ -224,21 +224,21 @@ class Voice:
         return self.string["slots"][0]
 
     def sounding(self) -> bool:
-        """True if the string moves, or others answer it."""
+        """True if the string moves or others answer it."""
         return bool(self.slots["on"].any() or self.record["answering"][0])
 
     def note(self) -> tuple[int, int]:
-        """The fret of the note that was played last, and how many contacts began since."""
+        """The last note's fret, and the number of contacts since."""
         slot = self.slots[self.record["slot"][0]]
         return int(slot["fret"]), int(slot["touching"])
 
     def modal_state(self) -> tuple[Floats, Floats]:
-        """q and P of u, (VOICE_SLOTS, ROW) each, for tests to look into."""
+        """q and P of u, (VOICE_SLOTS, ROW) each, for tests."""
         q, p = ([modal_row(w, name) for w in self.slots["u"]] for name in ("q", "p"))
         return np.array(q), np.array(p)
 
     def pressed(self) -> bool:
-        """True if a contact point pushes the note that was played last, at the fine step it has got to."""
+        """True if a contact point pushes the last note at its current fine step."""
         u = self.slots[self.record["slot"][0]]["u"]
         now, deep = u["solved_at"] == self.record["step"], (u["eta"] > 0) | (u["eta_before"] > 0)
         return bool(np.any(now & deep))
@@ -267,7 +267,7 @@ def play_frames(
 def take_message(
     p: NDArray[np.void], ops: NDArray[np.void], frame: int, message: Sequence[int], events: NDArray[np.void], count: int
 ) -> int:
-    """Hands a channel message to the performer `p` (1,), `messages.handle_message`; returns the new count.
+    """Passes a channel message to the performer `p` (1,), `messages.handle_message`; returns the new count.
 
     ops (strings, frets + 1); `message` has three bytes; events (n,) are filled from `count` on.
     """
@@ -280,9 +280,9 @@ def take_message_ringing(
     p: NDArray[np.void], ops: NDArray[np.void], player: NDArray[np.void], told: NDArray[np.void], frame: int,
     message: Sequence[int],
 ) -> NDArray[np.void]:  # fmt: skip
-    """Hands a message to the performer `p` (1,) of a bass that rings out, `messages.ring_on`.
+    """Passes a message to the performer `p` (1,) of a bass that rings out, `messages.ring_on`.
 
-    ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns those of `p`.
+    ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns p's events.
     """
     events = np.zeros(performer.MOST_EVENTS, EVENT)
     p["out"], player["out"] = (frame, events.ctypes.data, 0), (frame, told.ctypes.data, len(told))
@@ -291,7 +291,7 @@ def take_message_ringing(
 
 
 def follow_performer(voices: Sequence[Voice], p: NDArray[np.void], old: NDArray[np.void]) -> None:
-    """Sets the controllers of the performer `p` (1,) and its strings, at rest, as they stand at `old` (1,)."""
+    """Copies the controllers of `old` (1,) to the performer `p` (1,) and its strings, which are at rest."""
     controls.follow_performer(p.ctypes.data, old.ctypes.data)
     for i, voice in enumerate(voices):
         settle_string(voice.string.ctypes.data, p.ctypes.data, i)
@@ -312,10 +312,10 @@ def instrument_numbers(
     answering: Sequence[int] = (),
     fretless: Sequence[bool] = (),
 ) -> NDArray[np.void]:
-    """Makes the INSTRUMENT, (1,), of these strings with their output and their player, in `tiers` of quality.
+    """Makes the INSTRUMENT, (1,), of these strings with output and player, in `tiers` of quality.
 
-    answering: how many modes of each string may answer the others (model.answers); none where it is left out.
-    `fretless` says of each string whether a finger slides along it without steps; if empty, over none.
+    answering: number of modes of each string that may answer the others (model.answers); empty: none.
+    `fretless`: for each string, whether a finger slides along it without steps; empty: on none.
     """
     made = np.zeros(1, INSTRUMENT)
     to = made[0]
@@ -352,7 +352,7 @@ def instrument_numbers(
 
 
 def fill(to: Any, source: Coil | Player) -> None:
-    """Fills a record with those rows of `source` that have a word in it."""
+    """Fills a record with the rows of `source` that have a word in it."""
     for word in words(type(source)):
         to[word.name] = getattr(source, word.name)
 
@@ -367,13 +367,13 @@ def fill_key_map(to: NDArray[np.void], player: Player) -> None:
 
 
 def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -> NDArray[np.void]:
-    """Makes the INSTRUMENT, (1,), of a bass with `frets` frets a string, in `tiers` of quality."""
+    """Makes the INSTRUMENT, (1,), of a bass with `frets` frets per string, in `tiers` of quality."""
     bass = instrument
     fretless = [neck.fretless for neck in bass.necks]
     answering = answering_modes(bass)
     numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
     if bass.over_board:
-        numbers["player"]["thumb_mass"] = 0.0  # it would press the string on points by the hundred
+        numbers["player"]["thumb_mass"] = 0.0  # it would press the string onto hundreds of points
     return numbers
 
 
@@ -389,7 +389,7 @@ def new_voice(rates: Rates, log: int = 0) -> Voice:
 
 
 def pickup_voices(numbers: NDArray[np.void], circuit: Coil, rates: Rates) -> list[Voice]:
-    """Makes the silent strings of an INSTRUMENT, with the player's hand, under pickups with that `circuit`."""
+    """Makes the silent strings of an INSTRUMENT, with the player's hand, over pickups with that `circuit`."""
     made = [new_voice(rates) for _ in range(int(numbers["strings"][0]))]
     fitted = np.zeros(1, COIL)
     fitted["b"], fitted["a"] = coil_filter(circuit, rates.rate)
@@ -399,7 +399,7 @@ def pickup_voices(numbers: NDArray[np.void], circuit: Coil, rates: Rates) -> lis
 
 
 def new_performer(numbers: NDArray[np.void], seed: int = 0) -> NDArray[np.void]:
-    """Makes the performer, (1,) PERFORMER, of an INSTRUMENT; `seed` of its unevenness."""
+    """Makes the performer, (1,) PERFORMER, of an INSTRUMENT; `seed`: for its unevenness."""
     p = np.zeros(1, PERFORMER)
     make_performer(p.ctypes.data, numbers.ctypes.data, seed & SEEDS)
     return p

@@ -1,4 +1,4 @@
-"""Renders a score with an instrument into files or an array, as fast as the machine allows."""
+"""Renders a score with an instrument to files or an array, as fast as the machine allows."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from livebass.model.quality import Quality
 from livebass.score.low_keys import with_low_notes
 from livebass.score.score import NOTE_ON, Score
 
-CEILING = -1.0  # dB re full scale: normalizing brings no peak beyond
+CEILING = -1.0  # dB re full scale: highest peak after normalizing
 Sound = tuple[NDArray[np.float32], NDArray[np.float32] | None]  # of each string, and the mix behind the effects
-USUAL_TAIL = 1.0  # s, guess of the engine's own tail, for the progress shown
+USUAL_TAIL = 1.0  # s, guess of the engine's tail, to show progress
 
 
 class RenderError(ValueError):
-    """The instrument gave NaN or infinity; one line."""
+    """The instrument produced NaN or infinity; one line."""
 
 
 @dataclass(frozen=True)
@@ -43,24 +43,24 @@ class RenderReport:
     notes: int
     transposed: int  # notes moved by octaves into the range
     dropped: int  # notes the instrument could not play
-    stolen: int  # notes whose string another took while they sounded
-    weakened: int  # times that a motion was scaled back to what a string bears: 0 unless something is wrong
+    stolen: int  # notes that lost their string while sounding
+    weakened: int  # number of times a motion was scaled down to a string's limit: 0 unless something is wrong
     clipped: int  # samples beyond full scale
     duration_s: float
     wall_s: float
     peak_db: float  # of the mix, dB re full scale; -inf for silence
-    gain_db: float = 0.0  # with which it was written
-    loudness: float | None = None  # LUFS, of the mix as it was written, if it was normalized; -inf for silence
-    switches: int = 0  # note-ons of keys that switch, and are no notes
+    gain_db: float = 0.0  # applied on writing
+    loudness: float | None = None  # LUFS, of the mix as written, if normalized; -inf for silence
+    switches: int = 0  # note-ons of key switches, which are not notes
 
 
 def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None) -> list[Path]:
-    """Returns a path a string: song.wav -> song.E.wav, song.A.wav ... beside it or in `directory`."""
+    """Returns a path per string: song.wav -> song.E.wav, song.A.wav ... beside it or in `directory`."""
     return [(directory or out.parent) / f"{out.stem}.{name}{out.suffix}" for name in string_names(instrument)]
 
 
 def string_names(instrument: Instrument) -> list[str]:
-    """Returns a name a string that differs from the others and can be part of a file's name."""
+    """Returns a unique name per string that can be part of a file name."""
     names = ["".join(c if c.isalnum() or c in "#-_" else "_" for c in s.name) for s in instrument.strings]
     if len({name.casefold() for name in names}) < len(names):
         names = [f"{number}-{name}" for number, name in enumerate(names, 1)]
@@ -68,11 +68,11 @@ def string_names(instrument: Instrument) -> list[str]:
 
 
 class RenderOptions(TypedDict, total=False):
-    """What `render_to_file` may be told, by name."""
+    """The options of `render_to_file`, by name."""
 
-    format: str | None  # "wav", "flac" or "ogg"; by default what the file's name ends in
+    format: str | None  # "wav", "flac" or "ogg"; by default the file's extension
     bits: str | None  # "16", "24" (the default) or "float"
-    stems: Path | bool  # a file a string, beside the mix or in a directory
+    stems: Path | bool  # a file per string, beside the mix or in a directory
     tail: float | None  # s, played after the last event; None: until the strings are still
     gain_db: float
     normalize: float | None  # LUFS, the integrated loudness of the mix, in place of `gain_db`
@@ -91,13 +91,13 @@ def render_to_file(
     files: Transaction | None = None,
     **options: Unpack[RenderOptions],
 ) -> RenderReport:
-    """Renders `score` into the file `out`, mono, `rate` Hz; all files appear at the end, or none.
+    """Renders `score` to the file `out`, mono, `rate` Hz; all files appear at the end, or none.
 
-    In "float" bits, the sum of all stems in float32, string after string, is bitwise the mix, if the bass has no
-    effects: these are heard in the mix alone. Normalizing goes through a temporary file, and brings no peak beyond
-    CEILING. Stems need basses with as many strings. `progress` is called with the fraction done. With `files` given,
-    the files appear when that transaction ends. The same arguments give the same bytes on the same kind of processor.
-    Raises ValueError, OutputError, RenderError. [main thread]
+    With "float" bits, the sum of all stems in float32, string after string, is bitwise the mix, if the bass has no
+    effects: only the mix has them. Normalizing uses a temporary file, and raises no peak above CEILING. Stems need
+    basses with equal numbers of strings. `progress` gets the fraction done. With `files` given, the files appear when
+    that transaction ends. The same arguments give the same bytes on the same kind of processor. Raises ValueError,
+    OutputError, RenderError. [main thread]
     """
     stems, tail, normalize = options.get("stems", False), options.get("tail"), options.get("normalize")
     gain_db, basses = options.get("gain_db", 0.0), options.get("basses")
@@ -115,7 +115,7 @@ def render_to_file(
     if paths and len(counts) > 1:
         raise ValueError(f"{out}: its basses have {' and '.join(map(str, counts))} strings: leave out --stems")
     for path in (out, *paths):
-        checked_place(path)  # now, not after seconds of work
+        checked_place(path)  # before seconds of work
     meter = None if normalize is None else LoudnessMeter(rate)
     engine = _player(instrument, score, quality, options.get("seed", 0), basses)
     peak, done, rendered = 0.0, 0, 0
@@ -171,10 +171,10 @@ def render_to_array(
 ) -> NDArray[np.float64]:
     """Renders `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings.
 
-    It is what the strings sound like: effects of the bass, which work on their mix, are left out.
+    It omits the effects of the bass, which work on the mix.
 
-    `basses`, by program from 0, are those that program changes of the score choose. There are as many rows as the bass
-    with most strings has.
+    Program changes of the score choose among `basses`, by program from 0. The array has a row for each string of the
+    bass with most strings.
     """
     score = with_low_notes(score, instrument)
     player = _player(instrument, score, quality, seed, basses)
@@ -184,14 +184,14 @@ def render_to_array(
 def _player(
     instrument: Instrument, score: Score, quality: Quality, seed: int, basses: Mapping[int, Instrument] | None
 ) -> Playing:
-    """Prepares what plays `score`: the bass, and those that its program changes choose."""
+    """Prepares the bass for `score`, and the basses that its program changes choose."""
     engine = Engine(instrument, quality, score.rate, seed)
     chosen = {program: basses[program] for _, program in score.changes if program in basses} if basses else {}
     return Basses(engine, chosen) if chosen else engine
 
 
 def _pressed(score: Score, instrument: Instrument) -> int:
-    """How many note-ons of `score` press key switches of the bass."""
+    """Number of note-ons in `score` that press key switches of the bass."""
     struck = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
     return int(np.count_nonzero(np.isin(struck, list(instrument.switches))))
 
@@ -200,10 +200,10 @@ def _pressed(score: Score, instrument: Instrument) -> int:
 def _normalized(
     blocks: Iterator[Sound], meter: LoudnessMeter, target: float, out: Path
 ) -> Iterator[tuple[Iterator[Sound], float]]:
-    """Yields `blocks` at the `target` loudness (LUFS), and the gain for it, dB; lower if the peak would pass CEILING.
+    """Yields `blocks` at the `target` loudness (LUFS), and its gain, dB; lower if the peak would exceed CEILING.
 
-    The blocks go through a file without a name beside `out`: an hour of sound has no room in memory.
-    Raises OutputError if it has none there.
+    The blocks go through an unnamed file beside `out`: an hour of sound does not fit into memory.
+    Raises OutputError if it does not fit there.
     """
     folder = checked_place(out).parent
     with ExitStack() as ends:
@@ -235,14 +235,14 @@ def _normalized(
 
 
 def _blocks(engine: Playing, score: Score, tail: float | None, basses: list[Instrument]) -> Iterator[Block]:
-    """Plays `score` on `engine`; with the mix behind the effects if any of the `basses` has some."""
+    """Plays `score` on `engine`; with the mix after the effects if any of the `basses` has some."""
     if any(bass.effects != Effects() for bass in basses):
         return engine.play_with_mix(score, tail)
     return ((strings, None) for strings in engine.play(score, tail))
 
 
 def _scaled(blocks: Iterator[Block], gain: float, rate: int, tick: Callable[[int], None]) -> Iterator[Sound]:
-    """Applies the gain to each block, and ticks once it was used. Raises RenderError for NaN and infinity."""
+    """Applies the gain to each block, and ticks after its use. Raises RenderError for NaN and infinity."""
     frame = 0
     for block, wet in blocks:
         if not np.isfinite(block).all() or not (wet is None or np.isfinite(wet).all()):

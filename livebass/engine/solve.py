@@ -29,11 +29,11 @@ from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
 
-LOG = 1 << 16  # contacts between two looks at the log
+LOG = 1 << 16  # contacts between two reads of the log
 
 
 def trial_voice(trial: Trial, log: int = LOG) -> tuple[Voice, Pool]:
-    """A string ready to be plucked as `trial` says, its output the displacement, and its operator."""
+    """A string ready for the pluck of `trial`, with displacement as output, and its operator."""
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate != int(trial.contact_rate):
         raise refusal("rates", "whole numbers of Hz", f"{trial.output_rate:.10g} and {trial.contact_rate:.10g} Hz")
     rates = Rates(int(trial.output_rate), int(trial.contact_rate))
@@ -59,7 +59,7 @@ def pluck_event(pluck: Pluck) -> NDArray[np.void]:
 
 
 def solve_trial(trial: Trial) -> Motion:
-    """The engine's solution of `trial`, sampled at its output rate; see `reference.solver.solve` for the other one."""
+    """The engine's solution of `trial`, sampled at its output rate; `reference.solver.solve` is the other solver."""
     began = time.perf_counter()
     if trial.states and not 0 <= min(trial.states) <= max(trial.states) < trial.samples:
         raise ValueError(f"state at sample {max(trial.states)}: there are 0 to {trial.samples - 1}")
@@ -105,9 +105,9 @@ def modal_state(state: Voice, trial: Trial) -> Floats:
 
 
 def heard(trial: Trial, output: Output) -> NDArray[np.float64]:
-    """The signal of `trial`, (trial.samples,), full scale 1: as `Engine` gives it, but released without a pull.
+    """The signal of `trial`, (trial.samples,), full scale 1: as from `Engine`, but released without a pull.
 
-    Raises ValueError where a sample is not a whole number of fine steps.
+    Raises ValueError if a sample is not a whole number of fine steps.
     """
     if trial.output_rate != int(trial.output_rate) or trial.contact_rate % trial.output_rate:
         raise ValueError(f"contact rate {trial.contact_rate:g} Hz: no whole multiple of {trial.output_rate:g} Hz")

@@ -1,1 +1,1 @@
-"""Turns a bass into what other programs play: sample packs."""
+"""Exports a bass for other programs: sample packs."""

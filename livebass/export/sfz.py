@@ -1,13 +1,13 @@
-"""Renders a bass into a sample pack: FLAC files and the SFZ file by which samplers play them.
+"""Renders a bass to a sample pack: FLAC files and the SFZ file that lets samplers play them.
 
-Each key has the string on which a lone note is played, the one with the lowest fret. A zone is a few neighbouring frets
-of a string, sampled at one of them; an open string has a zone of its own, as it rings differently. A zone is sampled
-at some velocities (layers) and, where the player is uneven, several times at each (round robins).
+Each key plays on the string of a lone note, the one with the lowest fret. A zone is a few neighbouring frets of a
+string, sampled at one of them; an open string has a zone of its own, as it rings differently. A zone is sampled at
+some velocities (layers) and, if the player is uneven, several times at each (round robins).
 
-A sample is the sound that `livebass render --note` gives for the same velocity and seed, held until it has died away
-or for the pack's longest time, over which it fades out. So the levels are those of the engine. Between two sampled
-velocities the level follows a straight line in dB; below the lowest, the player's law of force. In the SFZ file that
-is the group's amp_velcurve and the regions' volume.
+A sample is the sound of `livebass render --note` for the same velocity and seed, held until it has died away or for the
+pack's longest time, over which it fades out. So its level is the engine's. Between two sampled velocities the level
+follows a straight line in dB; below the lowest, the player's law of force. The SFZ file expresses this by the group's
+amp_velcurve and the regions' volume.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ from livebass.score.score import single_note
 from livebass.units import OFF, note_name
 
 HARDEST = 127  # velocity
-SOFT_SHARE = 0.35  # of the layers lie below the velocity at which a pluck grazes the frets
+SOFT_SHARE = 0.35  # of the layers lie below the velocity that grazes the frets
 QUIET = 10 ** (-72 / 20)  # of its peak: a sample ends where it stays below
 FADE = 0.05  # s, at the end of a sample that has died away
 FADED = 0.25  # of the longest length: the fade of a sample that has not
-FULL = 10 ** (-0.3 / 20)  # highest peak of a sample; louder ones are stored lower, and played louder by that much
-LEVEL_TIME = 0.5  # s, the part of a sample by whose RMS levels are compared
-HANDS = 0.85  # of player.hand_damping: how fast fingers that ease off end a note, in the mean
-RELEASE_NEPERS = 9.0  # by which samplers let a sound fall within the time of ampeg_release: those of sfizz
+FULL = 10 ** (-0.3 / 20)  # highest peak of a sample; louder ones are stored lower, and played back louder
+LEVEL_TIME = 0.5  # s, part of a sample whose RMS is its level
+HANDS = 0.85  # of player.hand_damping: mean rate at which fingers that ease off end a note
+RELEASE_NEPERS = 9.0  # fall of a sound during ampeg_release in samplers: sfizz's value
 SHORTEST_RELEASE, LONGEST_RELEASE = 0.01, 100.0  # s
 CURVE_STEP = 4  # velocities between two points of amp_velcurve: samplers join them by straight lines
 
-HEAD = "// A livebass sample pack: "  # how the SFZ file begins
+HEAD = "// A livebass sample pack: "  # start of the SFZ file
 LICENCE_FILE, FOLDER = "LICENSE.txt", "samples"
 LICENCE = """\
 The samples in this folder, and the .sfz file that plays them, were computed by livebass
@@ -72,24 +72,24 @@ They come as they are, without warranty of any kind.
 
 @dataclass(frozen=True)
 class Settings:
-    """Says what a pack has, and how finely it is computed."""
+    """The contents of a pack, and the precision of computing it."""
 
     quality: Quality
     rate: int = 48000  # Hz
     frets: int = 3  # of a zone, at most
     layers: int = 5  # velocities at which a zone is sampled
-    robins: int = 2  # samples of a zone at a velocity; 1 where the player is not uneven
+    robins: int = 2  # samples of a zone at a velocity; 1 if the player is not uneven
     length: float = 8.0  # s, longest sample
     seed: int = 0  # of the player's unevenness
 
 
 @dataclass(frozen=True)
 class Zone:
-    """Neighbouring keys that are played by one sampled note."""
+    """Neighbouring keys that share one sampled note."""
 
     string: int  # index
-    fret: int  # that is sampled
-    note: int  # that is sampled
+    fret: int  # sampled
+    note: int  # sampled
     lowest: int  # keys
     highest: int
 
@@ -107,10 +107,10 @@ class Sample:
 
 @dataclass(frozen=True)
 class Stored:
-    """Holds the levels of a written sample."""
+    """The levels of a written sample."""
 
-    level: float  # dB re full scale, RMS of its first LEVEL_TIME, as the engine gives it
-    lowered: float  # dB, by which it is stored lower than that
+    level: float  # dB re full scale, RMS of its first LEVEL_TIME, from the engine
+    lowered: float  # dB, by which its file is lower
 
 
 @dataclass(frozen=True)
@@ -124,10 +124,10 @@ class PackReport:
 
 
 class Pack:
-    """The plan of a pack: which notes are sampled, at which velocities, with which seeds."""
+    """The plan of a pack: the notes to sample, their velocities and seeds."""
 
     def __init__(self, bass: Instrument, name: str, settings: Settings) -> None:
-        """`name` is that of the SFZ file and of the preset, for its comments. Raises ValueError for a bad rate."""
+        """`name`: of the SFZ file and the preset, for its comments. Raises ValueError for a bad rate."""
         self.bass, self.name, self.settings = bass, name, settings
         self.encoding = encoding(Path(f"{name}.flac"), settings.rate, "flac", "24")
         tempered = any(len(set(string.offsets)) > 1 for string in bass.strings)  # samplers shift by equal semitones
@@ -147,9 +147,9 @@ class Pack:
 
     @cached_property
     def engine(self) -> Engine:
-        """The bass, prepared, without its floor, which samples that sound together would add up.
+        """The prepared bass without its floor, which would add up in simultaneous samples.
 
-        Raises ValueError for a bass that cannot be played at this rate. [main thread]
+        Raises ValueError for a bass that cannot play at this rate. [main thread]
         """
         bass = replace(self.bass, player=replace(self.bass.player, floor_noise=OFF))
         return Engine(bass, self.settings.quality, self.settings.rate, workers=1)
@@ -171,7 +171,7 @@ def zones(bass: Instrument, frets: int) -> list[Zone]:
 
 
 def keys_by_string(bass: Instrument) -> list[list[int]]:
-    """The keys that each string plays when no other note sounds: those that have their lowest fret on it."""
+    """The keys that each string plays when no other note sounds: those with their lowest fret on it."""
     frets = min(len(neck.fret_positions) for neck in bass.necks)
     keys: list[list[int]] = [[] for _ in bass.strings]
     for key in range(128):
@@ -182,10 +182,10 @@ def keys_by_string(bass: Instrument) -> list[list[int]]:
 
 
 def velocities(player: Player, layers: int) -> tuple[int, ...]:
-    """The velocities at which notes are sampled, ascending; the last is HARDEST.
+    """The velocities to sample, ascending; the last is HARDEST.
 
-    Below the velocity at which a pluck just grazes the frets, notes of different strength sound nearly alike, so most
-    layers lie above it. On either side they are evenly spaced.
+    Below the velocity that just grazes the frets, notes of different strength sound nearly alike, so most layers lie
+    above it. On either side they are evenly spaced.
     """
     lift = float(STANDARD["lift"][STROKES.index(player.stroke)])
     graze = _velocity_of(math.log(1 / (lift * max(player.softest, 1e-3))) / _range(player), player)
@@ -197,7 +197,7 @@ def velocities(player: Player, layers: int) -> tuple[int, ...]:
 
 
 def _velocity_of(part: float, player: Player) -> float:
-    """The velocity from which on notes are as hard as this `part` of the way from the softest to the hardest."""
+    """The velocity at which notes reach this `part` of the way from the softest to the hardest."""
     parts = velocity_parts(player.velocity_curve)
     above = next((v for v in range(1, HARDEST + 1) if parts[v] >= part), HARDEST)
     if above == 1 or parts[above] < part:
@@ -206,20 +206,20 @@ def _velocity_of(part: float, player: Player) -> float:
 
 
 def _range(player: Player) -> float:
-    """Natural logarithm of the strength of the hardest note over that of the softest, positive."""
+    """Natural logarithm of the strength ratio of the hardest to the softest note, positive."""
     return max(math.log(player.hardest / max(player.softest, 1e-3)), 1e-6)
 
 
 def edges(chosen: tuple[int, ...]) -> list[tuple[int, int]]:
-    """Lowest and highest velocity that each sampled one is played for: up to the middle between two."""
+    """Lowest and highest velocity for each sampled one: up to the middle between two."""
     tops = [(a + b) // 2 for a, b in pairwise(chosen)] + [HARDEST]
     return list(zip([1] + [top + 1 for top in tops[:-1]], tops, strict=True))
 
 
 def export_sfz(pack: Pack, directory: Path, progress: Progress | None = None) -> PackReport:
-    """Writes `pack` into `directory`: its SFZ file, the samples and their licence; all of it or nothing.
+    """Writes `pack` into `directory`: its SFZ file, the samples and their licence; all or nothing.
 
-    The directory is made if missing; it may be empty or hold an older pack, which is replaced. The same pack gives the
+    Makes the directory if missing; it may be empty or hold an older pack, which is replaced. The same pack gives the
     same files, bit for bit, on one kind of processor. Raises ValueError, OutputError, RenderError. [main thread]
     """
     rate = pack.settings.rate
@@ -243,7 +243,7 @@ def export_sfz(pack: Pack, directory: Path, progress: Progress | None = None) ->
 
 
 def estimated_size(pack: Pack) -> int:
-    """Bytes that `pack` will take, from one sample a string, at a middle velocity. Raises ValueError, RenderError."""
+    """Estimates the bytes of `pack` from a sample per string, at a middle velocity. Raises ValueError, RenderError."""
     middle, total = pack.velocities[(len(pack.velocities) - 1) // 2], 0
     for string in range(len(pack.bass.strings)):
         mine = [s for s in pack.samples if s.zone.string == string and s.robin == 0 and s.velocity == middle]
@@ -271,7 +271,7 @@ def is_pack(entries: list[Path]) -> bool:
 
 
 def _played(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, None]:
-    """Yields each sample of `pack` with its sound (n,), in order; computes as many at a time as there are cores."""
+    """Yields each sample of `pack` with its sound (n,), in order; computes one per core at a time."""
     engine, stop = pack.engine, StopFlag()
 
     def play(sample: Sample) -> NDArray[np.float32]:
@@ -292,9 +292,9 @@ def _played(pack: Pack) -> Generator[tuple[Sample, NDArray[np.float32]], None, N
 
 
 def played(engine: Engine, sample: Sample, length: float, stop: StopFlag | None = None) -> NDArray[np.float32]:
-    """The sound (n,) of a sample on an `engine` at rest, `length` s at most, with its end. Raises RenderError.
+    """The sound (n,) of a sample on an `engine` at rest, at most `length` s, with its end. Raises RenderError.
 
-    Once `stop` is set, it returns what it has, for nobody to use. [any thread]
+    Once `stop` is set, it returns an unusable partial sound. [any thread]
     """
     rate = engine.rate
     blocks, peak = [], 0.0
@@ -310,7 +310,7 @@ def played(engine: Engine, sample: Sample, length: float, stop: StopFlag | None 
 
 
 def ended(sound: NDArray[np.float32], rate: int, longest: int) -> NDArray[np.float32]:
-    """`sound` (n,) up to where it stays quiet, with a fade; one of `longest` frames fades out slowly."""
+    """`sound` (n,) cut where it stays quiet, with a fade; a sound of `longest` frames fades out slowly."""
     loud = np.flatnonzero(np.abs(sound) > QUIET * np.max(np.abs(sound), initial=0.0))
     fade = round(FADE * rate)
     count = (int(loud[-1]) + 1 if loud.size else 0) + fade
@@ -325,7 +325,7 @@ def ended(sound: NDArray[np.float32], rate: int, longest: int) -> NDArray[np.flo
 
 
 def _lowered(sound: NDArray[np.float32]) -> NDArray[np.float32]:
-    """`sound`, scaled down if it exceeds full scale, or nearly."""
+    """`sound`, scaled down if it exceeds or nearly reaches full scale."""
     peak = float(np.max(np.abs(sound), initial=0.0))
     return sound if peak <= FULL else sound * np.float32(FULL / peak)
 
@@ -339,19 +339,19 @@ def _stored(sound: NDArray[np.float32], kept: NDArray[np.float32], rate: int) ->
 
 
 def forces(player: Player) -> list[float]:
-    """How much harder than the softest note each velocity, 0 to 127, is played, dB."""
+    """Force of each velocity, 0 to 127, over the softest note's, dB."""
     return [20 / math.log(10) * _range(player) * part for part in velocity_parts(player.velocity_curve)]
 
 
 def level_at(velocity: int, chosen: tuple[int, ...], levels: list[float], forces: list[float]) -> float:
-    """Level (dB) at a velocity, from the `levels` at the `chosen` ones; below these it follows the `forces` (dB)."""
+    """Level (dB) at a velocity, from the `levels` at the `chosen` ones; below them it follows the `forces` (dB)."""
     if velocity < chosen[0]:
         return levels[0] + forces[velocity] - forces[chosen[0]]
     return float(np.interp(velocity, chosen, levels))
 
 
 def sfz_text(pack: Pack, stored: list[Stored]) -> str:
-    """The SFZ file of a pack whose samples were `stored`, in the same order."""
+    """The SFZ file of a pack; `stored`: its samples, in the same order."""
     each = len(pack.velocities) * pack.robins
     lines = _head(pack)
     for number in range(len(pack.zones)):
@@ -389,7 +389,7 @@ def _head(pack: Pack) -> list[str]:
 
 
 def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str]:
-    """The groups of one zone, one a velocity layer."""
+    """The groups of one zone, one per velocity layer."""
     player, chosen, zone = pack.bass.player, pack.velocities, samples[0].zone
     hardness = forces(player)
     by_layer = [range(k, k + pack.robins) for k in range(0, len(samples), pack.robins)]
@@ -418,12 +418,12 @@ def _groups(pack: Pack, samples: list[Sample], stored: list[Stored]) -> list[str
 
 
 def _technique(player: Player, string: int) -> str:
-    """How the player sounds a string."""
+    """The player's technique on a string."""
     if player.technique != "slap":
         return "plucked"
     return "struck by the thumb" if string < player.slapped_strings else "popped"
 
 
 def _line(text: str) -> str:
-    """`text` without line ends and other signs that are no text."""
+    """`text` without line ends and other unprintable characters."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())

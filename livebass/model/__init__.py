@@ -1,1 +1,1 @@
-"""The physics of a bass in SI values: strings, necks, pickups, player; modes and dampings; a pluck and its motion."""
+"""The physics of a bass in SI units: strings, necks, pickups, player; modes and dampings; a pluck and its motion."""

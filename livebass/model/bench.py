@@ -1,6 +1,6 @@
-"""A bass on the bench: its numbers as the kernels make notes of them, and what the sliders make of the bass.
+"""A bass on the bench: the numbers from which kernels compute its notes, and its changes by sliders.
 
-kernels/bass/bench.py has the record and makes the notes, kernels/bass/change.py moves it.
+kernels/bass/bench.py has the record and computes the notes, kernels/bass/change.py changes it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from livebass.model.neck import flat, rows_of
 from livebass.model.quality import MOST_MODES, Quality
 from livebass.techniques import SLIDER_ROWS, SLIDERS
 
-# Numbers that sliders move: of a BENCH_STRING, of a BENCH for each string or pickup, and of the player
+# Numbers that sliders move: in a BENCH_STRING, in a BENCH per string or pickup, and in the player
 OF_STRING = (
     "diameter", "linear_density", "tension", "inharmonicity", "viscoelastic_angle", "thermoelastic", "extra_damping",
     "axial_stiffness",
@@ -38,7 +38,7 @@ Notes = tuple[NDArray[np.void], NDArray[np.int64], Floats]
 
 @dataclass(frozen=True)
 class Bench:
-    """A bass as its maker decides it: a BENCH, and the numbers of its lists. Both may be changed."""
+    """A bass as its maker sets it up: a BENCH and the numbers of its lists. Both may change."""
 
     record: NDArray[np.void]  # (1,)
     numbers: Floats
@@ -47,7 +47,7 @@ class Bench:
     def notes(self) -> Notes:
         """The notes: NOTE (strings, frets + 1), their modes in each tier, and the numbers of their lists.
 
-        The record has their addresses. Raises ValueError for a neck that cannot be played.
+        The record holds their addresses. Raises ValueError for an unplayable neck.
         """
         bench = self.record
         strings, frets = (int(bench[name][0]) for name in ("strings", "frets"))
@@ -64,7 +64,7 @@ class Bench:
 
 
 def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
-    """A bass on the bench, with the frets that every string is played at, and tiers of a quality each."""
+    """Puts a bass on the bench, with the frets that every string has, and one tier per quality."""
     bench, numbers, output = np.zeros(1, BENCH), array("d"), instrument.output
     to, answering = bench[0], answering_modes(instrument)
     to["strings"], to["frets"], to["most_modes"] = len(instrument.strings), instrument.frets, MOST_MODES
@@ -97,7 +97,7 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
 
 
 def changed(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
-    """The bass with the sliders at `values`, by symbol, in their units; the hand measures its force as before."""
+    """The bass with sliders at `values`, by symbol, in their units; the hand measures its force as before."""
     bench, given = bench_of(instrument, ()), np.zeros(SLIDERS)
     for k, symbol in enumerate(SLIDER_ROWS):
         given[k] = in_hundredths(values.get(symbol, 0.0))
@@ -116,7 +116,7 @@ def changed(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
 
 
 def in_hundredths(value: float) -> float:
-    """A value of a slider in hundredths of its unit, as hosts of plugins give it back."""
+    """Rounds a slider's value to hundredths of its unit, as plugin hosts return it."""
     return float(np.rint(100 * value) / 100) + 0.0
 
 
@@ -151,7 +151,7 @@ def _output(output: Output, to: np.void) -> Output:
 
 
 def stands_above(bench: np.void, state: int, names: Sequence[str]) -> str:
-    """Names the crown or board that stands above a string at rest, where `fill_bench` returned `state`."""
+    """Names the crown or board above a string at rest, from the `state` that `fill_bench` returned."""
     name, stop = names[bench["fault_string"]], bench["fault_fret"]
     above = f"stands {bench['fault_height'] * 1e3:.2f} mm above string {name} at rest"
     if state == CROWN_ABOVE:

@@ -1,7 +1,7 @@
-"""Powers of 2 rounded once, and so the same on every system: C libraries round them otherwise.
+"""Powers of 2 rounded once, and so the same on every system: C libraries round differently.
 
-In integers of PLACES binary places, by Taylor's series: slow, some microseconds each, for the numbers that a bass is
-made of. Kernels have their own (kernels/machine/elementary.py), quicker and within one unit in the last place.
+Uses Taylor's series in integers of PLACES binary places: slow, some microseconds each, for the numbers that define a
+bass. Kernels have their own (kernels/machine/elementary.py), faster and within one unit in the last place.
 """
 
 from __future__ import annotations

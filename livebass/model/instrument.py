@@ -30,7 +30,7 @@ from livebass.parts import Pick as Pick
 from livebass.rows import choice, number, rows
 
 A4_NOTE, A4_HZ = 69, 440.0
-LOG_PRESSED = -13.287712379549449  # log2 of 1e-4, m: the penetration at which `Neck.contact_loss` holds
+LOG_PRESSED = -13.287712379549449  # log2 of 1e-4, m: the penetration at which `Neck.contact_loss` applies
 STIFFNESS_LAWS = ("hinged", "paper")  # see model/modes.py
 
 
@@ -44,18 +44,18 @@ class String(StringNumbers):
     stiffness_law: str = choice("hinged", STIFFNESS_LAWS, "f0 j sqrt(1 + B j^2); eq. 8, for B j^2 < 0.04")
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
-    offsets: tuple[float, ...] = ()  # cents, (12,): notes over equal temperament at A4_HZ, C first; empty: none
-    slack: float = 1.0  # how far a force pulls it, over how far before it was tuned
+    offsets: tuple[float, ...] = ()  # cents, (12,): notes relative to equal temperament at A4_HZ, C first; empty: 0
+    slack: float = 1.0  # pull of a given force, relative to before tuning
     own_note: int | None = None  # open note before tuning and capo; None: open_note
 
     def frequency(self, note: int) -> float:
-        """Frequency (Hz) to which a MIDI note number is tuned on this string."""
+        """Frequency (Hz) of a MIDI note number as tuned on this string."""
         hertz = note_frequency(note)
         return hertz * exp2(self.offsets[note % 12] / 1200) if self.offsets else hertz
 
     @property
     def called(self) -> int:
-        """Pitch class by which key switches call it: its open note before tuning and capo."""
+        """Pitch class of its key switch: its open note before tuning and capo."""
         return (self.open_note if self.own_note is None else self.own_note) % 12
 
     @property
@@ -66,14 +66,14 @@ class String(StringNumbers):
 
 @dataclass(frozen=True)
 class Neck(NeckNumbers):
-    """The frets or the board under one string, the law of a contact with them (eq. 6), and how the neck gives way."""
+    """The frets or the board under one string, the law of contact with them (eq. 6), and how the neck yields."""
 
     fret_positions: tuple[float, ...]  # m from the nut, ascending, fret 1 first
     fret_heights: tuple[float, ...]  # m relative to the open string at rest, negative is below
     admittance: Admittance = field(default_factory=Admittance)  # Y_nut of eqs. 8 and 9
-    surface: Surface = ()  # board under the string, crowns included; empty: the string can touch the crowns only
+    surface: Surface = ()  # board under the string, crowns included; empty: the string can only touch the crowns
     fretless: bool = False  # the fret positions only mark where notes are stopped
-    capo: float = 0.0  # m from the nut to a capo: places count from it, heights from the string that it stops; 0: none
+    capo: float = 0.0  # m from the nut to a capo: places count from it, heights from its stopped string; 0: none
 
     @property
     def pressing(self) -> float:
@@ -87,13 +87,13 @@ class Neck(NeckNumbers):
 
     @property
     def own_across(self) -> bool:
-        """True if the string moves across by a law of its own."""
+        """True if motion across has a law of its own."""
         return (self.stiffness_across, self.stop_across, self.longer_across) != (1.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Pickup:
-    """A magnetic pickup under all strings, or under some, such as half of a split coil."""
+    """A magnetic pickup under all strings or some, such as half of a split coil."""
 
     position: float  # m from the saddle
     aperture: float = number(0.02, "length", "0 mm", "100 mm", "length of string it senses")
@@ -102,7 +102,7 @@ class Pickup:
     across: float = number(
         0.3, "number", "-10", "10", "how strongly it senses motion across, of motion up", of="across"
     )  # the field changes less along the frets
-    strings: tuple[str, ...] = ()  # names of those it senses; empty: all
+    strings: tuple[str, ...] = ()  # names of the strings it senses; empty: all
 
     def senses(self, name: str) -> bool:
         """True if it is under the string called `name`."""
@@ -124,11 +124,11 @@ class Output:
 
 @dataclass(frozen=True, kw_only=True)
 class Player(PlayerNumbers):
-    """Turns notes into plucks. Strengths are forces of the hand; at 1 the open string grazes a fret."""
+    """Turns notes into plucks. Strengths are forces of the hand: 1 makes the open string graze a fret."""
 
     pick: Pick = field(default_factory=Pick)
-    keys: KeyMap = MODO  # what MIDI keys below the notes, and controllers, do
-    velocity_curve: Curve = "linear"  # how hard a velocity is played: model/keymap.py
+    keys: KeyMap = MODO  # functions of MIDI controllers and of keys below the notes
+    velocity_curve: Curve = "linear"  # from velocity to force: model/keymap.py
 
 
 @dataclass(frozen=True)
@@ -137,21 +137,21 @@ class Response:
 
     rate: int  # Hz
     samples: bytes = field(repr=False)  # float64, unchanged from the file; 1: as loud as without it
-    normalized: bool = False  # its level is set so that a bass is as loud as without it
+    normalized: bool = False  # scaled to leave the loudness of a bass unchanged
     remark: str = field(default="", compare=False)  # one line for the player about how the file was read
 
     @property
     def count(self) -> int:
-        """How many samples it has."""
+        """Number of samples."""
         return len(self.samples) // 8
 
     @cached_property
     def played(self) -> bytes:
-        """The samples that play, float64."""
+        """The samples to play, float64."""
         return self.cut(True) if self.normalized else self.samples
 
     def cut(self, normalized: bool = False) -> bytes:
-        """The samples without silence, float64; `normalized`: at the level that keeps a bass as loud as before.
+        """The samples without silence, float64; `normalized`: scaled to leave the loudness of a bass unchanged.
 
         If the response lasts too long, or is `normalized`, everything before the sound counts as silence, too.
         """
@@ -181,36 +181,36 @@ class Instrument:
     player: Player
     a4: float = A4_HZ  # Hz, of the A above middle C
     effects: Effects = field(default_factory=Effects)
-    grazed: tuple[Neck, ...] = ()  # that force 1 of the player grazes, one under each string; empty: its own
+    grazed: tuple[Neck, ...] = ()  # grazed by the player's force 1, one per string; empty: its own
 
     @property
     def switches(self) -> frozenset[int]:
-        """The keys that switch instead of sounding: keys of its map below its notes, or ones that go before notes."""
+        """The keys that switch instead of sounding: those in its map below its notes, or that override notes."""
         keys = self.player.keys
         return frozenset(key for key, *_ in keys.keys if keys.over_notes or key < self.note_range[0])
 
     @property
     def frets(self) -> int:
-        """The last fret that every string is played at."""
+        """The highest fret that every string has."""
         return min(len(neck.fret_positions) for neck in self.necks)
 
     @property
     def note_range(self) -> tuple[int, int]:
-        """The lowest and the highest MIDI note it has: every string is played up to the last fret that all have."""
+        """Its lowest and highest MIDI note: every string plays up to the highest fret that all have."""
         return self.strings[0].open_note, max(string.open_note for string in self.strings) + self.frets
 
     @property
     def loss(self) -> float:
-        """The least `Neck.loss`, s/m, of all strings, or only of the strings over a board if there are any."""
+        """The least `Neck.loss`, s/m, of all strings, or of the strings over a board, if any."""
         return min(neck.loss for neck in self.necks if bool(neck.surface) == self.over_board)
 
     @property
     def over_board(self) -> bool:
-        """True if any string is over a board instead of frets."""
+        """True if any string lies over a board instead of frets."""
         return any(neck.surface for neck in self.necks)
 
     def string_index(self, name: str) -> int:
-        """Index of the string called `name`, in any case. Raises LookupError, which lists the names."""
+        """Index of the string called `name`, in any case. Raises LookupError with the known names."""
         names = [s.name for s in self.strings]
         for i, have in enumerate(names):
             if have.casefold() == name.casefold():
@@ -232,20 +232,20 @@ class Pluck:
 
 @dataclass(frozen=True, kw_only=True)
 class Speaking(NoteNumbers):
-    """The part of a string that sounds, from the pressed fret (or the nut) to the saddle, and its P obstacles."""
+    """The sounding part of a string, from the pressed fret (or the nut) to the saddle, and its P obstacles."""
 
     string: String
-    fret: int  # asked for; 0 is open
-    stop: int  # fret the string rests on: one beyond `fret` if it stands so high that it chokes the note
+    fret: int  # as requested; 0 is open
+    stop: int  # fret the string rests on: one beyond `fret` if that is high enough to choke the note
     contact_fret: tuple[int, ...]  # (P,) fret number of each obstacle; 0: wood
     contact_position: tuple[float, ...]  # (P,) x_m, m from the stop, on the grid
     contact_height: tuple[float, ...]  # (P,) g, m; negative: below the string at rest
     admittance: Admittance  # of the neck at the stop
-    admittance_across: Admittance  # the same as motion across meets it, if `own_across`
+    admittance_across: Admittance  # the same for motion across, if `own_across`
     surface: Surface = ()  # of the board, in m from the stop and m above the string at rest
 
     def felt(self, across: bool) -> Admittance:
-        """The admittance of the neck at the stop as u meets it, or v, if `across`."""
+        """The admittance of the neck at the stop for u, or for v, if `across`."""
         return self.admittance_across if across and self.own_across else self.admittance
 
     @property
@@ -270,7 +270,7 @@ def frets_from_geometry(
 
 
 def tilted(x: Sequence[float], heights: Sequence[float], action: float) -> tuple[float, ...]:
-    """Measured `heights` (n,) of frets at `x` (n,), all in m, with another `action`: tilted about the first fret."""
+    """Tilts measured `heights` (n,) of frets at `x` (n,), all in m, about the first fret to another `action`."""
     pivot = min(12, len(x)) - 1
     reach = (x[pivot] - x[0]) or 1.0
     lower = action + heights[pivot]
@@ -286,10 +286,10 @@ def note_frequency(note: float) -> float:
 def speaking(string: String, neck: Neck, fret: int) -> Speaking:
     """`string` over `neck`, stopped at `fret` (0: open), with the obstacles between the stop and the saddle.
 
-    A note is in tune (`String.frequency`) wherever its fret is exactly, as a compensated saddle would do; one with an
-    offset of its own has another tension. If a crown nearer the saddle stands above the line from the pressed fret to
-    the saddle, the string rests on that crown. The neck shifts each mode by a different part (eq. 8): the first one is
-    in tune. kernels/string/note.py makes the note.
+    A note is in tune (`String.frequency`) wherever its fret lies, as with a compensated saddle; a note with an offset
+    of its own gets another tension. If a crown nearer the saddle stands above the line from the pressed fret to the
+    saddle, the string rests on that crown. The neck shifts each mode differently (eq. 8): the first one is in tune.
+    kernels/string/note.py computes the note.
 
     Raises ValueError for a fret the neck does not have, and if a fret or the board stands above the string at rest.
     """
@@ -327,7 +327,7 @@ def speaking(string: String, neck: Neck, fret: int) -> Speaking:
 def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[SimpleNamespace, list[float]]:
     """`string` and `neck` as a BENCH_STRING, and the numbers of its lists; without taps.
 
-    answering: with what strings need that answer each other.
+    answering: include the numbers that answering strings need.
     """
     numbers: list[float] = []
     given = SimpleNamespace(answering_modes=0, tap_width=1, length=string.length, capo=int(neck.capo > 0))
@@ -366,7 +366,7 @@ def on_bench(string: String, neck: Neck, answering: bool = False) -> tuple[Simpl
 
 
 def _is_bowed(neck: Neck) -> bool:
-    """True for a bare board that follows the parabola of its places, as those by geometry do."""
+    """True for a bare board along the parabola of its places, as boards by geometry are."""
     x, h = neck.fret_positions, neck.fret_heights
     return len(x) > 2 and bool(neck.surface) and neck.surface == wooden_surface(x, h, neck.surface[-1][0], bowed=True)
 
@@ -374,7 +374,7 @@ def _is_bowed(neck: Neck) -> bool:
 def _felt(
     y: Admittance, parts: Sequence[float], note: SimpleNamespace, lists: list[float], across: bool = False
 ) -> Admittance:
-    """The admittance at the stop of `note`, of a neck with `y` at its nut; `parts` of y are felt there."""
+    """The admittance at the stop of `note`, on a neck with `y` at its nut; `parts`: fractions of y felt there."""
     own = across and note.own_across
     first, count = (
         (note.resonances_across, note.resonances_across_count) if own else (note.resonances, note.resonances_count)
@@ -388,10 +388,10 @@ def _felt(
 
 
 def tensioned(string: String, ratio: float) -> String:
-    """`string` under the tension at which it sounds `ratio` times as high: T r^2, B / r^2, as E I stays.
+    """`string` tensioned to sound `ratio` times as high: T r^2, B / r^2, as E I stays.
 
-    Measured modes follow nu^2 + (r^2 - 1) (j f0)^2, as tension is the only part of a mode's stiffness that changes;
-    their damping stays.
+    Measured modes follow nu^2 + (r^2 - 1) (j f0)^2: only the tension part of a mode's stiffness changes. Their damping
+    stays.
     """
     square, f0 = ratio * ratio, string.law_fundamental or string.nominal_fundamental
     tension, inharmonicity = under_tension(string.tension, string.inharmonicity, ratio)
@@ -408,7 +408,7 @@ def tensioned(string: String, ratio: float) -> String:
 
 
 def _ratio(string: String, note: int) -> float:
-    """How many times as high `string` must be tuned for `note` to have its own offset."""
+    """Frequency ratio by which to retune `string` to give `note` its own offset."""
     if not string.offsets:
         return 1.0
     cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
@@ -416,17 +416,17 @@ def _ratio(string: String, note: int) -> float:
 
 
 def _tuned_for(string: String, note: int) -> String:
-    """`string` as its open note would have to be tuned for `note` to have its own offset."""
+    """`string` retuned to give `note` its own offset."""
     ratio = _ratio(string, note)
     return tensioned(string, ratio) if ratio != 1.0 else string
 
 
 def on_grid(s: Speaking, points: int) -> Speaking:
-    """`s` over its board on a grid of `points` steps, with a contact point wherever there is board.
+    """`s` over its board on a grid of `points` steps, with a contact point all along the board.
 
-    Contact with a board needs a grid with one step more than there are modes: then Phi Phi^T is diagonal, and the force
-    at each point has an equation of its own (eq. 12). A fret is the grid point next to it. Raises ValueError if the
-    board stands above the string at rest.
+    Contact with a board needs one grid step more than modes: then Phi Phi^T is diagonal, and the force at each point
+    has an equation of its own (eq. 12). A fret is its nearest grid point. Raises ValueError if the board stands above
+    the string at rest.
     """
     step = s.length / points
     place, height = surface_on_grid(s.surface, s.length, points)
@@ -449,14 +449,14 @@ def on_grid(s: Speaking, points: int) -> Speaking:
 
 
 def for_modes(s: Speaking, count: int) -> Speaking:
-    """`s` on the grid that `count` modes need: over a board one of count + 1 steps, over frets `s` as it is."""
+    """`s` on the grid that `count` modes need: count + 1 steps over a board; over frets `s` itself."""
     return on_grid(s, count + 1) if s.surface and count + 1 != s.grid_points else s
 
 
 def stretched(law: str, inharmonicity: float, mode: Floats) -> Floats:
     """Returns nu_j / (j f0) of modes `mode` (n,) on a rigid neck, (n,); law: a `String.stiffness_law`.
 
-    "hinged": sqrt(1 + B j^2), the stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
-    fit to one G string that holds for B j^2 below about 0.04.
+    "hinged": sqrt(1 + B j^2), a stiff string on hinges (Fletcher 1964). "paper": 1 + B j^2 / 2, eq. 8 as printed, a
+    fit to one G string, valid for B j^2 below about 0.04.
     """
     return np.asarray(modal_law.stretched(law == "paper", inharmonicity, mode))

@@ -1,7 +1,7 @@
-"""What MIDI keys and controllers do besides playing notes: the key maps of MODO BASS, and the curves of velocity.
+"""Functions of MIDI keys and controllers besides playing notes: the key maps of MODO BASS, and velocity curves.
 
-A bass carries its map, `Player.keys`, so that files, live playing, plugins and the page follow the same one. Maps of
-one's own come from TOML files (preset/keymap.py).
+A bass carries its map, `Player.keys`: files, live playing, plugins and page all follow it. Custom maps come from TOML
+files (preset/keymap.py).
 """
 
 from __future__ import annotations
@@ -16,36 +16,36 @@ from livebass.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_S
 KEYS = 128
 PLACE = (
     PlayerNumbers.position_controller
-)  # the controller of the pluck position besides the map's, unless a preset has another
+)  # a controller of the pluck position besides the map's, unless a preset sets another
 CURVES = {"linear": 1.0, "soft": 0.6, "hard": 1.6}  # exponents
-Curve = str | float | tuple[tuple[float, float], ...]  # a name, an exponent, or points: velocity played, velocity meant
+Curve = str | float | tuple[tuple[float, float], ...]  # name, exponent, or points: velocity played, velocity meant
 
 
 @dataclass(frozen=True)
 class KeyMap:
-    """What keys and controllers do."""
+    """Functions of keys and controllers."""
 
     name: str
     keys: tuple[tuple[int, str, int], ...]  # key, a technique's symbol, and its value: a pitch class, or a fret
     controllers: tuple[tuple[int, str], ...]  # controller, and a function's symbol
-    over_notes: bool = False  # keys switch although the bass has their notes
+    over_notes: bool = False  # keys switch even if the bass has their notes
 
     def functions(self, place: int = PLACE) -> dict[int, str]:
-        """Returns the symbol of the function of each controller that has one; `place` moves the pluck position, too."""
+        """The symbol of each controller's function, if it has one; `place` moves the pluck position, too."""
         found = {LEARNED + number: symbol for number, symbol in enumerate(LEARNABLE)} | {place: "place"}
         found |= dict(self.controllers)
-        return found if place == PLACE else found | {place: "place"}  # a preset asks for it
+        return found if place == PLACE else found | {place: "place"}  # a preset sets it
 
 
 def _value(row: Technique, key: int) -> int:
-    """The value of a technique that `key` switches in the maps there are."""
+    """The value of the technique that `key` switches in the shipped maps."""
     if row.number == ON_STRING:
         return key % 12
     return 1 + key - row.modo_12[0] if row.number == HAND_AT else 0
 
 
 def _made(name: str, over_notes: bool, keys: Callable[[Technique], tuple[int, ...]]) -> KeyMap:
-    """A map of the techniques' own `keys`, and of the controllers that functions have."""
+    """A map of the techniques' own `keys` and the functions' controllers."""
     switches = [(key, row.symbol, _value(row, key)) for row in TECHNIQUE_ROWS.values() for key in keys(row)]
     controllers = [(number, row.symbol) for row in FUNCTION_ROWS.values() for number in row.controllers]
     return KeyMap(name, tuple(sorted(switches)), tuple(sorted(controllers)), over_notes)
@@ -57,9 +57,9 @@ MAPS = {keys.name: keys for keys in (MODO, MODO_12)}
 
 
 def velocity_parts(curve: Curve) -> list[float]:
-    """How hard each velocity, 0 to 127, is played: the part of the way from the softest note (0) to the hardest (1).
+    """Force of each velocity, 0 to 127, as a fraction of the way from the softest note (0) to the hardest (1).
 
-    Between points, and from velocity 1 and up to 127, goes a straight line.
+    Straight lines join the points, and run level to velocities 1 and 127.
     """
     if isinstance(curve, tuple):
         points = [(1.0, curve[0][1]), *curve, (127.0, curve[-1][1])]
@@ -70,7 +70,7 @@ def velocity_parts(curve: Curve) -> list[float]:
 
 
 def _between(points: list[tuple[float, float]], velocity: int) -> float:
-    """The part for `velocity` on the line through `points`."""
+    """The fraction for `velocity` on the line through `points`."""
     (x, y), (x_next, y_next) = next((a, b) for a, b in pairwise(points) if velocity <= b[0] or b is points[-1])
     where = (velocity - x) / (x_next - x) if x_next > x else 1.0
     return min(max((y + max(where, 0.0) * (y_next - y) - 1) / 126.0, 0.0), 1.0)

@@ -1,12 +1,12 @@
 """Modes of a speaking string: frequencies and dampings (eqs. 8 to 11), shapes (eq. 3), and plucks in them.
 
-The laws of both are kernels/string/law.py.
+kernels/string/law.py has the laws of frequencies and dampings.
 
-Bending stiffness acts by one of two laws (`String.stiffness_law`), with B = pi^2 E I / (T L^2):
+Bending stiffness follows one of two laws (`String.stiffness_law`), with B = pi^2 E I / (T L^2):
 
-- "hinged", the stiff string on hinges. nu_j = j f0 sqrt(1 + B j^2). Of a mode's elastic energy the part
-  B j^2 / (1 + B j^2) is in bending, and that part is lost at the viscoelastic angle. The shape that a finger holds has
-  1 / (1 + B j^2) of the amplitudes of a triangle: it is no sharper than sqrt(E I / T).
+- "hinged", a stiff string on hinges. nu_j = j f0 sqrt(1 + B j^2). The fraction B j^2 / (1 + B j^2) of a mode's elastic
+  energy is in bending, and only that fraction has loss, at the viscoelastic angle. The shape that a finger holds has
+  1 / (1 + B j^2) of a triangle's amplitudes: it is no sharper than sqrt(E I / T).
 - "paper", eqs. 8 and 11 of the paper and its triangle, all of first order in B j^2: nu_j = j f0 (1 + B j^2 / 2) is its
   fit to one G string. It holds for B j^2 below about 0.04 and is sharp beyond, by 16 cents at 2 kHz and 117 at 5 kHz on
   an E string.
@@ -26,16 +26,16 @@ from livebass.kernels.string import law
 from livebass.model.instrument import Pluck, Speaking
 from livebass.model.neck import detuning, neck_damping
 
-CARRIED = 0.45  # of the contact rate: the highest mode that a bass is played with (kernels.string.modal.MOST_TURN)
+CARRIED = 0.45  # of the contact rate: the highest mode that a bass plays (kernels.string.modal.MOST_TURN)
 
 
 def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bool = False) -> Floats:
-    """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: measured ones where there are any, then the law.
+    """Eigenfrequencies nu_j of modes j = 1 to `count`, (count,), Hz: the measured ones, if any, then the law.
 
     across: of v, which may have a law of its own. Measured frequencies belong to u; v differs from them by the law.
 
-    At j = 862 the two laws differ 2.7 times. The neck's term in eq. 8 is taken at omega_{0,j}, with the sign that
-    model/neck.py explains. shift: `neck_detuning` of these modes, where it is known already.
+    At j = 862 the two stiffness laws differ by a factor of 2.7. The neck's term in eq. 8 is taken at omega_{0,j}; for
+    its sign see model/neck.py. shift: `neck_detuning` of these modes, if known.
     """
     j = np.arange(1.0, count + 1)
     shift = neck_detuning(s, count) if shift is None else shift
@@ -49,7 +49,7 @@ def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bo
 def frequencies_across(s: Speaking, number: Floats, nu: Floats) -> Floats:
     """Frequencies of v (n,), Hz, in modes `number` (n,) whose u has the frequencies `nu` (n,), Hz.
 
-    As far off as the two necks shift these modes, and lower by the greater length.
+    v differs by the shifts of the two necks, and is lower by its greater length.
     """
     at = number * s.fundamental
     u, v = (detuning(s.felt(across).at(at), impedance(s), number) for across in (False, True))
@@ -59,10 +59,10 @@ def frequencies_across(s: Speaking, number: Floats, nu: Floats) -> Floats:
 def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: bool = False) -> Floats:
     """The damping law: coefficients sigma_j of modes j = 1 to `count`, (count,), 1/s.
 
-    Measured ones where there are any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all.
-    By the law "paper" it is as in the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`; only the
-    neck's part is taken at the frequency of the mode itself. ringing_at: `frequencies` of these modes, where they are
-    known already; across: of v; `dampings_across` derives its measured dampings.
+    The measured ones, if any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all. The law
+    "paper" follows the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`, with only the neck's
+    part at the frequency of the mode itself. ringing_at: `frequencies` of these modes, if known; across: of v;
+    `dampings_across` derives its measured dampings.
     """
     ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
@@ -79,9 +79,9 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
 def dampings_across(s: Speaking, number: Floats, nu: Floats, nu_across: Floats, measured: Floats) -> Floats:
     """Dampings of v (n,), 1/s, in modes `number` (n,) whose u has the dampings `measured` (n,).
 
-    nu, nu_across (n,): frequencies of u and v, Hz. Those of u without what the neck takes of u, and with all that it
-    takes of v. Where the neck takes nearly all that was measured, or more, the string still loses in v what it loses by
-    its own law, but no more than was measured: there v may lose more than u on a neck that is the same for both.
+    nu, nu_across (n,): frequencies of u and v, Hz. Replaces the neck's part in u by its part in v. If the neck's part
+    is nearly all of the measured damping, or more, the rest is the string's own law, but at most the measured value:
+    there v may lose more than u even on a neck that treats both alike.
     """
     law = law_frequencies(s, number)
     alone = math.pi * law * loss_factor(s, law)
@@ -95,8 +95,7 @@ def dampings_across(s: Speaking, number: Floats, nu: Floats, nu_across: Floats, 
 def law_frequencies(s: Speaking, mode: Floats, fundamental: float | None = None) -> Floats:
     """Returns the frequencies (Hz), (n,), at which the damping law is taken for `mode` (n,) over `fundamental` (Hz).
 
-    If that is left out: over f0, or, where f0 was measured, over c / 2L of the tension in the table, as the published
-    dampings follow that.
+    Default: f0, or, if f0 was measured, c / 2L of the tension in the table, which the published dampings follow.
     """
     s = s if fundamental is None else replace(s, damped_fundamental=fundamental)
     return np.asarray(law.damped_at(s, mode))
@@ -136,7 +135,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck, across: bool = False
     A triangle, rounded by the finger and, by the law "hinged", by the string's own stiffness: the static shape under a
     force at one point has (c k_j / omega_j)^2 = 1 / (1 + B j^2) of a triangle's amplitudes.
 
-    A finger that lets go gradually weakens each by `release_loss`.
+    A gradual release weakens each by `release_loss`.
     """
     k = np.arange(1, count + 1) * (math.pi / s.length)  # rad/m
     a = pluck.position
@@ -148,7 +147,7 @@ def pluck_amplitudes(s: Speaking, count: int, pluck: Pluck, across: bool = False
 
 
 def release_loss(nu: Floats, release: float) -> Floats:
-    """Times by which a finger that lets go within about tau = `release` (s) weakens modes at `nu` (Hz).
+    """Factor by which a finger that lets go within about tau = `release` (s) weakens modes at `nu` (Hz).
 
     1 + (omega tau)^2, as if its force ended along exp(-|t| / tau) / (2 tau).
     """
@@ -170,8 +169,8 @@ def grazing_apex(s: Speaking, position: float) -> float:
 
 
 def carried(s: Speaking, count: int, contact_rate: float) -> int:
-    """Number of the first `count` modes that lie under `CARRIED` of the contact rate (Hz), at least 1.
+    """Number of the first `count` modes that lie below `CARRIED` of the contact rate (Hz), at least 1.
 
-    Higher ones turn so far in a fine step that contact cannot follow them. Static compliance stands for them.
+    Higher modes turn too far in a fine step for contact to follow. Static compliance replaces them.
     """
     return max(1, int(np.count_nonzero(frequencies(s, count) < CARRIED * contact_rate)))

@@ -1,14 +1,14 @@
-"""The neck as a string meets it: the admittance of its end, which moves, and the surface below, which it may hit.
+"""The neck as a string meets it: the admittance of its moving end, and the surface below, which it may hit.
 
-Admittance. Convention: exp(+i omega t), and Y is the velocity of the neck over the force of the string on it, m/s/N, so
-that its real part is never negative. A string of impedance Z = mu c that ends there obeys tan(k L) = i Z Y; for a small
-Z Y mode j is shifted by i Z Y / (j pi) of its angular frequency. Hence eq. 9 of Issanchou et al. (2018), and eq. 8 with
-a minus sign: as printed, with a plus, it is for exp(-i omega t). A neck that yields like a spring (Im Y > 0) makes the
-string longer and flatter, one that yields like a mass sharper.
+Admittance. Convention: exp(+i omega t), and Y is the velocity of the neck over the force of the string on it, m/s/N:
+its real part is never negative. A string of impedance Z = mu c that ends there obeys tan(k L) = i Z Y; a small Z Y
+shifts mode j by i Z Y / (j pi) of its angular frequency. Hence eq. 9 of Issanchou et al. (2018), and eq. 8 with a minus
+sign: the plus in print is for exp(-i omega t). A neck that yields like a spring (Im Y > 0) makes the string longer and
+flatter; a neck that yields like a mass makes it sharper.
 
 Surface. The board of a neck, with or without frets, is a table of (m from the nut, m relative to the open string at
-rest), ascending in the first, with straight lines between. On a grid each point stands for one step of the string: it
-is as high as the surface at the point, or as the crown that lies within its step.
+rest), ascending in the first, with straight lines between. Each grid point stands for one step of the string: it is as
+high as the surface there, or as a crown within its step.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from numpy.typing import ArrayLike, NDArray
 from livebass.arrays import Complexes, Floats
 from livebass.kernels.string import law, note
 
-FREE_PART = 0.6  # of the scale length, from the nut to the body, if a preset does not say
+FREE_PART = 0.6  # of the scale length, from nut to body, unless a preset says otherwise
 MOST_SHAPE = 40  # number of the highest bending mode
 CROWN = 1e-3  # m, half the width of a crown at its foot
-BOW_STEP = 2e-3  # m, length of the straight lines that make up a bow
+BOW_STEP = 2e-3  # m, length of a bow's straight segments
 
 Surface = tuple[tuple[float, float], ...]  # (m from the nut, m above the open string at rest), ascending; or none: ()
 
 
 @dataclass(frozen=True)
 class Resonance:
-    """One vibration of the neck, a mass on a spring and a damper, as the string feels it."""
+    """One vibration of the neck as the string feels it: a mass on a spring and a damper."""
 
     frequency: float  # Hz
     quality: float  # Q
@@ -44,9 +44,9 @@ class Resonance:
 
 @dataclass(frozen=True)
 class Admittance:
-    """Y where the string ends: a sum of resonances, or a measured table that is zero outside. Empty: a rigid neck.
+    """Y at the end of the string: a sum of resonances, or a measured table, zero outside. Empty: a rigid neck.
 
-    Either adds to what the stop takes.
+    `stop` adds to either.
     """
 
     resonances: tuple[Resonance, ...] = ()
@@ -73,16 +73,16 @@ class Admittance:
         return y
 
     def parts(self, place: float, free_length: float) -> tuple[float, ...]:
-        """By which part a force `place` (m) from the nut moves the nut, for each resonance, and last for the table.
+        """Fraction by which a force `place` (m) from the nut moves the nut: for each resonance, then for the table.
 
         The neck is free over `free_length` (m) from the nut. A resonance counts by its bending shape; a table, whose
-        vibrations are not known, by the shape of the first. Where the body begins, bending ends.
+        vibrations are unknown, by the first shape. Bending ends at the body.
         """
         return tuple(bending_shape(k, place / free_length) for k in (*(r.shape for r in self.resonances), 1))
 
 
 def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
-    """Relative shift of a mode by the neck, its term in nu_j / (j f0): -(mu c / (j pi)) Im Y.
+    """Relative shift of a mode by the neck, a term of nu_j / (j f0): -(mu c / (j pi)) Im Y.
 
     Eq. 8 with the sign for exp(+i omega t). y: Y at omega_{0,j}, m/s/N; impedance: mu c, kg/s; mode: j. Shaped as y.
     """
@@ -90,7 +90,7 @@ def detuning(y: ArrayLike, impedance: float, mode: ArrayLike) -> Floats:
 
 
 def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
-    """Damping of a mode by the neck, its term in sigma_j: (mu c^2 / L) Re Y, 1/s; eq. 9 times pi nu_j.
+    """Damping of a mode by the neck, a term of sigma_j: (mu c^2 / L) Re Y, 1/s; eq. 9 times pi nu_j.
 
     y: Y at omega_j, m/s/N; impedance: mu c, kg/s; fundamental: f0, Hz, as c / L = 2 f0. Shaped as y.
     """
@@ -98,10 +98,10 @@ def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
 
 
 def bending_shape(number: int, place: float) -> float:
-    """Displacement at `place` of a beam that is free at 0 and clamped at 1, in its bending mode `number`; 1 at 0.
+    """Displacement at `place` of a beam, free at 0 and clamped at 1, in its bending mode `number`; 1 at 0.
 
-    It is 0 from the clamp on, where the body begins. Number 0 is no bending: 1 everywhere. Euler-Bernoulli: cosh - cos
-    - s (sinh - sin) of beta times the distance from the clamp, written so that no large numbers cancel.
+    It is 0 beyond the clamp, in the body. Number 0 means no bending: 1 everywhere. Euler-Bernoulli: cosh - cos
+    - s (sinh - sin) of beta times the distance from the clamp, written to avoid cancelling large numbers.
     """
     if number == 0:
         return 1.0
@@ -140,8 +140,8 @@ def fretted_surface(positions: tuple[float, ...], heights: tuple[float, ...], ab
 def wooden_surface(positions: tuple[float, ...], heights: tuple[float, ...], end: float, bowed: bool) -> Surface:
     """A bare board from the nut to `end` through `positions` and `heights`, all in m.
 
-    It is straight before the first and after the last. bowed: between them it follows the parabola on which they lie,
-    as those by geometry do; otherwise it goes straight from one to the next.
+    It is straight before the first and after the last. bowed: between them it follows the parabola through them, as by
+    geometry; otherwise it is straight from point to point.
     """
     x, h = np.asarray(positions), np.asarray(heights)
     inner = x
@@ -161,7 +161,7 @@ def _ends(x: Floats, h: Floats, end: float) -> tuple[float, float]:
 
 
 def _table(x: Floats, height: Floats) -> Surface:
-    """The surface through the points, sorted; of points at one place the first counts."""
+    """The surface through the sorted points; at each place the first point counts."""
     order = np.argsort(x, kind="stable")
     keep = np.concatenate([[True], np.diff(x[order]) > 0])
     return tuple((float(a), float(b)) for a, b in zip(x[order][keep], height[order][keep], strict=True))
@@ -174,7 +174,7 @@ def height_at(surface: Surface, place: float) -> float:
 
 
 def surface_beyond(surface: Surface, stop: float, height: float, total: float) -> Surface:
-    """The part of `surface` beyond a stop, seen from the string that is stopped there.
+    """The part of `surface` beyond a stop, relative to the stopped string.
 
     stop: m from the nut, at `height` (m); total: m from the nut to the saddle. Places in the result count from the
     stop, heights from the straight line between stop and saddle.
@@ -190,12 +190,12 @@ def flat(rows: Iterable[tuple[float, ...]]) -> list[float]:
 
 
 def rows_of(numbers: Sequence[float], first: int, count: int) -> tuple[tuple[float, float], ...]:
-    """The `count` pairs that begin at place `first`."""
+    """The `count` pairs from index `first`."""
     return tuple((float(numbers[k]), float(numbers[k + 1])) for k in range(first, first + 2 * count, 2))
 
 
 def surface_on_grid(surface: Surface, length: float, points: int) -> tuple[Floats, Floats]:
-    """Places (m from the stop) and heights (m), each (n,), of the n grid points that have surface below them.
+    """Places (m from the stop) and heights (m), each (n,), of the n grid points above the surface.
 
     surface: as from `surface_beyond`; the grid has `points` steps over `length` (m).
     """
@@ -212,6 +212,6 @@ def surface_on_grid(surface: Surface, length: float, points: int) -> tuple[Float
 
 
 def _peaks(height: Floats) -> NDArray[np.bool_]:
-    """Mask of the places that are no lower than their neighbours: crowns. The first place is never one."""
+    """Mask of crowns: places no lower than their neighbours. The first place is never one."""
     before, after = np.concatenate([[np.inf], height[:-1]]), np.concatenate([height[1:], [-np.inf]])
     return (height >= before) & (height >= after)

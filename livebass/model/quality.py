@@ -1,6 +1,6 @@
-"""How finely a bass is computed: the quality tiers, and the limits of a pluck that is asked for.
+"""Computing precision: the quality tiers, and the limits of a requested pluck.
 
-The command line reads its ranges here, so this file imports nothing that is slow to load.
+The command line reads its ranges here, so this file imports nothing slow.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from livebass.bounds import one_of, refusal, within
 from livebass.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
-BLOCK = 16, 1024  # frames of a block of live sound, least and most
-CORES = 1, 64  # of the processor that play live, least and most
+BLOCK = 16, 1024  # frames in a block of live sound, least and most
+CORES = 1, 64  # used in live playing, least and most
 LEAST_CONTACT_RATE, MOST_CONTACT_RATE = 44_100.0, 64e6  # Hz
-# Loss c of Hunt and Crossley (`Neck.loss`: contact_loss over contact_stiffness), s/m: contact lets go no faster than at
-# 1 / c. From this on lower contact rates are as near to `reference`, or nearly so, with a K of 3e8 to 3e10.
+# Loss c of Hunt and Crossley (`Neck.loss`: contact_loss over contact_stiffness), s/m: contact parts no faster than at
+# 1 / c. From this value on lower contact rates are about as close to `reference`, for a K of 3e8 to 3e10.
 ENDS_SOON = 5.0
 
 
@@ -24,21 +24,21 @@ ENDS_SOON = 5.0
 class Quality:
     """A tier: number of modes and contact rate. The same kernel runs them all.
 
-    Contact that loses enough ends soon, and is not chaotic: then `damped_rates` do. Over a board that gives all energy
-    back it goes on from point to point: it needs more modes and a higher rate, and `on_board` holds.
+    Contact with enough loss ends soon and is not chaotic: then `damped_rates` suffice. Over a lossless board contact
+    goes on from point to point: it needs the modes and the rate of `on_board`.
     """
 
     name: str
-    modes: int | None  # of the open string, a stopped one has proportionally fewer; None: all that the grid carries
+    modes: int | None  # of the open string, proportionally fewer on stopped ones; None: all that the grid carries
     contact_rate: float  # Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
-    on_board: Quality | None = None  # for strings over a board that loses nothing; None: the same
+    on_board: Quality | None = None  # for strings over a lossless board; None: the same
 
-    # Hz, contact rate over frets, and over a board, whose loss is ENDS_SOON or more; None: the same
+    # Hz, contact rates over frets and over a board with a loss of ENDS_SOON or more; None: the same
     damped_rates: tuple[float, float] | None = None
     exact: bool = False  # all modes in float64, not the lowest alone
 
     def for_contact(self, loss: float, board: bool) -> Quality:
-        """Returns the quality for strings whose contact, with a `board` or with frets, has the loss c `loss`, s/m."""
+        """Returns the quality for contact with a `board` or with frets whose loss c is `loss`, s/m."""
         if board and loss == 0.0 and self.on_board is not None:
             return self.on_board
         if loss >= ENDS_SOON and self.damped_rates is not None:
@@ -51,13 +51,13 @@ QUALITIES = {
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),
     "reference": Quality("reference", None, 8e6, exact=True),
 }
-AUTO = "auto"  # in place of a quality's name: the one that the machine carries (livebass/live/carried.py)
+AUTO = "auto"  # in place of a name: the quality this machine can run (livebass/live/carried.py)
 
 
 def quality_with(name: str, modes: int | None = None, contact_rate: float | None = None) -> Quality:
-    """The tier `name` with `modes` or `contact_rate` (Hz) replaced, over a board as well.
+    """The tier `name` with `modes` or `contact_rate` (Hz) replaced, also over a board.
 
-    Raises ValueError, which says what is allowed, for an unknown tier or a value out of range.
+    Raises ValueError that says what is allowed, for an unknown tier or a value out of range.
     """
     one_of("quality", name, QUALITIES)
     quality = QUALITIES[name]
@@ -75,7 +75,7 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
 def modes_for(quality: Quality, length: float, open_length: float, grid_points: int) -> int:
     """Number of modes of a speaking `length` (m) on a string of `open_length` (m).
 
-    At least 1, and at most what a grid of `grid_points` steps carries.
+    At least 1, at most as many as a grid of `grid_points` steps carries.
     """
     full = min(grid_points - 1, MOST_MODES)
     if quality.modes is None:
@@ -92,7 +92,7 @@ class Limits(NamedTuple):
     whole: bool = False  # whole numbers of the SI unit only
 
     def check(self, name: str, value: float) -> None:
-        """Raises ValueError, which says what is allowed, if `value` (SI) is outside or NaN."""
+        """Raises ValueError that says what is allowed if `value` (SI) is outside or NaN."""
         if not self.least <= value <= self.most or (self.whole and value != int(value)):
             unit = next(unit for unit, size in DIMENSIONS[self.dimension].units.items() if size == 1.0)
             raise refusal(name, str(self), f"{value:.10g} {unit}")
@@ -103,7 +103,7 @@ class Limits(NamedTuple):
         return f"{kind}from {least} to {most}"
 
 
-# Of a single pluck, as `simulate`, `sweep` and studies take it.
+# For a single pluck in `simulate`, `sweep` and studies.
 APEX = Limits("length", 1e-6, 0.030)
 ANGLE = Limits("angle", -1.56, 1.56)  # from straight up
 AT = Limits("length", 1e-3, 2.0)  # from the stop; it must also be on the string

@@ -1,8 +1,7 @@
 """One pluck of one string: a `Trial` to solve and the `Motion` that a solver returns.
 
-Every solver is a function `solve(trial: Trial) -> Motion`, so that two of them can be compared. `checked_trial` builds
-the trial that `simulate`, `sweep` and the studies ask for, with every number checked. Equation numbers: Issanchou et
-al. (2018).
+Every solver is a function `solve(trial: Trial) -> Motion`: any two can be compared. `checked_trial` builds the trial
+for `simulate`, `sweep` and the studies, and checks every number. Equation numbers: Issanchou et al. (2018).
 """
 
 from __future__ import annotations
@@ -19,17 +18,17 @@ from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, sp
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
 from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES, RATE, Quality, modes_for
 
-SLACK = 1e-6  # of a step or sample: lets 0.1 s at 44.1 kHz end on sample 4410 whatever the rounding
-LEAST_SINE = 1e-6  # of omega_d dt: at 0 two fine steps do not tell how a mode moves between them
+SLACK = 1e-6  # of a step or sample: 0.1 s at 44.1 kHz ends on sample 4410 despite rounding
+LEAST_SINE = 1e-6  # of omega_d dt: at 0, two fine steps do not tell how a mode moves in between
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One pluck of one speaking string, how finely to compute it, and what to return of it."""
+    """One pluck of one speaking string, how finely to compute it, and which results to return."""
 
     speaking: Speaking
     pluck: Pluck
-    modes: int  # 1 to speaking.grid_points - 1; if fewer, static compliance stands for the rest
+    modes: int  # 1 to speaking.grid_points - 1; static compliance replaces omitted ones
     contact_rate: float  # Hz, 1/dt of eq. 12
     output_rate: float  # Hz, of the displacement returned; need not divide contact_rate
     duration: float  # s
@@ -56,14 +55,14 @@ class Trial:
 
 @dataclass(frozen=True)
 class Motion:
-    """How the string moved: n samples, k contacts sorted by step, then index, and m energies if asked for."""
+    """Motion of the string: n samples, k contacts sorted by step, then index, and m energies if requested."""
 
     time_s: Floats  # (n,), 0 is the release
     displacement_m: Floats  # (n,), u at the sensor
     contact_step: Ints  # (k,), the n >= 1 with eta^n > 0 after eta^{n-1} <= 0
     contact_index: Ints  # (k,), into Speaking.contact_*
     contact_rate_hz: float
-    wall_s: float  # s the solver took, without compilation
+    wall_s: float  # s, time of the solver without compilation
     energy_j: Floats | None = None  # (m,)
     energy_time_s: Floats | None = None  # (m,)
     across_m: Floats | None = None  # (n,), v at its sensor; None: plucked along u, the string never leaves that plane
@@ -81,12 +80,12 @@ def initial_amplitudes(trial: Trial) -> Floats:
 
 
 def initial_amplitudes_across(trial: Trial) -> Floats:
-    """Modal amplitudes of v, the second polarisation, as `initial_amplitudes` gives those of u."""
+    """Modal amplitudes of v, the second polarisation, in the form of `initial_amplitudes`."""
     return math.sin(trial.pluck.angle) * pluck_amplitudes(trial.speaking, trial.modes, trial.pluck, across=True)
 
 
 def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
-    """The string called `string` stopped at `fret`. Raises ValueError, which lists the strings or frets there are."""
+    """The string called `string` stopped at `fret`. Raises ValueError with the existing strings or frets."""
     try:
         index = instrument.string_index(string)
     except LookupError as error:
@@ -96,7 +95,7 @@ def speaking_string(instrument: Instrument, string: str, fret: int) -> Speaking:
 
 @dataclass(frozen=True)
 class Asked:
-    """A pluck that is asked for, and how finely to solve it."""
+    """A requested pluck, and how finely to solve it."""
 
     string: str = "G"
     fret: int = 0  # 0: open
@@ -126,8 +125,8 @@ def checked_trial(
 ) -> Trial:
     """The trial of a pluck as `asked` on `s`, a string of `instrument`. Raises ValueError for values out of limits.
 
-    contact_rate and rate: Hz; modes: None for all. The corner is as round as the player's finger makes it, and let go
-    as gradually, as of the hardest notes; the sensors are those of the preset's output.
+    contact_rate and rate: Hz; modes: None for all. The player's finger rounds the corner and lets go as in the hardest
+    notes; the sensors come from the preset's output.
     """
     apex, at = asked.apex, asked.at
     APEX.check("apex", apex)
@@ -156,7 +155,7 @@ def checked_trial(
 
 
 def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:
-    """Returns the number of modes and the contact rate (Hz) of `quality` for `s`, by its contact."""
+    """Returns number of modes and contact rate (Hz) of `quality` for `s` and its contact."""
     chosen = quality.for_contact(s.contact_loss, bool(s.surface))
     return modes_for(chosen, s.length, s.string.length, s.grid_points), chosen.contact_rate
 
@@ -164,7 +163,7 @@ def in_quality(s: Speaking, quality: Quality) -> tuple[int, float]:
 def _check_aliasing(s: Speaking, count: int, contact_rate: float) -> None:
     """Raises ValueError if a mode makes a whole number of half turns in a fine step, see `LEAST_SINE`.
 
-    Modes above half the contact rate are allowed: the paper itself has them, at 2 MHz.
+    Modes above half the contact rate are allowed: the paper uses them, at 2 MHz.
     """
     natural, sigma = 2 * math.pi * frequencies(s, count), dampings(s, count)
     theta = np.sqrt(np.maximum(natural**2 - sigma**2, 0.0)) / contact_rate

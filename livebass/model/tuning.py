@@ -1,4 +1,4 @@
-"""Tunes a bass: puts its strings under another tension, and a capo on its neck. For the physics: `tensioned`."""
+"""Tunes a bass: changes its strings' tension and puts a capo on its neck. For the physics see `tensioned`."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from livebass.model.exact import exp2
 from livebass.model.instrument import Neck, Pick, Player, String, tensioned
 from livebass.model.neck import FREE_PART, surface_beyond
 
-MOST_SLACK = 2.0  # times as far: nobody pulls a slack string farther
-LEAST_PLACE, MOST_PLACE = 0.01, 0.99  # of a pluck, parts of the open string
+MOST_SLACK = 2.0  # times the pull: nobody pulls a slack string farther
+LEAST_PLACE, MOST_PLACE = 0.01, 0.99  # of a pluck, fractions of the open string
 
 
 def tuned(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
-    """`string` tuned to the MIDI `note`, and all its notes off equal temperament by `offsets` (12,), cents, C first.
+    """`string` tuned to the MIDI `note`; `offsets` (12,), cents, C first, shift all its notes from equal temperament.
 
-    The same force pulls it 1 / r^2 as far when it sounds r times as high, at most MOST_SLACK times.
+    The same force pulls it 1 / r^2 as far if it sounds r times as high, at most MOST_SLACK times.
     """
     wanted = replace(string, open_note=note, offsets=offsets if any(offsets) else (), own_note=string.open_note)
     if (wanted.open_note, wanted.offsets) == (string.open_note, string.offsets):
@@ -25,7 +25,7 @@ def tuned(string: String, note: int, offsets: tuple[float, ...] = ()) -> String:
 
 
 def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
-    """String and neck with a capo at `fret`: a stop that stays, from which frets, notes and places count."""
+    """String and neck with a capo at `fret`: a permanent stop from which frets, notes and places count."""
     if not fret:
         return string, neck
     x, h, total = neck.fret_positions, neck.fret_heights, string.length
@@ -59,7 +59,7 @@ def with_capo(string: String, neck: Neck, fret: int) -> tuple[String, Neck]:
 
 
 def over_same_body(player: Player, part: float) -> Player:
-    """`player` with the hand where it was over the body, when strings have this `part` of their length."""
+    """`player` with the hand at the same place over the body, for strings of this `part` of their length."""
     if part == 1:
         return player
     places = {

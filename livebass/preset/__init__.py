@@ -1,1 +1,1 @@
-"""Preset files (TOML): keys.py lists every key, as neck.action; checks, build and load make an instrument of them."""
+"""Preset files (TOML): keys.py lists every key, as neck.action; checks, build and load turn them into an instrument."""

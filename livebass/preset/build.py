@@ -1,7 +1,7 @@
-"""Builds an instrument from the parsed tables of a preset file, and says in one line what is wrong with them.
+"""Builds an instrument from the parsed tables of a preset file, and reports errors in one line.
 
-`Builder.instrument` reads the tables, `string_and_neck` a [[string]] with its neck, `output` the pickups. Values are
-checked alone by preset/keys.py and together by preset/checks.py.
+`Builder.instrument` reads the tables, `string_and_neck` a [[string]] with its neck, `output` the pickups.
+preset/keys.py checks single values, preset/checks.py their combinations.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ from livebass.preset.tuning import open_strings
 from livebass.rows import REQUIRED, rows
 from livebass.units import format_quantity, note_name
 
-# What the engine has room for.
+# The engine's limits.
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section
 MOST_SENSING = 4  # pickups that sense one string
 MOST_FRETS = 32
@@ -77,14 +77,14 @@ class Builder:
     label: str
 
     def error(self, where: str, why: str, *raw: Any) -> PresetError:
-        """The error at `where`, a section and key, with the value `raw` if given."""
+        """An error at `where`, a section and key, with the value `raw` if given."""
         return PresetError(f"{self.label}: {where}{''.join(f' = {quoted(r)}' for r in raw)}: {why}")
 
     def unknown(self, where: str, name: str, names: list[str]) -> PresetError:
         return self.error(f"{where}{name[:40]}", f"unknown key; {nearest(name, names)}")
 
     def table(self, section: str, raw: Any, where: str, defaults: bool = True) -> dict[str, Any]:
-        """The values of one table, checked and in SI, by key; with defaults for keys left out if `defaults`."""
+        """The checked values of one table, in SI, by key; `defaults` fills in missing keys."""
         if not isinstance(raw, dict):
             raise self.error(where, f"must be a table of keys such as {section}.{key_names(section)[0]}", raw)
         values = {}
@@ -173,14 +173,14 @@ class Builder:
         return self.on_bench(bass, data["bench"]) if "bench" in data else bass
 
     def on_bench(self, bass: Instrument, raw: Any) -> Instrument:
-        """The bass as the sliders of the table [bench] change it."""
+        """The bass changed by the sliders of the table [bench]."""
         made = changed(bass, self.table("bench", raw, "bench"))
         for string, neck in zip(made.strings, made.necks, strict=True):
             self.check_notes(string, neck, f"string[{string.name}]", "bench")
         return made
 
     def effects(self, raw: Any) -> Effects:
-        """What comes after the DI. The path of a response goes from where the file is."""
+        """The effects after the DI. The path of a response is relative to the file."""
         values = self.table("effects", raw, "effects")
         normalized = values.pop("response_level") == "normalized"
         if "response" in values:
@@ -193,7 +193,7 @@ class Builder:
     def tuned(
         self, made: list[tuple[String, Neck, str, str]], head: dict[str, Any], data: dict[str, Any]
     ) -> list[tuple[String, Neck]]:
-        """The strings and necks of `made`, as `string_and_neck` has them, tuned and checked.
+        """The strings and necks of `made`, from `string_and_neck`, tuned and checked.
 
         head: the checked values of the keys above the tables of `data`.
         """
@@ -218,9 +218,9 @@ class Builder:
         return pairs
 
     def for_each_string(self, section: str, raw: Any, count: int) -> list[dict[str, Any]]:
-        """The table `raw` as it holds for each of `count` strings: of a list in place of a number, each has its item.
+        """The table `raw` for each of `count` strings; a list instead of a number gives each string its item.
 
-        Its values are checked; the dicts are as a file would have them.
+        Values are checked, but the dicts keep the form of the file.
         """
         lists = {}
         if isinstance(raw, dict):
@@ -240,7 +240,7 @@ class Builder:
         return [raw | {name: listed[i] for name, listed in lists.items()} for i in range(count)]
 
     def output(self, data: dict[str, Any], pairs: list[tuple[String, Neck]]) -> Output:
-        """Output with pickups and circuit, all of them between the saddle and the neck."""
+        """Output with pickups and circuit; all pickups lie between saddle and neck."""
         coil = Coil(**self.table("coil", data.get("coil", {}), "coil"))
         raws = self.tables(data, "pickup")
         names = [string.name for string, _ in pairs]
@@ -263,7 +263,7 @@ class Builder:
         return output
 
     def pickup(self, raw: Any, where: str, names: list[str]) -> Pickup:
-        """One pickup. Its `strings`, in any case, become `names` of this bass."""
+        """One pickup. Matches its `strings`, in any case, to this bass's `names`."""
         values = self.table("pickup", raw, where)
         known = {name.casefold(): name for name in names}
         for name in values.get("strings", ()):
@@ -272,9 +272,9 @@ class Builder:
         return Pickup(**values | {"strings": tuple(known[n.casefold()] for n in values.get("strings", ()))})
 
     def string_and_neck(self, raw: Any, number: int, shared: dict[str, Any]) -> tuple[String, Neck, str, str]:
-        """A [[string]] table, the `number`-th, and its neck: the keys of `shared`, its [neck] table, and its own.
+        """The `number`-th [[string]] table and its neck: `shared` keys, its [neck] table, and its own.
 
-        Returns the two as the file has them, and the places of both tables, for messages.
+        Returns both as in the file, and the places of both tables, for messages.
         """
         where = f"string[{number}]"
         if isinstance(raw, dict) and isinstance(raw.get("name"), str):
@@ -287,9 +287,9 @@ class Builder:
         return self.string(values, length, where), neck, where, f"{where}.neck" if own else "neck"
 
     def hand_neck(self, raw: dict[str, Any], shared: dict[str, Any], player: dict[str, Any]) -> Neck | None:
-        """The frets or board by whose grazing the hand measures its force on a string; None: by the string's own.
+        """The frets or board whose grazing sets the hand's unit of force on a string; None: the string's own.
 
-        `raw` and `shared` as for `string_and_neck`, which has checked them; `player` as the file has it for the string.
+        `raw` and `shared` as for `string_and_neck`, which has checked them; `player`: the string's values in the file.
         """
         given = {name: value for name, value in player.items() if name.startswith(HAND)}
         if not given:
@@ -307,7 +307,7 @@ class Builder:
         return Neck(neck.fret_positions, neck.fret_heights, surface=neck.surface)
 
     def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
-        """Checks the notes of every fret; `where` is the string's table, `place` that of its neck."""
+        """Checks the notes of every fret; `where` is the string's table, `place` its neck's."""
         for fret in range(len(neck.fret_positions) + 1):
             try:
                 speaking(string, neck, fret)
@@ -319,7 +319,7 @@ class Builder:
         self.check_damping(string, neck, where, place)
 
     def check_grid(self, string: String, neck: Neck, where: str) -> None:
-        """Checks that every fret has a grid point of its own, and none at an end of the speaking length."""
+        """Checks that every fret has a grid point of its own, not at an end of the speaking length."""
         for fret in range(len(neck.fret_positions) + 1):
             s = speaking(string, neck, fret)
             step = s.step
@@ -341,7 +341,7 @@ class Builder:
         raise self.error(f"{place}.{found.key}", found.why(kind), shown)
 
     def string(self, values: dict[str, Any], length: float, where: str) -> String:
-        """A string of `length` (m) from its checked values: tension and inharmonicity follow if they are left out."""
+        """A string of `length` (m) from its checked values; derives tension and inharmonicity if missing."""
         pitch = note_frequency(values["open_note"])  # Hz
         mu = values["linear_density"]
         speed = 2 * length * pitch
@@ -385,7 +385,7 @@ class Builder:
     def neck(self, raw: dict[str, Any], where: str, hand: dict[str, float] | None = None) -> tuple[float, Neck]:
         """Scale length (m) and neck of one string, from measured frets or by geometry.
 
-        hand: heights by geometry (m) in place of the string's own, of the neck by which the hand measures its force.
+        hand: heights by geometry (m) that replace the string's own, for the neck that sets the hand's unit of force.
         """
         v = self.table("neck", raw, where) | (hand or {})
         length, lift = v["scale_length"], v.get("lift", {})
@@ -434,12 +434,12 @@ class Builder:
 
 
 def merged_neck(shared: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
-    """The keys of a string's neck: `shared` by all, but for those that its `own` take the place of."""
+    """The keys of a string's neck: those `shared` by all, unless its `own` replace them."""
     drop = GEOMETRY if own.keys() & _FRETS else MEASURED if own.keys() & GEOMETRY else set()
     drop = drop | replaced(set(own))
     return {k: v for k, v in shared.items() if k not in drop} | own
 
 
 def neck_end(neck: Neck) -> float:
-    """End of the board, or the last fret, m from the nut: pickups lie beyond."""
+    """End of the board, or last fret, m from the nut: pickups lie beyond."""
     return max([neck.fret_positions[-1], *(x for x, _ in neck.surface[-1:])])

@@ -1,8 +1,8 @@
-"""Checks of a preset that take several keys together: the neck's admittance, its surface, and damping.
+"""Checks of a preset that involve several keys: the neck's admittance, its surface, and damping.
 
-preset/keys.py checks each value alone, before. `neck_admittance` and `neck_surface` raise `Conflict` for keys that do
-not go together; `overdamped` looks for a mode that cannot ring and for the key that causes it. preset/build.py makes
-messages of both.
+preset/keys.py has checked each value. `neck_admittance` and `neck_surface` raise `Conflict` for keys that do not go
+together; `overdamped` finds a mode that cannot ring and the key that causes it. preset/build.py turns both into
+messages.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ DAMPING_KEYS = (
     "extra_damping", "extra_damping_slope", "viscoelastic_angle", "thermoelastic", *COLUMNS, "resonance_masses",
     "measured_dampings", "stop_conductance",
 )  # fmt: skip
-BEYOND = 0.02  # m of board beyond the last fret, if a preset does not say
+BEYOND = 0.02  # m of board beyond the last fret, by default
 MOST_DAMPING = 0.999  # of critical
 
 Numbers = tuple[float, ...]
 
 
 class Conflict(ValueError):
-    """Keys that do not go together: the key at fault, why, and its value if the message is to show it."""
+    """Keys that do not go together: the key at fault, why, and its value if the message shows it."""
 
     def __init__(self, key: str, why: str, *raw: object) -> None:
         super().__init__(f"{key}: {why}")
@@ -48,7 +48,7 @@ class Conflict(ValueError):
 
 
 def replaced(own: set[str]) -> set[str]:
-    """The admittance keys of the shared neck that do not hold for a string whose own neck has the keys `own`."""
+    """The shared neck's admittance keys that do not apply to a string whose own neck has the keys `own`."""
     void: set[str] = set()
     for kind, other in ((TABLE_KEYS, RESONANCE_KEYS), (RESONANCE_KEYS, TABLE_KEYS)):
         if own & kind:
@@ -59,7 +59,7 @@ def replaced(own: set[str]) -> set[str]:
 
 
 def neck_admittance(values: dict[str, Any]) -> Admittance:
-    """The admittance at the nut from a neck's checked values (SI); a rigid neck if they give none. Raises Conflict."""
+    """The admittance at the nut from a neck's checked values (SI); rigid if they give none. Raises Conflict."""
     if values.keys() & TABLE_KEYS and values.keys() & RESONANCE_KEYS:
         key = sorted(values.keys() & RESONANCE_KEYS)[0]
         raise Conflict(key, "resonances are not allowed together with a table of conductances")
@@ -76,7 +76,7 @@ def neck_admittance(values: dict[str, Any]) -> Admittance:
 def _paired(
     values: dict[str, Any], first: str, second: str, default: Numbers = ()
 ) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-    """The lists of two keys, `default` for the second if it is left out. Raises Conflict if one is longer."""
+    """The lists of two keys; a missing second one is `default`. Raises Conflict if one is longer."""
     a, b = values.get(first, ()), values.get(second, default)
     if len(a) != len(b):
         raise Conflict(second, f"{len(b)} for {len(a)} {first}; there must be one for each")
@@ -84,10 +84,10 @@ def _paired(
 
 
 def neck_surface(given: set[str], v: dict[str, Any], x: Numbers, h: Numbers) -> tuple[Numbers, Surface]:
-    """Heights (m) at the places `x` (m from the nut) where notes are stopped, and the surface of the neck.
+    """Heights (m) at the places `x` (m from the nut) of stopped notes, and the surface of the neck.
 
-    The surface is empty if the string can touch crowns only. given: the keys that the file has; v: all values of the
-    neck, checked, in SI; h: heights of the crowns, (len(x),), m. Raises Conflict.
+    The surface is empty if the string can only touch crowns. given: the keys in the file; v: all values of the neck,
+    checked, in SI; h: heights of the crowns, (len(x),), m. Raises Conflict.
     """
     kind = v["obstacle"]
     measured = _measured_profile(v)
@@ -106,7 +106,7 @@ def neck_surface(given: set[str], v: dict[str, Any], x: Numbers, h: Numbers) -> 
 
 
 def _check_surface_keys(given: set[str], kind: str, measured: Surface) -> None:
-    """Raises Conflict for a key that would have no effect, and for one that is missing."""
+    """Raises Conflict for a key without effect, and for a missing one."""
     if kind == "frets" and (void := sorted(given & (PROFILE_KEYS | {"board_end", "fret_height"}))):
         raise Conflict(void[0], "allowed only if neck.obstacle is profile or board")
     if kind == "board" and (void := [k for k in FRET_KEYS if k in given]):
@@ -128,7 +128,7 @@ def _measured_profile(v: dict[str, Any]) -> Surface:
 
 
 def _board_end(v: dict[str, Any], x: Numbers, measured: Surface) -> float:
-    """End of the board, m from the nut: beyond the last of the notes' places `x`, and before the saddle."""
+    """End of the board, m from the nut: beyond the last note's place in `x`, and before the saddle."""
     length = v["scale_length"]
     end = measured[-1][0] if measured else v.get("board_end", min(x[-1] + BEYOND, 0.98 * length))
     if not x[-1] <= end < length:
@@ -145,9 +145,9 @@ def mm(length: float) -> str:
 
 @dataclass(frozen=True)
 class Overdamped:
-    """A mode that cannot ring, and the key of the preset that has the largest part in it.
+    """A mode that cannot ring, and the preset key that contributes most.
 
-    The mode is damped beyond `MOST_DAMPING`, or, of u, shifted by the neck beyond `MOST_DETUNING`.
+    The mode is damped beyond `MOST_DAMPING`, or, in u, shifted by the neck beyond `MOST_DETUNING`.
     """
 
     fret: int
@@ -155,19 +155,19 @@ class Overdamped:
     detuned: bool  # shifted, not damped
     across: bool  # a mode of v, which has a law of its own
     key: str
-    item: int  # of the key's list, from 1; 0: the key is no list, or all its items count
-    value: float  # of the key or its item, SI; of conductance_values and susceptance_values the greatest
-    allowed: float  # with all else as it is: at most, or at least for resonance_masses; 0: no value of this key helps
+    item: int  # in the key's list, from 1; 0: the key is not a list, or all items count
+    value: float  # of the key or its item, SI; the greatest of conductance_values and susceptance_values
+    allowed: float  # all else equal: at most, or at least for resonance_masses; 0: no value of this key helps
 
     def why(self, kind: str) -> str:
-        """Says what the key does to the mode, and which value would be allowed; kind: of the key, as in keys.py."""
+        """Describes the key's effect on the mode, and the allowed value; kind: of the key, as in keys.py."""
         item = f"item {self.item}: " if self.item else ""
         verb, how_far = ("shifts", "by more than 5 %") if self.detuned else ("damps", "beyond critical")
         heavier = self.key == "resonance_masses"
         if self.allowed == 0:
             cure = f"{'raising' if heavier else 'lowering'} this key alone is not enough"
         else:
-            # Three digits, rounded to the safe side: a value that the message allows must be allowed.
+            # Three digits, rounded to the safe side: a value in the message must be allowed.
             digit = 10.0 ** (math.floor(math.log10(self.allowed)) - 2)
             value = digit * (math.ceil if heavier else math.floor)(self.allowed / digit)
             shown = format_quantity(value, kind) if kind in DIMENSIONS else f"{value:.4g}"
@@ -186,8 +186,8 @@ def overdamped(string: String, neck: Neck) -> Overdamped | None:
     items = {key: _item(string, neck, key, fret, j) for key in keys}
     parts = {key: _part(string, neck, key, fret, j, items[key], detuned, across) for key in keys}
     key = max(parts, key=parts.__getitem__)
-    # By bisection, as damping is not linear in the value: the tuning depends on the mute.
-    item, low, high = items[key], 0.0, 1.0  # parts of the value
+    # Bisection, as damping is not linear in the value: the tuning depends on the mute.
+    item, low, high = items[key], 0.0, 1.0  # of the value
     if _first_fault(*_scaled(string, neck, key, item, low)) is None:
         for _ in range(20):
             middle = (low + high) / 2
@@ -200,9 +200,9 @@ def overdamped(string: String, neck: Neck) -> Overdamped | None:
     return Overdamped(fret, j + 1, detuned, across, key, item, value, allowed)
 
 
-@lru_cache(maxsize=256)  # presets are tuned and built again with the same strings
+@lru_cache(maxsize=256)  # tuning and rebuilding a preset meets the same strings
 def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | None:
-    """The first mode that is shifted or damped too much: (fret, index of the mode, whether shifted, whether of v)."""
+    """The first mode shifted or damped too much: (fret, index of the mode, whether shifted, whether of v)."""
     for fret in range(len(neck.fret_positions) + 1):
         s = speaking(string, neck, fret)
         count = min(s.grid_points - 1, MOST_MODES)
@@ -223,7 +223,7 @@ def _cannot_ring(s: Speaking, nu: Floats, across: bool) -> NDArray[np.bool_]:
 
 
 def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:
-    """The item of `key` that matters most to mode j + 1: the resonance that gives way most, or the mode's own."""
+    """The item of `key` that matters most to mode j + 1: the resonance that yields most, or the mode's own."""
     if key == "resonance_masses" and neck.admittance.resonances:
         nu = modes.frequencies(speaking(string, neck, fret), j + 1)[j]
         each = [abs(replace(neck.admittance, resonances=(r,)).at(nu)) for r in neck.admittance.resonances]
@@ -232,7 +232,7 @@ def _item(string: String, neck: Neck, key: str, fret: int, j: int) -> int:
 
 
 def _part(string: String, neck: Neck, key: str, fret: int, j: int, item: int, detuned: bool, across: bool) -> float:
-    """The part of `key` in the damping of mode j + 1, 1/s, or in its relative shift."""
+    """The share of `key` in the damping of mode j + 1, 1/s, or in its relative shift."""
 
     def amount(by: float) -> float:
         s = speaking(*_scaled(string, neck, key, item, by), fret)
@@ -242,7 +242,7 @@ def _part(string: String, neck: Neck, key: str, fret: int, j: int, item: int, de
 
 
 def _value(string: String, neck: Neck, key: str, item: int) -> float:
-    """The value of `key` or of its item, SI; 0 if it is left out."""
+    """The value of `key` or of its item, SI; 0 if missing."""
     if key in COLUMNS:
         return max((abs(row[COLUMNS[key]]) for row in neck.admittance.table), default=0.0)
     if key == "resonance_masses":

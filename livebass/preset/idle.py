@@ -1,7 +1,7 @@
-"""Finds the keys of a preset file that change no note whatever their value, and says why.
+"""Finds the keys of a preset file that change no note, whatever their value, and says why.
 
-A key is idle if the bass stays the same when its value is changed, fields that no note depends on left aside. RULES
-says which fields those are, on which basses: by the groups that their rows name (rows.py), or by name.
+A key is idle if changing its value leaves the bass the same, apart from fields that affect no note. RULES lists these
+fields and their basses: by the groups in their rows (rows.py), or by name.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ PICKING = tuple(key_names("pick"))
 
 
 def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> list[Rule]:
-    """Rules for the rows of the group `name`, one for each section that has any."""
+    """Rules for the rows of the group `name`, one per section."""
     found = [
         Rule(section, tuple(key for key, row in rows(cls).items() if name in row.of.split()), why, holds)
         for section, cls in DATACLASSES.items()
@@ -119,18 +119,18 @@ RULES = (
         "pick", PICKING, 'player.stroke is not "pick": only keys bring it', lambda bass, _: bass.player.stroke != "pick"
     ),
 )
-# Keys that make no field of their own: why they may be idle.
+# Keys without a field of their own: why they may be idle.
 NO_CORE = "string.inharmonicity is given, not core_diameter"
 WITHOUT_FIELD = {("string", "core_modulus"): NO_CORE, ("string", "stiffness_ratio"): NO_CORE}
 
 
 def _bends(neck: Neck) -> bool:
-    """True if what the neck takes from a string depends on where the neck ends."""
+    """True if the neck's effect on a string depends on where the neck ends."""
     return bool(neck.admittance.table) or any(r.shape for r in neck.admittance.resonances)
 
 
 class _Unchecked(Builder):
-    """A Builder that takes any notes as they come: checking them takes 0.1 s a string."""
+    """A Builder that does not check notes, which takes 0.1 s a string."""
 
     def check_notes(self, string: String, neck: Neck, where: str, place: str) -> None:
         pass
@@ -138,7 +138,7 @@ class _Unchecked(Builder):
 
 @dataclass(frozen=True)
 class Given:
-    """A key of a file: where it stands."""
+    """A key of a file, and its place."""
 
     place: str  # for messages, "string[E].neck.action"
     key: Key
@@ -156,7 +156,7 @@ class Given:
 
 
 def idle_keys(data: dict[str, Any], label: str = "") -> list[tuple[str, str]]:
-    """Keys of a preset's tables `data`, as parsed, that change no note, as (place, why); in the order of the file.
+    """Keys in a preset's parsed tables `data` that change no note, as (place, why), in file order.
 
     `label` is the path of the file. The path of a key map is relative to it.
 
@@ -170,7 +170,7 @@ def idle_keys(data: dict[str, Any], label: str = "") -> list[tuple[str, str]]:
 
 
 def _is_idle(given: Given, data: dict[str, Any], heard: Instrument, builder: Builder) -> bool:
-    """True if other values of a key leave `heard`; values that make no bass do not count."""
+    """True if other values of a key leave `heard` as is; values that make no bass do not count."""
     idle = False
     for raw in other_values(given.key, given.raw):
         try:
@@ -204,7 +204,7 @@ def _keys_of(section: str, table: dict[str, Any], label: str, path: tuple[str | 
 
 
 def other_values(key: Key, raw: Any) -> Iterator[Any]:
-    """Values unlike `raw` for a key, as a file would have them."""
+    """Values other than `raw` for a key, in the form of a file."""
     kind = key.kind.removesuffix("[]")
     if "|" in kind:
         yield from (choice for choice in kind.split("|") if choice != raw)
@@ -228,12 +228,12 @@ def other_values(key: Key, raw: Any) -> Iterator[Any]:
 
 
 def _other_numbers(number: float, ends: list[float]) -> tuple[float, ...]:
-    """Two numbers near `number`, within the ends or not; near 0, some of those up to the upper end."""
+    """Two numbers near `number`, within the ends or not; near 0, some up to the upper end."""
     return (number * 0.9, number * 1.1) if number else (ends[1] * 1e-3, ends[1] * 1e-2, ends[1])
 
 
 def _heard(bass: Instrument) -> Instrument:
-    """`bass` with the default in place of each field that changes no note of it."""
+    """`bass` with defaults for all fields that change none of its notes."""
     parts: dict[str, list[Any]] = {
         "string": list(bass.strings),
         "neck": list(bass.necks),

@@ -1,8 +1,8 @@
-"""Key maps by name, or from a TOML file of one's own: which MIDI key asks for which technique, and what controllers do.
+"""Key maps by name or from a TOML file: the technique of each MIDI key, and the function of each controller.
 
 A file has up to three tables and a switch:
 
-    over_notes = true           # keys switch although the bass has their notes; false: notes go first
+    over_notes = true           # keys switch even if the bass has their notes; false: notes go first
     [strings]                   # keys that force a string, by its open note
     E = 28
     [keys]                      # keys of the other techniques; hand: of fret 1, with 23 more above it
@@ -10,7 +10,7 @@ A file has up to three tables and a switch:
     [controllers]
     place = [3, 16]
 
-Without [strings] and [keys] it has those of `modo`, and without [controllers] the controllers of `modo`.
+Without [strings] and [keys] it takes the keys of `modo`, and without [controllers] the controllers of `modo`.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ SECTIONS = ("strings", "keys", "controllers")
 
 
 def load_key_map(name_or_path: str) -> KeyMap:
-    """The key map that comes with livebass under a name, or that of a file: a path ends in .toml or has a /.
+    """Loads a shipped key map by name, or a file: a path ends in .toml or has a /.
 
-    Raises PresetError, whose message is one line, if the file cannot be read or anything in it is wrong.
+    Raises PresetError with a one-line message if the file cannot be read or anything in it is wrong.
     """
     if not is_path(name_or_path):
         if name_or_path not in MAPS:
@@ -47,14 +47,14 @@ def load_key_map(name_or_path: str) -> KeyMap:
 
 
 def keys_of_player(name_or_path: str, preset: str) -> KeyMap:
-    """The key map that the file called `preset` names: a path goes from where that file is. Raises PresetError."""
+    """The key map named in the file called `preset`; a path is relative to that file. Raises PresetError."""
     if is_path(name_or_path):
         name_or_path = str(Path(preset).parent / name_or_path)
     return load_key_map(name_or_path)
 
 
 def key_map_text(keys: KeyMap) -> str:
-    """The text of a file with this key map, with what each entry does: to start one's own from."""
+    """The text of a file with this key map and the meaning of each entry: a start for custom maps."""
     lines = [
         f"# The key map {one_line(keys.name)}. C4 is key 60.",
         f"over_notes = {str(keys.over_notes).lower()}  # true: keys switch although the bass has their notes",
@@ -71,7 +71,7 @@ def key_map_text(keys: KeyMap) -> str:
 
 
 def _entries(rows: list[tuple[int, str]], meanings: dict[str, str]) -> Iterator[str]:
-    """A line for each name: its numbers, and its meaning."""
+    """A line for each name: its numbers and meaning."""
     for name, meaning in meanings.items():
         numbers = [number for number, other in rows if other == name]
         if numbers:

@@ -1,7 +1,7 @@
 """The keys of a preset file, a row each: kind, limits, default and meaning.
 
-The checks of a value, the messages about it and the output of `livebass presets keys` all follow from the rows. The
-model's dataclasses have most of the rows (rows.py).
+The rows define the checks of a value, the messages about it and the output of `livebass presets keys`. Most rows are in
+the model's dataclasses (rows.py).
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ DATACLASSES = {
     "effects": Effects,
 }
 MOST_POINTS = 16  # of a curve
-# MIDI controllers with a meaning of their own; those from 120 on are channel mode messages.
+# MIDI controllers with a fixed meaning; from 120 on they are channel mode messages.
 RESERVED = (*RPN, *(n for name in ("volume", "expression", "let_ring") for n in FUNCTION_ROWS[name].controllers))
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key of a preset file. Limits and default are written as a file would write them."""
+    """One key of a preset file. Limits and default read as in a file."""
 
     section: str
     name: str
     kind: str  # a dimension of `units`, choices "a|b", number, integer, text, note, tuning ...; with "[]": a list
     least: str
     most: str
-    default: Any  # or REQUIRED, or None: may be left out, see `meaning`
+    default: Any  # or REQUIRED, or None: optional, see `meaning`
     meaning: str
 
 
 def _rows(section: str, after: str = "", last: str = "") -> list[Key]:
-    """The keys that are rows of the section's dataclass, if given those behind `after`, and up to `last`."""
+    """The keys from rows of the section's dataclass, if given only those after `after` and up to `last`."""
     cls, made = DATACLASSES[section], []
     for name, row in rows(cls).items():
         value = None if row.optional else getattr(cls, name, REQUIRED)
@@ -147,12 +147,12 @@ KEYS = (
     Key("effects", "response_level", "normalized|file", "", "", "file", "as loud as without it, or as the file has it"),
     *_parameters(),
 )
-HAND = "graze_"  # begins the keys of the neck by which the hand measures its force; the name of a [neck] key follows
+HAND = "graze_"  # prefix to a [neck] key: the neck that sets the hand's unit of force
 SECTIONS = tuple(dict.fromkeys(key.section for key in KEYS if key.section))
 
 
 def each_string(key: Key) -> bool:
-    """True for a key of [neck], or of the hand's neck, that may be a list with one number for each string."""
+    """True for a key of [neck], or of the hand's neck, that may list one number per string."""
     return (key.section == "neck" and (key.kind in DIMENSIONS or key.kind == "number")) or key.name.startswith(HAND)
 
 
@@ -162,7 +162,7 @@ def key_names(section: str) -> list[str]:
 
 
 def allowed(key: Key, unit: str | None = None) -> str:
-    """Describes the values that `key` allows, for a message; quantities in `unit` if given."""
+    """Describes the allowed values of `key` for a message, with quantities in `unit` if given."""
     kind = key.kind.removesuffix("[]")
     if "|" in kind:
         return " or ".join(kind.split("|"))
@@ -197,7 +197,7 @@ def allowed(key: Key, unit: str | None = None) -> str:
 
 
 def checked(key: Key, raw: Any) -> Any:
-    """Checks the value `raw` of a file and returns it in SI. Raises ValueError that says what is allowed."""
+    """Checks a value `raw` from a file and returns it in SI. Raises ValueError that says what is allowed."""
     kind = key.kind
     if kind.endswith("[]"):
         return _several(key, raw)
@@ -238,12 +238,12 @@ def checked(key: Key, raw: Any) -> Any:
 
 
 def _has_one_line(key: Key) -> bool:
-    """True of a name, which has no tab, line break or other control character: it stands in lists, a line each."""
+    """True for a name: lists show one per line, so it has no tab, line break or other control character."""
     return key.name != "description"
 
 
 def _curve(key: Key, raw: Any) -> tuple[Any, bool]:
-    """A curve of velocity, and True if it is one."""
+    """A velocity curve, and True if it is valid."""
     if isinstance(raw, str):
         return raw, raw in CURVES
     if not isinstance(raw, (list, tuple)):
@@ -259,14 +259,14 @@ def _curve(key: Key, raw: Any) -> tuple[Any, bool]:
 
 
 def items(raw: Any) -> list[Any] | None:
-    """The items of a list in a file, [1, 2] or {unit = "mm", values = [1, 2]}, as a file has one; None for no list."""
+    """The items of a list in a file, [1, 2] or {unit = "mm", values = [1, 2]}, unparsed; None for no list."""
     if isinstance(raw, dict) and set(raw) == {"unit", "values"} and isinstance(raw["values"], list):
         return [f"{quoted(v)} {raw['unit']}" if isinstance(v, (int, float)) else v for v in raw["values"]]
     return raw if isinstance(raw, list) else None
 
 
 def _several(key: Key, raw: Any) -> tuple[Any, ...]:
-    """Checks a list of values, or of numbers with one unit for all."""
+    """Checks a list of values, or of numbers with a common unit."""
     one = replace(key, kind=key.kind.removesuffix("[]"))
     example = 'a list such as ["E", "A"]' if one.kind == "text" else "a list such as [1, 2]"
     if one.kind in DIMENSIONS:
@@ -290,7 +290,7 @@ def quoted(raw: Any) -> str:
     """Quotes a value of a file for a message: one line of 60 characters at most."""
     try:
         text = f'"{raw}"' if isinstance(raw, str) else repr(raw)
-    except ValueError:  # an integer of thousands of digits
+    except ValueError:  # an integer with thousands of digits
         text = "a huge number"
     return text if len(text) <= 60 else f"{text[:57]}..."
 

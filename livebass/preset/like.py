@@ -1,6 +1,6 @@
-"""A preset that is like another: `like` names the base, and the keys of the file replace the keys of the base.
+"""A preset like another: `like` names the base, and the keys of the file replace the base's.
 
-Tables merge key by key, [[string]] by name, [[pickup]] by order. A key of [neck] holds for every string, even where the
+Tables merge key by key, [[string]] by name, [[pickup]] by order. A key of [neck] applies to every string, even if the
 base gives a string its own.
 """
 
@@ -15,15 +15,15 @@ from livebass.preset.keys import SECTIONS, quoted
 from livebass.preset.source import PresetError, is_path
 
 MOST = 8  # presets, each like the next
-PATHS = (("effects", "response"), ("player", "keys"))  # keys whose paths go from where their file is
-# Of a string: what a key takes the place of
+PATHS = (("effects", "response"), ("player", "keys"))  # keys with paths relative to their file
+# In a string: keys that a key replaces
 INSTEAD = {"inharmonicity": ("core_diameter", "core_modulus", "stiffness_ratio"), "core_diameter": ("inharmonicity",)}
 
 Tables = dict[str, Any]
 
 
 def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], deep: int = 1) -> Tables:
-    """The tables of a preset, merged into the tables of its base if it names one.
+    """The tables of a preset, merged into its base's tables, if any.
 
     label: its file; `read` returns the label and the tables of a preset by its name or path. Raises PresetError.
     """
@@ -46,7 +46,7 @@ def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], d
 
 
 def _with_paths(label: str, base: Tables) -> Tables:
-    """`base`, of a file, with its paths as they are from anywhere."""
+    """`base`, of a file, with absolute paths."""
     for section, key in PATHS:
         table = base.get(section)
         if not isinstance(table, dict):
@@ -69,14 +69,14 @@ def _merged(label: str, base: Tables, own: Tables) -> Tables:
         elif isinstance(given, dict) and isinstance(there, dict):
             made[section] = merged_neck(there, given) if section == "neck" else there | given
         else:
-            made[section] = given  # a fault that is told where it is checked
+            made[section] = given  # an error, reported by the later check
     if "neck" in own and "string" not in own:
         made["string"] = _strings(label, base.get("string"), [], own["neck"])
     return made
 
 
 def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
-    """The [[string]] tables of `base` with the keys of its `own` by name, and without neck keys that `neck` says."""
+    """The [[string]] tables of `base` with `own` keys merged in by name, without neck keys that `neck` replaces."""
     if not _are_tables(base) or not _are_tables(own):
         return own
     made = [_under(string, neck) for string in base]
@@ -98,7 +98,7 @@ def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
 
 
 def _under(string: Tables, neck: Any) -> Tables:
-    """A [[string]] table without those keys of its own neck that [neck] of the file takes the place of."""
+    """A [[string]] table without the keys of its own neck that the file's [neck] replaces."""
     if not isinstance(neck, dict) or not isinstance(string.get("neck"), dict):
         return string
     left = {key: value for key, value in merged_neck(string["neck"], neck).items() if key not in neck}
@@ -106,7 +106,7 @@ def _under(string: Tables, neck: Any) -> Tables:
 
 
 def _pickups(label: str, base: Any, own: Any) -> Any:
-    """The [[pickup]] tables of `base` with the keys of its `own`, in their order."""
+    """The [[pickup]] tables of `base` with `own` keys merged in, by order."""
     if not _are_tables(base) or not _are_tables(own):
         return own
     if len(own) > len(base):

@@ -1,4 +1,4 @@
-"""Preset files (TOML) by name or path: loads one as an instrument, shows its text, lists the keys it may have."""
+"""Preset files (TOML) by name or path: loads one as an instrument, shows its text, lists the allowed keys."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from livebass.preset.like import whole
 from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
 from livebass.rows import REQUIRED
 
-LABORATORY = "laboratory"  # folder of the presets that are experiments, not basses
+LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 
 
 def preset_names() -> list[str]:
-    """Names of the basses that come with livebass, sorted."""
+    """Names of the shipped basses, sorted."""
     return _names_in(_shipped())
 
 
 def laboratory_names() -> list[str]:
-    """Names of the presets that are experiments, not basses, sorted: for `simulate` and studies."""
+    """Names of the presets for experiments, not basses, sorted: for `simulate` and studies."""
     return _names_in(_shipped() / LABORATORY)
 
 
@@ -42,10 +42,10 @@ def load_preset(
     a4: float | str | None = None,
     temperament: str | Sequence[float] | None = None,
 ) -> Instrument:
-    """The instrument of a preset that comes with livebass, or of a file: a path ends in .toml or has a /.
+    """Loads the instrument of a shipped preset, or of a file: a path ends in .toml or has a /.
 
-    `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (a name, or cents) take the place of the file's keys of
-    these names. Raises PresetError, whose message is one line, if the file cannot be read or anything in it is wrong.
+    `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (a name, or cents) replace the file's keys of these names.
+    Raises PresetError with a one-line message if the file cannot be read or anything in it is wrong.
     """
     label, data = preset_tables(name_or_path)
     listed = temperament if temperament is None or isinstance(temperament, str) else list(temperament)
@@ -54,7 +54,7 @@ def load_preset(
 
 
 def preset_with(note: int, usual: str) -> str | None:
-    """The name of a shipped bass that has `note`: the one with the least room below it, of several alike `usual`.
+    """The name of a shipped bass that has `note`: the one with the least room below it; in a tie, `usual`.
 
     None if no bass has it.
     """
@@ -72,20 +72,20 @@ def _ranges() -> dict[str, tuple[int, int]]:
 def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
     """The file's name for messages, and its tables, parsed but not checked. Raises PresetError.
 
-    Those of the preset that it is like are among them, and its key `like` is not.
+    They include the tables of the base preset, without the key `like`.
     """
     label, own = own_tables(name_or_path)
     return label, whole(label, own, own_tables)
 
 
 def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
-    """The file's name for messages, and its tables as they stand there, parsed but not checked. Raises PresetError."""
+    """The file's name for messages, and its own tables only, parsed but not checked. Raises PresetError."""
     label, text = preset_source(name_or_path)
     return label, _parse(label, text)
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:
-    """The text of a preset file, followed by comments with the keys left at their defaults. Raises PresetError."""
+    """The text of a preset file, then comments with the keys left at their defaults. Raises PresetError."""
     _, text = preset_source(name_or_path)
     label, data = preset_tables(name_or_path)
     Builder(label).instrument(data)
@@ -100,7 +100,7 @@ def preset_text(name_or_path: str | os.PathLike[str]) -> str:
 
 
 def preset_reference() -> str:
-    """All keys of a preset file with what is allowed, default and meaning, as a Markdown table."""
+    """All keys of a preset file with limits, default and meaning, as a Markdown table."""
     rows = ["| key | allowed | default | meaning |", "|---|---|---|---|"]
     for key in KEYS:
         default = "required" if key.default is REQUIRED else _default(key)
@@ -114,12 +114,12 @@ def _place(key: Key) -> str:
 
 
 def _default(key: Key) -> str:
-    """The default of `key` as text, empty if there is none."""
+    """The default of `key` as text, empty if none."""
     return f"{key.default:g}" if isinstance(key.default, float) else "" if key.default is None else f"{key.default}"
 
 
 def _shipped() -> Traversable:
-    """The folder of the presets that come with livebass: in the package, or next to it in a checkout."""
+    """The folder of the shipped presets: in the package, or next to it in a checkout."""
     installed = resources.files("livebass") / "presets"
     return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
 

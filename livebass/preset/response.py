@@ -1,4 +1,4 @@
-"""Reads the impulse response of a cabinet or a room from a sound file, and says in one line why it cannot."""
+"""Reads the impulse response of a cabinet or a room from a sound file; errors are one line."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from livebass.kernels.effects.response import LEAD, NOTHING, SILENT
 from livebass.model.instrument import Response
 from livebass.preset.source import PresetError
 
-LOUDEST = 100.0  # of a sample as the file has it; full scale is 1
+LOUDEST = 100.0  # of a sample in the file; full scale is 1
 LONGEST_FILE = 60.0  # s, with its silence
 LEVELS = ("normalized", "file")
 
@@ -21,9 +21,9 @@ LEVELS = ("normalized", "file")
 def load_response(path: str | os.PathLike[str], normalized: bool = True) -> Response:
     """The impulse response in a sound file, at most LONGEST s of sound. Raises PresetError.
 
-    normalized: it is played at the level by which a bass is as loud as without it; else as loud as the file has it.
-    Silence at the end is cut off; silence before the sound if it is `normalized`, or longer than LONGEST. Of several
-    channels one is taken: the first that is not silent.
+    normalized: scale it to leave the loudness of a bass unchanged; else keep the level of the file. Silence at the end
+    is cut off; silence before the sound only if `normalized`, or if it is longer than LONGEST. Only the first channel
+    that is not silent is used.
     """
     name = os.fspath(path)
     try:
@@ -50,7 +50,7 @@ def load_response(path: str | os.PathLike[str], normalized: bool = True) -> Resp
 
 
 def _channel(name: str, samples: NDArray[np.float64]) -> tuple[int, str]:
-    """The channel of a response, (n, channels), to take, from 0; and, if there are more, a line that says which one."""
+    """The channel of a response, (n, channels), to use, from 0; if there are more, also a line that names it."""
     count = samples.shape[1]
     if count == 1:
         return 0, ""

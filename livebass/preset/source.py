@@ -1,4 +1,4 @@
-"""The text of preset files and key maps: reads it, parses TOML, and says in one line why it cannot."""
+"""Reads the text of preset files and key maps, and parses TOML; errors are one line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SCALE = "a scale (.scl) is a temperament: give it to --temperament"
 
 
 class PresetError(ValueError):
-    """A preset or a key map that cannot be used.
+    """An unusable preset or key map.
 
     The message is one line: file, section.key, value, and what is allowed.
     """
@@ -29,19 +29,19 @@ class PresetError(ValueError):
 
 
 def is_path(name: str) -> bool:
-    """True for a path to a file of one's own, False for the name of what comes with livebass."""
+    """True for a path to a user's file, False for the name of a shipped one."""
     return name.endswith(".toml") or "/" in name or os.sep in name
 
 
 def is_scale(name: str) -> bool:
-    """True for the name of a file with a scale of Scala."""
+    """True for the name of a Scala scale file."""
     return name.lower().endswith(".scl")
 
 
 def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -> bytes:
     """The content of a regular file of at most LARGEST_FILE bytes. Raises PresetError.
 
-    `kind`, such as "preset", the names of those `shipped` and its `form` are for the message.
+    `kind`, such as "preset", the `shipped` names and the `form` are for the message.
     """
     try:
         found = os.stat(path)
@@ -62,7 +62,7 @@ def file_bytes(path: str, kind: str, shipped: Iterable[str], form: str = TOML) -
 
 
 def decoded(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
-    """The text of a file called `label`, in UTF-8 or in UTF-16, as PowerShell writes it. Raises PresetError."""
+    """The text of a file called `label`, in UTF-8 or, as from PowerShell, UTF-16. Raises PresetError."""
     encoding = _encoding(raw)
     try:
         return raw.decode(encoding)
@@ -77,7 +77,7 @@ def decoded(label: str, raw: bytes, kind: str, form: str = TOML) -> str:
 
 
 def _encoding(raw: bytes) -> str:
-    """The encoding of a text: by its byte order mark, or else by the zero bytes that ASCII has in UTF-16."""
+    """The encoding of a text: by its byte order mark, else by the zero bytes of ASCII in UTF-16."""
     if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return "utf-16"
     first, second = raw[0::2].count(0), raw[1::2].count(0)
@@ -87,7 +87,7 @@ def _encoding(raw: bytes) -> str:
 
 
 def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
-    """The tables of a file called `label`, which `needs` some. Raises PresetError."""
+    """The tables of a file called `label`; `needs`: what it needs. Raises PresetError."""
     if not text.strip():
         raise PresetError(f"{label}: empty; a {kind} needs {needs}")
     try:

@@ -1,4 +1,4 @@
-"""The keys of a preset that say how its bass is tuned: the strings' notes, the A, a temperament, a capo."""
+"""The preset keys that tune the bass: the strings' notes, the A, a temperament, a capo."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
 from livebass.units import cents, note_name, note_number, quantity
 
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
-MOST_DOWN, MOST_UP = 5, 7  # semitones from the note of a string's file: beyond, it flaps or breaks
+MOST_DOWN, MOST_UP = 5, 7  # semitones from the string's note in the file: beyond, it flaps or breaks
 NOTES = 12  # of a temperament
 _B0, _E1 = 23, 28
 
-# Semitones by which every string is tuned higher; the open note of one that is tuned lower still, and by how many
+# Semitones that every string goes up; the open note of a string that goes down further, and how far
 NAMED: dict[str, tuple[int, int | None, int]] = {
     "standard": (0, None, 0),
     "half-step-down": (-1, None, 0),
@@ -33,7 +33,7 @@ NAMED: dict[str, tuple[int, int | None, int]] = {
     "bead": (-5, None, 0),
     "tenor": (5, None, 0),
 }
-# Cents over equal temperament of the notes from C on, where the A is as it is there
+# Cents above equal temperament, from C on; both have the same A
 TEMPERAMENTS: dict[str, tuple[float, ...]] = {
     "equal": (0.0,) * NOTES,
     "just": (15.64, 27.37, 19.55, 31.28, 1.96, 13.69, 5.87, 17.6, 29.33, 0.0, 33.24, 3.91),  # in C
@@ -48,24 +48,24 @@ CENTS_ALLOWED = f"cents from {-MOST_OFF:g} to {MOST_OFF:g} for 12 notes, C first
 EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2" or DADG'
 ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; {", ".join(NAMED)} or "Eb standard"'
 
-Pitch = int | float | str  # of an open string: a MIDI number, Hz, or the name of a note without its octave, "Eb"
+Pitch = int | float | str  # of an open string: a MIDI number, Hz, or a note name without octave, "Eb"
 
 
 @dataclass(frozen=True)
 class Shift:
-    """A tuning by the note that the E string is tuned to, "Eb standard": every string goes as far."""
+    """A tuning by the note of the E string, "Eb standard": every string moves as far."""
 
     step: int  # of the octave, from C
 
 
 @dataclass(frozen=True)
 class Readings:
-    """The tunings that a row of letters may mean; the first with a note for each string is taken."""
+    """The tunings that a row of letters may mean; the first with a note for each string counts."""
 
     each: tuple[tuple[str, ...], ...]
 
 
-Tuning = str | tuple[Pitch, ...] | Shift | Readings  # a name of NAMED, the pitch of each string, or what needs a bass
+Tuning = str | tuple[Pitch, ...] | Shift | Readings  # a name in NAMED, each string's pitch, or a form that needs a bass
 
 _LETTERS = str.maketrans({"\u266f": "#", "\u266d": "b", "\u266e": None, **dict.fromkeys("'\u2018\u2019\u2032`\"", " ")})
 _WORDS = ((r"[\s-]*\bflat\b", "b"), (r"[\s-]*\bsharp\b", "#"))
@@ -74,7 +74,7 @@ _DROP = re.compile(r"drop[\s_-]*([a-g][#b]?)", re.IGNORECASE)
 _DROPS = {"c#": "drop-db"}
 _STEPS_DOWN = {"1/2stepdown": "half-step-down", "1stepdown": "whole-step-down", "fullstepdown": "whole-step-down"}
 _APART = re.compile(r"[\s,;:/|_\u2010-\u2015-]+")
-# Readings of a row of letters: B is a note and b a flat, or both may be either
+# Readings of a row of letters: B is a note and b a flat, or either may be both
 _ROWS = (
     re.compile(r"[A-Ga-g](?:#|b)?"),
     re.compile(r"[a-g](?:#|b)?", re.IGNORECASE),
@@ -83,7 +83,7 @@ _ROWS = (
 
 
 def tuning_of(raw: Any) -> Tuning:
-    """The value of `tuning` in a file or on the command line. Raises ValueError, which says what is allowed."""
+    """The value of `tuning` in a file or on the command line. Raises ValueError that says what is allowed."""
     if isinstance(raw, str):
         name = re.sub(r"[\s_]+", "-", raw.strip().lower())
         if name in NAMED:
@@ -115,7 +115,7 @@ def _pitch(item: Any) -> int | float:
 
 
 def _by_letters(text: str) -> Tuning | None:
-    """A tuning as players write it: "drop D", "Eb", "E A D G", EADG. None if it is none."""
+    """A tuning as players write it: "drop D", "Eb", "E A D G", EADG. None if it is not one."""
     text = unicodedata.normalize("NFKC", text).translate(_LETTERS)
     for form, sign in _WORDS:
         text = re.sub(form, sign, text, flags=re.IGNORECASE)
@@ -147,7 +147,7 @@ def _row(letters: str) -> Tuning | None:
 
 
 def _by_names(items: Sequence[Any]) -> tuple[Pitch, ...] | None:
-    """Notes, some of them without an octave. None if any item is not a note."""
+    """Notes, with or without octave. None if any item is not a note."""
     found: list[Pitch] = []
     for item in items:
         name = str(item).strip().translate(_LETTERS)
@@ -162,12 +162,12 @@ def _by_names(items: Sequence[Any]) -> tuple[Pitch, ...] | None:
 
 
 def _step(name: str) -> int:
-    """The step of the octave, 0 to 11 from C, of a note's name without its octave."""
+    """The step in the octave, 0 to 11 from C, of a note name without octave."""
     return note_number(f"{name[0].upper()}{name[1:].lower()}4") % NOTES
 
 
 def reference_of(raw: Any) -> float:
-    """The value of `a4`, Hz: 432 or "432 Hz". Raises ValueError, which says what is allowed."""
+    """The value of `a4`, Hz: 432 or "432 Hz". Raises ValueError that says what is allowed."""
     try:
         hertz = quantity(raw, "frequency") if isinstance(raw, str) and "z" in raw else float(raw)
     except (TypeError, ValueError, OverflowError):
@@ -178,7 +178,7 @@ def reference_of(raw: Any) -> float:
 
 
 def temperament_of(raw: str) -> tuple[float, ...]:
-    """The cents of a temperament: its name, or numbers with commas. Raises ValueError, which says what is allowed."""
+    """The cents of a temperament: its name, or numbers with commas. Raises ValueError that says what is allowed."""
     name = re.sub(r"[\s_]+", "-", raw.strip().lower())
     if name in TEMPERAMENTS:
         return TEMPERAMENTS[name]
@@ -194,7 +194,7 @@ def temperament_of(raw: str) -> tuple[float, ...]:
 
 
 def temperament_of_file(path: str) -> tuple[float, ...]:
-    """The cents of a temperament from a file: numbers as `temperament_of` takes them, or a scale of Scala (.scl).
+    """The cents of a temperament from a file: numbers as for `temperament_of`, or a Scala scale (.scl).
 
     Raises ValueError: one line that names the file.
     """
@@ -207,7 +207,7 @@ def temperament_of_file(path: str) -> tuple[float, ...]:
 
 
 def _scala(text: str) -> tuple[float, ...]:
-    """The cents of a scale of Scala whose first note is C; its A is that of equal temperament. Raises ValueError.
+    """The cents of a Scala scale with C as first note and the A of equal temperament. Raises ValueError.
 
     https://www.huygens-fokker.org/scala/scl_format.html
     """
@@ -230,17 +230,17 @@ def _scala(text: str) -> tuple[float, ...]:
 
 @dataclass(frozen=True)
 class OpenString:
-    """How one string is tuned: its open note, and by how many cents each note is off equal temperament at A4_HZ."""
+    """The tuning of one string: its open note, and each note's cents above equal temperament at A4_HZ."""
 
     note: int  # MIDI
     offsets: tuple[float, ...]  # (12,), C first
 
 
 def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: Sequence[float]) -> list[OpenString]:
-    """How each string is tuned whose file has the notes `opens`.
+    """The tuning of each string; `opens`: their notes in the file.
 
-    a4: Hz; temperament: cents, 12 from C on, one for each string, or none. Raises ValueError: the message says what
-    does not fit, and begins with the key.
+    a4: Hz; temperament: cents, 12 from C on, one for each string, or none. Raises ValueError: the message begins with
+    the key, and says what does not fit.
     """
     if len(temperament) not in (0, NOTES, len(opens)):
         why = f"{len(temperament)} values; allowed: {NOTES}, C first, or one for each of {len(opens)} strings"
@@ -263,7 +263,7 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
 
 
 def _pitches(opens: Sequence[int], tuning: Tuning) -> list[int | float]:
-    """The pitch of each string whose file has the notes `opens`: MIDI, or Hz. Raises ValueError as `open_strings`."""
+    """The pitch of each string, MIDI or Hz; `opens`: their notes in the file. Raises ValueError as `open_strings`."""
     if isinstance(tuning, str):
         by, dropped, further = NAMED[tuning]
         if dropped is not None and dropped not in opens:
@@ -293,11 +293,11 @@ def _pitches(opens: Sequence[int], tuning: Tuning) -> list[int | float]:
 
 
 def _beside(note: int, step: int) -> int:
-    """The MIDI note nearest to `note` that is `step` of its octave, 0 to 11 from C; of two, the lower one."""
+    """The MIDI note nearest to `note` with this `step` in the octave, 0 to 11 from C; in a tie, the lower one."""
     return note + (step - note + NOTES // 2) % NOTES - NOTES // 2
 
 
 def _nearest(hertz: float, a4: float) -> tuple[int, float]:
-    """The note nearest to a pitch (Hz), and by how many cents the pitch is above it."""
+    """The note nearest to a pitch (Hz), and the pitch's cents above it."""
     number = A4_NOTE + 12 * math.log2(hertz / a4)
     return round(number), 100 * (number - round(number))

@@ -1,1 +1,1 @@
-"""A brute-force solver, written from the equations, to check the engine by."""
+"""A brute-force solver, written from the equations, to check the engine."""

@@ -3,9 +3,9 @@
 A hand lies on the string at `place` with the half-width `width`: it feels u(place) = sum_j s_j q_j and pushes mode j by
 s_j times its force, s_j = phi_j(place) exp(-(k_j width)^2 / 2). Places are in m from the stop of the speaking string,
 heights in m above the string at rest, times in s from the release of the pluck. A hand comes at the fine step nearest
-to its start, and a force that it brings at once acts from half a step before on.
+to its start; an immediate force acts from half a step before.
 
-`livebass.reference.playing.play` gives their equations and plays them.
+`livebass.reference.playing.play` plays them; livebass.reference.stepping has their equations.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ import numpy as np
 from livebass.arrays import Floats
 from livebass.bounds import one_of, refusal
 
-# Heights (n,), m, at the times (n,), s since it began, of a path that begins where the string is: at a height (m) and a
+# Heights (n,), m, at the times (n,), s since it began, of a path that begins at the string: at its height (m) and
 # velocity (m/s).
 Path = Callable[[Floats, float, float], Floats]
 Forces = Callable[[Floats], Floats]  # N, (n,), upwards, at the times (n,), s since it began
 
-WAYS = 0.25e-3, 32e-3  # s that a hammer's way takes at least, and at most
-DENSE, REACH = 0.5, 2.5  # standard deviations between the dashpots of `spread`, and to the last one
+WAYS = 0.25e-3, 32e-3  # s, shortest and longest way of a hammer
+DENSE, REACH = 0.5, 2.5  # standard deviations between dashpots of `spread`, and to the last one
 
 
 @dataclass(frozen=True)
 class Finger:
     """A finger that touches: a dashpot at a place, in both polarisations.
 
-    The resistance grows linearly over `landing` from `start` on, and falls linearly to 0 over `lifting` from `end` on.
+    The resistance grows linearly over `landing` from `start`, and falls linearly to 0 over `lifting` from `end`.
     """
 
     place: float  # m
@@ -54,10 +54,10 @@ class Finger:
 
 
 def spread(finger: Finger, length: float) -> list[Finger]:
-    """A finger as dashpots side by side, points whose resistances are a Gaussian of standard deviation `width`.
+    """A finger as point dashpots side by side; their resistances are a Gaussian of standard deviation `width`.
 
-    A `Finger` itself feels the mean motion along its width. One that is spread feels every wave where it is. What lies
-    beyond the ends of the string, of that `length` (m), is left out.
+    A `Finger` itself feels the mean motion along its width. A spread finger feels every wave locally. Dashpots beyond
+    the ends of the string, of that `length` (m), are omitted.
     """
     z = np.arange(-REACH, REACH + DENSE, DENSE)
     weights = np.exp(-(z**2) / 2)
@@ -73,8 +73,8 @@ def spread(finger: Finger, length: float) -> list[Finger]:
 class Stop:
     """A moving stop: a spring between the string and a point that follows a path, from `start` until it is removed.
 
-    side: 0 holds the string from both sides, 1 presses from above only, as a finger does, -1 from below, as a fret.
-    across: the path of v, the second polarisation, which is held from both sides; None leaves v alone.
+    side: 0 holds the string from both sides, 1 presses from above only, like a finger, -1 from below, like a fret.
+    across: the path of v, the second polarisation, held from both sides; None leaves v alone.
     """
 
     place: float  # m
@@ -122,7 +122,7 @@ Hand = Finger | Stop | Mass
 
 
 def _check_hand(hand: Hand, positive: tuple[str, ...]) -> None:
-    """Raises ValueError that names a value of `hand` that is not allowed."""
+    """Raises ValueError that names an invalid value of `hand`."""
     kind = type(hand).__name__
     for name in (*positive, "width", "start"):
         value = getattr(hand, name)
@@ -138,12 +138,12 @@ def held(height: float) -> Path:
 
 
 def follow(times: Floats, heights: Floats) -> Path:
-    """Path that is straight between `heights` (n,), m, at `times` (n,), s since it began; it stays at the last one."""
+    """Path straight between `heights` (n,), m, at `times` (n,), s since it began; it stays at the last one."""
     return lambda time, _begin, _velocity: np.interp(time, times, heights)
 
 
 def landing(height: float, seconds: float) -> Path:
-    """Path from where the string is, at its velocity, to rest at `height` (m) after `seconds`: a cubic."""
+    """Path from the string's position and velocity to rest at `height` (m) after `seconds`: a cubic."""
 
     def path(time: Floats, begin: float, velocity: float) -> Floats:
         z = np.minimum(time / seconds, 1.0)
@@ -155,8 +155,8 @@ def landing(height: float, seconds: float) -> Path:
 def hammer(height: float, speed: float) -> Path:
     """Path of a hammer-on: down to `height` (m), where it arrives at `speed` (m/s) and stops dead.
 
-    The velocity is that of the string at first; a string at rest is taken along with a constant acceleration. It takes
-    between the two times of WAYS. A string that lies below `height` is lifted there in the same manner.
+    It begins with the string's velocity; from rest, the acceleration is constant. Its duration lies between the two
+    times of WAYS. A string below `height` is lifted there in the same way.
     """
 
     def path(time: Floats, begin: float, velocity: float) -> Floats:

@@ -1,16 +1,15 @@
 """Contact (eq. 6), friction (eq. 7) and hands at P points, and the implicit equations for their forces. Numba only.
 
 Contact. A penetration that goes from a to b = a + r feels the force (psi(b) - psi(a)) / r, psi the potential. This is
-0/0 where the penetration hardly changes, so force and slope are written as quotients that do not cancel. For
-alpha = 1.5, with a and b now the square roots of the penetrations, the force is a ratio of polynomials:
-(a^5 - b^5) / (a^2 - b^2). `solve_forces` solves r = r* - coupling f(r) by Newton's method, each point with a law of its
-own: contact, as of frets or of flesh, with the loss of Hunt and Crossley if it has one, or a linear spring with a
-dashpot.
+0/0 if the penetration hardly changes, so force and slope are written as quotients that do not cancel. For alpha = 1.5,
+with a and b now the square roots of the penetrations, the force is a ratio of polynomials: (a^5 - b^5) / (a^2 - b^2).
+`solve_forces` solves r = r* - coupling f(r) by Newton's method. Each point has a law of its own: contact, as with frets
+or flesh, with any loss of Hunt and Crossley, or a linear spring with a dashpot.
 
 Friction. At a point that touches (u^n < g), w = v^{n+1} - v^{n-1} solves w + C A sat(w / delta) = w*, where w* is w
 without friction, delta = 2 dt s, and sat(x) is x between -1 and 1 and its sign beyond. C is positive definite and sat
-never falls, so there is one solution. `solve_friction` finds which points stick and which slide; once that is known,
-the system is linear.
+never falls, so there is one solution. `solve_friction` finds which points stick and which slide; then the system is
+linear.
 
 Equation numbers: Issanchou et al. (2018).
 """
@@ -28,19 +27,19 @@ from livebass.compiling.by_numba import counted
 
 MOST_NEWTON_STEPS = 60
 ACCEPTED_RESIDUAL = 1e-15  # m; Newton goes on below it as long as the residual falls
-LEAST_PART = 1e-9  # of a Newton step, when it is halved because it overshoots
-NEARLY_EQUAL = 1e-4  # relative change of penetration, below which the slope is taken at a middle point
-MOST_GUESSES = 40  # of the points that stick
-MOST_SWEEPS = 100_000  # over the points, if no guess is right
+LEAST_PART = 1e-9  # of a Newton step, when halving one that overshoots
+NEARLY_EQUAL = 1e-4  # relative change of penetration below which the slope is taken at a middle point
+MOST_GUESSES = 40  # at the points that stick
+MOST_SWEEPS = 100_000  # over the points, if all guesses fail
 
 ABSENT, CONTACT, LINEAR, FLESH = 0, 1, 2, 3  # kinds of law
 
 
 class Laws(NamedTuple):
-    """The law of each of P points, which gives its force f by its penetration eta; all force per m of string.
+    """The law of each of P points: force f from penetration eta, per m of string.
 
     CONTACT: psi = K / (alpha + 1) [eta]_+^(alpha + 1), and its force times max(0, 1 + `loss` r), after Hunt and
-    Crossley. FLESH: the same psi, and the loss K [middle eta]_+^alpha `loss` r, which may not make f negative. LINEAR:
+    Crossley. FLESH: the same psi, and the loss K [middle eta]_+^alpha `loss` r, which cannot make f negative. LINEAR:
     psi = K eta^2 / 2, and the loss `loss` r. ABSENT: no force.
     """
 
@@ -52,7 +51,7 @@ class Laws(NamedTuple):
 
 @counted
 def contacts(points: int, stiffness: float, exponent: float, loss: float) -> Laws:
-    """Contact as of frets at each of `points` points."""
+    """Contact as with frets at each of `points` points."""
     shape = np.ones(points)
     return Laws(np.full(points, CONTACT), stiffness * shape, exponent * shape, loss * shape)
 
@@ -154,7 +153,7 @@ def law_force(
 def taken(
     kind: int, force: float, before: float, after: float, stiffness: float, exponent: float, loss: float
 ) -> float:
-    """What the loss of a law takes in two steps, J per m of string: f r less what its potential gains."""
+    """Energy that a law's loss takes in two steps, J per m of string: f r less the gain of its potential."""
     r = after - before
     if loss == 0 or kind == ABSENT:
         return 0.0
@@ -168,7 +167,7 @@ def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, for
     """Solves r = r* - coupling f(r), r* = free - before, for the forces f at the points. Returns False if it fails.
 
     coupling: (P, P) m per N/m; free: eta^{n+1} without force, (P,) m; before: eta^{n-1}, (P,) m. Writes `force`, (P,)
-    N/m, and `after`, eta^{n+1}, (P,) m; `force` has to be zero before. Contacts that did not touch and would not touch
+    N/m, and `after`, eta^{n+1}, (P,) m; `force` must be zero before. Contacts that did not touch and would not touch
     without force join the Newton system only if the other points push them in.
     """
     points = free.size
@@ -201,7 +200,7 @@ def solve_forces(coupling: Floats, free: Floats, before: Floats, laws: Laws, for
 def _newton(of: Forces, active: Ints, force: Floats, after: Floats) -> bool:
     """Newton's method for the points `active`, from r* until the residual stops falling. Halves steps that overshoot.
 
-    Writes `force` and `after` at these points. Returns False if the residual left is too large.
+    Writes `force` and `after` at these points. Returns False if the remaining residual is too large.
     """
     coupling, free, before, _ = of
     count = active.size
@@ -330,7 +329,7 @@ def solve_friction(
 def _in_turn(
     coupling: Floats, wanted: Floats, active: NDArray[np.int64], most: float, delta: float, force: Floats
 ) -> bool:
-    """Solves for one point after the other, over and over, until `force` settles: slow, but sure to descend."""
+    """Solves point by point, over and over, until `force` settles: slow, but sure to descend."""
     for _ in range(MOST_SWEEPS):
         change = 0.0
         for m in active:

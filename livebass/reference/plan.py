@@ -1,4 +1,4 @@
-"""What the brute-force solver steps: the constants of a run and its state. solver.py has the equations."""
+"""Data of the brute-force solver: the constants of a run and its state. solver.py has the equations."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Plan(NamedTuple):
 
 
 class State(NamedTuple):
-    """The state of a run at step n; `stepping.run` moves it on in place."""
+    """The state of a run at step n; `stepping.run` advances it in place."""
 
     q: Floats  # (N,) q^n, m^1.5
     d: Floats  # (N,) q^n - q^{n-1}, m^1.5
@@ -52,7 +52,7 @@ class State(NamedTuple):
     force: Floats  # (P,) f^{n-1}, N/m
     force_before: Floats  # (P,) f^{n-2}, N/m
     q_across: Floats  # (N,) q^n of v; (0,) without a second polarisation
-    d_across: Floats  # (N,) d^n of v, likewise
+    d_across: Floats  # (N,) d^n of v, or (0,)
     v: Floats  # (P,) v^n, m
     v_before: Floats  # (P,) v^{n-1}, m
     friction: Floats  # (P,) ff^{n-1}, N/m
@@ -60,7 +60,7 @@ class State(NamedTuple):
 
 
 def static_compliance(trial: Trial) -> Floats:
-    """R (P, P), m per N/m: (dx/mu) sum over the modes left out of phi_j(x_m) phi_j(x_k) / omega_j^2."""
+    """R (P, P), m per N/m: (dx/mu) sum over the omitted modes of phi_j(x_m) phi_j(x_k) / omega_j^2."""
     s = trial.speaking
     shape = modes.shapes(s, s.grid_points - 1, np.asarray(s.contact_position))[:, trial.modes :]
     omega = 2 * math.pi * modes.frequencies(s, s.grid_points - 1)[trial.modes :]
@@ -68,7 +68,7 @@ def static_compliance(trial: Trial) -> Floats:
 
 
 def make_modes(trial: Trial, across: bool) -> Modes:
-    """The modes of u, or of v. Raises ValueError for one that is damped beyond critical."""
+    """The modes of u, or of v. Raises ValueError for an overdamped mode."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count, across=across)
     natural = 2 * math.pi * modes.frequencies(s, count, across=across)
@@ -80,7 +80,7 @@ def make_modes(trial: Trial, across: bool) -> Modes:
 
 
 def make_plan(trial: Trial) -> Plan:
-    """Coefficients of eq. 12 for `trial`. Raises ValueError for a mode that is damped beyond critical."""
+    """Coefficients of eq. 12 for `trial`. Raises ValueError for an overdamped mode."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     shape = modes.shapes(s, count, np.asarray(s.contact_position))
     compliance = static_compliance(trial)
@@ -106,7 +106,7 @@ def make_plan(trial: Trial) -> Plan:
 
 
 def _step_before(plan: Plan, of: Modes, q: Floats, pace: Floats | None) -> Floats:
-    """d^0, (N,), of the modes `of` a polarisation with the amplitudes `q`; see `make_state`."""
+    """d^0, (N,), of a polarisation's modes `of` with the amplitudes `q`; see `make_state`."""
     s, theta = of.sigma * plan.dt, of.omega * plan.dt
     d = q * (-np.expm1(s) + np.exp(s) * (2 * np.sin(theta / 2) ** 2 + of.sigma / of.omega * np.sin(theta)))
     return d if pace is None else d + pace * (np.exp(s) * np.sin(theta) / of.omega)

@@ -1,8 +1,8 @@
-"""`play`: a pluck under hands by brute force, with the energy of all; livebass.reference.stepping has the equations.
+"""`play`: a pluck under hands by brute force, with all energies; livebass.reference.stepping has the equations.
 
-A string of N modes alone cannot bend sharply under a hand: with 862 of the G string, a stop is a spring of 2e6 N/m at
-most, which lets 7 % of a wave at 10 kHz pass. So hands feel the static compliance of all modes that do not swing, far
-beyond those of the grid (`YIELDING`). Frets have that of the grid alone, as in the paper.
+A string of N modes cannot bend sharply under a hand: with 862 modes of the G string, a stop is a spring of at most
+2e6 N/m, which passes 7 % of a wave at 10 kHz. So hands feel the static compliance of all modes that do not swing, far
+beyond the grid's (`YIELDING`). Frets feel only the grid's, as in the paper.
 
 With 800 modes at 4.8 MHz, 0.1 s under a stop and three fingers takes 2 s without frets, and 3 s over 20 frets.
 """
@@ -26,26 +26,26 @@ from livebass.reference.plan import Modes, Plan, State, make_plan, make_state
 from livebass.reference.solver import CHUNK
 from livebass.reference.stepping import FINGER, MASS, STOP, Ears, Grips, Held, Pace, Sheets, run, stored_energy
 
-YIELDING = 200_000  # modes of the string that a hand feels: those that do not swing follow its force at once
+YIELDING = 200_000  # string modes that a hand feels: those that do not swing follow its force at once
 
 
 @dataclasses.dataclass(frozen=True)
 class Balance:
-    """The energy of a string with H hands at n times, J; all that is taken and put in is counted from the beginning."""
+    """The energy of a string with H hands at n times, J; energy taken and put in counts from the beginning."""
 
     time_s: Floats  # (n,), half a fine step after the samples
     string_j: Floats  # (n,), stored in both polarisations
     frets_j: Floats  # (n,), stored in contact with the frets
     hands_j: Floats  # (H, n), stored in the spring or contact of a hand, and in the motion of a mass
-    damping_j: Floats  # (n,), taken by the string's own losses (and by the static compliance of modes left out)
+    damping_j: Floats  # (n,), taken by the string's own losses (and by the static compliance of omitted modes)
     friction_j: Floats  # (n,), taken by friction on the frets
     contact_j: Floats  # (n,), taken by the loss of contact with the frets
     taken_j: Floats  # (H, n), taken by a finger, or by the loss of a mass's contact
-    put_in_j: Floats  # (H, n), work done by a hand, with what it brought when it came, less what it took when it left
+    put_in_j: Floats  # (H, n), work of a hand, plus energy it brought when it came, less energy it took when it left
 
     @property
     def stored_j(self) -> Floats:
-        """All energy there is, (n,)."""
+        """All stored energy, (n,)."""
         return self.string_j + self.frets_j + self.hands_j.sum(0)
 
     @property
@@ -60,14 +60,14 @@ class Balance:
 
     @property
     def error(self) -> float:
-        """How far `closing_j` strays from its first value, relative to the greatest of what is stored and taken."""
+        """Deviation of `closing_j` from its first value, relative to the greatest energy stored or taken."""
         closing, most = self.closing_j, self.stored_j + self.lost_j
         return float(np.abs(closing - closing[0]).max() / (most.max() or 1.0))
 
 
 @dataclasses.dataclass(frozen=True)
 class Played:
-    """How a string with H hands moved: n samples at p places, and k contacts with frets sorted by step, then index."""
+    """Motion of a string with H hands: n samples at p places, and k contacts with frets sorted by step, then index."""
 
     time_s: Floats  # (n,)
     displacement_m: Floats  # (p, n), u
@@ -75,7 +75,7 @@ class Played:
     across_m: Floats | None  # (p, n), v; None: the string never leaves its plane
     across_velocity_m_s: Floats | None  # (p, n)
     hand_force_n: Floats  # (H, n), N on the string, upwards
-    hand_height_m: Floats  # (H, n), of the point that a stop follows, and of a mass; NaN while it is not there
+    hand_height_m: Floats  # (H, n), of a stop's point or a mass; NaN while absent
     balance: Balance
     contact_step: Ints  # (k,), as in livebass.model.trial.Motion
     contact_index: Ints  # (k,)
@@ -92,7 +92,7 @@ def hand_shape(trial: Trial, hand: Hand, count: int) -> Floats:
 
 
 def _plan(trial: Trial, hands: Sequence[Hand], sign: Floats) -> Plan:
-    """The plan of `trial` with a point more for each hand, after the contact points."""
+    """The plan of `trial` with one more point for each hand, after the contact points."""
     plan, s, count = make_plan(trial), trial.speaking, trial.modes
     full = s.grid_points - 1
     rows = np.array([hand_shape(trial, hand, full) for hand in hands]).reshape(len(hands), full) * sign[:, None]
@@ -102,7 +102,7 @@ def _plan(trial: Trial, hands: Sequence[Hand], sign: Floats) -> Plan:
     left_out = every[:, count:] / omega[count:]
     compliance = s.step / s.string.linear_density * left_out @ left_out.T
     coupling = plan.dt**2 / s.string.linear_density * s.step * (every[:, :count] @ every[:, :count].T) + compliance
-    points = plan.height.size  # for these everything is as without hands
+    points = plan.height.size  # these are as without hands
     compliance[:points, :points], coupling[:points, :points] = plan.compliance, plan.coupling
     finest = max(full, YIELDING)
     finer = np.array([hand_shape(trial, hand, finest)[full:] for hand in hands]).reshape(len(hands), finest - full)
@@ -122,7 +122,7 @@ def _plan(trial: Trial, hands: Sequence[Hand], sign: Floats) -> Plan:
 
 
 def _state(plan: Plan, points: int, amplitudes: Floats) -> State:
-    """The state at step 0 by q and dq/dt, (polarisations, 2, N); only the last rows of `plan` are hands."""
+    """The state at step 0 from q and dq/dt, (polarisations, 2, N); only the last rows of `plan` are hands."""
     second = amplitudes[1] if plan.across.size else np.zeros((2, 0))
     frets = plan._replace(shape=plan.shape[:points], height=plan.height[:points])
     state = make_state(frets, amplitudes[0, 0], second[0], amplitudes[0, 1], second[1])
@@ -146,7 +146,7 @@ def _state(plan: Plan, points: int, amplitudes: Floats) -> State:
 
 
 class _Player:
-    """A string and its hands while they are played: brings hands and takes them away between runs of fine steps."""
+    """A string and its hands during play: brings hands and takes them away between runs of fine steps."""
 
     def __init__(self, trial: Trial, hands: Sequence[Hand], begin: Floats | None) -> None:
         count, points = len(hands), len(trial.speaking.contact_position)
@@ -174,14 +174,14 @@ class _Player:
         self.on = [round(h.start * rate) for h in hands]
         ends = [h.end + h.lifting if isinstance(h, Finger) else h.end for h in hands]
         self.off = [round(end * rate) if math.isfinite(end) else None for end in ends]
-        self.begun = [(0.0, 0.0, 0.0, 0.0)] * count  # u and du/dt, v and dv/dt where a hand came
+        self.begun = [(0.0, 0.0, 0.0, 0.0)] * count  # u and du/dt, v and dv/dt as a hand came
 
     def next_turn(self, step: int) -> int:
-        """The first step after `step` at which a hand comes or leaves; far away if there is none."""
+        """The next step after `step` at which a hand comes or leaves; far away if none does."""
         return min((n for n in (*self.on, *self.off) if n is not None and n > step), default=2**62)
 
     def turn(self, step: int) -> None:
-        """Takes away the hands that end at `step` and brings those that begin there, with the energy that they hold."""
+        """Takes away the hands that end at `step` and brings those that begin there, with their energy."""
         for h, hand in enumerate(self.hands):
             if step == self.off[h]:
                 before = self._energy()
@@ -193,7 +193,7 @@ class _Player:
                 self.grips.put_in[h] += self._energy() - before
 
     def _energy(self) -> float:
-        """All that is stored half a step ago, J."""
+        """All energy stored half a step ago, J."""
         energy = np.empty(2 + len(self.hands))
         stored_energy(self.string, energy)
         return float(energy.sum())
@@ -222,7 +222,7 @@ class _Player:
         if isinstance(hand, Stop):
             law.kind[m] = LINEAR if hand.side == 0 else FLESH
             y = float(hand.path(np.zeros(1), *self.begun[h][:2])[0])
-            move = u - before  # its spring is neither strained nor relieved when it comes
+            move = u - before  # its spring is not strained when it comes
             if hand.across is not None and oblique:
                 self.across.kind[m], self.across.stiffness[m] = LINEAR, hand.stiffness / dx
                 grips.across[h] = float(hand.across(np.zeros(1), *self.begun[h][2:])[0])
@@ -239,7 +239,7 @@ class _Player:
         state.eta_before[m] += sign * (y - move)
 
     def drive(self, first: int, last: int) -> Floats:
-        """Returns how the hands move in steps `first` to `last` - 1, for u and for v: see `stepping.run`."""
+        """Returns the hands' motion in steps `first` to `last` - 1, for u and for v: see `stepping.run`."""
         instants = np.arange(first, last, dtype=np.float64) * self.plan.dt
         told = np.zeros((2, last - first, len(self.hands)))
         for h, hand in enumerate(self.hands):
@@ -259,14 +259,14 @@ class _Player:
 
 
 def _pace(of: Modes, dt: float) -> Pace:
-    """How modes give their velocity by fine steps of `dt` s."""
+    """Coefficients of modal velocities for fine steps of `dt` s."""
     turn, shrink = of.omega * dt, of.sigma * dt
     pace = of.omega / (2 * np.sin(turn))
     return Pace(2 * pace * np.sinh(shrink) - of.sigma, pace * np.exp(shrink), pace * np.exp(-shrink))
 
 
 def _ears(trial: Trial, plan: Plan, listen: Sequence[float] | None) -> Ears:
-    """Places to listen at. Raises ValueError for one that is not on the string, and for rates that do not fit."""
+    """Listening places. Raises ValueError for a place off the string, and for rates that do not fit."""
     s, every = trial.speaking, round(trial.contact_rate / trial.output_rate)
     if abs(every * trial.output_rate - trial.contact_rate) > 1e-9 * trial.contact_rate:
         rule = f"a multiple of the output rate, {trial.output_rate:g} Hz"
@@ -295,18 +295,18 @@ def play(
     frets: bool = True,
     begin: Floats | None = None,
 ) -> Played:
-    """The motion of `trial` under `hands` by brute force, with the energy of all, each sample.
+    """The motion of `trial` under `hands` by brute force, with all energies, each sample.
 
-    listen: places, m from the stop; None: the sensors of `trial`. frets: False takes the obstacles away. begin: q and
-    dq/dt at time 0, (polarisations, 2, modes), as `states` of `Motion` and `Played` has them; None: plucked, at rest.
-    The second polarisation is there if the pluck of `trial` has an angle, whatever begins.
+    listen: places, m from the stop; None: the sensors of `trial`. frets: False removes the obstacles. begin: q and
+    dq/dt at time 0, (polarisations, 2, modes), as in `states` of `Motion` and `Played`; None: plucked, at rest. The
+    second polarisation exists if the pluck of `trial` has an angle, whatever `begin` holds.
 
         stop = Stop(0.094, hammer(-0.9e-3, 1.2), start=0.3, end=0.5, across=landing(0.0, 2e-3))
         played = play(trial, [stop, Finger(0.086, 3.0, start=0.3), Mass(0.6, 2.0, force=lift(1.5, 3e-3))], listen=[0.7])
         played.velocity_m_s[0], played.hand_force_n[0], played.balance.error
 
-    Raises ValueError for a hand, place or rate that is not allowed, for a mass that would begin inside the string, and
-    for a mode that is damped beyond critical; ArithmeticError if the equation of the forces does not converge.
+    Raises ValueError for an invalid hand, place or rate, for a mass that would begin inside the string, and for an
+    overdamped mode; ArithmeticError if the equation of the forces does not converge.
     """
     s = trial.speaking
     if not frets:
@@ -337,7 +337,7 @@ def play(
             raise ArithmeticError(f"the forces at step {-number} did not converge")
         found.append(sheets.onset[:number].copy())
 
-    step(0, 0)  # compiles, so that wall_s does not count it
+    step(0, 0)  # compiles now: wall_s does not count it
     start, first, end = time.perf_counter(), 0, trial.steps + 1
     while first < end:
         player.turn(first)

@@ -1,7 +1,7 @@
 """The brute-force solver: every fine step of eq. 12, with every mode and every contact point, from the equations.
 
-It shares nothing with the engine but the description of the string and the modal laws, so that agreement of the two
-means something. Equation numbers: Issanchou et al. (2018).
+It shares only the description of the string and the modal laws with the engine: agreement of the two means something.
+Equation numbers: Issanchou et al. (2018).
 
 Eq. 12 for one mode is q^{n+1} = C q^n - Ct q^{n-1} + F with, for theta = omega_d dt,
 
@@ -12,19 +12,18 @@ With d^n = q^n - q^{n-1} the same recursion reads
 
     d^{n+1} = Ct d^n - (1 - C + Ct) q^n + F,   q^{n+1} = q^n + d^{n+1},
 
-and 1 - C + Ct = (1 - exp(-sigma dt))^2 + 4 exp(-sigma dt) sin^2(theta / 2) is a sum of squares, in which nothing
-cancels.
+and 1 - C + Ct = (1 - exp(-sigma dt))^2 + 4 exp(-sigma dt) sin^2(theta / 2) is a sum of squares without cancellation.
 
 Contact (eq. 6), with eta = g - u, psi = K/(alpha+1) [eta]_+^(alpha+1), r = eta^{n+1} - eta^{n-1}:
 
     f^n = (psi(eta^{n+1}) - psi(eta^{n-1})) / r,   r = r* - (W + R) f^n,   W = (dt^2/mu) dx Phi Phi^T.
 
-Here r* is r without force, and R the static compliance of the modes left out (zero for a full set), which follow the
-force at once: u^{n+1} = Phi^T q^{n+1} + R f^n. Frets that lose, after Hunt and Crossley, multiply this f by
+Here r* is r without force, and R the static compliance of the omitted modes (zero for a full set), which follow the
+force at once: u^{n+1} = Phi^T q^{n+1} + R f^n. Frets with loss, after Hunt and Crossley, multiply this f by
 max(0, 1 + c r / (2 dt)).
 
-The second polarisation v is the same string without obstacle, or one with C and Ct of its own. Where u^n < g it feels
-the friction of eq. 7, ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)); u does not feel v.
+The second polarisation v is the same string without obstacle, or with its own C and Ct. Where u^n < g it feels the
+friction of eq. 7, ff = -A sat((v^{n+1} - v^{n-1}) / (2 dt s)); u does not feel v.
 
 Energy at n + 1/2, from eq. 12 times (q^{n+1} - q^{n-1}) / 2:
 
@@ -35,14 +34,13 @@ A step changes H by
 
     -(mu/dt^2) sum_j (1 - Ct)/4 (q^{n+1} - q^{n-1})^2 - dx/4 (f^n - f^{n-2}) R (f^n - f^{n-2}),
 
-so H is constant without losses for a full set of modes, and otherwise never rises. Frets that lose take
-dx/2 (f r - psi(eta^{n+1}) + psi(eta^{n-1})) >= 0 each more. Without losses its first line is
-mu/(2 dt^2) sum [q1^2 - 2 cos(theta) q1 q0 + q0^2]. For v the first line and the term with R of its own forces are
-added, and friction changes H by dx sum_m ff (v^{n+1} - v^{n-1}) / 2 <= 0 more a step.
+so H is constant without losses for a full set of modes, and otherwise never rises. Each fret with loss takes another
+dx/2 (f r - psi(eta^{n+1}) + psi(eta^{n-1})) >= 0. Without losses the first line of H is
+mu/(2 dt^2) sum [q1^2 - 2 cos(theta) q1 q0 + q0^2]. v adds the first line and the term with R for its own forces, and
+friction changes H by another dx sum_m ff (v^{n+1} - v^{n-1}) / 2 <= 0 per step.
 
-No step, mode or point is skipped. Two liberties touch rounding alone: dot products may be summed in any order, so that
-they run four numbers at a time, and modes below 1e-200 are set to zero, as arithmetic on denormal numbers would cost a
-factor of 20.
+No step, mode or point is skipped. Two liberties affect only rounding: dot products sum in any order, four numbers at a
+time, and modes below 1e-200 are set to zero, as arithmetic on denormal numbers would cost a factor of 20.
 """
 
 from __future__ import annotations
@@ -63,8 +61,7 @@ CHUNK = 16384  # steps between two returns to Python, which then notices Ctrl-C
 def solve(trial: Trial, energy_every: int = 0) -> Motion:
     """The motion of `trial` by brute force, with the energy at every `energy_every`-th half step, or none if 0.
 
-    Raises ValueError for a mode that is damped beyond critical, and ArithmeticError if the equation of a contact does
-    not converge.
+    Raises ValueError for an overdamped mode, and ArithmeticError if the equation of a contact does not converge.
     """
     plan = make_plan(trial)
     u, v = initial_amplitudes(trial), initial_amplitudes_across(trial)
@@ -76,7 +73,7 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     step = np.floor(place + 1e-9).astype(np.int64)
     none = np.zeros(0)
     unused = Pace(none, none, none)
-    last = trial.steps + 1  # one more than contacts are listed for: a sample may lie just after step trial.steps
+    last = trial.steps + 1  # one more than for contacts: a sample may lie just after step trial.steps
     accounts = (last - 1) // energy_every + 1 if energy_every else 0
     ears = Ears(
         step, np.maximum(place - step, 0.0), plan.sensor[None, :], plan.across[None, :], unused, unused,
@@ -90,7 +87,7 @@ def solve(trial: Trial, energy_every: int = 0) -> Motion:
     )  # fmt: skip
     found: list[Ints] = []
     free = np.zeros((2, CHUNK, 0))
-    run(string, free, 0, 0, ears, sheets)  # compiles, so that wall_s does not count it
+    run(string, free, 0, 0, ears, sheets)  # compiles now: wall_s does not count it
     start = time.perf_counter()
     for first in range(0, last, CHUNK):
         count = run(string, free, first, min(first + CHUNK, last), ears, sheets)

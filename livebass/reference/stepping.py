@@ -2,26 +2,26 @@
 
 solver.py has the equations of the string. A hand (livebass.reference.hands) is one more contact point. Its row of Phi
 is s_j = phi_j(x) exp(-(k_j a)^2 / 2), its "height" y moves, and eta = y - u below the string or u - y above it (sign 1
-or -1). Forces are per m of string as those of the frets, so that a point force is f dx. With r = eta^{n+1} - eta^{n-1},
-all forces at once solve eq. 6 of livebass.reference.laws, r = r* - (W + R) f(r), where a hand's law is
+or -1). Forces are per m of string, as at the frets: a point force is f dx. With r = eta^{n+1} - eta^{n-1}, all forces
+together solve eq. 6 of livebass.reference.laws, r = r* - (W + R) f(r), where a hand's law is
 
     finger:  f = (R / dx) r / (2 dt), y = 0, in both polarisations;
     stop:    f = (K / dx) (eta^{n+1} + eta^{n-1}) / 2, or one-sided as in eq. 6 with alpha = 1; y = b^{n+1} is given;
     mass:    eq. 6 with K / dx, plus beta (K / dx) [(eta^{n+1} + eta^{n-1}) / 2]_+^alpha r / (2 dt), f not below 0; W
-             has dt^2 dx / m more on its diagonal, as the mass gives way:
+             gets dt^2 dx / m added on its diagonal, as the mass yields:
              y^{n+1} = 2 y^n - y^{n-1} + dt^2 (F + f^n dx) / m, F the force of the hand that holds it.
 
-All are implicit, so none adds energy at any time step. For a step of eq. 12, with H that of livebass.reference.solver,
+All are implicit, so none adds energy at any time step. In a step of eq. 12, with H from livebass.reference.solver,
 
     H + sum over hands of dx [psi(eta^{n+1}) + psi(eta^n)] / 2 + m ((y^{n+1} - y^n) / dt)^2 / 2
 
-changes by minus what damping, friction and frets (all there) and each hand take, R r^2 / (4 dt) a finger and
-dx [f r - psi(eta^{n+1}) + psi(eta^{n-1})] / 2 >= 0 a mass, plus what each hand puts in, the force it gives (sign f dx a
-stop, F a mass) times (y^{n+1} - y^{n-1}) / 2. When a hand begins or ends, it brings or takes with it what its spring,
-contact and motion hold (livebass.reference.playing).
+loses the energy that damping, friction and frets (see there) and each hand take, for a finger R r^2 / (4 dt), for a
+mass dx [f r - psi(eta^{n+1}) + psi(eta^{n-1})] / 2 >= 0, and gains the work of each hand, its force (stop: sign f dx,
+mass: F) times (y^{n+1} - y^{n-1}) / 2. A hand that begins or ends brings or takes the energy of its spring, contact and
+motion (livebass.reference.playing).
 
-The second polarisation feels fingers and, where they have a path in it, stops. Both are linear there: they are
-eliminated, and friction is solved for what is left.
+The second polarisation feels fingers and, if they have a path in it, stops. Both are linear there: they are eliminated
+before solving for friction.
 
 Equation numbers: Issanchou et al. (2018).
 """
@@ -53,13 +53,13 @@ FINGER, STOP, MASS = 0, 1, 2  # kinds of hand
 
 
 class Grips(NamedTuple):
-    """H hands, at the points P, P + 1 ... after the P contact points; `run` moves them on in place."""
+    """H hands, at the points P, P + 1 ... after the P contact points; `run` advances them in place."""
 
     kind: Ints  # (H,)
     sign: Floats  # (H,) 1: below the string, -1: above
     mass: Floats  # (H,) kg
-    y: Floats  # (H,) y^n, m; 0 of a finger, and while the hand is not there
-    move: Floats  # (H,) y^n - y^{n-1}, m, kept apart for the reason that d of the modes is
+    y: Floats  # (H,) y^n, m; 0 for a finger, and while the hand is absent
+    move: Floats  # (H,) y^n - y^{n-1}, m, stored separately for the same reason as d
     across: Floats  # (H,) y^n of v, m
     across_before: Floats  # (H,)
     taken: Floats  # (H,) J so far
@@ -72,13 +72,13 @@ class Held(NamedTuple):
 
     plan: Plan
     laws: Laws  # of u: contact points, then hands
-    across: Laws  # of v, on which only hands have any
+    across: Laws  # of v, where only hands have any
     state: State
     grips: Grips
 
 
 class Pace(NamedTuple):
-    """How the velocity of N modes follows from q^n, d^{n+1} and d^n."""
+    """Coefficients of N modal velocities, from q^n, d^{n+1} and d^n."""
 
     by_q: Floats  # (N,) 1/s
     by_next: Floats  # (N,) 1/s
@@ -86,7 +86,7 @@ class Pace(NamedTuple):
 
 
 class Ears(NamedTuple):
-    """When and at which p places `run` listens, and the pace of the modes of u and v."""
+    """Times and p places at which `run` listens, and the pace of the modes of u and v."""
 
     step: Ints  # (n,) a sample lies `offset` of a step ...
     offset: Floats  # (n,) ... after this one
@@ -95,17 +95,17 @@ class Ears(NamedTuple):
     u: Pace
     v: Pace
     states: Ints  # (c,) samples
-    every: int  # fine steps from one account of energy to the next; 0: no account
+    every: int  # fine steps between accounts of energy; 0: no account
 
 
 class Sheets(NamedTuple):
     """Arrays that `run` fills: n samples, p places, H hands, c states, e accounts; an axis of 2 counts polarisations.
 
-    With e = 0 in `lost`, nothing that is lost is counted.
+    With e = 0 in `lost`, losses are not counted.
     """
 
     displacement: Floats  # (p, 2, n) m
-    velocity: Floats  # (p, 2, n) m/s; (0, 2, n): nobody asks
+    velocity: Floats  # (p, 2, n) m/s; (0, 2, n): not needed
     states: Floats  # (c, 2, 2, N)
     force: Floats  # (H, e) N on the string, upwards
     height: Floats  # (H, e) m
@@ -114,7 +114,7 @@ class Sheets(NamedTuple):
     lost: Floats  # (3, e) J: damping, friction, frets
     taken: Floats  # (H, e) J
     put_in: Floats  # (H, e) J
-    onset: Ints  # (room, 2), of the new contacts: step, index
+    onset: Ints  # (room, 2), new contacts: step, index
 
 
 @counted
@@ -143,7 +143,7 @@ def _freely(of: Modes, q: Floats, d: Floats, d_before: Floats) -> None:
 
 @counted
 def _push(plan: Plan, q: Floats, d: Floats, force: Floats) -> None:
-    """Adds to the step what the forces (P + H,), N/m, move."""
+    """Adds the motion by the forces (P + H,), N/m, to the step."""
     scale = plan.dt**2 / plan.density * plan.dx
     for m in range(force.size):
         if force[m] != 0:
@@ -155,7 +155,7 @@ def _push(plan: Plan, q: Floats, d: Floats, force: Floats) -> None:
 
 @counted
 def _damped(plan: Plan, of: Modes, d: Floats, d_before: Floats, change: Floats) -> float:
-    """J that one polarisation loses in a step to its damping and to static compliance; change: f^n - f^{n-2}, N/m."""
+    """J that one polarisation loses per step to damping and static compliance; change: f^n - f^{n-2}, N/m."""
     total = 0.0
     for j in range(d.size):
         both = d[j] + d_before[j]  # q^{n+1} - q^{n-1}
@@ -171,8 +171,8 @@ def _damped(plan: Plan, of: Modes, d: Floats, d_before: Floats, change: Floats) 
 def _hands_across(string: Held, drive: Floats, wanted: Floats, reduced: Floats) -> tuple[Ints, Floats, Floats, Floats]:
     """Eliminates the hands on v. Writes friction's `wanted` (P + H,) and `reduced` (P, P) with the hands on the string.
 
-    Returns the hands there, as points (L,), their f = -(gain w + offset), both (L,), and their w (L, 1 + P): without
-    friction, and for 1 N/m of it at each contact point.
+    Returns the hands there, as points (L,), gain and offset (L,) of their f = -(gain w + offset), and their w
+    (L, 1 + P): without friction, and for 1 N/m of it at each contact point.
     """
     plan, laws, state, grips = string.plan, string.across, string.state, string.grips
     contacts = reduced.shape[0]
@@ -215,7 +215,7 @@ def _hands_across(string: Held, drive: Floats, wanted: Floats, reduced: Floats) 
 def _step_across(string: Held, drive: Floats, d_before: Floats, counts: bool) -> bool:
     """Moves v from step n to n + 1 with friction (eq. 7) and hands. Call it before eta moves.
 
-    drive: y^{n+1}, (H,) m; counts: what is lost. Returns False if the friction does not converge.
+    drive: y^{n+1}, (H,) m; counts: count losses. Returns False if the friction does not converge.
     """
     plan, laws, state, grips = string.plan, string.across, string.state, string.grips
     q, d, points, hands = state.q_across, state.d_across, plan.height.size, grips.kind.size
@@ -264,7 +264,7 @@ def _step_across(string: Held, drive: Floats, d_before: Floats, counts: bool) ->
 
 @counted
 def linear_energy(plan: Plan, of: Modes, q: Floats, d: Floats, force: Floats, force_before: Floats) -> float:
-    """Energy of one polarisation, with the modes `of`, without the potential of the contact, J."""
+    """Energy of one polarisation, with its modes `of`, without the contact potential, J."""
     total = 0.0
     for j in range(q.size):
         total += (1 + of.decay[j]) / 2 * d[j] * d[j] + of.pull[j] * q[j] * (q[j] - d[j])
@@ -278,7 +278,7 @@ def linear_energy(plan: Plan, of: Modes, q: Floats, d: Floats, force: Floats, fo
 
 @counted
 def stored_energy(string: Held, energy: Floats) -> float:
-    """Writes the energy at n - 1/2 of a state at step n, (2 + H,) J: string, frets, each hand. Returns all."""
+    """Writes the energy at n - 1/2 of a state at step n, (2 + H,) J: string, frets, each hand. Returns the sum."""
     plan, laws, across, state, grips = string
     hands = grips.kind.size
     contacts = plan.height.size - hands
@@ -306,7 +306,7 @@ def stored_energy(string: Held, energy: Floats) -> float:
 
 @counted
 def _flush(q: Floats, d: Floats) -> None:
-    """Sets modes to zero that are too weak for any sum, in place: denormal numbers would cost a factor of 20."""
+    """Zeroes modes too weak for any sum, in place: denormal numbers would cost a factor of 20."""
     for j in range(q.size):
         if abs(q[j]) < FLUSH_BELOW and abs(d[j]) < FLUSH_BELOW:
             q[j] = 0.0
@@ -315,7 +315,7 @@ def _flush(q: Floats, d: Floats) -> None:
 
 @counted
 def _take_hold(string: Held, given: Floats, y: Floats, move: Floats) -> None:
-    """Sets the laws of fingers, and writes y^{n+1} of all hands, without the force on a mass, and how a mass moves."""
+    """Sets the laws of fingers, and writes y^{n+1} of all hands, without the force on a mass, and a mass's move."""
     plan, laws, across, _, grips = string
     contacts = plan.height.size - y.size
     for h in range(y.size):
@@ -368,7 +368,7 @@ def _between(plan: Plan, of: Modes, sensor: Floats, before: Floats, after: Float
 
 @counted
 def _sample(pace: Pace, q: Floats, d: Floats, d_before: Floats, velocity: Floats) -> None:
-    """Writes dq/dt at step n, (N,), of a string that has moved on to n + 1: the mean of before and after its forces."""
+    """Writes dq/dt at step n, (N,), of a string already at n + 1: the mean of before and after its forces."""
     for j in range(q.size):
         now = q[j] - d[j]
         velocity[j] = pace.by_q[j] * now + pace.by_next[j] * d[j] + pace.by_last[j] * d_before[j]
@@ -402,7 +402,7 @@ def _listen(string: Held, ears: Ears, i: int, before: tuple[Floats, Floats, Floa
 
 @counted
 def _account(string: Held, at: int, sheets: Sheets) -> None:
-    """Writes down what is stored and lost after step n, account `at`."""
+    """Records the energy stored and lost after step n, in account `at`."""
     grips = string.grips
     contacts = string.plan.height.size - grips.kind.size
     energy = np.empty(sheets.stored.shape[0])
@@ -417,11 +417,11 @@ def _account(string: Held, at: int, sheets: Sheets) -> None:
 
 @counted
 def run(string: Held, drive: Floats, first: int, last: int, ears: Ears, sheets: Sheets) -> int:
-    """Steps from n to n + 1 for n = first ... last - 1, and writes the samples and accounts that are due.
+    """Steps from n to n + 1 for n = first ... last - 1, and writes the due samples and accounts.
 
     drive: (2, last - first, H), for u and for v: a finger's R (N s/m) at n, a stop's y (m) at n + 1, the force (N) on a
-    mass at n. Returns the number of new contacts in sheets.onset, or minus the number of the step at which an implicit
-    equation could not be solved.
+    mass at n. Returns the number of new contacts in sheets.onset, or minus the number of the step whose implicit
+    equation has no solution.
     """
     plan, laws, _, state, grips = string
     q, d, eta, eta_before = state.q, state.d, state.eta, state.eta_before

@@ -1,4 +1,4 @@
-"""HTML pages from Jinja templates, which are files in the directory `templates` of a room."""
+"""HTML pages from Jinja templates, files in the directory `templates` of a room."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def html_page(room: str, template: str, **values: Any) -> str:
-    """Fill the template of that name in the package `room` with `values`, which are escaped. Needs Jinja2.
+    """Fills the template of that name in the package `room` with escaped `values`. Needs Jinja2.
 
     `style` is the style sheet of all pages.
     """

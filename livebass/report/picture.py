@@ -1,4 +1,4 @@
-"""Figures of matplotlib, made without pyplot so that no display is asked for, and the files made of them."""
+"""matplotlib figures, made without pyplot to need no display, and files made from them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ CHANGING = {"png": "Software", "svg": "Date"}  # metadata that would differ betw
 
 
 def check_plots(what: str, after: str = "") -> None:
-    """Raise LookupError, one line that `what` needs, and `after`, where a library of the extra `plots` is missing."""
+    """Raises LookupError if a library of the extra `plots` is missing: one line that `what` needs it, then `after`."""
     check_installed(what, "plots", ("matplotlib.figure", "jinja2"), after)
 
 
 def check_installed(what: str, extras: str, modules: Iterable[str], after: str = "") -> None:
-    """Raise LookupError where one of `modules` cannot be imported: `what` needs it, and how to install `extras`."""
+    """Raises LookupError if one of `modules` cannot be imported: `what` needs it, and how to install `extras`."""
     for module in modules:
         try:
             importlib.import_module(module)
@@ -29,7 +29,7 @@ def check_installed(what: str, extras: str, modules: Iterable[str], after: str =
 
 
 def shown_text(text: str) -> str:
-    """`text`, in which there may be names, for a figure: one line, and no formula between two $."""
+    """`text`, perhaps with names, for a figure: one line, and no formula between two $."""
     return one_line(text).replace("$", r"\$")
 
 
@@ -43,7 +43,7 @@ def figure(width: float, height: float) -> Any:
 def image(drawn: Any, kind: str = "png", dpi: float = DPI) -> bytes:
     """The PNG or SVG file of a figure; the same figure gives the same bytes.
 
-    `dpi` is that of a PNG, and of what an SVG holds as pixels.
+    `dpi` is for a PNG, and for the pixel parts of an SVG.
     """
     import matplotlib as mpl
 

@@ -1,11 +1,11 @@
-"""The functions by which long work reports its progress."""
+"""Functions that report the progress of long work."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-Say = Callable[[str], None]  # is given a line for people: what comes next, or what went wrong
-Progress = Callable[[float], None]  # is given the fraction done, ascending to 1
+Say = Callable[[str], None]  # gets a line for people: the next step, or a problem
+Progress = Callable[[float], None]  # gets the fraction done, ascending to 1
 
 
 def silent(_: str) -> None:
@@ -13,7 +13,7 @@ def silent(_: str) -> None:
 
 
 def steps(progress: Progress | None, total: int) -> Callable[[], None]:
-    """A function to be called after each of `total` steps, which passes the fraction done to `progress`."""
+    """A function to call after each of `total` steps; it passes the fraction done to `progress`."""
     done = 0
 
     def step() -> None:

@@ -1,4 +1,4 @@
-"""Results as text: columns to be read, CSV and JSON."""
+"""Results as text: columns for people, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ import numpy as np
 
 
 def columns(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
-    """A line for each row of cells, all of one length: each column as wide as its widest cell, two spaces apart.
+    """A line for each row of cells, all of equal length: columns as wide as their widest cell, two spaces apart.
 
     The first `left` columns are aligned left, the others right.
     """
@@ -30,7 +30,7 @@ def columns(rows: Sequence[Sequence[str]], left: int = 1) -> list[str]:
 
 
 def runs(numbers: Iterable[int]) -> list[list[int]]:
-    """Splits ascending numbers where one is left out."""
+    """Splits ascending numbers where one is missing."""
     found: list[list[int]] = []
     for number in numbers:
         if found and number == found[-1][-1] + 1:
@@ -43,7 +43,7 @@ def runs(numbers: Iterable[int]) -> list[list[int]]:
 def wrapped_columns(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> list[str]:
     """The lines of rows of cells, each wrapped to the width of its column (characters), aligned left, two spaces apart.
 
-    A word that is longer than its column is broken.
+    A word longer than its column is broken.
     """
     lines = []
     for row in rows:
@@ -54,7 +54,7 @@ def wrapped_columns(rows: Iterable[Sequence[str]], widths: Sequence[int]) -> lis
 
 
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Comma-separated values under a head; an empty cell for None, floats in the digits that give them back."""
+    """Comma-separated values under a header; an empty cell for None, floats with enough digits to restore them."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(head)
@@ -63,12 +63,12 @@ def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 
 
 def json_text(data: Any, indent: int = 1, ascii_only: bool = True) -> str:
-    """`data` as JSON with a line end, made `plain` first."""
+    """`data` as JSON with a line end, after `plain`."""
     return json.dumps(plain(data), indent=indent, ensure_ascii=ascii_only, allow_nan=False) + "\n"
 
 
 def plain(value: Any) -> Any:
-    """`value` as JSON has it: no NumPy scalars and no tuples, keys as text, None for NaN and the infinities."""
+    """`value` in JSON types: no NumPy scalars and no tuples, keys as text, None for NaN and infinities."""
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

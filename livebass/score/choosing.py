@@ -1,7 +1,7 @@
-"""Which parts of a MIDI file are the bass's: one rule for everything that plays files. The page has the same (song.js).
+"""Chooses the bass parts of a MIDI file: one rule for everything that plays files. The page has the same (song.js).
 
-In turn, the first that finds notes: those with a bass program of General MIDI; tracks called bass; a zone without a
-program; the only part that is no drums; of several parts without programs the lowest that lies in a bass's range.
+The first of these with any notes: notes with a bass program of General MIDI; tracks called bass; a zone without a
+program; the only part that is not drums; of several parts without programs, the lowest in a bass's range.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from livebass.score.lines import BASS_PROGRAMS, Lines, Note
 from livebass.smf import Smf
 from livebass.units import note_name
 
-# A part in a bass's range: most of its notes lie within, half of them no higher than the middle
-LOWEST, HIGHEST, MIDDLE, MOST = 16, 67, 50, 0.9  # E0, G4, D3; part of the notes
+# A bass's range: most notes of a part lie within, half of them no higher than the middle
+LOWEST, HIGHEST, MIDDLE, MOST = 16, 67, 50, 0.9  # E0, G4, D3; fraction of notes
 
 PartKey = tuple[int, int]  # line, track
 
@@ -29,16 +29,16 @@ class Part:
     channel: int  # 1 to 16
     track: int  # from 1
     name: str  # of the track; "": it has none
-    programs: tuple[int, ...]  # General MIDI's, counted from 1, that its notes have; empty: the file sets none
+    programs: tuple[int, ...]  # General MIDI programs of its notes, from 1; empty: the file sets none
     notes: int
-    switches: int  # note-ons of keys that switch, and are none of the notes
+    switches: int  # note-ons of key switches, not counted as notes
     lowest: int  # note numbers; 0 without notes
     highest: int
-    chosen: int  # how many of its notes are played
+    chosen: int  # number of its notes that play
     port: int = 1  # from 1
-    banks: tuple[int, ...] = ()  # the most significant bytes that its notes have
+    banks: tuple[int, ...] = ()  # the most significant bytes of its notes' banks
     is_drums: bool = False
-    why: str = ""  # it is chosen, or not
+    why: str = ""  # chosen or not
 
     @property
     def range(self) -> str:
@@ -59,13 +59,13 @@ class Part:
 
 @dataclass(frozen=True)
 class Choice:
-    """The notes of a file that are played, and why."""
+    """The chosen notes of a file, and why."""
 
     notes: list[Note]
-    why: str  # they are chosen; of the others in the list of parts, `else_why`
+    why: str  # the reason in the list of parts; for the others, `else_why`
     else_why: str
-    alone: bool = False  # the notes are whole parts; others on their lines do not matter to them
-    remark: str = ""  # to tell the user; "": it goes without saying
+    alone: bool = False  # the notes are whole parts; ignore others on their lines
+    remark: str = ""  # for the user; "": it goes without saying
 
 
 class Parts:
@@ -78,7 +78,7 @@ class Parts:
             self.by_key[note.line, note.track].append(note)
 
     def choose(self, channel: str | int, take: bool) -> Choice:
-        """Chooses the notes to play: "auto", "all" but drums, or those of a channel from 1."""
+        """Chooses the notes to play: "auto", "all" but drums, or a channel's, from 1."""
         if isinstance(channel, int):
             found = [n for n in self.notes if self.lines.lines[n.line].channel == channel - 1]
             return Choice(found, "as asked for", f"not channel {channel}")
@@ -139,31 +139,31 @@ class Parts:
         return all(note.program is None for note in notes) and within >= MOST * len(keys) and median(keys) <= MIDDLE
 
     def name(self, key: PartKey) -> str:
-        """The name of a part: its channel's, where the file names channels, or its track's."""
+        """The name of a part: its channel's, if the file names channels, or its track's."""
         line, track = key
         return self.smf.channel_names.get((track, self.lines.lines[line].channel)) or self.smf.names[track]
 
     def _bass_name(self, key: PartKey) -> str:
-        """The name by which a part is called bass."""
+        """The name that calls a part bass."""
         name, instrument = self.name(key), self.smf.instruments[key[1]]
         return instrument if not tracknames.is_bass(name) and tracknames.is_bass(instrument) else name
 
     def _is_called_bass(self, key: PartKey, alone: bool) -> bool:
-        """True if a part is called bass: by its channel's name, or by that of a track in which it is `alone`.
+        """True if a part is called bass: by its channel's name, or its track's, if it is `alone` there.
 
-        A track with notes of several instruments has the name of the piece.
+        A track with several instruments has the name of the piece.
         """
         line, track = key
         channel_name = self.smf.channel_names.get((track, self.lines.lines[line].channel), "")
         return tracknames.is_bass(channel_name) or (alone and tracknames.is_bass(self._bass_name(key)))
 
     def listed(self, choice: Choice | None = None, switches: Container[int] = ()) -> tuple[Part, ...]:
-        """The parts in the order of ports, channels and tracks. Keys in `switches` are no notes."""
+        """The parts in the order of ports, channels and tracks. Keys in `switches` are not notes."""
         keys = sorted(self.by_key, key=lambda key: (*self.lines.lines[key[0]][:2], key[1]))
         return tuple(self.part(key, choice, switches) for key in keys)
 
     def part(self, key: PartKey, choice: Choice | None = None, switches: Container[int] = ()) -> Part:
-        """One part; how many of its notes are chosen, and why, by a `choice`."""
+        """One part, with the number of notes that `choice` takes, and why."""
         all_notes = self.by_key[key]
         notes = [note for note in all_notes if note.note not in switches]
         places = {note.place for note in choice.notes} if choice else set()

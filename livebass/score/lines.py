@@ -1,8 +1,8 @@
 """From the messages of a MIDI file to lines: who plays what, at which frame.
 
-A line is a channel of a port. Where tracks share a channel and each gives it a program of its own, as some programs
-write files, each of these tracks is a line. The channels of a zone, which a mode gives to the strings or the notes of
-one instrument, belong together.
+A line is a channel of a port. If tracks share a channel and each sets a program of its own, as some software writes
+files, each of these tracks is a line. The channels of a zone, which a mode assigns to the strings or the notes of one
+instrument, belong together.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 CHANNELS = 16
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
-LONGEST_REST = 60  # s from the last note to the end of a file: one that ends later ends with its last note
-LAST_NOTE = 10  # s that a note is held there which has no end
-PORTAMENTO_TIME = FUNCTION_ROWS["bend"].controllers[0]  # a controller; takes of livebass bend by it
+LONGEST_REST = 60  # s from the last note to the end of a file; a longer rest is cut off
+LAST_NOTE = 10  # s that a note without end lasts there
+PORTAMENTO_TIME = FUNCTION_ROWS["bend"].controllers[0]  # a controller; livebass takes bend with it
 
 
 class Line(NamedTuple):
@@ -43,7 +43,7 @@ class Note(NamedTuple):
     track: int  # from 0
     line: int
     note: int
-    program: int | None  # of its line, or its zone, when it begins, from 0; None: not set so far
+    program: int | None  # of its line or zone at its beginning, from 0; None: not yet set
     bank: int | None  # its most significant byte
     drums: bool
 
@@ -56,15 +56,14 @@ class Lines:
     events: list[Event]  # by time
     exclusive: list[tuple[int, int, bytes]]  # (frame, first line of the port, data) by time
     end: int  # frame
-    zone: frozenset[int] = frozenset()  # lines that are one instrument
+    zone: frozenset[int] = frozenset()  # lines that form one instrument
     remarks: tuple[str, ...] = ()
-    marks: tuple[tuple[int, str], ...] = ()  # (frame, text) of a take: which bass plays from there on
+    marks: tuple[tuple[int, str], ...] = ()  # (frame, text) of a take: the bass from there on
 
     def notes(self, events: list[Event]) -> list[Note]:
-        """The notes among `events`, with the programs that they have.
+        """The notes among `events`, with their programs.
 
-        A line with one program throughout has it from its first note on. A line of the zone without a program has the
-        zone's.
+        A line with only one program has it from its first note on. A line of the zone without a program has the zone's.
         """
         programs = _only_programs(events)
         zones = {program for line, program in programs.items() if line in self.zone}
@@ -88,12 +87,12 @@ class Lines:
         return found
 
     def _changed(self, events: list[Event]) -> set[int]:
-        """The lines of the zone whose program is set."""
+        """The lines of the zone that set a program."""
         return {e.line for e in events if e.message.type == "program_change" and e.line in self.zone}
 
 
 def _only_programs(events: list[Event]) -> dict[int, int]:
-    """The program of each line that has one throughout."""
+    """The program of each line with only one."""
     found: dict[int, set[int]] = defaultdict(set)
     for event in events:
         if event.message.type == "program_change":
@@ -102,10 +101,10 @@ def _only_programs(events: list[Event]) -> dict[int, int]:
 
 
 class _Kits:
-    """Which lines play drums: channel 10, but for what banks and system exclusive messages say.
+    """Finds lines that play drums: channel 10, unless banks and system exclusive messages say otherwise.
 
-    Banks: 120 and 121 of General MIDI 2; 126 and 127, as XG has them, but not after a reset of GS. System exclusive:
-    parts for rhythm of GS, part modes of XG.
+    Banks: 120 and 121 of General MIDI 2; 126 and 127 of XG, but not after a GS reset. System exclusive: rhythm parts of
+    GS, part modes of XG.
     """
 
     def __init__(self, lines: Lines) -> None:
@@ -116,7 +115,7 @@ class _Kits:
         self._system: dict[int, str] = {}  # "gs", "xg" or "", by the first line of a port
 
     def has(self, line: int, frame: int, bank: int | None) -> bool:
-        """True if a note of `line` at `frame`, in ascending order, sounds drums in `bank`."""
+        """True if a note of `line` at `frame`, in ascending order, plays drums in `bank`."""
         while self._coming and self._coming[-1][0] <= frame:
             self._take(*self._coming.pop()[1:])
         port, channel, _ = self._lines[line]
@@ -151,10 +150,10 @@ class _Kits:
 
 
 def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
-    """The lines of a file, at `rate` Hz. Of a take each message stays as it is. Raises SmfError if it lasts too long.
+    """The lines of a file, at `rate` Hz; a take keeps every message. Raises SmfError if it lasts too long.
 
-    Note-ons with velocity 0 become note-offs. Controller 5 is left out: files set a portamento time by it, and only a
-    livebass bends by it. Modes of channels are left out where the file cannot mean them.
+    Note-ons with velocity 0 become note-offs. Drops controller 5: files use it as portamento time, and only a livebass
+    bends by it. Drops channel modes that the file cannot mean.
     """
     frame = _frame_of(smf, rate)
     ports = sorted({m.port for m in smf.messages}) or [0]
@@ -192,7 +191,7 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
 
 
 def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
-    """A function from tick to nearest frame. It computes in integers, so that times do not drift over hours."""
+    """A function from tick to nearest frame. Integers keep times from drifting over hours."""
     if not smf.ticks_per_quarter:
         over, under = smf.ticks_per_second
         return lambda tick: (2 * tick * under * rate + over) // (2 * over)
@@ -215,9 +214,9 @@ def _is_note(m: Message) -> bool:
 
 
 def _modes(events: list[Event]) -> dict[int, frozenset[int]]:
-    """The places of messages that give channels a meaning, as the performer takes them, and which lines each."""
+    """The places of mode messages, as the performer reads them, and the lines that each affects."""
     modes: dict[int, frozenset[int]] = {}
-    rpn: dict[int, tuple[int, int]] = {}  # that is selected, by line
+    rpn: dict[int, tuple[int, int]] = {}  # selected, by line
     for place, (_, m, _, line) in enumerate(events):
         if m.type != "control_change":
             continue
@@ -240,9 +239,9 @@ def _modes(events: list[Event]) -> dict[int, frozenset[int]]:
 
 
 def _zone(lines: Lines) -> tuple[frozenset[int], list[Event]]:
-    """The lines that modes make one instrument of, and the events without the modes that are not believed.
+    """The lines that modes join into one instrument, and the events without implausible modes.
 
-    Not believed are modes where some notes of these lines have the program of a bass, and some another.
+    Modes are implausible if some notes of these lines have a bass program, and some another.
     """
     modes = _modes(lines.events)
     zone = frozenset[int]().union(*modes.values())
@@ -256,7 +255,7 @@ def _zone(lines: Lines) -> tuple[frozenset[int], list[Event]]:
 
 
 def _apart(lines: Lines, events: list[Event]) -> list[Event]:
-    """The events, those of tracks that share a channel with programs of their own on lines of their own."""
+    """The events; tracks that share a channel but have programs of their own get lines of their own."""
     playing: dict[int, set[int]] = defaultdict(set)  # tracks with notes, by line
     programs: dict[tuple[int, int], set[int]] = defaultdict(set)  # by line and track
     for _, m, track, line in events:
@@ -279,9 +278,9 @@ def _copies(
     own: dict[tuple[int, int], int],
     programs: dict[tuple[int, int], set[int]],
 ) -> Iterator[Event]:
-    """The event on its line or on its track's own; one of a track without notes is of all that share the channel.
+    """The event on its line or its track's own; from a track without notes, on all lines that share the channel.
 
-    So are programs, for tracks that have none of their own.
+    The same goes for programs, on tracks without their own.
     """
     tracks = [track for track in sorted(playing[event.line]) if (event.line, track) in own]
     if not tracks:
@@ -296,7 +295,7 @@ def _copies(
 def _ended_by_others(events: list[Event]) -> list[Event]:
     """The events, with note-offs on the lines whose notes they end.
 
-    A note without a note-off of its own is ended by one of the same key on another line, which ends nothing there.
+    A note-off that ends nothing on its line ends a note of the same key on another line that lacks one.
     """
     left: Counter[tuple[int, int]] = Counter()  # by line and key: note-offs less note-ons
     for event in events:
@@ -328,7 +327,7 @@ def _ended_by_others(events: list[Event]) -> list[Event]:
 
 
 def _bends_by_portamento(events: list[Event]) -> int:
-    """How many messages of controller 5 would bend a livebass."""
+    """Number of controller 5 messages that would bend a livebass."""
     ready: set[int] = set()
     bends = 0
     for event in events:
@@ -341,7 +340,7 @@ def _bends_by_portamento(events: list[Event]) -> int:
 
 
 def _tunings(smf: Smf) -> Iterator[str]:
-    """A line for each kind of tuning by system exclusive messages, which are not followed."""
+    """A line for each kind of tuning by system exclusive messages, which livebass ignores."""
     tunings, scales = dict[float, None](), 0  # cents; how many
     for _, data, _ in smf.exclusive:
         cents = 0.0
@@ -368,7 +367,7 @@ def _tunings(smf: Smf) -> Iterator[str]:
 
 
 def _nibbles(data: bytes) -> int:
-    """The number in the lower halves of these bytes."""
+    """The number in the low halves of these bytes."""
     value = 0
     for byte in data:
         value = value << 4 | byte & 0x0F

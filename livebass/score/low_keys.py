@@ -1,8 +1,8 @@
 """Low keys of a file: notes of a low tuning, or key switches.
 
-A livebass reads keys below its lowest note as key switches, where its key map has them. In a file from elsewhere they
-are notes if they look like notes: each sounds alone, as long as the others do. A key switch is brief, or is held while
-notes begin. Notes are moved up by octaves.
+A livebass reads keys below its lowest note as key switches if its key map has them. In a foreign file they are notes if
+they look like notes: each sounds alone, as long as the others. A key switch is brief, or held while notes begin. Notes
+move up by octaves.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from livebass.score.score import NOTE_OFF, NOTE_ON, Score
 
 DEEPEST = 16  # E0: no bass is tuned lower
-OVERLAP = 0.06  # s that notes of a line may overlap
-SHORT = 0.5  # part of the usual length of a note: key switches are shorter
-MOST = 0.6  # part of the low keys that have to look like notes
+OVERLAP = 0.06  # s, allowed overlap of notes in a line
+SHORT = 0.5  # of the usual length of a note: key switches are shorter
+MOST = 0.6  # of the low keys must look like notes
 
 
 class Bass(Protocol):
@@ -32,7 +32,7 @@ class Bass(Protocol):
 
 
 def with_low_notes(score: Score, bass: Bass) -> Score:
-    """The score with the low keys that would switch on `bass` moved up by octaves, if they are notes; or as it is."""
+    """The score; low keys that would switch on `bass` move up by octaves if they are notes."""
     lowest, switches = bass.note_range[0], bass.switches
     if not score.foreign or not _are_notes(score, lowest, switches):
         return score
@@ -46,7 +46,7 @@ def with_low_notes(score: Score, bass: Bass) -> Score:
 
 
 def _are_notes(score: Score, lowest: int, switches: Collection[int]) -> bool:
-    """True if most low keys of a score that switch on a bass look like notes."""
+    """True if most low keys in a score that would switch look like notes."""
     strokes = _strokes(score)
     low = [s for s in strokes if DEEPEST <= s[2] < lowest and s[2] in switches]
     others = [s for s in strokes if s[2] not in switches or s[2] >= lowest]
@@ -58,7 +58,7 @@ def _are_notes(score: Score, lowest: int, switches: Collection[int]) -> bool:
         return False
     usual = float(np.median([end - begin for begin, end, _ in others]))
     overlap = OVERLAP * score.rate
-    long = [s for s in strokes if s[1] - s[0] > overlap]  # the others overlap nothing by as much
+    long = [s for s in strokes if s[1] - s[0] > overlap]  # the others are too short to overlap
     begins, ends = (np.sort([s[k] for s in long]) for k in (0, 1))
 
     def looks_like_a_note(stroke: tuple[int, int, int]) -> bool:

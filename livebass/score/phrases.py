@@ -1,4 +1,4 @@
-"""The phrases that one hears a preset by."""
+"""Demo phrases for presets."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from livebass.bounds import one_of
 from livebass.score.score import Score, score_of
 from livebass.units import note_number
 
-# The demo phrases, in E minor, to hear a preset by: soft and hard notes on every string, a bend, repeated notes.
+# The demo phrases, in E minor: soft and hard notes on every string, a bend, repeated notes.
 TEMPO = 112.0  # quarter notes per minute
 STYLES = ("finger", "slap", "techniques")
 
-# One row a note: (start in sixteenths, length in sixteenths, note, velocity). At velocities below 40 the string does
-# not reach the frets, above 110 it hits most of them: the phrase has both, so that a spectrogram shows it.
+# One row per note: (start in sixteenths, length in sixteenths, note, velocity). At velocities below 40 the string does
+# not reach the frets, above 110 it hits most of them: the phrase has both, to show in a spectrogram.
 FINGER = (
     (0, 3, "E1", 36), (4, 1.5, "E1", 52), (6, 1.5, "G1", 60), (8, 3, "A1", 48), (12, 1, "B1", 66),
     (13, 1, "B1", 72), (14, 1, "D2", 80), (15, 1, "D#2", 70),
@@ -40,7 +40,7 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 
 
 def demo_score(rate: int, style: str = "finger") -> Score:
-    """A phrase of about nine seconds at `rate` Hz, for a bass that is plucked ("finger") or slapped ("slap").
+    """A phrase of about nine seconds at `rate` Hz, for a plucked ("finger") or slapped ("slap") bass.
 
     Or, in about 26 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
     """
@@ -57,8 +57,8 @@ def demo_score(rate: int, style: str = "finger") -> Score:
     )
 
 
-# One phrase a technique: its name, the key switch that is held meanwhile (None: there is none), the controllers before
-# it (number, value), and its notes: start and length in eighths, note, velocity. Legato notes overlap.
+# One phrase per technique: its name, the key switch held meanwhile (None: none), the controllers before it (number,
+# value), and its notes: start and length in eighths, note, velocity. Legato notes overlap.
 Phrase = tuple[str, int | None, tuple[tuple[int, int], ...], tuple[tuple[float, float, str, int], ...]]
 TECHNIQUES: tuple[Phrase, ...] = (
     ("fingers", 13, (), ((0, 1, "E1", 60), (1, 1, "G1", 70), (2, 1, "A1", 80), (3, 2, "E2", 100))),

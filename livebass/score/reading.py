@@ -1,8 +1,7 @@
 """Reads the bass part of a Standard MIDI File.
 
-A take, which a text at its beginning says it is, was played on a livebass: its messages are left as they are, in their
-order, and it sounds as it was heard. A file by anybody else is cleaned (score.py). Both keep channels and release
-velocities.
+A text at its beginning marks a take, played on a livebass: its messages and their order stay, and it sounds as it was
+heard. Other files are cleaned (score.py). Both keep channels and release velocities.
 """
 
 from __future__ import annotations
@@ -23,26 +22,25 @@ from livebass.score.score import LEAST_RATE, RELEASE, Event, Score, checked_rate
 from livebass.score.takes import with_basses
 from livebass.smf import SmfError, message, parse_smf
 
-TAKE = "as played by livebass"  # text at the beginning of a file: it is left as it is
+TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file
 STDIN = Path("-")
 MOST_NAMED = 8  # parts in an error
 
 
 class ScoreError(ValueError):
-    """A MIDI file that cannot be played. The message is one line: file, place, and what is allowed."""
+    """An unplayable MIDI file. The message is one line: file, place, and what is allowed."""
 
 
 def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "auto") -> Score:
-    """The bass part of a Standard MIDI File in frames at `rate` Hz; of standard input if `path` is "-".
+    """The bass part of a Standard MIDI File in frames at `rate` Hz; `path` "-" is standard input.
 
-    `channel` "auto" takes the notes whose program is 33 to 40, counted from 1 (the General MIDI basses); if there are
-    none, those of tracks called bass, else of a zone without a program, else of the only part that is no drums, or of
-    the lowest part without a program in a bass's range; of a take, which `livebass play` recorded, all, and the
-    basses that it names. "all" takes everything but drums; 1 to 16 takes that channel. Controllers are taken from the
-    channels of these notes, and from those of their zone: the channels that controller 126 gives to strings or RPN 6 to
-    notes, which have the program of any of them. Raises ScoreError if the file cannot be played, and ValueError for a
-    rate or channel that is not allowed.
+    `channel` "auto" takes the notes with programs 33 to 40, counted from 1 (the General MIDI basses); if there are
+    none, tracks called bass, else a zone without a program, else the only part that is not drums, or the lowest part
+    without a program in a bass's range. From a take, recorded by `livebass play`, it takes all, and the basses that it
+    names. "all" takes everything but drums; 1 to 16 takes that channel. Controllers come from the channels of these
+    notes and of their zone: the channels that controller 126 assigns to strings or RPN 6 to notes, which share the
+    program of any of them. Raises ScoreError for an unplayable file, and ValueError for an invalid rate or channel.
     """
     read = _read(path, rate, channel)
     if not read.choice.notes:
@@ -58,14 +56,14 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
     """The parts of a Standard MIDI File by port, channel and track, and which of them `read_score` would play.
 
-    Keys in `switches` are no notes. Raises ScoreError and ValueError as it does, but not for a file without a bass.
+    Keys in `switches` are not notes. Raises the same errors, but none for a file without a bass.
     """
     read = _read(path, LEAST_RATE, channel)
     return list(read.parts.listed(read.choice, switches))
 
 
 def _file_bytes(path: Path) -> bytes:
-    """The content of a regular file, or for "-" of standard input, of at most LARGEST bytes. Raises ScoreError."""
+    """The content, at most LARGEST bytes, of a regular file or, for "-", standard input. Raises ScoreError."""
     if path == STDIN:
         data = _stdin()
         if len(data) > LARGEST:
@@ -86,9 +84,9 @@ def _file_bytes(path: Path) -> bytes:
         raise ScoreError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
 
 
-@functools.cache  # there is nothing left to read the next time
+@functools.cache  # nothing is left to read the next time
 def _stdin() -> bytes:
-    """Standard input up to its end, or to a byte more than a MIDI file may have."""
+    """Standard input up to its end, or to one byte more than allowed in a MIDI file."""
     try:
         return sys.stdin.buffer.read(LARGEST + 1)
     except OSError as error:
@@ -97,11 +95,11 @@ def _stdin() -> bytes:
 
 @dataclass
 class _Read:
-    """A file as it was read, and the parts chosen from it."""
+    """A file as read, and the parts chosen from it."""
 
     take: bool
     lines: Lines
-    events: list[Event]  # cleaned, or of a take
+    events: list[Event]  # cleaned, or a take's
     parts: Parts
     choice: Choice
     remarks: tuple[str, ...]
@@ -110,7 +108,7 @@ class _Read:
         """The events of the chosen notes and of their lines."""
         chosen = {note.line for note in self.choice.notes}
         heard = chosen | self.lines.zone if chosen & self.lines.zone else chosen  # controllers and programs
-        if self.choice.alone:  # other parts may share the line: their messages are not for these notes
+        if self.choice.alone:  # other parts may share the line: ignore their messages
             parts = {(note.line, note.track) for note in self.choice.notes}
             others = {(note.line, note.track) for note in self.parts.notes} - parts
             own = [e for e in self.lines.events if e.line in heard and (e.line, e.track) not in others]
@@ -148,7 +146,7 @@ def _is_note(event: Event) -> bool:
 
 
 def _ended(events: list[Event], end: int) -> list[Event]:
-    """The events as they are, and at frame `end` a note-off for each key that is still down."""
+    """The events, and at frame `end` a note-off for each key that is still down."""
     down: set[tuple[int, int]] = set()
     for event in events:
         m = event.message
@@ -161,7 +159,7 @@ def _ended(events: list[Event], end: int) -> list[Event]:
 
 
 def _on_channels(events: list[Event], lines: Lines) -> list[Event]:
-    """The events with a channel for each line: its own, or a free one if another line has that."""
+    """The events with a channel for each line: its own, or a free one if that is taken."""
     channels: dict[int, int] = {}
     for line in sorted({event.line for event in events}, key=lambda line: (line not in lines.zone, line)):
         own, taken = lines.lines[line].channel, set(channels.values())
@@ -179,10 +177,10 @@ def _on_channels(events: list[Event], lines: Lines) -> list[Event]:
 
 
 def _programs(events: list[Event], chosen: list[Note], zone: Container[int]) -> tuple[int | None, set[int]]:
-    """The program that the chosen notes begin with, and the places of the changes after that.
+    """The program at the start of the chosen notes, and the places of later changes.
 
-    Several lines may begin with several: it is that of most notes. Of several changes between two notes the last one
-    counts, and none that changes nothing.
+    If lines begin with different programs, the one of most notes counts. Of several changes between two notes the last
+    one counts, if it changes anything.
     """
     begun: Counter[int | None] = Counter()  # notes before their line's first change
     waiting: dict[int, int] = {}  # places of program changes without a note so far, by line, -1: by zone
@@ -212,7 +210,7 @@ def _programs(events: list[Event], chosen: list[Note], zone: Container[int]) -> 
 
 
 def _nothing_chosen(channel: str | int, parts: tuple[Part, ...]) -> str:
-    """Says why no note was chosen, and which parts there are."""
+    """Says why no note was chosen, and lists the parts."""
     if not parts:
         return "has no notes"
     there = ", ".join(map(str, parts[:MOST_NAMED]))

@@ -1,9 +1,9 @@
 """Notes with times: a `Score`, from a list of notes or cleaned events.
 
-A player ends a key at its first note-off, however often it was struck (kernels/player): whoever plays cannot know
-whether another one is to come. A file, which shows its future, is cleaned: at one frame, note-offs and controllers come
-before note-ons; every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and of
-overlapping notes of one pitch, the end of the earlier one does not cut the later one.
+A live player ends a key at its first note-off, however often it was struck (kernels/player): it cannot know whether
+another will come. In a file the future is known, so it is cleaned: at one frame, note-offs and controllers come before
+note-ons; every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and if notes of
+one pitch overlap, the end of the earlier one does not cut the later one.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from livebass.bounds import between, refusal, within
 from livebass.smf import message
 
 NOTE_OFF, NOTE_ON, PROGRAM = 0x80, 0x90, 0xC0
-RELEASE = 64  # velocity of a note-off that has none of its own
+RELEASE = 64  # velocity of a note-off without its own
 BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 
 
 class Event(NamedTuple):
-    """A channel message with its time. Messages of one line, which has one channel, belong together."""
+    """A channel message with its time. A line has one channel; its messages belong together."""
 
     frame: int
     message: Message
@@ -40,19 +40,19 @@ class Event(NamedTuple):
 
 @dataclass(frozen=True)
 class TakenBass:
-    """A bass that a take names, from where it plays on."""
+    """A bass that a take names, and where it starts to play."""
 
     frame: int
-    program: int  # that chooses it in the score, from 0
+    program: int  # selects it in the score, from 0
     preset: str  # a name or a path, which need not exist
-    given: Mapping[str, str]  # options of `livebass play` that changed it, by name, as on the command line
+    given: Mapping[str, str]  # options of `livebass play` that changed it, by name, as typed
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
     """The notes and controllers to play, as channel messages with times.
 
-    Program changes among them are those after the first note that change the program.
+    They keep a program change only after the first note, and if it changes the program.
     """
 
     frames: NDArray[np.int64]  # (n,) sample frames at `rate`, ascending
@@ -61,12 +61,12 @@ class Score:
     notes: int  # number of note-ons
     name: str  # of the piece, for messages
     rate: int  # Hz
-    program: int | None = None  # General MIDI's, counted from 0, that a file begins with; None: the file sets none
-    remarks: tuple[str, ...] = ()  # a line each: damage in the file that did not matter, and what was chosen from it
-    basses: tuple[TakenBass, ...] = ()  # of a take that names them: what `program` and the program changes choose
-    file_end: int = 0  # frame of the end of the file, its other parts included; 0: there is no file
-    foreign: bool = False  # read from a file that is no take of livebass: its low keys may be notes (low_keys.py)
-    raised: int = 0  # notes that were too low, and have been moved up by octaves
+    program: int | None = None  # first General MIDI program of a file, from 0; None: the file sets none
+    remarks: tuple[str, ...] = ()  # a line each: harmless damage in the file, and the chosen parts
+    basses: tuple[TakenBass, ...] = ()  # named in a take: chosen by `program` and the program changes
+    file_end: int = 0  # frame at the end of the file, including other parts; 0: no file
+    foreign: bool = False  # read from a file that is not a livebass take: its low keys may be notes (low_keys.py)
+    raised: int = 0  # notes that were too low and moved up by octaves
 
     @property
     def changes(self) -> list[tuple[int, int]]:
@@ -75,13 +75,13 @@ class Score:
         return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
 
     def on_one_bass(self) -> Score:
-        """The score without its program changes, and the basses that they choose."""
+        """The score without its program changes and the basses they choose."""
         kept = self.messages[:, 0] & 0xF0 != PROGRAM
         return replace(self, frames=self.frames[kept], messages=self.messages[kept], basses=())
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
-    """One note of `duration` s. `note` 0 to 127, `velocity` 1 to 127. Raises ValueError as `score_of` does."""
+    """One note of `duration` s. `note` 0 to 127, `velocity` 1 to 127. Raises ValueError like `score_of`."""
     return score_of([(0.0, duration, note, velocity)], rate, name=f"note {note}")
 
 
@@ -149,7 +149,7 @@ def cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
     for (line, channel, note), strokes in keys.items():
         for frame, velocity in note_ends(strokes, end, max(1, round(BRIEF * rate))):
             clean.append(Event(frame, note_off(channel, note, velocity), 0, line))
-    # Controllers come first: a pedal pressed as a note ends holds it, and a bend is there before the next note begins.
+    # Controllers come first: a pedal pressed as a note ends holds it, and a bend acts before the next note begins.
     rank = {"note_off": 1, "note_on": 2}
     return sorted(clean, key=lambda e: (e.frame, rank.get(e.message.type, 0)))
 
@@ -160,8 +160,8 @@ def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> lis
     strokes: (frame, True for a note-on, velocity) in file order.
 
     A note-off ends the oldest note held; at its own frame, earlier notes before new ones. If the key has been struck
-    again since and another note-off is still to come, the note-off ends nothing, and the new note sounds on. Notes
-    still held end at frame `end`. A note lasts at least `brief` frames, unless its key is struck again before.
+    again since and another note-off will come, the note-off ends nothing, and the new note sounds on. Notes still held
+    end at frame `end`. A note lasts at least `brief` frames, unless its key is struck again sooner.
     """
     moments: list[tuple[int, int, list[int]]] = []  # (frame, note-ons, velocities of note-offs)
     for frame, group in groupby(strokes, key=lambda s: s[0]):
@@ -189,7 +189,7 @@ def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> lis
 def score_from(
     events: list[Event], name: str, rate: int, program: int | None = None, remarks: tuple[str, ...] = ()
 ) -> Score:
-    """The score of cleaned events, or of those of a take."""
+    """The score of cleaned events, or of a take's."""
     messages = np.zeros((len(events), 3), np.uint8)
     for row, event in zip(messages, events, strict=True):
         data = event.message.bytes()

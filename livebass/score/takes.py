@@ -1,7 +1,7 @@
-"""The basses of a take: texts in its MIDI file, each at the place from which on its bass has played.
+"""The basses of a take: texts in its MIDI file, each where its bass starts to play.
 
 A text is MARK and a JSON object: "preset", a name or a path, and the options of `livebass play` that changed the bass.
-What a text says is not believed here: any file may have one.
+This file does not trust the texts: any file may contain them.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ LAST_PROGRAM = 127
 
 
 def text_of(preset: str, given: Mapping[str, str]) -> str:
-    """The text that names a bass, in ASCII: `preset` is a name or a path, `given` options by their names."""
+    """The ASCII text that names a bass: `preset` is a name or a path, `given` options by name."""
     return MARK + json.dumps({"preset": preset, **given})
 
 
 def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
-    """`score`, of a take, with the basses that its `texts` (frame, text) name, in place of its programs.
+    """`score`, of a take, with the basses that its `texts` (frame, text) name, instead of its programs.
 
-    Each preset has a program of its own: that of the file, unless another one has it. A text that says nothing of use
-    becomes a remark; without any other, the score keeps its programs.
+    Each preset gets a program: the file's, unless another preset has it. A useless text becomes a remark; if all are
+    useless, the score keeps its programs.
     """
     basses, remarks = list[TakenBass](), list(score.remarks)
     programs: dict[str, int] = {}
@@ -44,7 +44,7 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
         return replace(score, remarks=tuple(remarks))
     kept = score.on_one_bass()
     changes = basses[1:] if basses[0].frame == 0 else basses
-    places = np.searchsorted(kept.frames, [bass.frame for bass in changes])  # a bass plays what is at its frame
+    places = np.searchsorted(kept.frames, [bass.frame for bass in changes])  # a bass plays notes at its own frame
     rows = np.array([(PROGRAM, bass.program, 0) for bass in changes], np.uint8).reshape(-1, 3)
     return replace(
         kept,
@@ -57,7 +57,7 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
 
 
 def _told(text: str) -> tuple[str, dict[str, str]] | None:
-    """The preset and the options that a text tells; None if it does not."""
+    """The preset and the options in a text; None if invalid."""
     if len(text) > LONGEST:
         return None
     try:
@@ -71,7 +71,7 @@ def _told(text: str) -> tuple[str, dict[str, str]] | None:
 
 
 def _program_at(score: Score, frame: int, taken: set[int]) -> int | None:
-    """The program that the file has at `frame`, or another one if it is `taken` or there is none; None: all are."""
+    """The file's program at `frame`, or another one if it is `taken` or missing; None: all are taken."""
     there = [score.program, *(program for at, program in score.changes if at <= frame)][-1]
     free = [program for program in range(LAST_PROGRAM, -1, -1) if program not in taken]
     return there if there in free else next(iter(free), None)
