@@ -25,7 +25,7 @@ def ready_for(demo: str | None, bass: Instrument) -> Instrument:
 
 
 def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
-    """The demo phrase in the style of the bass's player, or the one of all "techniques"."""
+    """The demo phrase in the style of the bass's player, or of all "techniques"."""
     from livebass.score.phrases import demo_score
 
     if demo == "techniques":

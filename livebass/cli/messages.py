@@ -77,7 +77,7 @@ def controllers() -> Iterator[tuple[str, str]]:
 
 
 def keys_text(keys: tuple[int, ...]) -> str:
-    """The keys of a technique; a row of adjacent keys is given by its ends."""
+    """The keys of a technique; adjacent keys by their ends."""
     if len(keys) > 2 and keys == tuple(range(keys[0], keys[-1] + 1)):
         return f"{keys[0]} to {keys[-1]}"
     return " ".join(map(str, keys))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger("livebass")
 
-VARIABLE = "LIVEBASS_SETTINGS"  # environment variable that names another file
+VARIABLE = "LIVEBASS_SETTINGS"  # environment variable: another file
 BACKENDS = ("auto", "portaudio", "jack")
 GAIN = (-60.0, 20.0)  # dB
 HEAD = "# What `livebass play` remembers. `livebass play --forget` deletes it.\n"
@@ -176,7 +176,7 @@ class Memory:
         return controllers
 
     def keep(self, summary: Summary, unchosen: set[str | None], learned: dict[str, int]) -> None:
-        """Remembers today's choices, and earlier ones that they do not replace. A full disk is a warning.
+        """Remembers the new choices, and the earlier ones that they do not replace. A full disk is a warning.
 
         `unchosen` are presets that the player did not choose: the first one, and those from a file.
         """

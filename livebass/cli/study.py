@@ -269,7 +269,7 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
 
 
 def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:
-    """The values of a quantity at every point, (points,)."""
+    """A quantity's values at all points, (points,)."""
     import numpy as np
 
     return np.array([results[point.digest][name] for point in points])
