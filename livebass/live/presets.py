@@ -1,6 +1,6 @@
 """Switches the playing bass to another preset or quality, prepared in its own thread. [main thread]
 
-The new bass begins at the start of a block, while the previous one rings out.
+It begins at the start of a block, while the previous bass rings out.
 """
 
 from __future__ import annotations
