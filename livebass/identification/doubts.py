@@ -117,8 +117,8 @@ def left_out(take: Take, pitch: float | None, beside: bool) -> str:
 ASTRAY = 0.1  # of f0, from its neighbours' line: the necks of the presets pull a partial by 0.014
 BESIDE = 4  # neighbours on each side
 FEWEST = 6  # partials needed to judge one of them
-# A string loses more than AIR times the loss to air alone: an ideal string exactly that, the presets' strings at least
-# 1.8 times as much. The diameter of a recorded string is known only roughly.
+# A string loses more than AIR times the loss to the air: an ideal string once, the presets' strings at least 1.8
+# times. The diameter of a recorded string is known only roughly.
 AIR = 0.7
 LONG, RATIO = 60.0, 0.1  # s, T60, and of the neighbours' damping: a partial beyond both is hum
 MOST_CONDUCTANCE = 0.1  # m/s/N, of a neck: 2.5 times the highest of figure 3 (c)

@@ -54,7 +54,7 @@ class Onset:
     """The player and electronics that explain the levels of partials."""
 
     place: float  # m from the saddle, of the pluck
-    rounding: float  # m, of the finger, at medium force
+    rounding: float  # m, of the finger, halfway from the softest to the hardest force
     release: float  # s, the same
     pickups: tuple[Pickup, ...]  # the ones under the string, moved and remixed
     tone: float  # of the pot
@@ -82,7 +82,7 @@ def can_be_fitted(bass: Instrument, name: str) -> bool:
 
 
 def rounded(player: Player) -> tuple[float, float]:
-    """Rounding (m) and release (s) of a pluck at medium force."""
+    """Rounding (m) and release (s) of a pluck halfway from the softest to the hardest force."""
     pairs = (player.rounding, player.rounding_soft), (player.release_time, player.release_time_soft)
     width, release = (math.sqrt(hard * soft) if hard and soft else hard for hard, soft in pairs)
     return width, release
