@@ -44,7 +44,7 @@ def with_loaded(
     """The score with basses that can be loaded, and a function that loads each as the take names it.
 
     A bass that cannot be loaded is replaced by the one of its program, or the `usual` one, with a remark. `load` has
-    the options of the command line, which override those of the take; `command` has all options.
+    the options of the command line, which override the take's; `command` has all options.
     """
     if not score.basses:
         return score, load

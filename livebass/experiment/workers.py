@@ -201,8 +201,7 @@ async def _shake_hands(address: str) -> None:
 
 
 def _check(client: Any, address: str) -> None:
-    """Raise OSError unless there is a worker and it can import this module; a worker without it would quit at a
-    task."""
+    """Raise OSError unless there is a worker and it can import this module; without it, it would quit at a task."""
     try:
         client.wait_for_workers(1, timeout=FIRST_WORKER)
         for run in (client.run_on_scheduler, client.run):

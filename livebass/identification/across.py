@@ -1,7 +1,8 @@
-"""Finds the tuning and damping of the motion across the neck, v, relative to the motion away from it, u.
+"""Finds the tuning and damping of the motion across the neck, v, relative to u, away from it.
 
 It uses the partials with two lines. In the terms of eqs. 8 and 9 of C. Issanchou et al. (2018) the neck has another
-admittance for v: the difference of dampings gives the difference of conductances, the detuning that of susceptances.
+admittance for v: the difference of dampings gives the difference of conductances, the detuning the difference of
+susceptances.
 
 A preset has two keys for that: how much stiffer the neck is across, and by how much the string is longer. The audible
 decay of u and v together also depends on the level of v.
@@ -152,7 +153,7 @@ def _median(values: Floats, weight: Floats) -> float:
 def heard_of_both(s: Speaking, found: Sequence[Found], level: float, own: bool) -> Floats:
     """Dampings of u (n,), 1/s, with which u and v of open string `s` together sound as damped as `found`.
 
-    level: of v over u at the beginning of the note. The audible damping is that of a straight line through the level
+    level: of v over u as the note begins. The audible damping is the slope of a line through the level
     over `DOWN` dB. own: the law of v comes from these partials, and u stays near its own damping where v was found.
     """
     nu, heard = np.array([(p.frequency, p.damping) for p in found]).T

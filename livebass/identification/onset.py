@@ -60,7 +60,7 @@ class Onset:
     tone: float  # of the pot
     gain: float  # of the output relative to the preset, to keep the string's loudness
     misfit: float  # dB, root mean square error ...
-    before: float  # ... and that of the unchanged preset
+    before: float  # ... and of the unchanged preset
     doubts: tuple[str, ...]  # a sentence each: where the levels leave a choice
 
 
@@ -295,7 +295,7 @@ class _Space:
         return np.clip(at, low + 1e-7, high - 1e-7), (low, high)
 
     def exchanged(self, x: Floats) -> list[Floats]:
-        """Returns `x` with the place of the pluck exchanged with that of each pickup."""
+        """Returns `x` with the place of the pluck exchanged with each pickup's."""
         v, found = self.values(x), []
         for k, position in enumerate(v.positions):
             other = x.copy()

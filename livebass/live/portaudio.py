@@ -181,7 +181,7 @@ def sounddevice() -> Any:
 
 
 def _portaudio_answer(call: Callable[[], Any]) -> Any:
-    """Calls a PortAudio search for devices, in which alsa-lib also asks JACK. Raises OutputLost if it hangs."""
+    """Calls a PortAudio search for devices, which through alsa-lib also asks JACK. Raises OutputLost if it hangs."""
     if sys.platform != "linux":  # elsewhere PortAudio must be used by one thread
         return call()
     try:
