@@ -151,7 +151,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
 
 
 def _settled_memory(synth: Synth) -> float:
-    """Memory with always the same bass, MB."""
+    """Memory, always with the same bass, MB."""
     for program in (OTHER, program_of(PRESET) or 0):
         _settle(synth, program)
     return_freed_memory()

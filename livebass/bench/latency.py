@@ -1,9 +1,9 @@
 """`livebass bench latency`: the time from a MIDI note-on to the first sample.
 
 Measured through a running JACK server in both ways to play live: the native client with its own MIDI port, and
-PortAudio's JACK host with rtmidi. A note's frame is its place in a `MidiProbe` period; output at frame f is heard one
-period and the sound card's own delay later, with any program. Without a server only the way from the synth's queue
-into a block is measured.
+PortAudio's JACK host with rtmidi. A note's frame is the one at which `MidiProbe` puts it into a period; output at frame
+f is heard one period and the sound card's own delay later, with any program. Without a server only the way from the
+synth's queue into a block is measured.
 """
 
 from __future__ import annotations
