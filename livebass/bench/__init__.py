@@ -1,1 +1,1 @@
-"""Benchmarks: what sound costs on this machine, and whether it is ready in time."""
+"""Benchmarks: the cost of sound on this machine, and whether it is ready in time."""

@@ -1,4 +1,4 @@
-"""Measures how long the partials of plucked notes ring: T60 by octave, of a preset and of recordings, the same way."""
+"""Measures how long partials of plucked notes ring: T60 by octave, for presets and recordings in the same way."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from livebass.units import cents
 
 FRETS = (2, 4, 5, 7, 9, 12)  # stopped notes of a preset
 RATE, CONTACT_RATE = 48_000, 384_000  # Hz
-SECONDS, LEAST = 3.0, 1.0  # s of a note, of a preset and of a recording at least
-SOFT, FARTHEST = 0.3, 1e-3  # of the grazing apex, and m at most: no note touches a fret
-PITCHES = (30.0, 400.0)  # Hz, of recordings
+SECONDS, LEAST = 3.0, 1.0  # s: the length of a preset's note; the least of a recording's
+SOFT, FARTHEST = 0.3, 1e-3  # of the grazing apex; m at most: no note touches a fret
+PITCHES = (30.0, 400.0)  # Hz, for recordings
 SOUNDS = {".wav", ".flac", ".ogg", ".aif", ".aiff"}
 
 
@@ -38,7 +38,7 @@ class Note:
 
 
 def preset_notes(bass: Instrument, frets: Sequence[int] = FRETS, seconds: float = SECONDS) -> list[Note]:
-    """Plucks `bass` softly on every string, open and at `frets`, for `seconds`, and returns the notes."""
+    """Plucks `bass` softly on every string, open and at `frets`, for `seconds`; returns the notes."""
     notes = []
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in (0, *(k for k in frets if k <= len(neck.fret_positions))):
@@ -57,8 +57,8 @@ def preset_notes(bass: Instrument, frets: Sequence[int] = FRETS, seconds: float 
 def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
     """Returns the notes of recordings, files or folders of them.
 
-    A recording does not tell its string, so "open" is what sounds like an open string of `bass`. Files without a note
-    of `LEAST` seconds with a pitch are left out. Raises RecordingError for a file that cannot be read.
+    A recording does not name its string, so "open" is a note with the pitch of an open string of `bass`. Files
+    without a pitched note of `LEAST` seconds are skipped. Raises RecordingError for a file that cannot be read.
     """
     files = []
     for path in paths:
@@ -79,13 +79,13 @@ def recorded_notes(paths: Sequence[Path], bass: Instrument) -> list[Note]:
 
 
 def _rings(sound: Floats, rate: float, f0: float) -> tuple[Floats, Floats]:
-    """Returns frequencies (Hz) and T60 (s), (n,) each, of the partials of a note."""
+    """Returns frequencies (Hz) and T60 (s), (n,) each, of a note's partials."""
     found = ringing(sound, rate, f0)
     return found.frequency, found.t60
 
 
 def by_octave(notes: Sequence[Note]) -> Floats:
-    """Returns the median T60 (s) of the partials in each octave, (7,); NaN where there are fewer than three."""
+    """Returns the median T60 (s) of the partials in each octave, (7,); NaN if there are fewer than three."""
     if not notes:
         return np.full(len(OCTAVES) - 1, np.nan)
     nu, t60 = (np.concatenate([getattr(note, name) for note in notes]) for name in ("frequency", "t60"))
@@ -94,7 +94,7 @@ def by_octave(notes: Sequence[Note]) -> Floats:
 
 
 def table(groups: Sequence[tuple[str, Sequence[Note]]]) -> str:
-    """Shows T60 (s) by octave of groups of notes, given by name: open, stopped and the ratio of the two."""
+    """Returns a table of T60 (s) by octave for named groups of notes: open, stopped and their ratio."""
     rows = [("T60, s", "notes", *(f"{low:g}-{high:g} Hz" for low, high in pairwise(OCTAVES)))]
     for name, notes in groups:
         parts = [n for n in notes if n.open], [n for n in notes if not n.open]

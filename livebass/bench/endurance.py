@@ -1,9 +1,9 @@
-"""Minutes of dense random playing while Python is busy: lost frames, faults, stuck notes and growth of memory.
+"""Minutes of dense random playing while Python is busy: counts lost frames, faults, stuck notes, memory growth.
 
-`endurance` starts a JACK server with the dummy driver and a session as `livebass play` runs it, and goes ten times
-through three phases: nobody plays; nobody plays and another process keeps a processor busy, which on a shared machine
-alone costs frames; a thread plays notes, controllers, bends and programs, and two more keep the interpreter busy. The
-server asks for real-time scheduling; without the right to it, any other work on the machine costs frames.
+`endurance` starts a JACK server with the dummy driver and a session as in `livebass play`, and cycles ten times
+through three phases: nobody plays; nobody plays and another process keeps a processor busy, which alone costs frames
+on a shared machine; a thread plays notes, controllers, bends and programs, and two more keep the interpreter busy. The
+server requests real-time scheduling; without permission, any other work on the machine costs frames.
 """
 
 from __future__ import annotations
@@ -37,23 +37,23 @@ PERIOD, RATE = 256, 48_000  # frames, Hz
 PRESET = "slap"
 PROGRAM, BEND = 0xC0, 0xE0  # status bytes
 OTHER = next(number for number, name in PROGRAMS.items() if name != PRESET)
-BASSES = range(32, 40)  # General MIDI's programs of basses, counted from 0; the last two choose no preset
+BASSES = range(32, 40)  # General MIDI's bass programs, counted from 0; the last two choose no preset
 CONTROLLERS = (7, 11, 16, 64, 1, 121, 123)
 CYCLES = 10
-WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: without either
-LEAST_PHASE = 3.0  # s at least of a phase in which nobody plays
+WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: skip both
+LEAST_PHASE = 3.0  # s, the shortest phase in which nobody plays
 START = 60.0  # s for the server
-SETTLING = 60.0  # s at most, until a program plays and the bass before is released
-GROWTH = 20.0  # MB that memory may grow by
+SETTLING = 60.0  # s at most, until a program plays and the previous bass is released
+GROWTH = 20.0  # MB, allowed growth of memory
 # Lost frames allowed while playing, as a part of the time: MORE times the worse of the other phases, as the load of
-# other machines comes and goes, and SLACK. If these phases lose more than TELLING, the run cannot tell.
+# other machines varies, plus SLACK. If these phases lose more than TELLING, the run is inconclusive.
 MORE, SLACK, TELLING = 1.5, 0.0002, 0.01
 
 
 def endurance(seconds: float, seed: int, say: Say) -> bool:
-    """Goes through all phases, `seconds` of playing in total; returns True if every check is passed.
+    """Runs all phases, `seconds` of playing in total; returns True if every check passes.
 
-    `say` is given a line for each check. Raises Lost if there is no JACK, and what `Session.run` raises. [main thread]
+    `say` gets a line per check. Raises Lost if there is no JACK, and the errors of `Session.run`. [main thread]
     """
     with _dummy_server():
         session = Session(Settings(load_preset(PRESET), QUALITIES["live"], PRESET, backend="jack", keyboard=False))
@@ -69,7 +69,7 @@ def endurance(seconds: float, seed: int, say: Say) -> bool:
 
 @contextmanager
 def _dummy_server() -> Iterator[None]:
-    """A JACK server of its own with the dummy driver; clients made meanwhile find it."""
+    """Runs a separate JACK server with the dummy driver; clients made meanwhile find it."""
     name = f"livebass-endurance-{os.getpid()}"
     os.environ["JACK_DEFAULT_SERVER"], os.environ["JACK_NO_AUDIO_RESERVATION"] = name, "1"
     command = ["jackd", "-n", name, "-d", "dummy", "-r", str(RATE), "-p", str(PERIOD)]
@@ -86,7 +86,7 @@ def _dummy_server() -> Iterator[None]:
 
 
 def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
-    """Plays on a session that is starting, ends it, and returns True if every check is passed."""
+    """Plays on a session that is starting, ends it, and returns True if every check passes."""
     try:
         while session.synth is None:
             time.sleep(0.05)
@@ -94,7 +94,7 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
         try:
             checks = _checks(session.synth, client, seconds, seed, say)
         finally:
-            client.close(ignore_errors=True)  # while there is a server: closed later it can crash
+            client.close(ignore_errors=True)  # while the server runs: closed later it can crash
         for text, passed in checks:
             say(f"{'ok' if passed else 'FAILED'}: {text}")
         return all(passed for _, passed in checks)
@@ -106,7 +106,7 @@ def _judged(session: Session, seconds: float, seed: int, say: Say) -> bool:
 
 
 def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> list[tuple[str, bool]]:
-    """Goes through the phases; returns a line for each check, and True if it is passed."""
+    """Runs the phases; returns a line for each check, and True if it passes."""
     say(f"{seconds:.0f} s, {'with' if client.realtime else 'without'} real-time scheduling")
     rng = np.random.default_rng(seed)
     for program in PROGRAMS if WARM_UP else ():
@@ -114,7 +114,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
     random_playing(synth, rng, WARM_UP)
     memory = highest = _settled_memory(synth)
     before = synth.meters()
-    totals = {name: np.zeros(4) for name in PHASES}  # frames passed, frames lost, s stolen, xruns
+    totals = {name: np.zeros(4) for name in PHASES}  # frames elapsed, frames lost, s stolen, xruns
     for _ in range(CYCLES):
         for name, phase in PHASES.items():
             frames, load, underruns = LostFrames(client, synth), OtherLoad(), synth.meters().underruns
@@ -151,7 +151,7 @@ def _checks(synth: Synth, client: Any, seconds: float, seed: int, say: Say) -> l
 
 
 def _settled_memory(synth: Synth) -> float:
-    """Memory with the same bass each time, MB."""
+    """Memory, always with the same bass, MB."""
     for program in (OTHER, program_of(PRESET) or 0):
         _settle(synth, program)
     return_freed_memory()
@@ -159,10 +159,10 @@ def _settled_memory(synth: Synth) -> float:
 
 
 def _settle(synth: Synth, program: int) -> None:
-    """Changes to the preset of a program, and waits until it plays and the bass before is released; may raise Lost."""
+    """Changes to a program's preset; waits until it plays and the previous bass is released. May raise Lost."""
     preset = PROGRAMS[program]
     instrument = load_preset(preset)
-    synth.panic()  # nothing rings out
+    synth.panic()  # stop ringing strings
     synth.send(PROGRAM, program - 1)
     if not wait_for(
         lambda: not synth.ringing and synth.bass is not None and synth.bass.engine.instrument == instrument, SETTLING
@@ -171,7 +171,7 @@ def _settle(synth: Synth, program: int) -> None:
 
 
 def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> float:
-    """Sends about 100 messages a second, and a program every 2 s; returns the most memory meanwhile, MB."""
+    """Sends about 100 messages a second, and a program every 2 s; returns the peak memory, MB."""
     end, next_program, most = time.monotonic() + seconds, 0.0, 0.0
     while time.monotonic() < end:
         synth.send(NOTE_ON, int(rng.integers(24, 72)), int(rng.integers(1, 128)))
@@ -188,7 +188,7 @@ def random_playing(synth: Synth, rng: np.random.Generator, seconds: float) -> fl
 
 @contextmanager
 def _others_busy() -> Iterator[None]:
-    """Another process keeps a processor busy; it ends with this one in any case."""
+    """Another process keeps a processor busy; it always ends with this one."""
     code = f"import os\nwhile os.getppid() == {os.getpid()}: pass"
     other = subprocess.Popen([sys.executable, "-c", code])
     try:

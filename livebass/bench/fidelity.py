@@ -1,16 +1,16 @@
-"""How far one quality sounds from another: notes over all presets, strings, frets, dynamics and three audio rates.
+"""The difference in sound between qualities: notes over all presets, strings, frets, dynamics and three audio rates.
 
-Two figures a note, both of the sound in the `SPAN` seconds after the finger or thumb has let go: the error of the
-characteristic frequency, eq. 14 of Issanchou et al. (2018), and the log-spectral distance. They tell how bright the
-sound is and where its energy lies.
+Two figures per note, both for the `SPAN` seconds after the finger or thumb lets go: the error of the characteristic
+frequency, eq. 14 of Issanchou et al. (2018), and the log-spectral distance. They show how bright the sound is and
+where its energy lies.
 
-Contacts amplify the smallest difference: of two plucks that no ear tells apart one may sound half as bright again as
-the other, in any quality. So a note is plucked `PLUCKS` times, with forces within `WITHIN` of its own, and medians over
-these plucks are compared, frame by frame. How far such medians are apart by chance is measured the same way, by
-`reference` beside itself: `PLUCKS` plucks beside as many others. What a quality is off by more than that is its own.
+Contacts amplify the smallest difference: of two plucks that no ear can distinguish one may sound half as bright again
+as the other, in any quality. So each note is plucked `PLUCKS` times, with forces within `WITHIN` of its own, and the
+medians over these plucks are compared, frame by frame. The chance difference of such medians is measured in the same
+way, between two sets of `PLUCKS` plucks in `reference`. A quality's error is its difference beyond that.
 
-Contact that loses amplifies little: there even the waveform of a quality is near to that of `reference`, pluck by
-pluck. `waveforms` tells how near, of the same sounds.
+Lossy contact amplifies little: there even the waveform of a quality is near `reference`, pluck by pluck. `waveforms`
+measures how near, on the same sounds.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from livebass.preset.load import load_preset, preset_names
 
 SPAN = 0.3  # s of each note
 GAP = 0.05  # s of silence between notes
-DYNAMICS = {"soft": (25, 50), "medium": (60, 90), "hard": (100, 127)}  # velocities from and to
-TURNS = ("soft", "hard", "medium", "hard")  # of each string: contact is what qualities differ in
-FEWEST = 12  # notes of a preset
+DYNAMICS = {"soft": (25, 50), "medium": (60, 90), "hard": (100, 127)}  # velocity ranges
+TURNS = ("soft", "hard", "medium", "hard")  # of each string: qualities differ in contacts
+FEWEST = 12  # notes per preset
 FRETS = 20  # 0 to 19
 RATES = (44_100, 48_000, 96_000)  # Hz
-PLUCKS = 6  # of a note
-WITHIN = 3e-3  # of the force, up and down, 0.026 dB: no ear tells
+PLUCKS = 6  # per note
+WITHIN = 3e-3  # of the force, up and down, 0.026 dB: inaudible
 GROUPS = {
     "no contact": "no fret or board was touched",
     "contact": "plucked strings that touched a fret",
@@ -55,7 +55,7 @@ KINDS = {
     "boards": "over a board whose contact loses energy",
     "lossless": "over frets or a board that give all energy back",
 }
-SAME = 1e-12  # of the reference's root mean square: sounds that differ by less are alike
+SAME = 1e-12  # of the reference's root mean square: sounds that differ by less count as equal
 
 
 @dataclass(frozen=True)
@@ -67,27 +67,27 @@ class Note:
     fret: int
     dynamics: str  # of DYNAMICS
     velocity: int
-    rate: int  # Hz, of the audio
+    rate: int  # Hz, of audio
 
 
 @dataclass(frozen=True)
 class Heard:
-    """A note as a quality plays it: once, or by several plucks."""
+    """A note as a quality plays it: one pluck or several."""
 
     sounds: Floats  # (plucks, n)
-    contacts: int  # that began since the note, the most of a pluck
+    contacts: int  # started since the note; the maximum over plucks
 
 
 def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018) -> list[Note]:
-    """Returns the notes to compare: every string of the presets (all by default) in all dynamics, each in turn.
+    """Returns the notes to compare: every string of the presets (all by default) with all dynamics in turn.
 
-    At least FEWEST of each preset, half of them hard, their frets spread over 0 to FRETS - 1. A string has one of
-    RATES; a preset of one or two strings has them in turn. `seed` draws velocities and frets.
+    Each preset gets at least FEWEST notes, half of them hard, with frets spread over 0 to FRETS - 1. A string has one
+    of RATES; a preset of one or two strings takes them in turn. `seed` draws velocities and frets.
     """
     notes = []
     for preset in presets if presets is not None else preset_names():
         name = preset.encode()
-        rng = np.random.default_rng([seed, *name])  # a new preset leaves the notes of the others alone
+        rng = np.random.default_rng([seed, *name])  # a new preset leaves the other presets' notes unchanged
         strings = len(load_preset(preset).strings)
         count = max(len(TURNS), -(-FEWEST // strings)) * strings
         frets = rng.permutation((np.arange(count) + rng.random(count)) * FRETS / count).astype(int)
@@ -101,7 +101,7 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
 
 
 def forces(plucks: int = PLUCKS, other: bool = False) -> list[float]:
-    """Returns the forces of `plucks` plucks, evenly spread within WITHIN of 1; `other`: as many, none of the same."""
+    """Returns the forces of `plucks` plucks, evenly spread within WITHIN of 1; `other`: a second, disjoint set."""
     return [1 + WITHIN * float(x) for x in np.linspace(-1, 1, 2 * plucks)[int(other) :: 2]]
 
 
@@ -123,9 +123,9 @@ def played(
 ) -> list[Heard]:
     """Plays each of `notes` alone in `quality`, by an `even` player, once with each force of `plucks`.
 
-    `plucks` are parts of the note's own force, by default those of `forces`. `workers` threads (default: as many as
-    cores) play strings and plucks side by side, which changes nothing. Raises ValueError for an instrument that
-    `Engine` cannot play. [main thread]
+    `plucks` are relative to the note's own force, by default `forces()`. `workers` threads (default: one per core)
+    play strings and plucks side by side, with the same result. Raises ValueError for an instrument that `Engine`
+    cannot play. [main thread]
     """
     plucks = forces() if plucks is None else plucks
     basses = {preset: even(load_preset(preset)) for preset in dict.fromkeys(note.preset for note in notes)}
@@ -154,7 +154,7 @@ def played(
 def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[tuple[Floats, int]]:
     """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release.
 
-    Returns the sound of each, (n,), and how many contacts began in it.
+    Returns each sound, (n,), and the number of contacts that begin in it.
     """
     alone, rate = string_alone(bass, notes[0].string), notes[0].rate
     engine, player = Engine(alone, quality, rate, workers=1), alone.player
@@ -176,7 +176,7 @@ def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> lis
 
 
 def string_alone(bass: Instrument, i: int) -> Instrument:
-    """Returns `bass` with string `i` alone, which the thumb strikes only where it does on `bass`."""
+    """Returns `bass` with only string `i`, which the thumb strikes only if it does on `bass`."""
     player = replace(bass.player, slapped_strings=int(i < bass.player.slapped_strings))
     return replace(
         bass, strings=(bass.strings[i],), necks=(bass.necks[i],), grazed=bass.grazed[i : i + 1], player=player
@@ -189,12 +189,12 @@ def struck(bass: Instrument) -> bool:
 
 
 def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[Heard]) -> Result:
-    """Compares `sounds` of `notes` with those that are `wanted`, and groups them by the contacts of the latter.
+    """Compares `sounds` of `notes` with the `wanted` ones, and groups them by the contacts of the latter.
 
-    "each" has a row for each note: "frequency" is its `frequency_error`, "brighter" the same with its sign,
-    "spectrum_db" and "heard_db" its `log_spectral_distance`, "group" one of GROUPS. "groups" has for each group that
-    occurs, and for those over frets by audio rate too: "notes", the means of the four, "most_frequency", which 95 % of
-    the notes stay within, "worst_frequency" and "worst", the note that has it.
+    "each" has a row per note: "frequency" is its `frequency_error`, "brighter" the same with its sign, "spectrum_db"
+    and "heard_db" its `log_spectral_distance`, "group" one of GROUPS. "groups" has, for each group present and for
+    fretted groups also by audio rate: "notes", the means of the four, "most_frequency", the 95 % quantile,
+    "worst_frequency" and "worst", the note that has it.
     """
     presets = {note.preset: load_preset(note.preset) for note in notes}
     each: list[Row] = []
@@ -223,7 +223,7 @@ def distance(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[He
 
 
 def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
-    """Returns the one of GROUPS that a note of `bass` belongs to."""
+    """Returns the one of GROUPS to which a note of `bass` belongs."""
     if not heard.contacts:
         return "no contact"
     if bass.necks[note.string].surface:
@@ -234,10 +234,10 @@ def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
 
 
 def waveforms(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[Heard]) -> dict[str, Row]:
-    """Compares waveforms of hard `notes` that touched, pluck by pluck with those that are `wanted`, by KINDS.
+    """Compares waveforms of hard `notes` with contacts to the `wanted` ones, pluck by pluck, by KINDS.
 
-    Left out are presets by the paper's laws, which are experiments. Each of KINDS that occurs has "notes", "plucks", of
-    all of them together "median_db" and "worst_db" of the `waveform_error`, and "worst", the note of the latter.
+    Presets with the paper's laws are skipped: they are experiments. Each of KINDS present has "notes" and "plucks",
+    over all of them "median_db" and "worst_db" of the `waveform_error`, and "worst", the note of the latter.
     """
     presets = {note.preset: load_preset(note.preset) for note in notes}
     found: dict[str, list[tuple[Note, Floats]]] = {}
@@ -259,7 +259,7 @@ def waveforms(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[H
 
 
 def kind_of(bass: Instrument, string: int) -> str:
-    """Returns the one of KINDS that hard notes of a `string` of `bass` belong to."""
+    """Returns the one of KINDS to which hard notes of a `string` of `bass` belong."""
     neck, player = bass.necks[string], bass.player
     if not neck.contact_loss:
         return "lossless"
@@ -271,7 +271,7 @@ def kind_of(bass: Instrument, string: int) -> str:
 
 
 def waveform_error(sounds: Floats, others: Floats) -> Floats:
-    """Returns the root mean square of the difference over that of `others`, pluck by pluck: dB, (plucks,).
+    """Returns the root mean square of the difference relative to `others`, pluck by pluck: dB, (plucks,).
 
     sounds, others (n,) or (plucks, n). Raises ValueError if one of `others` is silent.
     """
@@ -300,8 +300,8 @@ def _summary(rows: list[Row]) -> Row:
 def frequency_error(sounds: Floats, others: Floats, rate: int) -> tuple[float, float]:
     """Returns the relative error of the characteristic frequency of `sounds`, without and with its sign.
 
-    Medians over frames in which all sound, of medians over plucks, frame by frame. sounds, others (n,) or (plucks, n),
-    at `rate` (Hz). Raises ValueError if there is no such frame.
+    The median over frames in which all sound, of medians over plucks, frame by frame. sounds, others (n,) or
+    (plucks, n), at `rate` (Hz). Raises ValueError if there is no such frame.
     """
     nu, wanted = (
         np.median([characteristic_frequencies(sound, rate) for sound in np.atleast_2d(each)], axis=0)
@@ -318,7 +318,7 @@ def log_spectral_distance(sounds: Floats, others: Floats, rate: int) -> tuple[fl
     """Returns the root mean square over bins of the difference of two spectra in dB, mean over frames: two values.
 
     The spectra are medians over plucks, bin by bin, raised to RANGE below the loudest bin of `others`. The first value
-    is over all bins, the second without those, frame by frame, in which both are that low: silence is no agreement.
+    covers all bins; the second leaves out, frame by frame, bins in which both are that low: silence is no agreement.
     sounds, others (n,) or (plucks, n), at `rate` (Hz). Raises ValueError if `others` is silent.
     """
     a, b = (np.median([spectrogram(sound, rate) for sound in np.atleast_2d(each)], axis=0) for each in (sounds, others))

@@ -1,7 +1,7 @@
-"""Clients of a running JACK server to measure another client with, and work that a hanging server cannot hold up.
+"""JACK clients that measure another client, and work that a hanging server cannot hold up.
 
-`MidiProbe` sends notes, `AudioProbe` notes when they sound. Both count in frames of the server, so periods that the
-measuring side loses cannot pass for latency: `AudioProbe` counts every gap. They are two clients, as a loop through one
+`MidiProbe` sends notes; `AudioProbe` detects when they sound. Both count the server's frames, so periods lost by the
+measuring side cannot pass for latency: `AudioProbe` counts every gap. They are two clients, as a loop through one
 would cost a period. Methods: [main thread].
 """
 
@@ -23,21 +23,21 @@ from livebass.extras import install
 from livebass.live.guards import open_jack_client
 from livebass.live.synth import Synth
 
-HEARD, SILENT = 2e-6, 1e-6  # full scale: the first sample of a soft pluck is above, a stopped string below
+HEARD, SILENT = 2e-6, 1e-6  # of full scale: the first sample of a soft pluck is above, a stopped string below
 WRAP = 1 << 32  # of JACK's frame times
 
 
 class Lost(OSError):
-    """The server, or a client to be measured, is missing or has gone; one line."""
+    """The server or the measured client is missing or has gone; one line."""
 
 
 def since(later: int, earlier: int) -> int:
-    """Returns the frames from `earlier` to `later`, two frame times of JACK less than half a wrap apart."""
+    """Returns the frames from `earlier` to `later`, two JACK frame times less than half a wrap apart."""
     return (later - earlier + WRAP // 2) % WRAP - WRAP // 2
 
 
 def wait_for(condition: Callable[[], object], seconds: float) -> bool:
-    """Waits until `condition` is true; returns False if it is not within `seconds`."""
+    """Waits until `condition` is true; returns False after `seconds`."""
     end = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > end:
@@ -47,7 +47,7 @@ def wait_for(condition: Callable[[], object], seconds: float) -> bool:
 
 
 def end_process(process: subprocess.Popen[Any], seconds: float) -> None:
-    """Asks a process to end, and kills it if it has not within `seconds`."""
+    """Asks a process to end; kills it after `seconds`."""
     process.terminate()
     try:
         process.wait(seconds)
@@ -92,20 +92,20 @@ def server() -> dict[str, Any]:
 
 
 class LostFrames:
-    """Frames that have passed on the server of `client` since this was made, and those that `synth` did not play."""
+    """Counts the frames elapsed on the server of `client` since creation, and the ones that `synth` did not play."""
 
     def __init__(self, client: Any, synth: Synth) -> None:
         self._client, self._synth = client, synth
         self._began, self._first = client.frame_time, synth.frame
 
     def read(self) -> tuple[int, int]:
-        """Returns frames passed and frames lost; the latter to within a period, and negative by as much."""
+        """Returns frames elapsed and frames lost; the latter to within a period, so it may be negative."""
         passed = since(self._client.frame_time, self._began)
         return passed, passed - (self._synth.frame - self._first)
 
 
 class MidiProbe:
-    """A MIDI output; each message goes out at an offset into some period, and `sent` is then its frame."""
+    """A MIDI output; each message goes out at an offset into a period, and its frame is stored in `sent`."""
 
     def __init__(self) -> None:
         self.client = new_client("bench-midi")
@@ -131,7 +131,7 @@ class MidiProbe:
 
 
 class AudioProbe:
-    """An audio input that finds the first sample that is not silent, and counts the periods it lost.
+    """An audio input that finds the first audible sample, and counts lost periods.
 
     With `keep`, `periods` holds all sound: (frame, samples) for each period.
     """
@@ -141,7 +141,7 @@ class AudioProbe:
         self.port = self.client.inports.register("in")
         self.first: int | None = None  # frame of the first sample above HEARD since `listen`
         self.gaps = 0  # since `listen`
-        self.silent = 0  # periods of silence up to now
+        self.silent = 0  # consecutive silent periods so far
         self.periods: list[tuple[int, NDArray[np.float32]]] = []
         self._keep = keep
         self._next: int | None = None
@@ -171,10 +171,10 @@ class AudioProbe:
 
 
 def in_child(seconds: float, work: Callable[..., Any], *arguments: Any) -> Any:
-    """Runs `work(*arguments)`, a function of a module, in another process, and returns its result.
+    """Runs `work(*arguments)`, a module-level function, in another process, and returns its result.
 
-    The process lives `seconds` at most; what C libraries print there is dropped. Raises Lost, with one line, if `work`
-    raises anything or does not end in time. [main thread]
+    The process lives `seconds` at most; output of C libraries is dropped. Raises Lost, with one line, if `work` raises
+    anything or does not end in time. [main thread]
     """
     context = multiprocessing.get_context("spawn")
     mine, theirs = context.Pipe(duplex=False)
@@ -201,12 +201,12 @@ def _child(answer: Connection, seconds: float, work: Callable[..., Any], argumen
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     try:
         answer.send((work(*arguments), None))
-    except Exception as error:  # JACK-Client has errors of its own
+    except Exception as error:  # JACK-Client has its own errors
         answer.send((None, " ".join(str(error).split()) or type(error).__name__))
 
 
 def end_after(seconds: float) -> None:
-    """Lets the system end this process after `seconds`, whatever it does then."""
+    """Makes the system end this process after `seconds`, whatever it is doing."""
     if hasattr(signal, "alarm"):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
         signal.alarm(max(1, round(seconds)))

@@ -1,8 +1,8 @@
-"""`livebass bench latency`: from a MIDI note-on to the first sample.
+"""`livebass bench latency`: the time from a MIDI note-on to the first sample.
 
-Through a running JACK server, in both ways to play live: the native client with its own MIDI port, and PortAudio's JACK
-host with rtmidi. The frame of a note is the one at which `MidiProbe` puts it into a period; what comes out at frame f
-is heard one period and the sound card's own delay later, with any program. Without a server only the way from the
+Measured through a running JACK server in both ways to play live: the native client with its own MIDI port, and
+PortAudio's JACK host with rtmidi. A note's frame is the one at which `MidiProbe` puts it into a period; output at frame
+f is heard one period and the sound card's own delay later, with any program. Without a server only the way from the
 synth's queue into a block is measured.
 """
 
@@ -32,18 +32,18 @@ from livebass.report.progress import Say, silent
 from livebass.report.text import columns
 
 PRESET, VELOCITY = "jazz-finger", 100
-SETTLE = 0.5  # s after a client has joined
+SETTLE = 0.5  # s after a client joins
 ANSWER = 30.0  # s for a server to answer
-PATIENCE = 2.0  # s for a note to sound or to be silent
+PATIENCE = 2.0  # s for a note to sound or fall silent
 START = 90.0  # s for the other process, which may compile
-QUEUE_BLOCK, QUEUE_RATE = 128, 48_000  # without a server
+QUEUE_BLOCK, QUEUE_RATE = 128, 48_000  # used without a server
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured."""
+    """Extent of a measurement."""
 
-    notes: int = 40  # each way through the server
+    notes: int = 40  # per way through the server
     queued: int = 200
     ways: tuple[str, ...] = ("jack", "portaudio")
     quality: str = "live"
@@ -53,9 +53,9 @@ FULL = Extent()
 
 
 def bench_latency(progress: Say = silent, extent: Extent = FULL) -> Result:
-    """Measures all ways in half a minute. `progress` is told what comes next.
+    """Measures all ways in half a minute. `progress` gets each next step.
 
-    "rows" has one for each way, with the times in ms or an "error"; "server" is None, and "missing" says why, if no
+    "rows" has one row per way, with the times in ms or an "error"; "server" is None, and "missing" says why, if no
     JACK server runs. A note during which `AudioProbe` lost a period is "discarded". [main thread]
     """
     result, load = heading(), OtherLoad()
@@ -88,7 +88,7 @@ def bench_latency(progress: Say = silent, extent: Extent = FULL) -> Result:
 
 
 def latency_figures(frames: list[float], rate: int) -> dict[str, Any]:
-    """Returns least, median and most of latencies in frames, ms, and their jitter: the standard deviation."""
+    """Returns minimum, median and maximum of latencies in frames, ms; jitter is their standard deviation."""
     ms = np.array(frames) / rate * 1e3
     return {
         "notes": len(ms),
@@ -171,7 +171,7 @@ def _portaudio(rate: int, block: int, quality: str) -> Iterator[tuple[str, str]]
         child.communicate()
 
 
-# Name of each way, and what opens its MIDI port and its output at a rate (Hz), block (frames) and quality.
+# Name of each way; function that opens its MIDI port and output at a rate (Hz), block (frames) and quality.
 WAYS: dict[str, tuple[str, Callable[[int, int, str], AbstractContextManager[tuple[str, str]]]]] = {
     "jack": ("JACK client, its own MIDI port", _native),
     "portaudio": ("PortAudio and rtmidi", _portaudio),
@@ -179,7 +179,7 @@ WAYS: dict[str, tuple[str, Callable[[int, int, str], AbstractContextManager[tupl
 
 
 def _server_row(way: str, rate: int, block: int, extent: Extent) -> Row:
-    """Notes at random offsets into the MIDI port of `way` and out of its output."""
+    """Sends notes at random offsets into `way`, and listens to its output."""
     _, opened = WAYS[way]
     with opened(rate, block, extent.quality) as (midi, sound):
         keys, listener = MidiProbe(), None
@@ -253,9 +253,9 @@ def table(result: Result) -> str:
 
 
 def picture(result: Result) -> bytes:
-    """Returns a PNG: a histogram of the latencies of each way, with a line at the time a block lasts."""
+    """Returns a PNG: a histogram of the latencies of each way, with a line at a block's duration."""
     rows = [row for row in result["rows"] if "error" not in row]
-    drawn = figure(8, 2.4 * len(rows))  # the queue is always there
+    drawn = figure(8, 2.4 * len(rows))  # the queue's row is always there
     axes = np.ravel(drawn.subplots(len(rows), 1, squeeze=False))
     for axis, row in zip(axes, rows, strict=True):
         block = row["block"] / result["rate_hz"] * 1e3

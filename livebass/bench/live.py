@@ -1,10 +1,10 @@
-"""`livebass bench live`: times of the native callback's blocks while a player does the worst.
+"""`livebass bench live`: times of the native callback's blocks under the worst-case script.
 
 The script (livebass/live/worst.py) is played in each quality and block size, several times over.
 
-All figures are parts of a block's deadline, the time it lasts. "plain" ones are over all blocks of all runs, with
-whatever disturbed the machine; "quiet" ones take the least time of each block over the runs, the same work with nothing
-in between; the best run is the one whose worst block took least.
+All figures are parts of a block's deadline, its duration. "plain" ones are over all blocks of all runs, with all
+disturbances of the machine; "quiet" ones take each block's least time over the runs: the same work, undisturbed. The
+best run is the one with the fastest worst block.
 """
 
 from __future__ import annotations
@@ -43,39 +43,39 @@ from livebass.report.text import columns
 RATE = 48_000  # Hz
 EDGES = 10.0 ** np.linspace(-2.0, 1.5, 71)  # of the histograms, parts of the deadline; the outer bins take the rest
 NULL = "reference, again"
-# What a quality may be off in the characteristic frequency beside what `reference` is beside itself: mean, worst note.
+# A quality's allowed error of the characteristic frequency beyond that of `reference` against itself: mean, worst note.
 MOST_BIAS, MOST_BIAS_FREE = (0.02, 0.15), (0.001, 0.001)  # of notes with and without contacts
-# dB, of the waveform over frets that lose, median and worst; pops and boards are told, and promised nothing.
+# dB, of waveforms over lossy frets, median and worst; pops and boards are shown without a promise.
 MOST_WAVEFORM, PROMISED = (-45.0, -35.0), ("frets with loss", "thumb")
-TEAM_BLOCK = 64  # frames, of strings side by side
+TEAM_BLOCK = 64  # frames, for strings side by side
 ALONE_PRESET, ALONE_BLOCK, ALONE_RATE = "paper-g", 128, 4e6  # Hz, of the contact steps
 
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured."""
+    """Extent of a measurement."""
 
     blocks: tuple[int, ...] = (32, 64, 128, 256, 512, 1024)  # frames
     qualities: tuple[str, ...] = tuple(QUALITIES)
-    runs: int = 5  # of `live`
-    other_runs: int = 3  # of the other qualities
+    runs: int = 5  # in `live`
+    other_runs: int = 3  # in the other qualities
     fit_runs: int = 3  # with fewer strings
     line: float = LINE  # s of sixteenths
-    notes: tuple[Note, ...] | None = None  # with which qualities are compared; None: `representative_notes`
-    plucks: int = PLUCKS  # of each of them
+    notes: tuple[Note, ...] | None = None  # to compare qualities with; None: `representative_notes`
+    plucks: int = PLUCKS  # per note
 
 
 FULL = Extent()
 
 
 def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Extent = FULL) -> Result:
-    """Measures all in about six minutes; nothing else should run on the machine. `progress` is told what comes next.
+    """Measures everything in about six minutes; run nothing else meanwhile. `progress` gets each next step.
 
-    "rows" has one for each quality ("tier") and block size, "team" one for each quality with strings side by side on
-    all cores, where there are several, "moonshot" one of a single string at full fidelity, "fidelity" the `distance` of
-    each quality, and of `reference` by other plucks, from `reference`, over all presets, "waveforms" the `waveforms` of
-    each quality beside those of `reference`; "wanted" the targets.
-    Raises what `load_preset` and `Engine` raise. [main thread]
+    "rows" has one row per quality ("tier") and block size, "team" one per quality with strings side by side on all
+    cores, if there are several, "moonshot" one of a single string at full fidelity, "fidelity" the `distance` from
+    `reference` of each quality, and of `reference` by other plucks, over all presets, "waveforms" the `waveforms` of
+    each quality against `reference`; "wanted" the targets.
+    Raises the errors of `load_preset` and `Engine`. [main thread]
     """
     bass = even(load_preset(preset))
     result, load = heading(), OtherLoad()
@@ -108,7 +108,7 @@ def bench_live(preset: str = "jazz-finger", progress: Say = silent, extent: Exte
 
 
 def block_figures(times: NDArray[np.int64], block: int, rate: int) -> dict[str, float]:
-    """Returns figures of block times (runs, blocks), ns, as parts of the deadline: plain, of the best run, quiet."""
+    """Returns figures of block times (runs, blocks), ns, as parts of the deadline: plain, best run, quiet."""
     loads = times * 1e-9 * rate / block
     quiet = loads.min(axis=0)
     return {
@@ -165,7 +165,7 @@ def _quality_row(bass: Instrument, quality: str, block: int, extent: Extent) -> 
 
 
 def most_that_fit(most: int, load: Callable[[int], float]) -> int:
-    """Returns the largest number up to `most` whose `load`, which grows with it, is below 1; 0 if there is none."""
+    """Returns the largest number up to `most` whose `load`, an increasing function, is below 1; 0 if there is none."""
     if load(most) < 1.0:
         return most
     fits, fails = 0, most
@@ -179,7 +179,7 @@ def most_that_fit(most: int, load: Callable[[int], float]) -> int:
 
 
 def _alone_row(extent: Extent) -> Row:
-    """One string with all modes the grid has, and contact steps half as fine as in `reference`."""
+    """One string with all modes of the grid, and contact steps half as fine as in `reference`."""
     bass = even(load_preset(ALONE_PRESET))
     quality = quality_with("reference", contact_rate=ALONE_RATE)
     part = speaking(bass.strings[0], bass.necks[0], 0)
@@ -209,7 +209,7 @@ def _fidelity(extent: Extent, progress: Say) -> tuple[dict[str, Result], dict[st
 
 
 def allowed(group: str, null: Row) -> tuple[float, float]:
-    """Returns how far a quality may be off in a group, mean and worst note: by as much as the `null`, and its bias."""
+    """Returns a quality's allowed error in a group, mean and worst note: the `null`'s error plus the allowed bias."""
     mean, worst = MOST_BIAS_FREE if group == "no contact" else MOST_BIAS
     return null["frequency"] + mean, null["worst_frequency"] + worst
 
@@ -217,7 +217,7 @@ def allowed(group: str, null: Row) -> tuple[float, float]:
 def _targets(
     rows: list[Row], alone: Row, fidelity: dict[str, Any], near: dict[str, dict[str, Row]]
 ) -> list[dict[str, Any]]:
-    """Targets and measured values, of what was measured; "met" judges the plain figure."""
+    """Targets and values of everything measured; "met" judges the plain figure."""
     out = []
     for row in rows:
         if (row["tier"], row["block"]) == ("live", 64):
@@ -339,7 +339,7 @@ def _rate(hz: float) -> str:
 
 
 def picture(result: Result) -> bytes:
-    """Returns a PNG: histograms of the block times, an axis for each block size and a curve for each quality."""
+    """Returns a PNG: histograms of the block times, one axis per block size and one curve per quality."""
     edges = np.array(result["histogram_edges"])
     by_size: dict[int, list[Row]] = {}
     for row in sorted(result["rows"], key=lambda row: row["block"]):

@@ -1,4 +1,4 @@
-"""Shared by the benchmarks: a clock, rows of figures, the paper's cases, the machine and the load of other programs."""
+"""Shared by the benchmarks: a clock, rows of figures, the paper's cases, the machine and other programs' load."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from livebass.model.trial import Trial, in_quality
 from livebass.paper.cases import CASES
 
 CASE_B = CASES["b"]
-RATES = (50_000, 48_000)  # Hz, of the output; the 8 MHz of case B are a whole multiple of the first
+RATES = (50_000, 48_000)  # Hz, of the output; the 8 MHz of case B are an integer multiple of the first
 Row = dict[str, Any]
-Result = dict[str, Any]  # of a benchmark: numbers and text, as JSON has them
+Result = dict[str, Any]  # of a benchmark: numbers and text, ready for JSON
 
 
 class Clock:
-    """Wall time and processor time of each `with` block so far, s."""
+    """Wall time and processor time of each `with` block, s."""
 
     def __init__(self) -> None:
         self.wall: list[float] = []
@@ -43,7 +43,7 @@ class Clock:
 
 
 def row(name: str, sound: float, clock: Clock, **more: Any) -> Row:
-    """Returns the figures of several runs, each of which made `sound` s of sound: s of work per s of sound."""
+    """Returns the figures of several runs that each made `sound` s of sound: s of work per s of sound."""
     each = [w / sound for w in clock.wall]
     return {
         "name": name,
@@ -57,9 +57,9 @@ def row(name: str, sound: float, clock: Clock, **more: Any) -> Row:
 
 
 def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
-    """Returns a case of the paper with the modes and the contact rate of `quality`, as an instrument has them.
+    """Returns a case of the paper with the modes and the contact rate that `quality` gives an instrument.
 
-    `rate` is that of the output, Hz; `duration` s.
+    `rate` is the output's, Hz; `duration` in s.
     """
     trial = replace(CASES[name], duration=duration).trial(rate)
     count, contact_rate = in_quality(trial.speaking, QUALITIES[quality])
@@ -67,7 +67,7 @@ def case_trial(name: str, quality: str, rate: int, duration: float) -> Trial:
 
 
 def heading() -> Result:
-    """Returns the version, the date and the machine, to begin a result with. To be called before the work."""
+    """Returns the version, the date and the machine, to begin a result. Call before the work."""
     return {
         "livebass": __version__,
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
@@ -89,12 +89,12 @@ def _machine() -> dict[str, Any]:
         "python": platform.python_version(),
         "numpy": np.__version__,
         "numba": version("numba"),
-        "load_before": load,  # processes that ran already
+        "load_before": load,  # by processes already running
     }
 
 
 def machine_line(result: Result) -> str:
-    """Returns the version and the machine of a result as one line of a table."""
+    """Returns the version and the machine of a result as a table line."""
     machine = result["machine"]
     return (
         f"livebass {result['livebass']}, {machine['cpu']}, {machine['cores']} cores, {machine['system']}, Python "
@@ -103,7 +103,7 @@ def machine_line(result: Result) -> str:
 
 
 class OtherLoad:
-    """Processor time that others have taken since this was made."""
+    """Processor time taken by others since creation."""
 
     IDLE, WAITING, STOLEN = 3, 4, 7  # columns of /proc/stat
 
@@ -125,13 +125,13 @@ class OtherLoad:
         return {"stolen": stolen / total, "others": max(0.0, others / total)}
 
     def stolen_seconds(self) -> float:
-        """Returns the time stolen since this was made, s, of all processors together; 0 without /proc/stat."""
+        """Returns the time stolen since creation, s, of all processors together; 0 without /proc/stat."""
         now = _ticks()
         return (now[self.STOLEN] - self._before[self.STOLEN]) / os.sysconf("SC_CLK_TCK") if now else 0.0
 
 
 def load_lines(result: Result) -> list[str]:
-    """Returns the lines that end a table: the machine, and what others took of it."""
+    """Returns the last lines of a table: the machine, and its use by others."""
     jack = f", JACK {result['server']['version']}" if result.get("server") else ""
     lines = [machine_line(result) + jack]
     stolen, others = result["stolen"], result["others"]
@@ -141,7 +141,7 @@ def load_lines(result: Result) -> list[str]:
 
 
 def _own_time() -> float:
-    """Processor time of this process and of its children that have ended, s."""
+    """Processor time of this process and its ended children, s."""
     return sum(os.times()[:4])
 
 

@@ -1,11 +1,11 @@
-"""Waveform figures that `livebass bench live` measured. README and handbook quote them from here.
+"""Waveform figures measured by `livebass bench live`. README and handbook quote them.
 
-tools/tables.py writes them there. Measure again, and change them here, when a quality changes.
+tools/tables.py writes them there. When a quality changes, measure again and update them here.
 """
 
 from __future__ import annotations
 
-# How near hard notes of a quality are to those of `reference`, by KINDS of fidelity.py: dB, median and worst pluck
+# Distance of hard notes of a quality from `reference`, by KINDS of fidelity.py: dB, median and worst pluck
 WAVEFORMS: dict[str, dict[str, tuple[int, int]]] = {
     "frets with loss": {"live": (-66, -36), "studio": (-80, -51)},
     "thumb": {"live": (-60, -52), "studio": (-82, -77)},
@@ -23,7 +23,7 @@ CALLED = {
 
 
 def waveform_rows() -> list[tuple[str, ...]]:
-    """The rows of the handbook's table of WAVEFORMS, its head first."""
+    """The rows of the handbook's table of WAVEFORMS, with the header first."""
     qualities = list(WAVEFORMS["pops"])
     rows = [("hard notes", *(f"`{quality}`" for quality in qualities))]
     for kind, near in WAVEFORMS.items():

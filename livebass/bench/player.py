@@ -1,7 +1,7 @@
 """A bass behind PortAudio's JACK host and rtmidi, for `bench latency` to measure from outside.
 
-`python -m livebass.bench.player PRESET QUALITY RATE BLOCK` plays until its standard input ends. It is a process of its
-own because PortAudio looks for JACK only once, when it is loaded, and closing a stream whose server has gone never
+`python -m livebass.bench.player PRESET QUALITY RATE BLOCK` plays until its standard input ends. It is a separate
+process because PortAudio looks for JACK only once, when loaded, and closing a stream whose server has gone never
 returns: so it exits without closing, and its time is limited.
 """
 
@@ -27,7 +27,7 @@ HOST = "JACK Audio Connection Kit"
 
 
 def main() -> None:
-    """Plays; one line on stderr and status 1 if something is missing."""
+    """Plays; if something is missing, one line on stderr and status 1."""
     preset, quality, rate, block = sys.argv[1:]
     end_after(LONGEST)
     watch = threading.Thread(target=_exit_with_parent)
@@ -47,7 +47,7 @@ def _exit_with_parent() -> None:
 
 
 def _play(preset: str, quality: str, rate: int, block: int) -> Any:
-    """Starts the bass; what is returned must be kept while it plays."""
+    """Starts the bass; keep the returned objects while it plays."""
     try:
         import rtmidi
         import sounddevice
@@ -63,7 +63,7 @@ def _play(preset: str, quality: str, rate: int, block: int) -> Any:
     output = PortAudioOutput(synth, device, block, "low")
     port = rtmidi.MidiIn(rtapi=rtmidi.API_UNIX_JACK, name=NAME)
 
-    def receive(event: tuple[list[int], float], _data: object = None) -> None:  # as MidiPort does
+    def receive(event: tuple[list[int], float], _data: object = None) -> None:  # like MidiPort
         status, first, second = event[0]
         synth.receive(status, first, second, synth.frame_now(block))
 

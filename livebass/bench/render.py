@@ -1,10 +1,10 @@
-"""`livebass bench render`: seconds of work for a second of sound.
+"""`livebass bench render`: seconds of work per second of sound.
 
-Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force and by
-the engine in each quality and over a fretless board; then four strings at once and a slap line through `Engine`, as
-`livebass render` plays them. One run measures all, so that the ratios are of one machine in one state. A figure is the
-least of its runs; beside it stand the median and the processor time: if that is much less than the wall time on one
-core, or no more on several, something else was running.
+Case B of the paper (the open G string of `paper-g`, 3.6 mm at 0.64 m, first second) by brute force, by the engine in
+each quality, and over a fretless board; then four strings at once and a slap line through `Engine`, as in `livebass
+render`. One run measures everything, so the ratios belong to one machine in one state. A figure is the minimum of its
+runs, shown with the median and the processor time: if the latter is much less than the wall time on one core, or no
+more on several, something else was running.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from livebass.units import note_number
 AGREE_FOR = 0.06  # s: contacts amplify rounding, so later the two solutions differ in detail
 BEAT = 0.5  # s between the chords of four strings
 SIXTEENTH = 60 / 110 / 4  # s
-# Thumb on E and A, pops on D and G; velocities of 70 and less miss most frets.
+# Thumb on E and A, pops on D and G; velocities up to 70 miss most frets.
 SLAP_BAR = (
     ("E1", 112), ("E1", 70), ("E2", 118), ("E1", 45), ("D2", 112), ("E2", 120), ("E1", 90), ("G2", 122),
     ("A1", 115), ("A1", 60), ("A2", 118), ("E1", 100), ("G1", 50), ("D2", 80), ("E2", 124), ("E1", 127),
@@ -41,10 +41,10 @@ SLAP_BAR = (
 
 @dataclass(frozen=True)
 class Extent:
-    """How much is measured."""
+    """Extent of a measurement."""
 
     sound: float = 1.0  # s of case B, from the release
-    brute: float = 1.0  # s of it by brute force, once
+    brute: float = 1.0  # s of case B by brute force, once
     chords: float = 2.0  # s of four strings at once
     line: float = 15.0  # s of the slap line
     runs: int = 5  # of case B
@@ -55,11 +55,11 @@ FULL = Extent()
 
 
 def bench_render(progress: Say = silent, extent: Extent = FULL) -> Result:
-    """Measures all in about a minute; nothing else should run on the machine. `progress` is told what comes next.
+    """Measures everything in about a minute; run nothing else meanwhile. `progress` gets each next step.
 
     "measurements" holds a row for each, with `seconds_per_second` of work per second of sound, their `median`,
-    `processor` (its least time, all threads together) and `runs`; "ratios" those of `RATIOS`; "agreement" the distance
-    of the engine from brute force; "machine" where it ran. [main thread]
+    `processor` (its least time, all threads together) and `runs`; "ratios" holds the `RATIOS`; "agreement" the distance
+    of the engine from brute force; "machine" the machine. [main thread]
     """
     result = heading()
     bass = load_preset("paper-g")
@@ -107,7 +107,7 @@ def _ratio(rows: dict[str, Row], upper: str, lower: str | None) -> float:
 
 
 def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs: int) -> tuple[Row, Motion]:
-    """One string, one pluck; the solver's preparation, about 1 ms, counts."""
+    """One string, one pluck; includes the solver's preparation, about 1 ms."""
     clock = Clock()
     for _ in range(runs):
         with clock:
@@ -126,7 +126,7 @@ def _trial_row(name: str, trial: Trial, solver: Callable[[Trial], Motion], runs:
 
 
 def _chords(bass: Instrument, duration: float) -> Score:
-    """All open strings at once, as hard as they go, on every beat."""
+    """All open strings at once, as hard as possible, on every beat."""
     return score_of(
         [
             (beat * BEAT, min(BEAT, duration - beat * BEAT), string.open_note, 127)
@@ -146,7 +146,7 @@ def _slap_line(duration: float) -> Score:
 
 
 def _engine_row(name: str, bass: Instrument, quality: str, score: Score, workers: int | None, runs: int) -> Row:
-    """`score` through a prepared `Engine`, from the first message to the last sample, without the strings' tail."""
+    """Plays `score` in a prepared `Engine`, from the first message to the last sample, without the strings' tail."""
     preparation, clock = Clock(), Clock()
     for _ in range(runs):
         with preparation:
@@ -167,7 +167,7 @@ def _engine_row(name: str, bass: Instrument, quality: str, score: Score, workers
 
 
 def _warm(bass: Instrument) -> None:
-    """Compiles or loads the kernels and plays them for a moment."""
+    """Compiles or loads the kernels and runs them for a moment."""
     for solver in (solve_trial, solve):
         solver(case_trial("b", "live", RATES[0], 0.01))
     score = score_of([(0.0, 0.02, bass.strings[0].open_note, 100)], RATES[1])
@@ -193,7 +193,7 @@ def _agreement(slow: Motion, fast: Motion, until: float) -> dict[str, Any]:
 
 
 def _peak_memory() -> int | None:
-    """The most memory this process has had, bytes; None on systems that do not tell."""
+    """The peak memory of this process, bytes; None on systems that do not report it."""
     try:
         import resource
     except ImportError:
@@ -201,8 +201,8 @@ def _peak_memory() -> int | None:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
-# Key of a ratio, its label, the value wanted, and its two measurements: processor time of the first over that of the
-# second, which other work on the machine hardly changes; without a second, real time over the first.
+# Key of a ratio, its label, its target, and its two measurements: processor time of the first over the second, which
+# other work on the machine hardly changes; without a second, real time over the first.
 RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("reference_to_real_time", "reference over real time", "4, aim 20", "engine_reference_50k", None),
     ("reference_to_brute_force", "reference over brute force", "", "brute_force", "engine_reference_50k"),
@@ -213,7 +213,7 @@ RATIOS: tuple[tuple[str, str, str, str, str | None], ...] = (
     ("slap_studio", "slap line studio, all cores", "2", "slap_studio", None),
 )
 HEAD = ("s of work per s of sound", "modes", "contact", "output", "cores", "runs", "best", "median", "cpu", "speed")
-FIRST = "brute_force"  # row of the table; the others follow in the order of the measurements
+FIRST = "brute_force"  # first row of the table; the others follow in the order of measurement
 
 
 def table(result: Result) -> str:
@@ -250,7 +250,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 
 def _figure(x: float) -> str:
-    """Three digits, and no powers of ten above one."""
+    """Three digits, without powers of ten above one."""
     return f"{x:.0f}" if x >= 100 else f"{x:.3g}"
 
 

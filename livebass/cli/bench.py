@@ -107,7 +107,7 @@ def _report(
     file: Path | None, picture: Path | None, measure: Callable[[Say], Result], table: Callable[[Result], str],
     draw: Callable[[Result], bytes] | None,
 ) -> None:  # fmt: skip
-    """Measures, writes the files that are wanted, and prints the table."""
+    """Measures, writes the requested files, and prints the table."""
     from livebass.files import Transaction, checked_place
     from livebass.report.picture import check_plots
     from livebass.report.text import json_text
@@ -128,7 +128,7 @@ def _report(
                     transaction.write_text(file, json_text(result, indent=2))
                 if picture is not None and draw is not None:
                     transaction.write(picture, draw(result))
-    finally:  # a full disk does not lose the figures
+    finally:  # a full disk must not lose the figures
         click.echo(table(result))
 
 

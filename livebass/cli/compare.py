@@ -1,4 +1,4 @@
-"""`livebass compare`: single notes of real basses beside rendered ones, figure by figure."""
+"""`livebass compare`: compares single notes of real basses with rendered ones, figure by figure."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ GROUPS = {
 
 
 def _velocities(text: str) -> tuple[int, ...]:
-    """Velocities with commas between them, from soft to hard."""
+    """Comma-separated velocities, from soft to hard."""
     rule = "must be ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
     try:
         found = tuple(int(part) for part in text.split(","))
@@ -140,7 +140,7 @@ def compare(
                     from livebass.comparison.page import page
 
                     transaction.write_text(output, page(result))
-    finally:  # a full disk does not lose the figures
+    finally:  # a full disk must not lose the figures
         click.echo(result.table())
     notes_count = sum(len(bass.notes) for bass in found)
     written = f" -> {', '.join(map(str, places))}" if places else ""
@@ -148,7 +148,7 @@ def compare(
 
 
 def _names(paths: Sequence[Path]) -> dict[Path, str]:
-    """Names basses by the last part of their folders, files and presets, or by the whole path where two are alike."""
+    """Names basses by the last part of their folders, files and presets, or by the whole path where two are equal."""
     short = {path: one_line(path.resolve().name if path.is_dir() else path.stem) for path in paths}
     taken = Counter(short.values())
     return {path: name if taken[name] == 1 else one_line(os.fspath(path)) for path, name in short.items()}

@@ -1,4 +1,4 @@
-"""The terminal while `livebass play` plays: lines of the log above a status line; and the file of --log."""
+"""The terminal during `livebass play`: log lines above a status line; and the file of --log."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ LOG = logging.getLogger("livebass")
 
 
 class OutputGone(OSError):
-    """The output went away while it played."""
+    """The output disappeared during play."""
 
 
 @contextmanager
 def logged(console: Console, path: Path | None) -> Iterator[None]:
-    """Sends what livebass logs to `console` and, with its error if there is one, to the file at `path`.
+    """Sends livebass' log to `console` and, with any final error, to the file at `path`.
 
     Raises OutputError if the file cannot be written.
     """
     handlers: list[logging.Handler] = [console, *([LogFile(path)] if path else [])]
     level, root, none = LOG.level, logging.getLogger(), logging.NullHandler()
-    root.addHandler(none)  # a library that logs (python-osc) would give the root one to stderr, and double every line
+    root.addHandler(none)  # else a library that logs (python-osc) gives root a handler, and every line comes twice
     LOG.setLevel(logging.DEBUG)
     for handler in handlers:
         LOG.addHandler(handler)
@@ -51,25 +51,25 @@ def logged(console: Console, path: Path | None) -> Iterator[None]:
 
 
 class Console(logging.Handler):
-    """Shows log lines from INFO up on stderr unless `quiet`, above a status line if that is a terminal."""
+    """Shows log lines from INFO up on stderr unless `quiet`; on a terminal, above a status line."""
 
     def __init__(self, quiet: bool) -> None:
         super().__init__(logging.INFO)
         self.quiet = quiet
         self.terminal = sys.stderr.isatty() and not quiet and os.environ.get("TERM") != "dumb"
-        self._unended = False  # the cursor is behind a status line
+        self._unended = False  # the cursor is at the end of a status line
 
     def emit(self, record: logging.LogRecord) -> None:
         self.show(record.getMessage())
 
     def show(self, line: str) -> None:
-        """Shows a line that is for the terminal alone."""
+        """Shows a line on the terminal only, not in the log."""
         if not self.quiet:
             line = one_line(line)
             self._print(filled(line) if self.terminal else line)
 
     def status(self, line: str) -> None:
-        """Shows `line` in place of the last status line, as far as it fits; a narrow terminal has no bar."""
+        """Replaces the status line by `line`, cut to the width; a narrow terminal gets no bar."""
         columns = width()
         shown = one_line(line) if columns >= NARROW else BAR.sub("", one_line(line))
         self._print(shown[: columns - 1], end="")
@@ -80,19 +80,19 @@ class Console(logging.Handler):
         super().close()
 
     def _print(self, line: str, end: str = "\n") -> None:
-        self.acquire()  # other threads log, too
+        self.acquire()  # other threads log too
         try:
             before = "\r\x1b[K" if self.terminal and self._unended else ""
             self._unended = self.terminal and not end and bool(line)
             if before or line or end:
-                with suppress(OSError):  # a closed terminal: the bass plays on until it is told to end
+                with suppress(OSError):  # the terminal was closed: the bass plays on until told to stop
                     click.echo(f"{before}{line}{end}", nl=False, err=True)
         finally:
             self.release()
 
 
 class LogFile(logging.FileHandler):
-    """Appends lines with time stamps to a file; an error ends the file with a warning, not the session.
+    """Appends time-stamped lines to a file; an error ends the file with a warning, not the session.
 
     Raises OutputError if the file cannot be opened.
     """
@@ -103,7 +103,7 @@ class LogFile(logging.FileHandler):
             super().__init__(path, encoding="utf-8", errors="replace")
         except OSError as error:
             raise output_error(path, error) from None
-        except ValueError:  # a zero byte in the name
+        except ValueError:  # a null byte in the name
             raise output_error(path, OSError("not a file name")) from None
 
     def format(self, record: logging.LogRecord) -> str:
@@ -128,4 +128,4 @@ class LogFile(logging.FileHandler):
             super().close()
 
 
-NARROW, BAR = 60, re.compile(r"\[[# ]*\] *")  # columns of a terminal without room for the bar of a meter
+NARROW, BAR = 60, re.compile(r"\[[# ]*\] *")  # below this width (columns) the meter has no bar

@@ -1,4 +1,4 @@
-"""The phrases that `render` and `play` have for every bass."""
+"""The demo phrases of `render` and `play`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ DEMOS = click.Choice(["preset", "techniques"])
 
 
 def ready_for(demo: str | None, bass: Instrument) -> Instrument:
-    """The bass, with the key switches that the phrases for all "techniques" press."""
+    """The bass; for "techniques", with the key switches that those phrases press."""
     if demo != "techniques":
         return bass
     from livebass.model.keymap import MODO
@@ -25,7 +25,7 @@ def ready_for(demo: str | None, bass: Instrument) -> Instrument:
 
 
 def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
-    """The demo phrase in the style of the bass's player, or all "techniques"."""
+    """The demo phrase in the style of the bass's player, or of all "techniques"."""
     from livebass.score.phrases import demo_score
 
     if demo == "techniques":

@@ -1,4 +1,4 @@
-"""`livebass devices`: what `play` can play through."""
+"""`livebass devices`: lists the devices that `play` can use."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def devices() -> None:
     from livebass.live.midi import port_names
     from livebass.live.portaudio import output_names
 
-    with own_stderr():  # what C libraries say here is no part of the list
+    with own_stderr():  # keep messages of C libraries out of the list
         click.echo(f"JACK server (--backend jack)\n  {jack_server() or 'none'}")
         for title, names, lost in (
             ("audio outputs of PortAudio (--audio)", output_names, OutputLost),

@@ -1,4 +1,4 @@
-"""Options of `play`, `render` and `export` for what comes after the DI: compressor, valve stage, impulse response."""
+"""Options of `play`, `render` and `export` for the effects after the DI: compressor, valve stage, impulse response."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NAMES = ("compression", "drive", "response", "response_level")
 KNOB = Number("number", 0, 1)
 
 
-# Those that `Behind.taken` reads.
+# The options that `Behind.taken` reads.
 effects_options = together(
     click.option("--compression", type=KNOB, help="Compression of the mix, 0 (off) to 1.  [default: the preset's]"),
     click.option("--drive", type=KNOB, help="Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]"),
@@ -38,10 +38,10 @@ effects_options = together(
 
 @dataclass(frozen=True)
 class Behind:
-    """Holds what the options put behind a bass; where none is given its preset holds."""
+    """The effects that the options put behind a bass; the preset decides the rest."""
 
     changes: dict[str, Any]
-    remarks: set[str] = field(default_factory=set)  # said already
+    remarks: set[str] = field(default_factory=set)  # already printed
 
     @classmethod
     def taken(cls, options: dict[str, Any]) -> Behind:
@@ -55,7 +55,7 @@ class Behind:
         return cls({name: value for name, value in given.items() if value is not None})
 
     def put(self, bass: Instrument) -> Instrument:
-        """Returns `bass` with these effects, and says which channel of a response is played."""
+        """Returns `bass` with these effects; reports which channel of a response plays."""
         changes = dict(self.changes)
         level = changes.pop("response_level", None)
         response = changes.get("response", bass.effects.response)

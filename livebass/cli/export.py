@@ -1,4 +1,4 @@
-"""`livebass export`: a bass as what other programs play."""
+"""`livebass export`: exports a bass for other programs."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
 LENGTH = (0.1, 60.0)  # s
-RATE_OF_HOSTS = 48000  # Hz, at which this machine is measured
+RATE_OF_HOSTS = 48000  # Hz, assumed when measuring this machine
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
 
 
 class SystemOption(click.Option):
-    """The option that names a system; its help lists them, from a file that other commands need not load."""
+    """The option that names a system; its help lists them from a file that other commands need not load."""
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from livebass.plugin.systems import SYSTEMS
@@ -57,7 +57,7 @@ def export() -> None:
 
 
 def plugin_command(kind: str) -> click.Command:
-    """The command that writes plugins of a format, a key of BUNDLES."""
+    """The command that writes plugins of one format, a key of BUNDLES."""
 
     @click.command(
         kind,
@@ -124,7 +124,7 @@ def _write_plugin(
     checked_directory(folder, plugin.is_bundle)  # now, not after a minute of work
     missing = not build.built(system)
     if missing:
-        build.compiler(system)  # raises now if there is none
+        build.compiler(system)  # raises now if the compiler is missing
     have_kernels()
     if missing:
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
@@ -137,7 +137,7 @@ def _write_plugin(
 
 
 def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> dict[str, str]:
-    """The qualities in which plugins begin, by name of a bass; says what it chose."""
+    """The initial quality of each plugin, by name of its bass; prints the choice."""
     if quality != AUTO or not install:
         return dict.fromkeys(basses, quality)
     from livebass.live.carried import best_qualities
@@ -234,7 +234,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     elif name in preset_names():
         where = f"a plugin that comes with a bass called {name} lists its own instead: give the file another name"
     say(f"{file}: {bass.name}; {where}")
-    if output is None:  # LV2 hosts know no basses but those of bundles
+    if output is None:  # LV2 hosts know only basses in bundles
         folder = own_folder_of_plugins("lv2")
         if (folder / BUNDLES["lv2"]).is_dir():
             lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")

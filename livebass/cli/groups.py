@@ -1,4 +1,4 @@
-"""Options under headings: `--help` of a command that has many."""
+"""Option groups: `--help` with headings, for commands with many options."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-WIDTH = 30  # of the column of options, the same under all headings
+WIDTH = 30  # of the option column, under every heading
 
 
 class GroupedCommand(click.Command):
-    """A command whose options `--help` lists under headings; `groups` are {heading: options, as "--file --demo"}."""
+    """A command whose `--help` groups options by heading; `groups` are {heading: options, as "--file --demo"}."""
 
     def __init__(self, *arguments: Any, groups: Mapping[str, str], **more: Any) -> None:
         super().__init__(*arguments, **more)

@@ -21,7 +21,7 @@ NAMES = ("keys", "velocity_curve", "wheel")
 
 
 class CurveOf(click.ParamType):
-    """A curve of velocity: its name, an exponent, or points such as 1:1,64:90,127:127."""
+    """A velocity curve: a name, an exponent, or points such as 1:1,64:90,127:127."""
 
     name = "curve"
 
@@ -47,7 +47,7 @@ class CurveOf(click.ParamType):
 
 
 def _number(text: str) -> float | str:
-    """The number that `text` is, or the text."""
+    """`text` as a number if it is one, else the text."""
     try:
         return float(text)
     except ValueError:
@@ -61,7 +61,7 @@ velocity_curve_option = click.option(
 )
 
 
-# Those that `Hands.taken` reads.
+# The options that `Hands.taken` reads.
 hands_options = together(
     click.option(
         "--keys",
@@ -78,7 +78,7 @@ hands_options = together(
 
 @dataclass(frozen=True)
 class Hands:
-    """Holds what the options change of a bass's player; where none is given its preset holds."""
+    """The changes that the options make to a bass's player; the preset decides the rest."""
 
     changes: dict[str, Any]
 
@@ -104,23 +104,23 @@ class Hands:
         return replace(bass, player=replace(bass.player, **self.changes)) if self.changes else bass
 
 
-SOUND = (*TUNING_KEYS, *NAMES, "no_noise", *EFFECTS)  # options that change a bass, as they are called in Python
+SOUND = (*TUNING_KEYS, *NAMES, "no_noise", *EFFECTS)  # options that change a bass, by Python name
 
 
 class Loader:
-    """Loads presets in the hands and the tuning, and with the effects, of a command's options."""
+    """Loads presets with the hands, tuning and effects of a command's options."""
 
     def __init__(self, options: dict[str, Any]) -> None:
-        """Takes its part out of `options`. Raises PresetError for a bad file among them."""
+        """Takes these options out of `options`. Raises PresetError for a bad file."""
         self._asked = {name: options.pop(name) for name in SOUND}
         self._usual = self._with({})
 
     def __call__(self, preset: str, given: Mapping[str, Any] | None = None) -> Instrument:
-        """Loads a preset; options `given` with it hold where the command has none. Raises PresetError."""
+        """Loads a preset; `given` options apply where the command has none. Raises PresetError."""
         return (self._with(given) if given else self._usual)(preset)
 
     def _with(self, given: Mapping[str, Any]) -> Callable[[str], Instrument]:
-        """Return a function that loads presets with these options as well."""
+        """Return a function that loads presets with these options added."""
         options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._asked.items()}
         hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
         return lambda preset: behind.put(hands.play(load_tuned(preset, tuning)))

@@ -1,4 +1,4 @@
-"""`livebass help`: the pages of the handbook, the same files that README.md links to."""
+"""`livebass help`: shows the pages of the handbook, the same files that README.md links to."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ PAGES = ("playing", "presets", "live", "physics", "studies", "cost", "export")  
 
 
 def page_text(page: str) -> str:
-    """The Markdown text of one of PAGES; its first line is "# Name: one line about it"."""
+    """The Markdown text of one of PAGES; its first line is "# Name: summary in one line"."""
     return (resources.files("livebass") / "help" / f"{page}.md").read_text(encoding="utf-8")
 
 
 def contents() -> str:
-    """One line for each page: its name and the title without that name."""
+    """One line per page: its name and the rest of its title."""
     titles = {page: page_text(page).splitlines()[0].partition(": ")[2] for page in PAGES}
     return "".join(f"livebass help {page:8}  {title}\n" for page, title in titles.items())
 
 
 def begun_by(word: str) -> list[str]:
-    """The pages whose names begin with `word`, whatever its case."""
+    """The pages whose names begin with `word`, ignoring case."""
     return [page for page in PAGES if word and page.startswith(word.casefold())]
 
 
@@ -48,4 +48,4 @@ def help_(page: str | None) -> None:
         near = begun or difflib.get_close_matches(page.casefold(), PAGES, 1)
         meant = f"did you mean {' or '.join(near)}? " if near else ""
         raise click.UsageError(f"help {page}: there is no such page; {meant}the pages are {', '.join(PAGES)}")
-    click.echo_via_pager(page_text(begun[0]).removesuffix("\n"))  # which the pager adds
+    click.echo_via_pager(page_text(begun[0]).removesuffix("\n"))  # the pager adds the line end

@@ -1,4 +1,4 @@
-"""The command `livebass`: its subcommands, its errors and its exit statuses. Only the files of this room print.
+"""The command `livebass`: its subcommands, errors and exit statuses. Only the files of this package print.
 
 Status 0: done; 1: an error in the data or on the disk; 2: wrong usage; 128 + n: ended by signal n (`interrupts`).
 An error is one line on stderr.
@@ -33,12 +33,12 @@ from livebass.files import completed_files
 from livebass.interrupts import INTERRUPTED, handled, leave
 
 BROKEN_PIPE = 141  # exit status
-MANY = 8  # files that an interrupt still names one by one
-EXPECTED = (ValueError, OSError, MemoryError)  # that the package raises on purpose, besides LookupError itself
+MANY = 8  # an interrupt names up to so many files one by one
+EXPECTED = (ValueError, OSError, MemoryError)  # raised by the package on purpose, besides LookupError itself
 
 
 class Commands(click.Group):
-    """A group that leaves it to `run` what to print at Ctrl-C, and what the status of a broken pipe is."""
+    """A group that leaves messages for Ctrl-C and the status of a broken pipe to `run`."""
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -93,14 +93,14 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
         click.echo(help_text.format_message(), err=True)
         return help_text.exit_code
     except click.MissingParameter as error:
-        _complain(" ".join(error.format_message().split()))  # which lists choices in lines of their own
+        _complain(" ".join(error.format_message().split()))  # lists choices on separate lines
         return error.exit_code
     except click.ClickException as error:
         _complain(error.format_message())
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         names = _named(completed)
-        if sys.stderr.isatty():  # which shows ^C
+        if sys.stderr.isatty():  # the terminal shows ^C
             click.echo(err=True)
         _complain(f"interrupted, but complete: {names}" if names else "interrupted, nothing written")
         return INTERRUPTED
@@ -111,7 +111,7 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
         if os.environ.get("LIVEBASS_TRACEBACK"):
             traceback.print_exc()
         if isinstance(error, OSError) and error.errno == errno.ENOSPC and error.filename is None:
-            _complain(f"standard output: cannot be written: {error.strerror}")  # all other files are named
+            _complain(f"standard output: cannot be written: {error.strerror}")  # errors of other files name them
         elif (isinstance(error, EXPECTED) or type(error) is LookupError) and str(error):
             _complain(str(error))
         else:
@@ -134,7 +134,7 @@ def _complain(message: str) -> None:
 
 
 def _silence_stdout() -> None:
-    """Keeps the interpreter from complaining when it ends that stdout cannot be flushed."""
+    """Keeps the interpreter from complaining at exit that it cannot flush stdout."""
     with contextlib.suppress(OSError, ValueError):
         sys.stdout.flush()
         return

@@ -1,4 +1,4 @@
-"""Explains MIDI messages by the rows of techniques: `play --controllers`, and the tables of README and handbook."""
+"""Explains MIDI messages from the rows of techniques: `play --controllers`, tables of README and handbook."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ wheel slides over frets, 2 up or down."""
 
 
 def controllers_text() -> str:
-    """Returns the text of `play --controllers` for the usual key map."""
+    """Returns the text of `play --controllers` for the default key map."""
     lines = [*NOTES.items(), *((f"controller {label}", said) for label, said in controllers()), *OTHERS.items()]
     keys = [
         (keys_text(row.modo), keys_text(row.modo_12), f"{row.asked}: {meaning(row)}") for row in TECHNIQUE_ROWS.values()
@@ -64,49 +64,49 @@ def controllers_text() -> str:
 
 
 def entry(label: str, said: str) -> str:
-    """A line of a message and what it does, or several."""
+    """A message and its effect, in one line or several."""
     begin = f"  {label}".ljust(INDENT)
     return textwrap.fill(said, WIDTH, initial_indent=begin, subsequent_indent=" " * INDENT, break_on_hyphens=False)
 
 
 def controllers() -> Iterator[tuple[str, str]]:
-    """The controllers of each function in the usual map, in their order, and what it does."""
+    """The controllers of each function in the default map, in order, and its help."""
     numbers = dict(sorted({**dict(MODO.controllers), PLACE: "place"}.items()))
     for symbol in dict.fromkeys(numbers.values()):
         yield ", ".join(str(n) for n, other in numbers.items() if other == symbol), FUNCTION_ROWS[symbol].help
 
 
 def keys_text(keys: tuple[int, ...]) -> str:
-    """The keys of a technique, several of a row by their ends."""
+    """The keys of a technique; adjacent keys by their ends."""
     if len(keys) > 2 and keys == tuple(range(keys[0], keys[-1] + 1)):
         return f"{keys[0]} to {keys[-1]}"
     return " ".join(map(str, keys))
 
 
 def controller_of(row: Technique) -> str:
-    """The controller that asks for a technique in the usual map, or nothing."""
+    """The controller of a technique in the default map, or nothing."""
     return ", ".join(str(number) for number, symbol in MODO.controllers if symbol == row.symbol)
 
 
 def meaning(row: Technique) -> str:
-    """Says what a technique does, and with which values."""
+    """Explains the effect of a technique, and its values."""
     values = {ON_STRING: f": {open_notes(row)}", HAND_AT: f", 1 to {FRETS}"}
     return row.help + values.get(row.number, "")
 
 
 def open_notes(row: Technique) -> str:
-    """The open notes that the keys of a technique mean in the map of MODO BASS."""
+    """The open notes that the keys of a technique select in the map of MODO BASS."""
     return ", ".join(pitch_name(key) for key in row.modo)
 
 
 def table(*rows: tuple[str, ...]) -> str:
-    """A table in Markdown, whose first row is its head."""
+    """A Markdown table; the first row is its header."""
     lines = [f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows]
     return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])
 
 
 def technique_table() -> str:
-    """The handbook's table of techniques: by which key or controller each is asked for."""
+    """The handbook's table of techniques, with their keys and controllers."""
     return table(
         ("", "`modo`", "`modo-12`", "controller", "technique"),
         *(
@@ -122,7 +122,7 @@ def controller_table() -> str:
 
 
 def short_table() -> str:
-    """README's table: how the techniques that the page has buttons for are asked for in the usual map, by name."""
+    """README's table: keys and controllers of the techniques that have buttons on the page, in the default map."""
     rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS if button.symbol in TECHNIQUE_ROWS]
     return table(
         ("technique", "key", "controller"),
@@ -131,14 +131,14 @@ def short_table() -> str:
 
 
 def waveform_table() -> str:
-    """The handbook's table of how near waveforms of a quality are to those of `reference`."""
+    """The handbook's table of waveform distances from `reference`, by quality."""
     from livebass.bench.measured import waveform_rows
 
     return table(*waveform_rows())
 
 
 def waveform_sentence() -> str:
-    """README's sentence about the same."""
+    """README's sentence about these distances."""
     from livebass.bench.measured import waveform_sentence
 
     return waveform_sentence()
@@ -149,4 +149,4 @@ TABLES = {
     "livebass/help/playing.md": (technique_table, controller_table),
     "livebass/help/cost.md": (waveform_table,),
 }
-SENTENCES = {"README.md": (waveform_sentence,)}  # each a line
+SENTENCES = {"README.md": (waveform_sentence,)}  # one line each

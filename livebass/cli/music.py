@@ -1,4 +1,4 @@
-"""The basses and the score that `livebass play` plays, as options, memory and the file choose them."""
+"""The basses and the score that `livebass play` plays, chosen by options, memory and the file."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from livebass.score.score import Score
 
 
 class Music:
-    """Loads basses in the hands and the tuning, and with the effects, of the options; reads --file or --demo.
+    """Loads basses with the hands, tuning and effects of the options; reads --file or --demo.
 
-    `asked` are the options of the sound on the command line, before those remembered. Takes the tuning out of
-    `options`. Raises PresetError and ScoreError.
+    `asked` are the sound options on the command line, without remembered ones. Takes the tuning out of `options`.
+    Raises PresetError and ScoreError.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Music:
         self.asked, self.hands, self.behind, self.memory = asked, hands, behind, memory
         self.tuning = tuning_of_options(options)
         self._command = click.get_current_context().command
-        self._of_take: dict[str, Mapping[str, str]] = {}  # presets that a take names, and their options
+        self._of_take: dict[str, Mapping[str, str]] = {}  # options by preset, for presets that a take names
         self._load_of_take: Callable[[str], Instrument] = load_preset
         self.score = self._read_song(options["rate"]) if self.song else None  # reports errors in the file now
         if self.score:
@@ -49,14 +49,14 @@ class Music:
                 say(f"{self.song}: {line}")
 
     def load(self, preset: str) -> Instrument:
-        """Loads a preset as a take has it, or with the options."""
+        """Loads a preset as the take names it, or with the options."""
         if preset in self._of_take:
             return self._load_of_take(preset)
         bass = self.hands.play(load_tuned(preset, self.tuning, self.memory.given))
         return ready_for(self.demo, self.behind.put(bass))
 
     def given(self, preset: str) -> Mapping[str, str]:
-        """The options that change a preset, for a take."""
+        """The options that change a preset, for writing a take."""
         if preset in self._of_take:
             return {**self._of_take[preset], **told(self.asked)}
         found = told(self.asked | dict.fromkeys(TUNING_KEYS) | self.tuning)
@@ -64,24 +64,24 @@ class Music:
 
     @property
     def read(self) -> Callable[[int], Score] | None:
-        """Reads the file or the demo at a rate; None: there is neither."""
+        """Reads the file or the demo at a given rate; None if there is neither."""
         if self.song:
             return lambda rate: with_low_notes(self._read_song(rate), self.bass)
         return (lambda rate: demo_for(self.bass, rate, self.demo)) if self.demo else None
 
     @property
     def programs(self) -> dict[int, str]:
-        """The presets that programs of the file choose, from 0."""
+        """The presets that the file's programs choose, by program from 0."""
         return programs_of(self.score) if self.score else {}
 
     @property
     def unchosen(self) -> set[str | None]:
-        """The presets that the player has not chosen: the first one, and those of the file."""
+        """The presets that the player did not choose: the first one, and those from the file."""
         later = later_presets(self.score, DEFAULT_PRESET) if self.score else []
         return {self.preset, *(name for _, _, name in later)}
 
     def _read_song(self, rate: int) -> Score:
-        """Reads the file; its program changes change the bass unless one was asked for."""
+        """Reads the file; its program changes change the bass unless the player asked for one."""
         score = read_score(self.song, rate)
         if self.wanted:
             return score.on_one_bass()
@@ -93,7 +93,7 @@ class Music:
     def _first(self) -> tuple[str, Instrument]:
         """The preset that plays first, and its bass.
 
-        Says what was remembered and does not fit, and leaves it out, of the tuning too. Raises PresetError.
+        Reports and drops remembered values that do not fit, in the tuning too. Raises PresetError.
         """
         preset, used = self.wanted or preset_of(self.score, DEFAULT_PRESET), self.memory.used
         recalled = [name for name in self.tuning if name in used]

@@ -1,4 +1,4 @@
-"""Options that several commands have."""
+"""Options shared by several commands."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DEFAULT_PRESET = "jazz-finger"
 
 
 class FileName(click.Path):
-    """The path of a file or a folder; an empty one, as of a variable of the shell that is not set, is none."""
+    """The path of a file or folder; refuses an empty one, as from an unset shell variable."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not os.fspath(value):
@@ -32,7 +32,7 @@ CREATED = "Directory to write to; created if missing."
 
 @contextmanager
 def of_option(name: str) -> Iterator[None]:
-    """Puts the name of an option before a PresetError of the block, which is about its value."""
+    """Puts the option's name before a PresetError raised in the block."""
     from livebass.preset.source import PresetError
 
     try:
@@ -42,7 +42,7 @@ def of_option(name: str) -> Iterator[None]:
 
 
 def together(*options: Decorator) -> Decorator:
-    """A decorator that gives a command these options, the first one first in --help."""
+    """A decorator that gives a command these options; --help lists them in this order."""
 
     def decorate(command: Any) -> Any:
         for option in reversed(options):
@@ -53,7 +53,7 @@ def together(*options: Decorator) -> Decorator:
 
 
 def file_option(*names: str, help: str, metavar: str = "FILE", **more: Any) -> Decorator:
-    """An option that is the path of a file."""
+    """An option that takes the path of a file."""
     return click.option(*names, type=PATH, metavar=metavar, help=help, **more)
 
 
@@ -74,7 +74,7 @@ def quality_option(default: str, help: str, *names: str, among: tuple[str, ...] 
 
 
 def count_option(name: str, most: int, help: str, least: int = 1, metavar: str = "count", **more: Any) -> Decorator:
-    """An option that is a whole number from `least` to `most`; `more` may have its `default`."""
+    """An option that takes an integer from `least` to `most`; `more` may hold its `default`."""
     kind = Number(metavar, least, most, whole=True)
     return click.option(name, type=kind, show_default="default" in more, help=help, **more)
 

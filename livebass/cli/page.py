@@ -1,4 +1,4 @@
-"""`livebass page`: the page that plays and shows the bass, on this machine alone."""
+"""`livebass page`: serves the page that plays and shows the bass, to this machine only."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from livebass.cli.tuning import tuning_options
 from livebass.cli.values import Number
 from livebass.interrupts import StopFlag, stop_instead
 
-LOOK_EVERY = 0.2  # s, for a signal that ends it
+LOOK_EVERY = 0.2  # s, to check for a signal to stop
 
 
 @click.command()
@@ -83,7 +83,7 @@ def page(
 
 
 def opened(address: str) -> bool:
-    """Opens an address in the browser of the user; returns whether there is one."""
+    """Opens an address in the user's browser; returns whether there is one."""
     import webbrowser
 
     try:

@@ -1,4 +1,4 @@
-"""`livebass play`: playing live."""
+"""`livebass play`: plays live."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ GROUPS = {
 
 
 class Setting(click.Option):
-    """An option that is a field of a session's Settings, converted by `value`."""
+    """An option that sets a field of a session's Settings, converted by `value`."""
 
     def __init__(self, *names: Any, field: str = "", value: Callable[[Any], Any] = lambda given: given, **more: Any):
         super().__init__(*names, **more)
@@ -271,13 +271,13 @@ def play(**options: Any) -> None:
 
 
 def fields_of(options: dict[str, Any]) -> dict[str, Any]:
-    """The fields of a session's Settings that options give, each by its row."""
+    """The Settings fields that the options give, each by its row."""
     rows = [row for row in click.get_current_context().command.params if isinstance(row, Setting)]
     return {row.field: row.value(options[str(row.name)]) for row in rows}
 
 
 def summary_line(summary: Summary, gain: float) -> str:
-    """Says how a session went that was played at `gain` (dB)."""
+    """Sums up a session played at `gain` (dB)."""
     from livebass.live.synth import decibels
 
     m, dropped = summary.meters, summary.dropped
@@ -308,7 +308,7 @@ JACK_ONLY = ("transport", "metronome_port", "client_name", "no_connect", "string
 
 
 def check_together(options: dict[str, Any]) -> None:
-    """Raises UsageError for options that do not go together; JACK's own make JACK the backend."""
+    """Raises UsageError for options that exclude each other; JACK's own options make JACK the backend."""
     jack = [f"--{name.replace('_', '-')}" for name in JACK_ONLY if options[name]]
     if options["audio"] is not None and options["backend"] == "jack":
         raise click.UsageError("--audio names an output of PortAudio, which --backend jack does not use: leave one out")
@@ -337,5 +337,5 @@ def check_together(options: dict[str, Any]) -> None:
 
 
 def is_client_name(name: str) -> bool:
-    """True for a name that every JACK server takes."""
+    """True for a name that every JACK server accepts."""
     return 0 < len(name.encode(errors="replace")) <= 32 and name.isprintable() and ":" not in name

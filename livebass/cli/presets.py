@@ -52,7 +52,7 @@ def show(name: str) -> None:
     """
     from livebass.preset.load import preset_text
 
-    click.echo(preset_text(name).encode(), nl=False)  # UTF-8, whatever the terminal has
+    click.echo(preset_text(name).encode(), nl=False)  # UTF-8, whatever encoding the terminal uses
 
 
 @presets.command()

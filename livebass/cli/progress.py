@@ -1,4 +1,4 @@
-"""Shows how far long work has come: bars, and the compilation that some of it begins with."""
+"""Shows the progress of long work, and the compilation that may come first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from livebass.cli.said import say
 
 
 def have_kernels() -> None:
-    """Compiles the kernels if need be, and says so: now, so that it is no part of the time that something takes."""
+    """Compiles the kernels if needed, with a message: do it first, to keep it out of timings."""
     from livebass.compiling.library import cached, duration, library
 
     if not cached():
@@ -38,7 +38,7 @@ def shown_progress(label: str) -> Iterator[Callable[[float], None] | None]:
 
 @contextmanager
 def shown_steps(label: str) -> Iterator[tuple[Callable[[float], None] | None, Callable[[str], None]]]:
-    """As `shown_progress`, and yields with it a function that tells of a step: in front of the bar, or as a line."""
+    """Like `shown_progress`; also yields a function that reports a step: before the bar, or as a line."""
     if not sys.stderr.isatty():
         yield None, say
         return

@@ -1,4 +1,4 @@
-"""Keeps the choices of `livebass play` from one time to the next, in a TOML file of the user."""
+"""Remembers the choices of `livebass play` in a TOML file of the user."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger("livebass")
 
-VARIABLE = "LIVEBASS_SETTINGS"  # of the environment: another file
+VARIABLE = "LIVEBASS_SETTINGS"  # environment variable: another file
 BACKENDS = ("auto", "portaudio", "jack")
 GAIN = (-60.0, 20.0)  # dB
 HEAD = "# What `livebass play` remembers. `livebass play --forget` deletes it.\n"
 
 
 class DamagedSettings(ValueError):
-    """The file cannot be read, or something in it is wrong; one line."""
+    """The file cannot be read, or holds a wrong value; one line."""
 
 
 @dataclass(frozen=True)
 class Remembered:
-    """The choices of the last time; None: there was none. A key of the file each, controllers a table."""
+    """The choices of the last time; None: none. Each is a key of the file, controllers a table."""
 
-    preset: str | None = None  # name, or whole path
+    preset: str | None = None  # name, or absolute path
     gain: float | None = None  # dB
     backend: str | None = None
     audio: str | None = None  # the full name of a PortAudio output
     midi: str | None = None
-    controllers: dict[str, int] = field(default_factory=dict)  # learned, by the parameter's symbol
+    controllers: dict[str, int] = field(default_factory=dict)  # learned, by parameter symbol
     tuning: str | None = None
     capo: int | None = None
     a4: float | None = None  # Hz
-    temperament: str | None = None  # name, or cents with commas
+    temperament: str | None = None  # name, or comma-separated cents
 
     def text(self) -> str:
         """Returns the text of the file."""
@@ -59,7 +59,7 @@ class Remembered:
         return HEAD + "".join(f"{line}\n" for line in lines)
 
     def said(self) -> str:
-        """One line about what was chosen; "" if nothing was."""
+        """One line about the choices; "" if there are none."""
         parts = [self.preset and f"preset {self.preset}", self.tuning and f"tuning {self.tuning}",
                  self.capo and f"capo {self.capo}", self.a4 and f"A {self.a4:g} Hz",
                  self.temperament and f"temperament {self.temperament}", self.gain and f"gain {self.gain:g} dB",
@@ -70,7 +70,7 @@ class Remembered:
 
 
 def settings_file() -> Path:
-    """Returns the path of the settings."""
+    """Returns the path of the settings file."""
     import platformdirs
 
     given = os.environ.get(VARIABLE)
@@ -78,7 +78,7 @@ def settings_file() -> Path:
 
 
 def load(path: Path) -> Remembered:
-    """Reads the file at `path`; without one, there are no choices. Raises DamagedSettings."""
+    """Reads the file at `path`; without a file there are no choices. Raises DamagedSettings."""
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -93,7 +93,7 @@ def load(path: Path) -> Remembered:
 
 
 def _checked(data: dict[str, Any]) -> Remembered:
-    """The choices in a table; keys of other versions are ignored. Raises ValueError for values of no use."""
+    """The choices in a table; ignores keys of other versions. Raises ValueError for unusable values."""
     from livebass.live.desk import check_controllers
     from livebass.preset.keys import KEYS, checked
 
@@ -120,7 +120,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
 
 
 def save(path: Path, remembered: Remembered) -> None:
-    """Writes the file, whole or not at all. Raises OutputError, and ValueError for a name that is not UTF-8."""
+    """Writes the file, complete or not at all. Raises OutputError, and ValueError for a name that is not UTF-8."""
     from livebass.files import Transaction
 
     with Transaction() as files:
@@ -129,7 +129,7 @@ def save(path: Path, remembered: Remembered) -> None:
 
 
 def forget(path: Path) -> None:
-    """Deletes the file, if there is one. Raises OutputError."""
+    """Deletes the file, if it exists. Raises OutputError."""
     from livebass.files import output_error
 
     with suppress(FileNotFoundError):
@@ -142,9 +142,9 @@ def forget(path: Path) -> None:
 
 
 def _toml(value: str | float) -> str:
-    """A value as TOML has it: text with what is not printable, quotes and backslashes escaped.
+    """A value in TOML; unprintable characters, quotes and backslashes in text are escaped.
 
-    Raises ValueError for a name whose bytes are no UTF-8, as TOML is.
+    Raises ValueError for a name that is not UTF-8, as TOML requires.
     """
     if not isinstance(value, str):
         return repr(value)
@@ -155,19 +155,19 @@ def _toml(value: str | float) -> str:
 
 @dataclass(frozen=True)
 class Memory:
-    """Holds the choices of the last time, and those of them that are used now."""
+    """Holds the choices of the last time, and the ones used now."""
 
-    path: Path | None  # None: nothing is kept
+    path: Path | None  # None: remember nothing
     before: Remembered
     used: dict[str, Any]  # options
-    given: frozenset[str]  # options of the command line
+    given: frozenset[str]  # options on the command line
 
     def said(self) -> str:
-        """One line about what is used."""
+        """One line about the choices in use."""
         return Remembered(**self.used).said()
 
     def controllers(self, learn: tuple[tuple[str, int | str | None], ...]) -> dict[str, int]:
-        """The controllers to begin with: those remembered, but as the options say."""
+        """The initial controllers: the remembered ones, changed by the options."""
         controllers = dict(self.before.controllers)
         for symbol, controller in learn:
             controllers = {s: c for s, c in controllers.items() if s != symbol and c != controller}
@@ -176,9 +176,9 @@ class Memory:
         return controllers
 
     def keep(self, summary: Summary, unchosen: set[str | None], learned: dict[str, int]) -> None:
-        """Remembers what was chosen now, and what was chosen before if nothing else was. A full disk is a warning.
+        """Remembers the new choices, and the earlier ones that they do not replace. A full disk is a warning.
 
-        `unchosen` are presets that the player has not chosen: the first one, and those of a file.
+        `unchosen` are presets that the player did not choose: the first one, and those from a file.
         """
         if self.path is None:
             return
@@ -193,7 +193,7 @@ class Memory:
                 changes[name] = click.get_current_context().params[name] or None
         if self.given & {"backend", "audio"}:
             wanted = click.get_current_context().params["backend"]
-            changes["backend"] = wanted if wanted == "portaudio" else None  # JACK plays anyway where it runs
+            changes["backend"] = wanted if wanted == "portaudio" else None  # JACK is used anyway where it runs
             changes["audio"] = summary.audio if "audio" in self.given else None
         if "midi" in self.given:
             wanted = click.get_current_context().params["midi"]
@@ -207,7 +207,7 @@ class Memory:
 
 
 def recall(options: dict[str, Any]) -> Memory:
-    """Reads the choices of the last time, for options not given. A damaged file gets one line, and stays as it is."""
+    """Reads the last choices for options not given. A damaged file is reported in one line and left alone."""
     names = ("preset", "gain", "backend", "audio", "midi", *TUNING_KEYS)
     chosen = frozenset(name for name in names if given(name))
     if options["no_settings"]:
@@ -224,7 +224,7 @@ def recall(options: dict[str, Any]) -> Memory:
     if not chosen & {"backend", "audio"} and options["backend"] == "auto":
         wanted |= {"backend", "audio"}
     if options["song"]:
-        wanted -= {"preset", "tuning", "capo"}  # the file asks for a bass
+        wanted -= {"preset", "tuning", "capo"}  # the file chooses a bass
     if options["no_connect"]:
         wanted -= {"midi"}
     used = {name: getattr(before, name) for name in wanted if getattr(before, name)}

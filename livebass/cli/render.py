@@ -1,4 +1,4 @@
-"""`livebass render`: plays a MIDI file, a note or a demo phrase into a sound file."""
+"""`livebass render`: renders a MIDI file, a note or a demo phrase to a sound file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ FORMATS, BITS = ("wav", "flac", "ogg"), ("16", "24", "float")
 
 @dataclass(frozen=True)
 class Options:
-    """Options that hold for anything that is rendered."""
+    """Options that apply to every render."""
 
     quality: str
     modes: int | None
@@ -184,7 +184,7 @@ def render(output: Path | None, preset: str | None, directory: Path | None, list
 
 @dataclass(frozen=True)
 class Music:
-    """What is to be rendered: a MIDI file, a note or a demo."""
+    """The music to render: a MIDI file, a note or a demo."""
 
     midi: Path | None
     channel: str | int
@@ -200,14 +200,14 @@ class Music:
 
     @property
     def name(self) -> str:
-        """The name of its sound file, without ending."""
+        """The name of its sound file, without extension."""
         if self.midi is not None:
             return "stdin" if self.midi == STREAM else self.midi.stem
         return self.note.written if self.note is not None else "demo"
 
 
 def check_together(music: Music, output: Path | None, directory: Path | None, options: Options) -> None:
-    """Raises UsageError for options that do not go together."""
+    """Raises UsageError for options that exclude each other."""
     source = click.get_current_context().get_parameter_source("gain")
     if options.normalize is not None and source is click.core.ParameterSource.COMMANDLINE:
         raise click.UsageError("--normalize sets the gain itself: leave out --gain")
@@ -255,7 +255,7 @@ def _render_music(music: Music, output: Path, preset: str | None, options: Optio
 
 
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:
-    """Renders the demo phrase with each preset; if one fails, no file is written."""
+    """Renders the demo phrase with each preset; if one fails, writes no file."""
     from livebass.files import Transaction
     from livebass.preset.load import preset_names
 
@@ -277,15 +277,15 @@ def _render_one(
 ) -> str:  # fmt: skip
     """Renders to `output`, as part of the transaction `files` if given; returns the summary.
 
-    `basses` by program are those that program changes choose.
+    `basses`, by program, are those that program changes choose.
     """
     return summary(_rendered(bass, score, output, options, files, basses), options.normalize)
 
 
 def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: dict[int, Instrument] | None) -> str:
-    """Renders to standard output, the bytes that a file would have; returns the summary.
+    """Renders to standard output the bytes that a file would have; returns the summary.
 
-    The header of a sound file tells its length, so it is written when the whole sound is there.
+    The header of a sound file holds its length, so writing begins when the whole sound is rendered.
     """
     from livebass.files import completed_files, output_error
 
@@ -329,7 +329,7 @@ def _rendered(
 
 
 def summary(report: RenderReport, wanted: float | None = None) -> str:
-    """Returns one line about a render; `wanted` is the loudness (LUFS) that it was to have."""
+    """Returns one line about a render; `wanted` is the requested loudness (LUFS)."""
     notes = f"{report.notes} note{'s' * (report.notes != 1)}"
     moved = f" ({report.transposed} transposed, {report.dropped} dropped"
     moved += f", {report.stolen} cut short for another)" if report.stolen else ")"
@@ -351,7 +351,7 @@ def summary(report: RenderReport, wanted: float | None = None) -> str:
 
 
 def normalizing(loudness: float, gain: float, wanted: float) -> str:
-    """Says which `loudness` (LUFS) a `gain` (dB) gave, and why it is not the one `wanted`."""
+    """Tells the `loudness` (LUFS) that a `gain` (dB) gave, and why it is not the one `wanted`."""
     from livebass.engine.render import CEILING
 
     if math.isinf(loudness):

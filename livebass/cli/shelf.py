@@ -1,4 +1,4 @@
-"""The basses that a plugin or a page offers."""
+"""The basses in a plugin or on a page."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 def basses_of(
     presets: tuple[str, ...], more: tuple[str, ...], load: Callable[[str], Instrument]
 ) -> dict[str, Instrument]:
-    """The basses of `presets` and `more` as `load` makes them, by name; if none is named all, the usual one first.
+    """The basses of `presets` and `more`, loaded by `load`, by name; without any, all of them, the default first.
 
-    `more` are names behind the last -p, which has to be there; `tuning` is that of all of them.
+    `more` are names after the last -p, which is required.
     """
     return {name: load(preset) for name, preset in names_of(presets, more).items()}
 
@@ -48,7 +48,7 @@ def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
 def page_basses(
     presets: tuple[str, ...], more: tuple[str, ...], options: dict[str, Any]
 ) -> tuple[dict[str, Instrument], dict[str, Source]]:
-    """The basses of a page, by name, and what presets and tuning each is of. Takes the tuning out of `options`."""
+    """The basses of a page by name, and the preset and tuning of each. Takes the tuning out of `options`."""
     from livebass.web.bench import Source
 
     given = given_tuning(options)
@@ -57,7 +57,7 @@ def page_basses(
 
 
 def page_ready() -> None:
-    """Compiles what a page needs, if it is not there; says so."""
+    """Compiles what a page needs, if missing, with a message."""
     from livebass.web import build
 
     have_kernels()

@@ -1,4 +1,4 @@
-"""Lines about a MIDI file or a note beside the bass that is to play it: parts, programs, notes out of range."""
+"""Lines about a MIDI file or a note and the bass that will play it: parts, programs, notes out of range."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from livebass.units import note_name, one_line
 
 
 def programs_of(score: Score) -> dict[int, str]:
-    """The presets that programs, from 0, choose in a score: those that a take names, or else General MIDI's."""
+    """The presets that programs, from 0, choose in a score: those named by a take, else General MIDI's."""
     if score.basses:
         return {bass.program: bass.preset for bass in score.basses}
     return {number - 1: name for number, name in PROGRAMS.items()}
 
 
 def preset_of(score: Score | None, usual: str) -> str:
-    """The preset that a file begins with, by its program or as a take names it, or the usual one."""
+    """The preset that a file begins with, by its program or named by a take, else the usual one."""
     return usual if score is None or score.program is None else programs_of(score).get(score.program, usual)
 
 
 def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tuple[Instrument, dict[int, Instrument]]:
-    """The bass that a file begins with, and those that its program changes choose, by program from 0."""
+    """The bass that a file begins with, and the ones that its program changes choose, by program from 0."""
     known = programs_of(score)
     names = {program: known[program] for _, program in score.changes if program in known}
     first = preset_of(score, usual)
@@ -43,7 +43,7 @@ def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tu
 
 
 def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None]]:
-    """(time s, program from 1, preset) of each change of bass in mid-file; a program that chooses none has None."""
+    """(time s, program from 1, preset) of each change of bass in mid-file; preset None: it chooses no bass."""
     known = programs_of(score)
     now, found = preset_of(score, usual), list[tuple[float, int, str | None]]()
     for frame, program in score.changes:
@@ -55,7 +55,7 @@ def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None
 
 
 def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
-    """Lines to say about a file before it is played on `preset`; None: on what its programs choose, or on `usual`."""
+    """Messages before a file is played on `preset`; None: on the presets its programs choose, or on `usual`."""
     lines = list(score.remarks)
     if preset is not None:
         return lines
@@ -78,7 +78,7 @@ def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
 
 
 def _remarks_of_take(score: Score, usual: str) -> list[str]:
-    """Lines about the basses that a take names, but for one that would play it anyway."""
+    """Lines about the basses that a take names, except one that would play it anyway."""
     basses = {bass.program: bass for bass in reversed(score.basses)}
     first = basses.get(-1 if score.program is None else score.program)
     lines = [f"played on {shown(first)}"] if first and (first.preset != usual or first.given) else []
@@ -88,7 +88,7 @@ def _remarks_of_take(score: Score, usual: str) -> list[str]:
 
 
 def check_range(bass: Instrument, note: int, usual: str) -> None:
-    """Raises UsageError for a note that `bass` does not have, and names a preset that has it, if possible `usual`."""
+    """Raises UsageError for a note that `bass` lacks; names a preset that has it, preferably `usual`."""
     lowest, highest = bass.note_range
     if not lowest <= note <= highest:
         other = preset_with(note, usual)
@@ -98,7 +98,7 @@ def check_range(bass: Instrument, note: int, usual: str) -> None:
 
 
 def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
-    """A line about the notes of a file below the lowest string, if any, and which preset plays them."""
+    """A line about notes below the lowest string, if any, and the preset that plays them."""
     lowest = bass.note_range[0]
     notes = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
     if not with_low_notes(score, bass).raised:
@@ -121,18 +121,18 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
 
 
 def parts_table(midi: Path, channel: str | int, preset: str | None, load: Loader, command: click.Command) -> str:
-    """The parts of a MIDI file as a table: what was read of each, and whether `channel` would play it, and why.
+    """A table of the parts of a MIDI file: what was read of each, and whether and why `channel` would play it.
 
-    Switches are keys that switch on the bass that the file begins with. A last line says which basses play it, if
-    several do. `preset` is the one that was asked for; None: those that the file chooses. `command`: the
-    one with the options.
+    Switches are the key switches of the file's first bass. A last line names the basses that play it, if there
+    are several. `preset` is the requested one; None: those that the file chooses. `command`: the one with the
+    options.
     """
     loaded: Callable[[str], Instrument] = load
     try:
         score: Score | None = read_score(midi, LEAST_RATE, channel)
         if score and preset is None:
             score, loaded = with_loaded(score, load, DEFAULT_PRESET, command)
-    except ScoreError:  # no bass in it, or it cannot be read at all, as `read_parts` says
+    except ScoreError:  # there is no bass in it, or `read_parts` says why it is unreadable
         score = None
     first = preset or preset_of(score, DEFAULT_PRESET)
     bass = loaded(first)

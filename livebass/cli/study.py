@@ -1,4 +1,4 @@
-"""`livebass study`, which computes Issanchou et al. (2018) anew and sweeps over parameters, and `livebass simulate`."""
+"""`livebass study` recomputes Issanchou et al. (2018) and sweeps over parameters; `livebass simulate` plucks once."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from livebass.experiment.grid import Axis, Point, Settings
 
 FILES = ("claims.json", "claims.csv", "claims.html")
-# Of one pluck of one string, and of how finely to solve it.
+# For one pluck of one string, and the precision of its solution.
 pluck_options = together(
     preset_option("The bass.", default="paper-g", show_default=True),
     click.option("--string", default="G", show_default=True, help="Name of the string."),
@@ -104,14 +104,14 @@ def claims(
                 results = check(wanted, workers, progress, plucks)
             for path, kind in texts:
                 files.write_text(path, WRITERS[kind](results))
-    finally:  # neither a closed pipe loses the files nor a full disk the table
+    finally:  # neither a closed pipe may lose the files nor a full disk the table
         if results:
             click.echo(table(results))
     return int(not all_hold(results))
 
 
 class Interrupted(click.ClickException):
-    """Ctrl-C, with a line of its own about what is kept."""
+    """Ctrl-C, with its own line about what is kept."""
 
     exit_code = INTERRUPTED
 
@@ -209,7 +209,7 @@ def sweep(
     points = grid(settings, axes)
     results: dict[str, dict[str, float]] = {}
     try:
-        with Transaction() as made:  # directories, which are removed again if no point comes into them
+        with Transaction() as made:  # new directories, removed again if they stay empty
             sweeping.prepare(made, directory, file)
             results |= sweeping.found(directory, points)
             _complete(directory, points, results, workers or core_count(), scheduler)
@@ -235,7 +235,7 @@ def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int
 def _complete(
     directory: Path, points: Sequence[Point], results: dict[str, dict[str, float]], workers: int, scheduler: str | None
 ) -> None:
-    """Compute the points that `results` lacks, and say how many were there."""
+    """Compute the points missing in `results`, and report how many were there."""
     from livebass.experiment.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
@@ -253,9 +253,9 @@ def _complete(
 
 @contextmanager
 def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
-    """Yield the place where points are computed, in words, and the function that computes them.
+    """Yield where points are computed, in words, and the function that computes them.
 
-    Compiles the kernels first if need be.
+    Compiles the kernels first if needed.
     """
     from livebass.experiment.workers import computed, connected
 
@@ -263,13 +263,13 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
         with connected(scheduler) as compute:
             yield f"on {scheduler}", compute
         return
-    have_kernels()  # compiled here, not by every process
+    have_kernels()  # compiled here once, not in every process
     where = f"with {workers} process{'es' * (workers != 1)}"
     yield where, lambda points: computed(points, workers, say)
 
 
 def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:
-    """A quantity at every point, (points,)."""
+    """A quantity's values at all points, (points,)."""
     import numpy as np
 
     return np.array([results[point.digest][name] for point in points])
@@ -332,7 +332,7 @@ HELP = ("-h", "--help")
 
 
 class StudyGroup(click.Group):
-    """A group that takes a word which is not a command for the name of a study to run."""
+    """A group that treats a word that is no command as the name of a study to run."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         if args and args[0] not in (*self.commands, *HELP):
@@ -404,7 +404,7 @@ def run(
 
 
 def _write_player(directory: Path) -> None:
-    """Writes the page that plays the string of the paper where the studies in `directory` link to it."""
+    """Writes the page that plays the paper's string, at the place that studies in `directory` link to."""
     from livebass.cli.shelf import page_ready
     from livebass.files import checked_directory
     from livebass.paper.cases import PRESET

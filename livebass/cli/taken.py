@@ -1,7 +1,7 @@
-"""The basses that a take names: what `play` writes of them, and what `render` and `play` load for them.
+"""The basses that a take names: `play` writes them into the take, `render` and `play` load them.
 
-A take may come from anybody. Its texts choose only presets by name, preset files that exist, and values that the
-options of the command line allow.
+A take may come from anybody. Its texts choose only presets by name, existing preset files, and values that the
+command-line options allow.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from livebass.score.score import Score, TakenBass
 
 RESPONSES = (".wav", ".flac", ".ogg", ".aif", ".aiff")
-LONGEST_SHOWN = 200  # characters of a bass, in a line
+LONGEST_SHOWN = 200  # characters to show of a bass, in a line
 
 
 def told(options: Mapping[str, Any]) -> dict[str, str]:
-    """The options among `options` that change a bass, as a take tells them: as on the command line, paths whole."""
+    """The `options` that change a bass, as a take stores them: as on the command line, with absolute paths."""
     from livebass.preset.source import is_path
 
     found = {name: value for name in SOUND if (value := options[name]) is not None and value is not False}
@@ -43,8 +43,8 @@ def with_loaded(
 ) -> tuple[Score, Callable[[str], Instrument]]:
     """The score with basses that can be loaded, and a function that loads each as the take names it.
 
-    In place of a bass that cannot be had plays the one of its program, or the `usual` one, and a remark says so.
-    `load` has the options of the command line, which go before those of the take; `command` has all of them.
+    A bass that cannot be loaded is replaced by the one of its program, or the `usual` one, with a remark. `load` has
+    the options of the command line, which override the take's; `command` has all options.
     """
     if not score.basses:
         return score, load
@@ -77,14 +77,14 @@ def with_loaded(
 
 
 def shown(bass: TakenBass) -> str:
-    """A bass of a take with what was set, for a line."""
+    """A bass of a take with its options, for a line."""
     values = (name.replace("_", "-") if value == "True" else f"{name} {value}" for name, value in bass.given.items())
     line = f"{bass.preset} ({', '.join(values)})" if bass.given else bass.preset
     return line if len(line) <= LONGEST_SHOWN else f"{line[: LONGEST_SHOWN - 3]}..."
 
 
 def _checked(preset: str) -> str:
-    """`preset`, if it is a name or the whole path of a file. Raises ValueError, which says why it is none."""
+    """`preset`, if it is a known name or the absolute path of a preset file. Raises ValueError with the reason."""
     from livebass.preset.load import laboratory_names, preset_names
     from livebass.preset.source import is_path
 
@@ -97,13 +97,13 @@ def _checked(preset: str) -> str:
 
 
 def _is_file(path: str, endings: tuple[str, ...]) -> bool:
-    """True for the whole path of a file on this machine with one of the `endings`."""
-    whole = os.path.isabs(path) and not path.startswith(("//", "\\\\"))  # those name another machine
+    """True for the absolute path of a file on this machine with one of the `endings`."""
+    whole = os.path.isabs(path) and not path.startswith(("//", "\\\\"))  # these name another machine
     return whole and path.lower().endswith(endings) and Path(path).is_file()
 
 
 def _given(bass: TakenBass, command: click.Command) -> tuple[dict[str, Any], list[str]]:
-    """The options of a bass, as `command` takes them, and a line about each that it does not."""
+    """The options of a bass that `command` accepts, and a line about each other one."""
     from livebass.model.keymap import MAPS
 
     kinds = {parameter.name: parameter for parameter in command.params if parameter.name in SOUND}
@@ -113,7 +113,7 @@ def _given(bass: TakenBass, command: click.Command) -> tuple[dict[str, Any], lis
             fits = {
                 "keys": value in MAPS or _is_file(value, (".toml",)),
                 "response": _is_file(value, RESPONSES),
-                "temperament": not FILE.search(value),  # a take has cents
+                "temperament": not FILE.search(value),  # a take stores cents
             }.get(name, name in kinds)
             if not fits:
                 raise ValueError

@@ -1,4 +1,4 @@
-"""The options that tune a bass: `play`, `render` and `export` have them."""
+"""The options that tune a bass, for `play`, `render` and `export`."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from livebass.cli.values import Number, Parsed
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
-TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # as a preset calls them, too
-FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # of a temperament
+TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # the keys of a preset, too
+FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # names a temperament file
 
 
 def _tuning(value: Any) -> Any:
-    """A tuning, by its name or by the notes of the open strings, as it was given."""
+    """A tuning, as given, checked: by name or by the notes of the open strings."""
     from livebass.preset.tuning import tuning_of
 
     tuning_of(value)
@@ -27,14 +27,14 @@ def _tuning(value: Any) -> Any:
 
 
 def _reference(value: Any) -> float:
-    """The pitch of the A above middle C, Hz, of "432" or "432Hz"."""
+    """The pitch of the A above middle C, Hz, from "432" or "432Hz"."""
     from livebass.preset.tuning import reference_of
 
     return reference_of(value)
 
 
 class Temperament(click.ParamType):
-    """A temperament: its name, cents with commas, or a file, which becomes cents."""
+    """A temperament: a name, comma-separated cents, or a file, which is converted to cents."""
 
     name = "temperament"
 
@@ -91,7 +91,7 @@ def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNI
 
 
 def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:
-    """Takes the tuning out of a command's options; returns what was given, as `load_preset` takes it."""
+    """Takes the tuning out of a command's options; returns the given values, as `load_preset` takes them."""
     given = given_tuning(options)
     for name in TUNING_KEYS:
         del options[name]
@@ -99,5 +99,5 @@ def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:
 
 
 def given_tuning(options: dict[str, Any]) -> dict[str, Any]:
-    """The tuning that was given among a command's options, which keep it."""
+    """The tuning given among a command's options, which keep it."""
     return {name: options[name] for name in TUNING_KEYS if options[name] is not None}

@@ -34,7 +34,7 @@ class Quantity(click.ParamType):
             except ValueError as error:
                 self.fail(f"{value!r}: {error}", param, ctx)
         if self.limits.whole and math.isclose(number, _nearest(number), rel_tol=1e-12):
-            number = _nearest(number)  # rounding: 8.1 times 1e6 Hz need not be whole
+            number = _nearest(number)  # round: 8.1 times 1e6 Hz need not be whole
         try:
             self.limits.check("", number)
         except ValueError:
@@ -43,7 +43,7 @@ class Quantity(click.ParamType):
 
 
 class WholeQuantity(Quantity):
-    """A quantity in whole numbers of its SI unit, given as an integer: "48000", "44.1kHz"."""
+    """A quantity in whole SI units, given as an integer: "48000", "44.1kHz"."""
 
     def __init__(self, dimension: str, least: float, most: float, whole: bool = True) -> None:
         super().__init__(dimension, least, most, whole=True)
@@ -53,7 +53,7 @@ class WholeQuantity(Quantity):
 
 
 def _nearest(number: float) -> float:
-    """The nearest whole number; NaN and the infinities as they are."""
+    """The nearest integer; NaN and infinities unchanged."""
     return float(round(number)) if math.isfinite(number) else number
 
 
@@ -77,7 +77,7 @@ class Number(click.ParamType):
 
 
 class Span(click.ParamType):
-    """A part of a piece, from one time to another: "4s:12s", "4:12.5"; "all" is (0, 0)."""
+    """A section of a piece, from one time to another: "4s:12s", "4:12.5"; "all" is (0, 0)."""
 
     name = "from:to"
 
@@ -100,7 +100,7 @@ class Span(click.ParamType):
 
 
 class Learn(click.ParamType):
-    """A parameter of the playing, with or without the MIDI controller that moves it: "tone", "tone=74", "tone=off"."""
+    """A playing parameter, with or without its MIDI controller: "tone", "tone=74", "tone=off"."""
 
     name = "parameter[=controller]"
 
@@ -126,7 +126,7 @@ class Learn(click.ParamType):
 
 
 class Parsed(click.ParamType):
-    """Reads a text by `parse`, and refuses one for which that raises ValueError."""
+    """Converts a text by `parse`; refuses it if that raises ValueError."""
 
     def __init__(self, name: str, parse: Callable[[Any], Any], metavar: str | None = None) -> None:
         self.name, self.parse, self.metavar = name, parse, metavar or name.upper()
@@ -158,13 +158,13 @@ class Channel(click.ParamType):
 
 
 class Note(int):
-    """A MIDI number of a note, and its name as it was `written`: Bb1 stays Bb1."""
+    """The MIDI number of a note, and its name as `written`: Bb1 stays Bb1."""
 
     written: str
 
 
 def _note(value: Any) -> Note:
-    """Reads a name or a MIDI number. Raises ValueError."""
+    """Reads a note name or a MIDI number. Raises ValueError."""
     note = Note(note_number(value))
     name = re.fullmatch(r"([A-Ga-g])([#b]?)(-?\d+)", str(value).strip())
     note.written = f"{name[1].upper()}{name[2]}{name[3]}" if name else note_name(note)

@@ -1,6 +1,6 @@
-"""Compares notes of a bass with notes of another: what players hear of attack, touch, pitch and decay, in numbers.
+"""Compares notes of two basses: attack, touch, pitch and decay as players hear them, in numbers.
 
-`measure` gives the figures of one note, `figures` those of a bass, and `distance` how far two notes are apart. To fit a
+`measure` gives the figures of a note, `figures` the figures of a bass, `distance` the distance of two notes. To fit a
 preset:
 
     from livebass import QUALITIES, load_preset, render_to_array, single_note
@@ -9,8 +9,8 @@ preset:
     preset = load_preset("jazz-finger")
     sound = render_to_array(preset, single_note(36, 127, 3.0, 48_000), QUALITIES["studio"]).sum(axis=0)
     note = measure(sound, 48_000, 65.4)
-    note["centroid_20"], note["fundamental_fall"]               # Hz and dB; NaN where the note does not tell
-    note.missing                                                # {"t60_3200": "no partial ..."}: why it does not
+    note["centroid_20"], note["fundamental_fall"]               # Hz and dB; NaN if not shown
+    note.missing                                                # {"t60_3200": "no partial ..."}: the reason
     measure(sound, 48_000, 65.4, only=["centroid_20"])          # in a fraction of the time
 
     real = measured(["tests/comparison/recordings/growlybass"]) # the notes of sound files, or folders of them
@@ -20,7 +20,7 @@ preset:
     outside(figures(bass), bass.technique)                      # {("centroid_20", "hard"): 241.2, ...}, 0 inside
     distance(ours[0].sound, real[0].sound, ours[0].rate, other_rate=real[0].rate)  # dB
 
-`livebass compare` prints all of it; `comparing.compare` is what it calls.
+`livebass compare` prints all of it, through `comparing.compare`.
 """
 
 from livebass.comparison.comparing import Comparison, compare

@@ -13,7 +13,7 @@ from livebass.comparison.summary import Bass, Figure, Figures, apart, distances,
 from livebass.report.progress import Progress, steps
 from livebass.report.text import columns, json_text
 
-NOTHING = "—"  # in place of a value that no note tells
+NOTHING = "—"  # for a missing value
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Comparison:
     basses: tuple[Compared, ...]  # the real ones first
 
     def table(self) -> str:
-        """Returns the table: a line for each row, two columns for each bass, and why there are values missing."""
+        """Returns the table: a line per row, two columns per bass, and the reasons for missing values."""
         reasons: list[str] = []
         lines = [("", "", "unit", "five real", *(c for each in self.basses for c in (each.bass.title, "")))]
         last = ""
@@ -65,7 +65,7 @@ class Comparison:
         return row.shown(figure.value), row.verdict(figure.value, each.bass.technique)
 
     def ranges(self, row: Row) -> str:
-        """Returns the range of five real basses for a row, as it is shown; several where techniques differ."""
+        """Returns the range of five real basses for a row, as shown; several if techniques differ."""
         found = dict.fromkeys(row.range_of(each.bass.technique) for each in self.basses)
         return " | ".join(
             "" if r is None else row.shown(r.low) if r.low == r.high else f"{row.shown(r.low)} to {row.shown(r.high)}"
@@ -73,7 +73,7 @@ class Comparison:
         ).strip(" |")
 
     def _distances(self) -> list[str]:
-        """Returns lines with the distance of each bass to each real one."""
+        """Returns lines with the distance from each bass to each real one."""
         rows = [
             (f"{each.bass.title} to {title}", NOTHING if math.isnan(f.value) else f"{f.value:.1f} dB")
             for each in self.basses
@@ -82,7 +82,7 @@ class Comparison:
         return ["distance to the nearest note of the same pitch, 1 s, median", *columns(rows)] if rows else []
 
     def json(self) -> str:
-        """Returns everything as JSON: rows with values, verdicts and reasons, figures by dynamic, each note's."""
+        """Returns everything as JSON: rows with values, verdicts and reasons, figures by dynamic and by note."""
         return json_text({"basses": [_json(each) for each in self.basses]})
 
 
@@ -92,7 +92,7 @@ def _letter(number: int) -> str:
 
 
 def compare(basses: Sequence[Bass], progress: Progress | None = None) -> Comparison:
-    """Compares basses, each with each real one. Measures all notes, which `progress` follows."""
+    """Compares each bass with each real one. Measures all notes, tracked by `progress`."""
     ordered = sorted(basses, key=lambda b: b.rendered)
     real = [b for b in ordered if not b.rendered]
     notes = [n for b in ordered for n in b.notes]

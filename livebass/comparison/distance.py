@@ -1,8 +1,8 @@
-"""Tells how far two notes are apart: the mean difference of their levels over time and third octaves, in dB.
+"""The distance of two notes: the mean difference of their levels over time and third octaves, in dB.
 
-Levels are those of Hann windows of 0.1 s, half a window apart, in third octaves from 40 Hz to 8 kHz, from the attack
-on; what is 60 dB below the loudest or less counts as 60 dB below. How loud a note is as a whole does not count; with
-`equalized`, neither does how loud each of its bands is, and only its change in time is left.
+Levels are taken in Hann windows of 0.1 s, half a window apart, in third octaves from 40 Hz to 8 kHz, from the attack
+on; anything fainter than 60 dB below the loudest counts as 60 dB below. The overall loudness of a note does not count;
+with `equalized`, neither does the loudness of each band, and only the change in time remains.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from livebass.comparison.measures import attack
 
 WINDOW, HOP = 0.1, 0.05  # s
 FLOOR = 60.0  # dB below the loudest
-BANDS = 1000.0 * 2.0 ** (np.arange(-14, 10) / 3)  # Hz, middles of third octaves
-SPANS = (1.0, 2.5)  # s, of which distances are told
+BANDS = 1000.0 * 2.0 ** (np.arange(-14, 10) / 3)  # Hz, centres of third octaves
+SPANS = (1.0, 2.5)  # s, over which distances are given
 FINEST = 2.0  # Hz between bins: the lowest band is 9 Hz wide
 
 
@@ -29,7 +29,7 @@ class Shape:
     levels: Floats  # (frames, bands), 0 is the loudest; none below -FLOOR
 
     def frames(self, seconds: float) -> int:
-        """Returns how many windows end within `seconds`."""
+        """Number of windows that end within `seconds`."""
         return 1 + int((seconds - WINDOW) / HOP + 1e-9)
 
 
@@ -50,15 +50,15 @@ def shape(sound: Floats, rate: float, longest: float = SPANS[-1]) -> Shape:
 
 @lru_cache(4)
 def _shares(size: int, rate: float) -> Floats:
-    """Returns how much of each bin belongs to each band, (bins, bands)."""
-    edges = BANDS[:, None] * 2.0 ** (np.array([-1, 1]) / 6) * size / rate  # in bins, which reach half a bin each way
+    """Returns the share of each bin in each band, (bins, bands)."""
+    edges = BANDS[:, None] * 2.0 ** (np.array([-1, 1]) / 6) * size / rate  # in bins, which extend half a bin each way
     low = np.arange(size // 2 + 1)[:, None] - 0.5
     inside = np.minimum(low + 1, edges[:, 1]) - np.maximum(low, edges[:, 0])
     return np.asarray(np.maximum(inside, 0.0))
 
 
 def between(a: Shape, b: Shape, seconds: float = SPANS[0], equalized: bool = False) -> float:
-    """Returns the distance of two notes over `seconds`, dB; NaN where one of them is shorter."""
+    """Returns the distance of two notes over `seconds`, dB; NaN if one is shorter."""
     count = a.frames(seconds)
     if min(len(a.levels), len(b.levels)) < count:
         return float("nan")
@@ -70,8 +70,8 @@ def distance(
     a: Floats, b: Floats, rate: float, seconds: float = SPANS[0], *, other_rate: float | None = None,
     equalized: bool = False,
 ) -> float:  # fmt: skip
-    """Returns the distance of two notes, `a` (n,) of `rate` Hz and `b` (m,) of `other_rate` or the same, dB.
+    """Returns the distance of two notes, `a` (n,) at `rate` Hz and `b` (m,) at `other_rate` or the same, dB.
 
-    `seconds` from the attack are compared; `equalized`: the level of each band is free. NaN where a note is shorter.
+    Compares `seconds` from the attack; `equalized`: ignores the level of each band. NaN if a note is shorter.
     """
     return between(shape(a, rate, seconds), shape(b, other_rate or rate, seconds), seconds, equalized)

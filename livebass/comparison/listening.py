@@ -1,4 +1,4 @@
-"""Notes to listen to: each real one, and beside it the nearest of every other bass, at the same loudness."""
+"""Notes to listen to: each real one beside the nearest note of every other bass, equally loud."""
 
 from __future__ import annotations
 
@@ -29,28 +29,28 @@ CEILING = 10 ** (-0.3 / 20)  # peak of a note
 
 @dataclass(frozen=True)
 class Heard:
-    """One player of the page."""
+    """One audio player of the page."""
 
     bass: str
-    name: str  # of the note, as the file is called
+    name: str  # of the note, as its file
     flac: str  # base64
-    moved: float | None = None  # dB by which it was made louder; None: the real one
-    distance: float = math.nan  # dB from the real one, over the first second; NaN where a note is shorter
+    moved: float | None = None  # dB of gain to match loudness; None: the real one
+    distance: float = math.nan  # dB from the real one, over the first second; NaN if a note is shorter
 
 
 @dataclass(frozen=True)
 class Row:
-    """A real note and those of other basses that are nearest to it."""
+    """A real note and the nearest notes of other basses."""
 
     title: str
     players: tuple[Heard, ...]  # the real one first
-    lowered: float = 0.0  # dB by which all are softer than recorded, so that none clips
+    lowered: float = 0.0  # dB of attenuation common to all, which avoids clipping
 
 
 def rows(shown: Sequence[Compared]) -> list[Row]:
     """Returns the rows of up to MOST notes of the real basses, by pitch and from soft to hard.
 
-    Beside them stand the rendered basses; where there are none, the other real ones beside the first.
+    The rendered basses stand beside them; if there are none, the other real basses beside the first.
     """
     real, others = [c for c in shown if not c.bass.rendered], [c for c in shown if c.bass.rendered]
     if not others:
@@ -83,13 +83,13 @@ def _row(real: Note, of: Compared, others: Sequence[Compared]) -> Row:
 
 
 def _apart(a: Note, b: Note) -> float:
-    """The distance of two notes, dB; infinite where it is not known."""
+    """The distance of two notes, dB; infinite if unknown."""
     found = between(a.shape, b.shape)
     return math.inf if math.isnan(found) else found
 
 
 def _cut(note: Note) -> Floats:
-    """A note from its attack on, LONGEST at most, with an end that does not click."""
+    """A note from its attack on, LONGEST at most, faded so the end does not click."""
     begin = max(0, attack(note.sound, note.rate) - round(LEAD * note.rate))
     sound = np.array(note.sound[begin:][: round(LONGEST * note.rate)], np.float64)
     fade = min(round(FADE * note.rate), sound.size)
@@ -98,7 +98,7 @@ def _cut(note: Note) -> Floats:
 
 
 def _loudness_apart(a: Floats, rate_a: int, b: Floats, rate_b: int) -> float:
-    """By how many dB `a` is louder than `b` (BS.1770), over the time that both last; 0 where one is silent."""
+    """The dB by which `a` is louder than `b` (BS.1770), over their common time; 0 if one is silent."""
     seconds = min(a.size / rate_a, b.size / rate_b)
     found = []
     for sound, rate in ((a, rate_a), (b, rate_b)):
@@ -109,7 +109,7 @@ def _loudness_apart(a: Floats, rate_a: int, b: Floats, rate_b: int) -> float:
 
 
 def _flac(sound: Floats, rate: int) -> str:
-    """A FLAC file of 16 bits, which every browser plays; base64."""
+    """A 16-bit FLAC file, which every browser plays; base64."""
     file = io.BytesIO()
     soundfile.write(file, sound, rate, format="FLAC", subtype="PCM_16")
     return base64.b64encode(file.getvalue()).decode()

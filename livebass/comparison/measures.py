@@ -1,9 +1,9 @@
-"""Measures one note: what players hear of its attack, touch, pitch and decay, as figures with names.
+"""Measures one note: its attack, touch, pitch and decay as players hear them, as named figures.
 
-Times are in s from the attack, where the sound first comes within 30 dB of its peak. Spectra are those of Hann windows
-unless another is named, centroids are weighted with power (eq. 14 of C. Issanchou et al., 2018), and bands are cut out
-of the Fourier transform of the whole note. A figure that the note is too short for, or does not show, is NaN with the
-reason beside it: it is never a guess.
+Times are in s from the attack, where the sound first comes within 30 dB of its peak. Spectra use Hann windows unless
+stated otherwise, centroids are weighted with power (eq. 14 of C. Issanchou et al., 2018), and bands are cut out of the
+Fourier transform of the whole note. A figure that the note is too short for, or does not show, is NaN with a reason:
+never a guess.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from livebass.units import cents
 
 PITCH = (20.0, 700.0)  # Hz, of a note
 ATTACK = 30.0  # dB below the peak
-BEGUN = 0.3  # of the peak: a file that begins so loud begins within its note
+BEGUN = 0.3  # of the peak: a file that begins as loud begins within its note
 SHORTEST = 0.05  # s of a note
-PEAK = 0.5  # s in which the peak is looked for
-LEVEL = 0.05  # s, of which the level after 1 s and 2 s is the mean
-BODY = 0.3  # s, in which bands are compared
-WINDOW = 0.04  # s, of a centroid
+PEAK = 0.5  # s to search for the peak
+LEVEL = 0.05  # s, averaged for the level after 1 s and 2 s
+BODY = 0.3  # s, to compare bands
+WINDOW = 0.04  # s, for a centroid
 EDGES = (300.0, 700.0, 1500.0, 3000.0, 6000.0)  # Hz, of the bands; the first begins at 1.5 f0
-OCTAVES = (31.25, 62.5, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)  # Hz, middles
+OCTAVES = (31.25, 62.5, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0)  # Hz, centres
 GAPS = (200.0, 500.0, 1500.0, 4000.0)  # Hz: between partials
-AT_ONCE = 6  # periods of a window at 50 ms
+AT_ONCE = 6  # periods in a window at 50 ms
 GLIDING = 5  # partials
 EARLY, LATE, STEADY = (0.05, 0.11), (0.13, 0.23), (0.8, 1.5)  # s, of glides
-GLIDE_PERIODS = 4.5  # in a window of a glide at least
-STABLE, WILDEST = 15.0, 200.0  # cents: of the two halves of the steady part; of a glide
+GLIDE_PERIODS = 4.5  # in a window of a glide, at least
+STABLE, WILDEST = 15.0, 200.0  # cents: between halves of the steady part; of a glide
 WAVER = (0.1, 0.6)  # s
 WAVERING = (5, 12)  # partials
-FRAME = 0.01  # s, of the level of a band of high frequencies
+FRAME = 0.01  # s, for the level of a high band
 
 LEVEL_KEYS = ("level_1s", "level_2s")
 BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
@@ -73,7 +73,7 @@ class Measures(Mapping[str, float]):
 
 
 class _Unknown(Exception):
-    """A figure cannot be told of this note: the reason."""
+    """The reason why a note does not show a figure."""
 
 
 @dataclass(frozen=True)
@@ -98,12 +98,12 @@ class _Note:
             raise _Unknown("the recording begins within the note")
 
     def part(self, begin: float, end: float) -> Floats:
-        """Returns the samples from `begin` to `end` (s), which must be there."""
+        """Returns the samples from `begin` to `end` (s), which must exist."""
         self.until(end)
         return self.sound[round(begin * self.rate) : round(end * self.rate)]
 
     def around(self, middle: float, length: float) -> Floats:
-        """Returns the samples of a window; those before the attack are 0."""
+        """Returns the samples of a window; 0 before the attack."""
         n = round(length * self.rate)
         first = round(middle * self.rate) - n // 2
         self.until((first + n) / self.rate)
@@ -111,12 +111,12 @@ class _Note:
 
 
 def measure(sound: ArrayLike, rate: float, pitch: float, only: Collection[str] | None = None) -> Measures:
-    """Measures `sound` (n,), full scale 1, `rate` in Hz: one note of `pitch` (Hz, to 3 %), with what is before it.
+    """Measures `sound` (n,), full scale 1, `rate` in Hz: one note of `pitch` (Hz, to 3 %), with any lead-in.
 
-    Returns figures by name (`rows.ROWS` says what each is); a figure that the note does not tell is NaN, and `missing`
-    has the reason. `only` names the figures that are wanted: others are left out where that saves time, and partials
-    are followed for those of T60 alone. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or
-    of more than one dimension, for a rate or pitch that is not allowed, and for a name that is not a figure's.
+    Returns figures by name (explained in `rows.ROWS`); a figure that the note does not show is NaN, with its reason in
+    `missing`. `only` names the wanted figures: others are skipped if that saves time, and partials are followed only
+    for T60. Raises ValueError for a sound that is silent, not finite, shorter than 50 ms or of more than one
+    dimension, for an invalid rate or pitch, and for an unknown figure.
     """
     for key in sorted(only or ()):
         one_of("figure", key, sorted(KEYS))
@@ -140,7 +140,7 @@ def measure(sound: ArrayLike, rate: float, pitch: float, only: Collection[str] |
 
 
 def attack(sound: Floats, rate: float) -> int:
-    """Returns the sample with which a note begins: the first within 30 dB of the peak of its first half second."""
+    """Returns the first sample of a note: the first within 30 dB of the peak of its first half second."""
     loud = np.abs(sound)
     peak = float(loud[: round(PEAK * rate)].max())
     return int(np.argmax(loud >= peak * 10 ** (-ATTACK / 20)))
@@ -167,7 +167,7 @@ def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
 
 
 def _refined(sound: Floats, rate: float, pitch: float) -> float:
-    """Returns the frequency of the fundamental (Hz) from 0.1 to 1 s, or `pitch` if none is found there."""
+    """Returns the frequency of the fundamental (Hz) from 0.1 to 1 s, or `pitch` if none is found."""
     piece = sound[round(0.1 * rate) : round(1.0 * rate)]
     if piece.size * pitch < 8 * rate:
         return pitch
@@ -176,7 +176,7 @@ def _refined(sound: Floats, rate: float, pitch: float) -> float:
 
 
 def _db(power: float) -> float:
-    """Returns 10 log10 of a power; _Unknown for none."""
+    """Returns 10 log10 of a power; raises _Unknown for zero."""
     if not power > 0:
         raise _Unknown("nothing sounds there")
     return 10 * math.log10(power)
@@ -198,7 +198,7 @@ def _hann(n: int) -> Floats:
 
 
 def _faded(n: int, fade: int) -> Floats:
-    """Returns a window that is 1, and falls in its last `fade` samples."""
+    """Returns a window that is 1 and falls in its last `fade` samples."""
     window = np.ones(n)
     fade = min(fade, n)
     window[n - fade :] = 0.5 + 0.5 * np.cos(np.pi * (np.arange(fade) + 1) / (fade + 1))
@@ -206,7 +206,7 @@ def _faded(n: int, fade: int) -> Floats:
 
 
 def _levels(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Peak and mean level, and what is left of the level after 1 s and 2 s."""
+    """Peak and mean level, and the decay of the level after 1 s and 2 s."""
     start = note.sound[: round(PEAK * note.rate)]
     found: dict[str, Any] = {
         "peak": 20 * math.log10(float(np.abs(start).max())),
@@ -228,7 +228,7 @@ def _levels(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _t60(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Median T60 of the partials of each octave, and how they scatter from one to the next."""
+    """Median T60 of the partials of each octave, and their scatter from one to the next."""
     note.until(0.6)
     found: dict[str, Any] = {}
     for key, (low, high) in zip(T60_KEYS, pairwise(T60_OCTAVES), strict=True):
@@ -240,7 +240,7 @@ def _t60(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _bands(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Levels of bands in the first 0.3 s over the fundamental's."""
+    """Levels of bands in the first 0.3 s relative to the fundamental."""
     piece = note.part(0.0, BODY)
     nu, power = _spectrum(piece, note.rate, _faded(piece.size, round(0.03 * note.rate)))
     base = float(power[(nu > 0.5 * note.pitch) & (nu < 1.5 * note.pitch)].sum())
@@ -273,7 +273,7 @@ def _centroids(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _fundamental(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Level of the fundamental at 100 ms over that at 20 ms, in windows of two periods, whose zeros lie on others."""
+    """Level of the fundamental at 100 ms over 20 ms, in windows of two periods, whose zeros lie on other partials."""
     note.attacked()
     n = round(2 * note.rate / note.pitch)
     turn = np.exp(-2j * math.pi * note.pitch * np.arange(n) / note.rate) * _hann(n)
@@ -283,7 +283,7 @@ def _fundamental(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Cents of partials 1 to 5, early and late, over 0.8 to 1.5 s."""
+    """Cents of partials 1 to 5, early and late, relative to 0.8 to 1.5 s."""
     note.until(STEADY[1])
     each: dict[str, list[float]] = {key: [] for key in GLIDE_KEYS}
     half = (STEADY[0] + STEADY[1]) / 2
@@ -302,7 +302,7 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
             found[f"{key}_{j}"] = "the partial is faint or beats"
             if stable:
                 length = step * math.ceil(max(end - begin, GLIDE_PERIODS / note.pitch) / step - 1e-6)
-                first = max(0.0, (begin + end - length) / 2)  # a longer window of a low note has the same middle
+                first = max(0.0, (begin + end - length) / 2)  # a longer window, for a low note, has the same middle
                 at = partial(note.part(first, first + length), note.rate, nu)[0]
                 if at > 0 and abs(cents(at / nu)) < WILDEST:
                     found[f"{key}_{j}"] = cents(at / nu)
@@ -313,9 +313,9 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Median distance of the levels of partials 5 to 12 from a straight line through 0.1 to 0.6 s.
+    """Median distance of the levels of partials 5 to 12 from a straight line over 0.1 to 0.6 s.
 
-    In windows of eight periods; a partial counts that stands 15 dB over what lies between partials.
+    In windows of eight periods, for partials 15 dB above the sound between partials.
     """
     note.until(WAVER[1])
     found = note.partials[(note.numbers >= WAVERING[0]) & (note.numbers <= WAVERING[1])]
@@ -342,7 +342,7 @@ def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Measures the sound between partials at 0.4 s, in three bands, over the whole note then."""
+    """Measures the sound between partials at 0.4 s, in three bands, relative to the whole note then."""
     length = max(0.2, 12 / note.pitch)
     piece = note.around(0.4, length)
     nu, power = _spectrum(piece, note.rate, np.kaiser(piece.size, 12.0), 2.0)
@@ -358,7 +358,7 @@ def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
-    """Returns which frequencies (bins,) lie farther than `near` fundamentals from every partial."""
+    """Returns the mask of frequencies (bins,) farther than `near` fundamentals from every partial."""
     free = nu > 0.5 * note.pitch
     for each in note.partials:
         free &= np.abs(nu - each) > near * note.pitch
@@ -366,7 +366,7 @@ def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
 
 
 def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Measures the sound halfway between partials at 50 ms, 0.5 to 4 kHz, over them; of low notes some 20 ms later.
+    """Sound halfway between partials at 50 ms, 0.5 to 4 kHz, relative to them; for low notes about 20 ms later.
 
     In a window of six periods, whose zeros lie on the partials.
     """
@@ -394,7 +394,7 @@ def band(sound: Floats, rate: float, low: float, high: float) -> Floats:
 
 
 def _peak(sound: Floats, rate: float) -> tuple[int, float]:
-    """Returns where a band is loudest in its first 0.3 s, in samples, and its mean power there, over 10 ms."""
+    """Returns the loudest place of a band in its first 0.3 s, in samples, and its mean power there, over 10 ms."""
     n = max(1, round(FRAME * rate))
     total = np.cumsum(np.concatenate([[0.0], np.pad(sound, (n // 2, n - n // 2)) ** 2]))
     mean = (total[n:] - total[:-n]) / n
@@ -403,7 +403,7 @@ def _peak(sound: Floats, rate: float) -> tuple[int, float]:
 
 
 def _snap(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """How far 2 to 4 kHz stand out at the attack: their peak over their level from 100 to 150 ms."""
+    """Prominence of 2 to 4 kHz at the attack: their peak over their level from 100 to 150 ms."""
     note.attacked()
     note.until(0.15)
     high = band(note.sound, note.rate, 2000.0, 4000.0)
@@ -426,7 +426,7 @@ def _highs(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _thump(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Level of the first 30 ms over that of 100 to 200 ms, and the octaves of the first 30 ms."""
+    """Level of the first 30 ms relative to 100 to 200 ms, and the octaves of the first 30 ms."""
     note.attacked()
     begin = note.part(0.0, 0.03)
     found: dict[str, Any] = {}

@@ -1,9 +1,9 @@
-"""Finds single notes: in recordings, whose pitch is heard and whose names tell the rest, or by rendering a preset.
+"""Finds single notes: in recordings, by their pitch and the words in their names, or by rendering a preset.
 
-The words of a file's name, and of the folders it is in below the one given, tell how hard it was played (pp p mp mf f
-ff, soft medium hard, v1 or v100, or a number that grows with the level), by what (fingers, pick, slap, pop), whether
-the string is open or stopped, and what else it is (release, scrape, and muted notes and harmonics, which are not
-compared). Where no name tells how hard, the level does.
+Words in the name of a file, and of the folders that contain it below the given one, tell its dynamic (pp p mp mf f
+ff, soft medium hard, v1 or v100, or a number that grows with the level), its technique (fingers, pick, slap, pop),
+whether the string is open or stopped, and other kinds of sound (release, scrape, and muted notes and harmonics, which
+are not compared). If no name tells the dynamic, the level does.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from livebass.units import cents
 
 SOUNDS = {".wav", ".flac", ".ogg", ".aif", ".aiff"}
 OTHERS = {".mp3", ".m4a", ".aac", ".wma", ".opus", ".caf", ".webm", ".mp4"}  # of a folder with none of SOUNDS
-PITCHES = (25.0, 500.0)  # Hz, of recordings
-BEFORE = 0.03  # s, kept before the attack of a note
+PITCHES = (25.0, 500.0)  # Hz, for recordings
+BEFORE = 0.03  # s to keep before the attack of a note
 LONGEST = 6.0  # s of a note
 SHORTEST = 0.1  # s of a note
 TECHNIQUES = {
@@ -51,29 +51,29 @@ WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.it
 LOUDNESS = ("ppp", "pp", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "fff")  # from soft to hard
 TAKES = re.compile(r"(rr|take|tk|alt|var)_?\d*")
 LAYER = re.compile(r"(?:v|vel|velocity|layer|dyn)(\d{1,3})")
-USUAL = "fingers"  # a technique, where nothing tells it
-SPREAD = 6.0  # dB from the softest to the loudest notes: less is one dynamic
-VELOCITIES = (30, 127)  # of the softest and of the hardest dynamic
-ONLY = 100  # velocity, where there is one dynamic
-HELD = 3.5  # s, of a rendered note
-RELEASED, AFTER = 1.0, 0.3  # s: when a note is released whose release is heard, and for how long
-RATE = 48_000  # Hz, of rendered notes
+USUAL = "fingers"  # the technique, if nothing tells it
+SPREAD = 6.0  # dB from the softest to the loudest notes: less counts as one dynamic
+VELOCITIES = (30, 127)  # of the softest and the hardest dynamic
+ONLY = 100  # velocity, if there is one dynamic
+HELD = 3.5  # s, for a rendered note
+RELEASED, AFTER = 1.0, 0.3  # s: the release of a note rendered for its release; the time kept after it
+RATE = 48_000  # Hz, for rendered notes
 
 
 @dataclass(frozen=True, eq=False)
 class Note:
     """One note, or one noise of a hand."""
 
-    name: str  # of the file, or of what is rendered
+    name: str  # of the file or the rendered note
     sound: Floats  # (n,), full scale 1
     rate: int  # Hz
-    pitch: float  # Hz; 0 if it has none
+    pitch: float  # Hz; 0 without pitch
     technique: str = USUAL
     kind: str = "note"  # or "release", "scrape", "other"
-    dynamic: str = ""  # as it is called; "" before it is known
+    dynamic: str = ""  # its name; "" if not yet known
     rank: int = 0  # of the dynamic, 0 the softest
-    place: str = ""  # the words of the name that tell neither dynamic nor take: what is alike in notes of one key
-    open: bool | None = None  # whether the string is; None: not told
+    place: str = ""  # words of the name other than dynamic and take: equal for notes of one key
+    open: bool | None = None  # whether the string is open; None: unknown
 
     @cached_property
     def measures(self) -> Measures:
@@ -91,10 +91,10 @@ def measured(
 ) -> list[Note]:
     """Returns the notes of recordings, sound files or folders of them, each with `measures`.
 
-    technique: fingers, pick, slap or pop; by default what names tell, or else fingers. A file may hold several notes of
-    one dynamic. Files of a folder in which no note with a pitch is heard are left out, and named in `left_out`. Raises
-    RecordingError, one line with the name, for a file that cannot be read, a folder without sound files and, where
-    nothing else is given, for a file without a note that has a pitch.
+    technique: fingers, pick, slap or pop; by default taken from names, else fingers. A file may hold several notes of
+    one dynamic. Files of a folder without a pitched note are skipped, and named in `left_out`. Raises RecordingError,
+    one line with the name, for a file that cannot be read, for a folder without sound files and, if nothing else is
+    given, for a file without a pitched note.
     """
     notes: list[Note] = []
     for each in paths:
@@ -120,13 +120,13 @@ def measured(
 
 
 def _sounds_in(folder: Path) -> list[Path]:
-    """Returns the sound files in a folder and those in it, sorted."""
+    """Returns the sound files in a folder and its subfolders, sorted."""
     files = sorted(folder.rglob("*"))
     return [p for p in files if p.suffix.lower() in SOUNDS] or [p for p in files if p.suffix.lower() in OTHERS]
 
 
 def _words(parts: Sequence[str]) -> list[str]:
-    """Returns the words of names, in small letters."""
+    """Returns the words of names, in lower case."""
     return [word for part in parts for word in re.split(r"[^0-9a-zA-Z#]+", part.lower()) if word]
 
 
@@ -164,7 +164,7 @@ def _with_pitch(recording: Recording, first: Note) -> list[Note]:
 
 
 def _by_dynamics(notes: list[Note]) -> list[Note]:
-    """Gives each note its dynamic and the rank of it: by names if all have one, else by numbers, else by level."""
+    """Sets the dynamic and its rank of each note: by names if all have one, else by numbers, else by level."""
     plucked = [n for n in notes if n.kind == "note"]
     if not plucked:
         return notes
@@ -189,7 +189,7 @@ def _level(note: Note) -> float:
 
 
 def _numbered(notes: Sequence[Note]) -> list[str] | None:
-    """Returns the number in each name by which the level grows at every pitch, if all have one and there is such."""
+    """Returns the number in each name with which the level grows at every pitch, if all have such a number."""
     words = [[w for w in _words([Path(n.name).stem]) if w.isdigit()] for n in notes]
     count = {len(w) for w in words}
     if len(count) != 1 or not count - {0}:
@@ -212,7 +212,7 @@ def _numbered(notes: Sequence[Note]) -> list[str] | None:
 
 
 def _by_level(notes: Sequence[Note]) -> list[str]:
-    """Returns soft, medium and hard by thirds of the range of levels, or one name for all where that is small."""
+    """Returns soft, medium and hard by thirds of the level range, or one name for all if it is small."""
     levels = np.array([_level(n) for n in notes])
     low, high = float(levels.min()), float(levels.max())
     if high - low < SPREAD:
@@ -230,11 +230,11 @@ def rendered(
     technique: str | None = None,
     seed: int = 0,
 ) -> list[Note]:
-    """Returns notes of a preset, a name, file or bass: at the pitches of `like`, in as many dynamics, `takes` of each.
+    """Returns notes of a preset, a name, file or bass: the pitches and number of dynamics of `like`, `takes` of each.
 
-    velocities: of the dynamics, from soft to hard; by default spread from 30 to 127 over those of `like`. Each note is
-    played alone, by a player with a `seed` of its own; one of each pitch is released after 1 s. Pitches the bass cannot
-    play are left out. Raises PresetError, and ValueError for a quality, velocity or number of takes that there is not.
+    velocities: of the dynamics, from soft to hard; by default from 30 to 127 over the dynamics of `like`. Each note is
+    played alone, by a player with its own `seed`; one per pitch is released after 1 s. Pitches that the bass cannot
+    play are skipped. Raises PresetError, and ValueError for an invalid quality, velocity or number of takes.
     """
     bass = load_preset(preset) if isinstance(preset, str) else preset
     one_of("quality", quality, QUALITIES)
@@ -279,7 +279,7 @@ def _playable(bass: Instrument, key: int) -> bool:
 
 
 def _played(engine: Engine, key: int, velocity: int, held: float, tail: float) -> tuple[Floats, bool]:
-    """Returns one note, `held` (s) and `tail` (s) more of it, all strings together, (n,); and if the string is open."""
+    """Returns one note, `held` (s) plus a `tail` (s), strings summed, (n,); and whether the string is open."""
     score = score_of([(0.0, held, key, velocity)], RATE)
     told = engine.another(engine.seed).play_messages(score.frames, score.messages)
     sound = np.concatenate([block.sum(axis=0) for block in engine.play(score, tail)])

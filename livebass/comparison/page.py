@@ -1,4 +1,4 @@
-"""The page of a comparison: notes to hear, spectrograms, decays, bands, and the table; one file with all in it."""
+"""The page of a comparison: notes to hear, spectrograms, decays, bands and the table, in one file."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from livebass.report.picture import figure, image, shown_text
 from livebass.units import cents, note_name
 
 MOST = 4  # basses in a picture
-PITCHES = 3  # of which spectrograms are drawn
+PITCHES = 3  # with spectrograms
 LONGEST, HIGHEST, RANGE = 1.5, 8000.0, 70.0  # s, Hz, dB of a spectrogram
-STEP = 0.02  # s, of a level over time
+STEP = 0.02  # s, for a level over time
 COLOURS = ("#1f4e79", "#c55a11", "#548235", "#7030a0")
 
 
 def page(comparison: Comparison) -> str:
-    """Returns the page as HTML, its pictures in it. Needs matplotlib and Jinja2."""
+    """Returns the page as HTML, pictures included. Needs matplotlib and Jinja2."""
     shown = _shown(comparison)
     heard = listening.rows(shown)
     drawn = [*_spectrograms(shown), _levels(shown), _decays(shown), _bands(shown)]
@@ -50,7 +50,7 @@ def page(comparison: Comparison) -> str:
 
 
 def _shown(comparison: Comparison) -> Sequence[Compared]:
-    """Returns the basses that are drawn: rendered ones never all left out."""
+    """Returns the basses to draw; never drops all rendered ones."""
     rendered = [c for c in comparison.basses if c.bass.rendered]
     real = [c for c in comparison.basses if not c.bass.rendered]
     count = max(MOST - len(rendered), MOST // 2) if rendered else MOST
@@ -81,7 +81,7 @@ def _row(comparison: Comparison, row: Any) -> dict[str, Any]:
 
 
 def _spectrograms(shown: Sequence[Compared]) -> list[tuple[bytes, str]]:
-    """A picture for each of a few pitches that the first bass has: soft and hard, basses side by side."""
+    """One picture for each of a few pitches of the first bass: soft and hard, basses side by side."""
     first = sorted(shown[0].bass.notes, key=lambda n: n.pitch)
     pitches = [first[i].pitch for i in sorted({0, len(first) // 2, len(first) - 1})][:PITCHES]
     return [_pitch(shown, pitch) for pitch in dict.fromkeys(pitches)]

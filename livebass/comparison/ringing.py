@@ -1,8 +1,8 @@
-"""Finds the partials of a note and how each of them decays: T60, and how far it wavers about a straight line.
+"""Finds the partials of a note and their decay: T60, and the deviation from a straight line.
 
-A partial's level is read in windows of four periods of the note, whose zeros lie on the other partials, and a straight
-line is put through it from 0.1 s on, down to 30 dB below. What stands out of the noise between the partials by less
-than 10 dB is left out.
+A partial's level is read in windows of four periods of the note, whose zeros lie on the other partials. A straight
+line is fitted to it from 0.1 s on, down to 30 dB below. Partials less than 10 dB above the noise between them are left
+out.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import numpy as np
 from livebass.arrays import Floats, Ints
 from livebass.identification.partials import median_line
 
-OCTAVES = (50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)  # Hz, ends of the octaves of T60
+OCTAVES = (50.0, 100.0, 200.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0)  # Hz, limits of the octaves of T60
 HIGHEST = OCTAVES[-1]  # Hz, of a partial
 PERIODS = 4  # of a note in a window
 FROM, DOWN = 0.1, 30.0  # s after the attack; dB
 FAINTEST, CLEAR = 60.0, 10.0  # dB below the loudest partial; dB over the noise between partials
-NEAR = 0.12  # of f0: a partial is looked for so near to where it is expected
-SHORTEST = 0.15  # s of decay, or nothing is said about it
+NEAR = 0.12  # of f0: the search range around the expected place of a partial
+SHORTEST = 0.15  # s of decay; shorter ones are ignored
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Ringing:
     number: Ints  # from 1, the fundamental
     frequency: Floats  # Hz
     t60: Floats  # s
-    wobble: Floats  # dB, root mean square of what the level is off a straight line
+    wobble: Floats  # dB, root mean square deviation of the level from a straight line
 
 
 NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0))
@@ -40,7 +40,8 @@ NO_RINGING = Ringing(np.zeros(0, np.int64), np.zeros(0), np.zeros(0), np.zeros(0
 def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | None = None) -> Ringing:
     """Returns the partials of `sound` (samples,), a note of f0 (Hz) to 3 %, which begins with its attack.
 
-    Partials that are too faint, too short or do not decay are left out; `known` are the `partials`, if already found.
+    Partials that are too faint or too short, or do not decay, are left out; `known` are the `partials`, if found
+    already.
     """
     numbers, found = known or partials(sound, rate, f0)
     if not found.size:
@@ -79,7 +80,7 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
 
 
 def partials(sound: Floats, rate: float, f0: float) -> tuple[Ints, Floats]:
-    """Returns numbers and frequencies (Hz) of the partials up to `HIGHEST`, each near where those before put it."""
+    """Returns numbers and frequencies (Hz) of the partials up to `HIGHEST`, each near its extrapolated place."""
     size = min(sound.size, round(1.0 * rate))
     padded = 4 * 2 ** math.ceil(math.log2(size))
     spectrum = np.abs(np.fft.rfft(sound[:size] * np.hanning(size), padded))
@@ -96,7 +97,7 @@ def partials(sound: Floats, rate: float, f0: float) -> tuple[Ints, Floats]:
         if high + 1 >= spectrum.size:
             break
         k = low + int(np.argmax(spectrum[low:high]))
-        # a partial is a peak, not the flank of another, and stands out of what lies between the partials
+        # a partial is a peak, not the flank of another, and rises above the level between partials
         valley = np.median(spectrum[max(0, round((expected - 0.6 * f0) / step)) : round((expected - 0.4 * f0) / step)])
         if low < k < high - 1 and spectrum[k] > 4 * valley:
             numbers.append(j)

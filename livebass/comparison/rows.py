@@ -1,8 +1,8 @@
-"""The rows of a comparison: each figure, when it is looked at, and its range over five real basses.
+"""The rows of a comparison: each figure, the notes it applies to, and its range over five real basses.
 
-The range of five real basses is that of their medians by bass and dynamic: a Squier Jazz Bass, an Ibanez BTB with dead
-flat wounds, another bass of the jazz type and a Yamaha RBX, recorded direct and played with the fingers, the last with
-a pick too, and the bass of the sound font Fluid, of which alone there are slap and pop: there it is mostly one number.
+That range covers their medians by bass and dynamic. They are a Squier Jazz Bass, an Ibanez BTB with dead flat wounds,
+another bass of the jazz type and a Yamaha RBX, recorded direct and played with the fingers, the last with a pick too,
+and the bass of the sound font Fluid, the only source of slap and pop, where the range is mostly one number.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ SOFT, MEDIUM, HARD, ALL = "soft", "medium", "hard", "all"
 
 
 class Range(NamedTuple):
-    """Holds the figures of real basses, from `low` to `high`."""
+    """A range of figures of real basses, from `low` to `high`."""
 
     low: float
     high: float
@@ -25,23 +25,23 @@ class Row:
     """One line of the table."""
 
     key: str  # of the figure
-    when: str  # of which notes: SOFT, MEDIUM, HARD or ALL
+    when: str  # the notes used: SOFT, MEDIUM, HARD or ALL
     title: str
     unit: str
     digits: int = 1
-    real: Range | None = None  # of five real basses
-    by_technique: dict[str, Range | None] = field(default_factory=dict)  # where it is another
+    real: Range | None = None  # range of five real basses
+    by_technique: dict[str, Range | None] = field(default_factory=dict)  # exceptions
 
     def range_of(self, technique: str) -> Range | None:
         """Returns the range for a technique."""
         return self.by_technique.get(technique, self.real)
 
     def shown(self, value: float) -> str:
-        """Returns a value as the table has it."""
+        """Returns a value as shown in the table."""
         return f"{value:.{self.digits}f}"
 
     def verdict(self, value: float, technique: str) -> str:
-        """Returns "inside", or by how much a value is above or below the range; "" where there is none."""
+        """Returns "inside", or how far a value is above or below the range; "" without a range."""
         real = self.range_of(technique)
         if real is None:
             return ""
@@ -53,7 +53,7 @@ class Row:
 
 def _each(key: str, title: str, unit: str, digits: int = 1, soft: Range | None = None, hard: Range | None = None,
           **by_technique: Range | None) -> list[Row]:  # fmt: skip
-    """Rows of a figure for soft, medium and hard notes; techniques have no range of their own but in hard ones."""
+    """Rows of a figure for soft, medium and hard notes; techniques have their own range only in hard ones."""
     none: dict[str, Range | None] = dict.fromkeys(("slap", "pop"))
     return [
         Row(key, SOFT, title, unit, digits, soft, none),

@@ -1,4 +1,4 @@
-"""Brings the figures of many notes together: of one bass, by dynamic, and the distances between basses."""
+"""Sums up the figures of many notes: by bass and dynamic, and as distances between basses."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.units import cents
 
 SAME = 50.0  # cents: notes of one pitch
-FEWEST = 3  # partials, of which a T60 is told
-KNOCK = 0.3  # s in which the peak of a release is
-RATIO = (200.0, 1600.0)  # Hz, of T60 stopped / open
+FEWEST = 3  # partials needed for a T60
+KNOCK = 0.3  # s that contain the peak of a release
+RATIO = (200.0, 1600.0)  # Hz, for T60 stopped / open
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class Bass:
         return sorted({n.rank for n in self.notes})
 
     def dynamic(self, when: str) -> list[Note]:
-        """Returns the notes that are SOFT, MEDIUM or HARD: of the first, a middle and the last dynamic; or ALL.
+        """Returns the SOFT, MEDIUM or HARD notes: of the first, a middle and the last dynamic; or ALL.
 
-        A single dynamic counts as HARD; of two there is no MEDIUM.
+        A single dynamic counts as HARD; with two there is no MEDIUM.
         """
         ranks = self.ranks
         if when == ALL:
@@ -50,13 +50,13 @@ class Bass:
 
     @property
     def title(self) -> str:
-        """Its name with its technique; one that is rendered is only taken for it."""
+        """Its name and technique; a rendered bass is "as" the technique."""
         return f"{self.name} as {self.technique}" if self.rendered else f"{self.name}, {self.technique}"
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure of a bass: its value, NaN for the `reason`."""
+    """A figure of a bass: its value, or NaN for a `reason`."""
 
     value: float
     reason: str = ""
@@ -66,7 +66,7 @@ Figures = dict[tuple[str, str], Figure]  # by key and SOFT, MEDIUM, HARD or ALL
 
 
 def basses(name: str, notes: Sequence[Note], rendered: bool = False) -> list[Bass]:
-    """Returns the basses of notes, one for each technique; noises of the hand belong to all of them."""
+    """Returns the basses of notes, one per technique; noises of the hand belong to all of them."""
     releases = tuple(n for n in notes if n.kind == "release")
     found = []
     for technique in TECHNIQUES:
@@ -79,8 +79,8 @@ def basses(name: str, notes: Sequence[Note], rendered: bool = False) -> list[Bas
 def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
     """Returns the median of every figure by dynamic, over the plucked notes of one technique of one bass.
 
-    Keys are the names of the dynamics, and besides "soft" for the softest and "hard" for the hardest, which are the
-    same where there is one. A figure that no note tells is NaN.
+    Keys are the names of the dynamics, plus "soft" for the softest and "hard" for the hardest, which are the same if
+    there is one. A figure that no note shows is NaN.
     """
     by_rank: dict[int, list[Note]] = defaultdict(list)
     for note in notes:
@@ -98,7 +98,7 @@ def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
 
 
 def medians(notes: Sequence[Note]) -> dict[str, Figure]:
-    """Returns the median of every figure over the notes that tell it, or the commonest reason why none does."""
+    """Returns the median of every figure over the notes that show it, or the commonest reason why none does."""
     found = {}
     for key in notes[0].measures:
         found[key] = _median((n.measures[key] for n in notes), (n.measures.missing.get(key, "") for n in notes))
@@ -120,9 +120,9 @@ def figures(bass: Bass) -> Figures:
 
 
 def outside(found: Figures, technique: str) -> dict[tuple[str, str], float]:
-    """Returns how far figures lie outside the range of five real basses, by key and when, in the unit of each row.
+    """Returns the distance of figures from the range of five real basses, by key and when, in the unit of each row.
 
-    Above is positive, below negative, inside 0; rows without a range or a value are left out.
+    Positive above, negative below, 0 inside; rows without a range or a value are left out.
     """
     off = {}
     for row in ROWS:
@@ -147,7 +147,7 @@ def _median(values: Iterable[float], reasons: Iterable[str] = (), why: str = "no
 
 
 def _t60(bass: Bass) -> dict[str, Figure]:
-    """T60 by octave over all partials of stopped notes, or of all where it is not known which are; stopped / open."""
+    """T60 by octave over all partials of stopped notes, or of all if open ones are unknown; stopped / open."""
     known = any(n.open is not None for n in bass.notes) and any(not n.open for n in bass.notes)
     stopped = [n for n in bass.notes if not n.open] if known else list(bass.notes)
 
@@ -169,7 +169,7 @@ def _t60(bass: Bass) -> dict[str, Figure]:
 
 
 def _growth(bass: Bass) -> dict[str, Figure]:
-    """How far 0.7 to 3 kHz and the level grow from the softest dynamic to the next, at the same pitch."""
+    """Growth of 0.7 to 3 kHz and of the level from the softest dynamic to the next, at the same pitch."""
     ranks = bass.ranks
     if len(ranks) < 2:
         alone = Figure(math.nan, "one dynamic")
@@ -183,7 +183,7 @@ def _growth(bass: Bass) -> dict[str, Figure]:
 
 
 def same_pitch(a: float, b: float) -> bool:
-    """Returns whether two pitches (Hz) are those of the same note."""
+    """Returns whether two pitches (Hz) belong to the same note."""
     return abs(cents(a / b)) < SAME
 
 
@@ -192,7 +192,7 @@ def _same(a: Note, b: Note) -> bool:
 
 
 def _takes(bass: Bass) -> dict[str, Figure]:
-    """Scatter of the level of takes of one pitch and dynamic, and their distance."""
+    """Scatter of the level between takes of one pitch and dynamic, and their distance."""
     pairs = [(a, b) for a, b in combinations(bass.notes, 2) if a.rank == b.rank and _same(a, b)]
     if not pairs:
         alone = Figure(math.nan, "one take of each note")
@@ -212,7 +212,7 @@ def _apart(pairs: Sequence[tuple[Note, Note]], seconds: float, why: str = "") ->
 
 
 def _release(bass: Bass) -> dict[str, Figure]:
-    """Peak of what ends a note over that of the note after 1 s, and the centroid of the release."""
+    """Peak of a release relative to its note after 1 s, and the centroid of the release."""
     if not bass.releases:
         none = Figure(math.nan, "no release is among the recordings")
         return {"knock": none, "knock_centroid": none}
@@ -237,7 +237,7 @@ def _peak(note: Note, begin: float, end: float) -> float:
 
 
 def distances(bass: Bass, real: Sequence[Bass]) -> dict[str, Figure]:
-    """Returns how far the notes of a bass are from those of other real ones, by name of the figure."""
+    """Returns the distances of the notes of a bass from other real basses, by name of the figure."""
     others = [n for other in real if other.name != bass.name for n in other.notes]
     touch = {id(n): _when(other, n) for other in real for n in other.notes}
     why = "no other real bass" if not others else "no pitch in common"
@@ -266,7 +266,7 @@ def _when(bass: Bass, note: Note) -> str:
 
 
 def apart(bass: Bass, other: Bass, seconds: float = SPANS[0]) -> Figure:
-    """Returns the median distance of the notes of a bass to the nearest of another one, of the same pitch."""
+    """Returns the median distance from the notes of a bass to the nearest of another one, at the same pitch."""
     least = []
     for note in bass.notes:
         told = [d for o in other.notes if _same(note, o) and not math.isnan(d := between(note.shape, o.shape, seconds))]

@@ -1,1 +1,1 @@
-"""Simulates one pluck, or any parameter over a grid of plucks."""
+"""Simulates one pluck, or sweeps any parameter over a grid of plucks."""

@@ -1,8 +1,8 @@
-"""The grid of a sweep: dotted keys, the values of each, and for every point the trial to solve.
+"""The grid of a sweep: dotted keys, the values of each, and the trial to solve at every point.
 
 A dotted key such as `neck.lift.6` or `string.G.tension` names a row of the presets' keys and a place in a preset
-(`target`). `KEY=FROM:TO:N` gives it values, checked as a preset file's are (`axis`). Every combination is a point, with
-a digest of all that its result depends on (`grid`). A preset is its parsed TOML here, checked as a whole.
+(`target`). `KEY=FROM:TO:N` gives it values, checked as in a preset file (`axis`). Every combination is a point, with a
+digest of everything that its result depends on (`grid`). Here a preset is its parsed TOML, checked as a whole.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from livebass.preset.keys import KEYS, Key, checked, nearest
 from livebass.preset.load import preset_tables
 from livebass.units import DIMENSIONS, note_number, split_quantity
 
-SINGLE = ("neck", "output", "coil", "player")  # sections that a preset has once
+SINGLE = ("neck", "output", "coil", "player")  # sections that occur once in a preset
 MEASURED, GEOMETRY = ("height_scale", "height_offset"), ("frets", "action", "relief", "nut_height")
 
 
@@ -57,16 +57,16 @@ class Target:
     """The place in a preset, or the property of a pluck, that a dotted key names."""
 
     dotted: str
-    key: Key  # of one number
+    key: Key  # of a single number
     section: str  # "pluck", or a section of the file
-    which: str = ""  # name of the string, or number of the pickup; "": all of them
+    which: str = ""  # name of the string, or number of the pickup; "": all
     neck: bool = False  # the string's own neck
     fret: str = ""  # of neck.lift
 
     def tables(self, data: dict[str, Any]) -> list[dict[str, Any]]:
-        """The tables of `data` that hold the key, made where a preset may leave them out.
+        """The tables of `data` that hold the key, created if the preset omits them.
 
-        Raises ValueError where the bass has no such string or pickup.
+        Raises ValueError if the bass has no such string or pickup.
         """
         if self.section in SINGLE:
             found = [data.setdefault(self.section, {})]
@@ -83,7 +83,7 @@ class Target:
         return [table.setdefault("neck", {}) for table in found] if self.neck else found
 
     def put(self, data: dict[str, Any], raw: Any) -> None:
-        """Set the key in `data`, in place; `raw` is the value as the file would hold it."""
+        """Set the key in `data`, in place; `raw` is the value as in a file."""
         for table in self.tables(data):
             if self.fret:
                 table.setdefault("lift", {})[self.fret] = raw
@@ -92,7 +92,7 @@ class Target:
 
 
 def target(dotted: str) -> Target:
-    """Parse a dotted key. Raises ValueError for an unknown one, and for one that is not a single number."""
+    """Parse a dotted key. Raises ValueError if it is unknown or not a single number."""
     section, *rest = dotted.strip().split(".")
     which, neck, fret = "", False, ""
     if section in ("string", "pickup") and len(rest) > 1 and rest[0] != "neck":
@@ -115,13 +115,13 @@ def target(dotted: str) -> Target:
 
 
 def names() -> list[str]:
-    """All keys that can be varied; those of strings and pickups for all of them at once."""
+    """All keys that can be varied; keys of strings and pickups stand for all of them."""
     keys = [f"{key.section}.{key.name}" for key in (*KEYS, *PLUCK.values()) if key.section and _one_number(key)]
     return [*keys, "neck.lift.1"]
 
 
 def hidden(at: Target, data: dict[str, Any], string: str) -> str:
-    """The reason why changing `at` does nothing for `string` of `data`, and the key that would; "" without a reason."""
+    """The reason why changing `at` has no effect on `string` of `data`, and the key that has; "" if it has one."""
     if at.section != "neck" and not at.neck:
         return ""
     mine = next((t for t in data["string"] if t["name"].casefold() == string.casefold()), None)
@@ -170,9 +170,9 @@ class Axis:
     """One parameter and its values, `KEY=FROM:TO:N`."""
 
     at: Target
-    unit: str  # that FROM is written in; "": a plain number
+    unit: str  # of FROM; "": a plain number
     numbers: tuple[float, ...]  # in `unit`
-    log: bool  # they are a geometric series
+    log: bool  # a geometric series
 
     @property
     def title(self) -> str:
@@ -180,13 +180,13 @@ class Axis:
         return f"{self.at.dotted} [{self.unit}]" if self.unit else self.at.dotted
 
     def raw(self, number: float) -> Any:
-        """`number` as a preset file would hold it."""
+        """`number` as in a preset file."""
         if self.unit:
             return f"{number!r} {self.unit}"
         return number if self.at.key.kind == "number" else int(number)
 
     def value(self, number: float) -> Any:
-        """`number` in SI. Raises ValueError that says what is allowed."""
+        """`number` in SI. Raises ValueError, with the limits."""
         return checked(self.at.key, self.raw(number))
 
     def shown(self, number: float) -> str:
@@ -195,7 +195,7 @@ class Axis:
 
 
 def axis(text: str) -> Axis:
-    """Parse one `--vary`. Raises ValueError with key, value and what is allowed, for any value out of its limits."""
+    """Parse one `--vary`. Raises ValueError with key, value and limits for any value beyond them."""
     name, equals, rest = text.partition("=")
     parts = rest.split(":")
     if not equals or not name.strip() or len(parts) not in (3, 4):
@@ -232,7 +232,7 @@ def _number(at: Target, text: str) -> tuple[float, str]:
 
 
 def _series(at: Target, first: float, last: float, count: int, log: bool) -> tuple[float, ...]:
-    """`count` numbers from first to last, rounded to 12 digits, so that steps of 0.1 show no binary rounding."""
+    """`count` numbers from first to last, rounded to 12 digits, so steps of 0.1 show no binary rounding."""
     if log and not (first > 0 and last > 0):
         raise ValueError(f"{at.dotted}: log needs FROM and TO above 0")
     if count > 1 and first == last:
@@ -253,14 +253,14 @@ INSTEAD = {"player.pluck_angle": "pluck.angle", "player.pluck_position": "pluck.
 
 @dataclass(frozen=True)
 class Settings(Asked):
-    """The pluck and how finely to solve it: the same at every point unless a `pluck.` key is varied."""
+    """The pluck and the precision of its solution: the same at every point unless a `pluck.` key is varied."""
 
     preset: str = "paper-g"  # name or file
 
 
 @dataclass(frozen=True)
 class Work:
-    """Everything that the result of one point depends on but the program."""
+    """Everything that the result of one point depends on, except the program."""
 
     trial: Trial
     output: Output
@@ -270,7 +270,7 @@ class Work:
 class Point:
     """One point of the grid."""
 
-    numbers: tuple[float, ...]  # one an axis, in its unit
+    numbers: tuple[float, ...]  # one per axis, in its unit
     name: str  # "neck.action = 1.5 mm, pluck.apex = 3 mm"
     work: Work
     digest: str  # of `work` and `program()`, hexadecimal
@@ -278,7 +278,7 @@ class Point:
 
 @functools.cache
 def program() -> str:
-    """Name the program: livebass with a digest of its sources, and the libraries whose rounding could differ."""
+    """Identifies the program: livebass with a digest of its sources, and the libraries that may round differently."""
     sources = sorted(Path(__file__).parents[1].rglob("*.py"))
     digest = hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()[:12]
     return f"livebass {__version__} ({digest}), numpy {version('numpy')}, numba {version('numba')}"
@@ -287,8 +287,8 @@ def program() -> str:
 def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
     """Every point, the last axis fastest.
 
-    Raises ValueError, before anything is computed, for a point that cannot be solved, an axis that changes nothing at
-    any point, and one that is given twice.
+    Raises ValueError, before computing anything, for a point that cannot be solved, an axis that changes nothing at any
+    point, and one given twice.
     """
     names = [axis.at.dotted for axis in axes]
     for name in names:
@@ -336,19 +336,19 @@ def _points(settings: Settings, axes: Sequence[Axis], builder: Builder, data: di
 
 
 def _work(bass: Instrument, settings: Settings) -> Work:
-    """The trial and output of one point, without the values that cannot matter there, so that digests agree."""
+    """The trial and output of one point, without values irrelevant there, so digests agree."""
     s = speaking_string(bass, settings.string, settings.fret)
     of_quality, contact_rate = in_quality(s, settings.quality)
     modes = of_quality if settings.modes is None else settings.modes
     trial = checked_trial(bass, s, settings, modes, whole_contact_rate(contact_rate, PAPER_RATE), PAPER_RATE)
-    s = trial.speaking  # over a board, on the grid for that many modes
-    output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are in the trial
+    s = trial.speaking  # over a board, with the grid for that many modes
+    output = replace(bass.output, sensor=Output.sensor, sensor_v=Output.sensor_v)  # they are already in the trial
     if output.kind == "displacement":
         s = replace(s, string=replace(s.string, level=1.0))
         output = replace(output, pickups=(), coil=Coil())
     else:
         output = replace(output, pickups=pickups_under(output, s.string.name), across=0.0)
-    if not settings.angle:  # it stays in its plane
+    if not settings.angle:  # the motion stays in its plane
         s = replace(s, friction=Neck.friction, friction_speed=Neck.friction_speed)
         trial = replace(trial, sensor_v=None)
         output = replace(output, across=0.0, pickups=tuple(replace(p, across=0.0) for p in output.pickups))
@@ -356,7 +356,7 @@ def _work(bass: Instrument, settings: Settings) -> Work:
 
 
 def _check_effects(settings: Settings, axes: Sequence[Axis], points: Sequence[Point]) -> None:
-    """Raise ValueError for an axis along which all points are the same, wherever the others stand."""
+    """Raise ValueError for an axis along which all points are the same, for any values of the others."""
     for k, axis in enumerate(axes):
         if len(axis.numbers) == 1:
             continue

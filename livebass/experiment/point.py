@@ -1,4 +1,4 @@
-"""One point of a sweep: its trial solved, and every quantity of `quantities.QUANTITIES` measured in it."""
+"""One point of a sweep: solves its trial and measures every quantity of `quantities.QUANTITIES`."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from livebass.experiment.grid import Work
 from livebass.model.modes import dampings, frequencies, grazing_apex
 from livebass.model.trial import initial_amplitudes, initial_amplitudes_across
 
-Result = dict[str, float]  # NaN for a quantity that there is not, such as the first contact of a pluck without any
-PERIODS = 3  # without a contact end the contact phase
-START = 0.1  # s, in which the glide is measured
+Result = dict[str, float]  # NaN for a missing quantity, such as the first contact of a pluck without any
+PERIODS = 3  # without a contact that end the contact phase
+START = 0.1  # s, to measure the glide
 
 
 def measured(work: Work) -> Result:
-    """Every quantity of `work`, by name. Raises ValueError where its rates or modes cannot be solved."""
+    """Every quantity of `work`, by name. Raises ValueError if its rates or modes cannot be solved."""
     trial = replace(work.trial, states=(work.trial.samples - 1,))
     solved, output = Solved(trial, solve_trial(trial)), heard(work.trial, work.output)
     result = {name: float(read(solved)) for name, read in OF_MOTION.items()}
@@ -45,7 +45,7 @@ def _first(values: Floats) -> float:
 
 
 def _contact_phase(solved: Solved) -> float:
-    """Time of the last contact before `PERIODS` periods of the first mode without any, s."""
+    """Time of the last contact before `PERIODS` periods of the first mode without contact, s."""
     times = np.concatenate([[0.0], solved.motion.contact_time_s])
     if times.size == 1:
         return math.nan
@@ -63,7 +63,7 @@ def _hardness(solved: Solved) -> float:
 
 
 def _glide(solved: Solved) -> float:
-    """(nu - nu_1) / nu_1, median of the first `START`; NaN where there is no pitch, or too little sound for one."""
+    """(nu - nu_1) / nu_1, median of the first `START`; NaN without a pitch, or with too little sound for one."""
     try:
         pitch = solved.pitch
     except ValueError:
@@ -74,7 +74,7 @@ def _glide(solved: Solved) -> float:
 
 
 def _energies(solved: Solved) -> tuple[float, float]:
-    """Energy at the release and in the last sample, J, both polarisations together."""
+    """Energy at the release and in the last sample, J, both polarisations summed."""
     s, states = solved.speaking, solved.motion.states
     assert states is not None
     q, across = initial_amplitudes(solved.trial), initial_amplitudes_across(solved.trial)
@@ -100,7 +100,7 @@ OF_MOTION: dict[str, Callable[[Solved], float]] = {
     "glide": _glide,
     "t60": lambda solved: float(t60(dampings(solved.speaking, 1))[0]),
 }
-OF_OUTPUT: dict[str, Callable[[Floats], float]] = {  # of the signal that the instrument gives, full scale 1
+OF_OUTPUT: dict[str, Callable[[Floats], float]] = {  # of the instrument's signal, full scale 1
     "heard_peak": lambda output: float(np.abs(output).max()),
     "heard_characteristic_frequency": _characteristic,
 }

@@ -1,8 +1,8 @@
 """One string, one pluck: as a `Solved` in Python, or as the three files of `livebass simulate`.
 
-`displacement.wav` is the displacement at the sensor, float32, scaled to a peak of -1 dBFS, after an oblique pluck in
-two channels, u and v; `contacts.csv` has `time_s,fret,position_m`, fret 0 for wood; `result.npz` has all of it, and if
-asked for pitch, characteristic frequency, energies, T60 and shapes. All three are written, or none.
+`displacement.wav` is the displacement at the sensor, float32, scaled to a peak of -1 dBFS, with two channels, u and v,
+after an oblique pluck; `contacts.csv` has `time_s,fret,position_m`, fret 0 for wood; `result.npz` has everything, with
+pitch, characteristic frequency, energies, T60 and shapes on request. All three are written, or none.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ def simulate(
     shape_at: Sequence[float] = (),
     **pluck: Unpack[Asking],
 ) -> Solved:
-    """Plucks one string once and returns how it moved, with all that can be measured in it.
+    """Plucks one string once and returns its motion, with everything that can be measured in it.
 
-    pluck: string, its name in `instrument` (G); fret (0: open); apex: how far it is pulled (3.6e-3 m); at: where, from
-    the nut or the pressed fret (0.64 m); angle: rad from straight up towards across (0); duration (1 s); quality (that
-    called reference); modes: of the stopped string, instead of the quality's; contact cannot follow those above 0.45 of
-    the contact rate. rate: of the motion, Hz. solver: "engine", or "reference", brute force, which gives neither
-    energies nor shapes. shape_at: times (s) at which `Solved.shapes` is wanted.
+    pluck: string, its name in `instrument` (G); fret (0: open); apex: height of the pull (3.6e-3 m); at: its place,
+    from the nut or the pressed fret (0.64 m); angle: rad from straight up towards across (0); duration (1 s); quality
+    (reference); modes: of the stopped string, instead of the quality's; contact cannot follow modes above 0.45 of the
+    contact rate. rate: of the motion, Hz. solver: "engine", or "reference", brute force, without energies and shapes.
+    shape_at: times (s) for `Solved.shapes`.
 
     Returns a `Solved`: `motion.time_s` and `displacement()` (n,), s and m at the sensor; `contacts` with time and fret
     of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line, for values out of
@@ -81,10 +81,10 @@ def simulate_to_directory(
 ) -> str:
     """Plucks a string as `asked`, writes the three files, and returns a one-line summary.
 
-    rate: Hz; solver: "engine" or "reference". With `analyse` the `columns` of `analysis.motion` go into result.npz, and
-    the string's shape at the times `shape_at` (s), which only the engine gives. Raises ValueError, one line, for values
-    out of their limits, before anything is computed or written, and OSError where the files cannot be written; the
-    directory is then as it was. [main thread]
+    rate: Hz; solver: "engine" or "reference". `analyse` adds the `columns` of `analysis.motion` to result.npz;
+    `shape_at` (s) adds the string's shape at these times, with the engine only. Raises ValueError, one line, for values
+    out of their limits, before computing or writing anything, and OSError if the files cannot be written; the directory
+    is then unchanged. [main thread]
     """
     trial = _trial(instrument, asked, rate, solver)
     if shape_at and solver != "engine":
@@ -119,18 +119,18 @@ def simulate_to_directory(
 
 
 def _trial(instrument: Instrument, asked: Asked, rate: int, solver: str) -> Trial:
-    """The trial of one pluck, every value checked."""
+    """The trial of one pluck, with every value checked."""
     one_of("solver", solver, ("engine", "reference"))
     s = speaking_string(instrument, asked.string, asked.fret)
     of_quality, contact_rate = in_quality(s, asked.quality)
     count = of_quality if asked.modes is None else asked.modes
-    whole = solver == "engine"  # its contact rate is a whole number of Hz
+    whole = solver == "engine"  # its contact rate is an integer in Hz
     CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
     return checked_trial(instrument, s, asked, count, contact_rate, rate)
 
 
 def _solve(trial: Trial, solver: str) -> Motion:
-    """Run the solver called `solver`; the engine is loaded only for itself."""
+    """Run the solver called `solver`; the engine is loaded only if used."""
     solve: Callable[[Trial], Motion]
     if solver == "reference":
         from livebass.reference.solver import solve
@@ -138,7 +138,7 @@ def _solve(trial: Trial, solver: str) -> Motion:
         from livebass.engine.solve import solve_trial
 
         solve = solve_trial
-    solve(replace(trial, duration=1 / trial.output_rate, states=()))  # compiles, or loads the compiled code
+    solve(replace(trial, duration=1 / trial.output_rate, states=()))  # compiles, or loads compiled code
     return solve(trial)
 
 
@@ -182,7 +182,7 @@ def _write(files: Transaction, directory: Path, solved: Solved, found: dict[str,
         contact_stiffness=s.contact_stiffness,
         contact_exponent=s.contact_exponent,
         contact_loss_s_per_m=s.contact_loss,
-        contact_compliance=static_compliance(trial),  # m per N/m, of the modes left out
+        contact_compliance=static_compliance(trial),  # m per N/m, of the omitted modes
         contact_rate_hz=trial.contact_rate,
         initial_modal_amplitudes=initial_amplitudes(trial),
         sensor_position_m=trial.sensor,

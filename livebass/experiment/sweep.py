@@ -1,9 +1,8 @@
-"""A sweep: the points of a grid computed, in Python or each kept in a file of its own, a table and a picture of all.
+"""A sweep: computes the points of a grid, in Python or each kept in its own file, with a table and a picture.
 
-`sweep` returns them all. `livebass study sweep` keeps them as files:
-DIR/points/DIGEST.json is one point, named after all that it depends on. So a sweep that was killed goes on where it
-was, and another one in the same DIR uses the points that are the same and disturbs none. The picture is a curve over
-one parameter, a map over two, or a row of maps over three.
+`sweep` returns them all. `livebass study sweep` keeps them as files: DIR/points/DIGEST.json is one point, named after
+everything it depends on. So a killed sweep resumes where it was, and another one in the same DIR uses equal points and
+disturbs none. The picture is a curve over one parameter, a map over two, or a row of maps over three.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from livebass.report.text import csv_text, json_text, plain
 
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
-STALE = 60.0  # s after which a half-written point is left over from a killed process
+STALE = 60.0  # s after which a half-written point counts as left by a killed process
 MOST_PANELS = 12  # in a row
 MOST_AXES = 3
 MOST_WORKERS = 1024
@@ -40,14 +39,14 @@ MOST_WORKERS = 1024
 
 @dataclass(frozen=True)
 class Sweep:
-    """All points of a sweep and what was measured at each."""
+    """All points of a sweep and their results."""
 
     axes: tuple[Axis, ...]  # the parameters: `at.dotted`, `unit`, and `numbers` in that unit
     points: tuple[Point, ...]  # every combination, the last parameter fastest
     results: Results
 
     def values(self, quantity: str) -> Floats:
-        """A row of `livebass study sweep --help` in SI units at every point, NaN where there is none.
+        """A row of `livebass study sweep --help` in SI units at every point, NaN if missing.
 
         Its shape has the length of each axis. Raises ValueError for an unknown quantity.
         """
@@ -56,7 +55,7 @@ class Sweep:
         return each.reshape([len(axis.numbers) for axis in self.axes])
 
     def table(self) -> str:
-        """All of it as CSV with a head."""
+        """Everything as CSV with a header."""
         return table(self.axes, self.points, self.results)
 
 
@@ -72,12 +71,12 @@ def sweep(
 
     vary: "KEY=FROM:TO:N" or "KEY=FROM:TO:N:log", one or several, such as "pluck.apex=1mm:7mm:13"; KEY is a number of a
     preset file, or pluck.apex, pluck.at, pluck.angle, pluck.fret. pluck: as for `simulate`. workers: 1 computes in this
-    process, more in as many new ones, which a script must do under `if __name__ == "__main__":`. `progress` is called
-    with the fraction done.
+    process, more in as many new ones, which a script must start under `if __name__ == "__main__":`. `progress` gets the
+    fraction done.
 
-    Returns a `Sweep`: `values(quantity)` is an array of the shape of the grid, `table()` all of it as CSV. Nothing is
-    written. Raises ValueError, one line, before anything is computed, for a key, value or pluck that is not allowed;
-    ChildProcessError where processes die. [main thread]
+    Returns a `Sweep`: `values(quantity)` is an array with the shape of the grid, `table()` everything as CSV. Writes
+    nothing. Raises ValueError, one line, before computing anything, for an invalid key, value or pluck;
+    ChildProcessError if processes die. [main thread]
     """
     texts = [vary] if isinstance(vary, str) else list(vary)
     if not texts:
@@ -103,7 +102,7 @@ def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, d
     from livebass.experiment.workers import computed
 
     if workers > 1:
-        library()  # compiled here, not by every process
+        library()  # compiled here once, not in every process
         yield from computed(points, workers, lambda _: None)
         return
     for point in points:
@@ -114,22 +113,22 @@ def _computed(points: Sequence[Point], workers: int) -> Generator[tuple[Point, d
 
 
 def prepare(made: Transaction, directory: Path, file: Path | None = None) -> None:
-    """Make `directory` and its `points` if need be, as part of a transaction, which removes them again if it fails.
+    """Make `directory` and its `points` if needed, in a transaction, which removes them again if it fails.
 
-    Raises OSError where a file of the sweep could not be written.
+    Raises OSError if a file of the sweep could not be written.
     """
     made.directory(directory)
     made.directory(directory / POINTS)
     own = [checked_place(directory / name) for name in (TABLE, *PICTURES, f"{POINTS}/0.json")]
     if file is not None and checked_place(file) in own:
         raise OutputError(f"{file}: is one of the files a sweep writes; name another")
-    for left in (directory / POINTS).glob(".*.tmp-*"):  # of a killed process
+    for left in (directory / POINTS).glob(".*.tmp-*"):  # from a killed process
         if time.time() - left.stat().st_mtime > STALE:
             left.unlink(missing_ok=True)
 
 
 def found(directory: Path, points: Iterable[Point]) -> Results:
-    """Read the results that are there already; a file that is damaged or of another point counts as missing."""
+    """Read the existing results; a file that is damaged or belongs to another point counts as missing."""
     results: Results = {}
     for digest in dict.fromkeys(point.digest for point in points):
         try:
@@ -146,7 +145,7 @@ def completed(
     directory: Path, points: Sequence[Point], results: Results,
     compute: Callable[[Sequence[Point]], Generator[tuple[Point, dict[str, float]]]],
 ) -> Iterator[int]:  # fmt: skip
-    """Compute the points that `results` lacks and keep each in its file and in `results`; yields the number done.
+    """Compute the points missing in `results`, keep each in its file and in `results`; yields the number done.
 
     Points of equal digest are the same and are computed once.
     """
@@ -157,12 +156,12 @@ def completed(
         for number, (point, result) in enumerate(done, 1):
             with Transaction() as files:
                 files.write(_file(directory, point.digest), _point_text(point, result))
-            results[point.digest] = {name: _number(plain(value)) for name, value in result.items()}  # as if read
+            results[point.digest] = {name: _number(plain(value)) for name, value in result.items()}  # as when read
             yield number
 
 
 def table(axes: Sequence[Axis], points: Sequence[Point], results: Results) -> str:
-    """The points as CSV, the last parameter fastest: parameters in their units, then every quantity, nan for none."""
+    """The points as CSV, last parameter fastest: parameters in their units, then every quantity, nan if missing."""
     head = [*(axis.title for axis in axes), *(row.title for row in QUANTITIES.values())]
     rows = [
         [*(f"{x:.12g}" for x in point.numbers), *(_shown(results[point.digest][name]) for name in QUANTITIES)]
@@ -190,7 +189,7 @@ def as_json(settings: Settings, axes: Sequence[Axis], points: Sequence[Point], r
 def write(
     directory: Path, text: str, pictures: Sequence[bytes], file: Path | None, description: dict[str, Any]
 ) -> None:
-    """Write table, pictures (none, or as `PICTURES`) and JSON at once, in place of those of an earlier sweep."""
+    """Write table, pictures (none, or as `PICTURES`) and JSON together, replacing an earlier sweep's."""
     with Transaction() as files:
         files.write_text(directory / TABLE, text)
         for name, data in zip(PICTURES, pictures, strict=False):
@@ -214,7 +213,7 @@ def _point_text(point: Point, result: dict[str, float]) -> bytes:
 
 
 def _number(value: Any) -> float:
-    """A quantity as a file has it, NaN for null; ValueError for anything else that is not a number."""
+    """A quantity from a file, NaN for null; ValueError for anything else that is not a number."""
     if value is None:
         return math.nan
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -223,20 +222,20 @@ def _number(value: Any) -> float:
 
 
 def _shown(value: float) -> str:
-    """The shortest text that gives the number back."""
+    """The shortest text that restores the number."""
     return repr(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
 def drawable(axes: Sequence[Axis]) -> bool:
-    """True if a picture can show that many parameters and values."""
+    """True if a picture can show so many parameters and values."""
     wide = _wide(axes)
     return 1 <= len(wide) <= MOST_AXES and (len(wide) < MOST_AXES or len(wide[0].numbers) <= MOST_PANELS)
 
 
 def pictures(axes: Sequence[Axis], values: dict[str, NDArray[np.float64]], title: str) -> tuple[bytes, bytes]:
-    """PNG and SVG of `values`, by quantity, each of the shape of the grid, NaN where there is none.
+    """PNG and SVG of `values`, by quantity, each with the shape of the grid, NaN if missing.
 
-    The first of three parameters goes from panel to panel, the last two are up and across.
+    The first of three parameters varies between panels; the last two run up and across.
     """
     wide = _wide(axes)
     shape = tuple(len(axis.numbers) for axis in wide)
@@ -269,7 +268,7 @@ def _curve(panel: Any, axis: Axis, quantity: Quantity, values: NDArray[np.float6
 def _maps(
     drawn: Any, row: Sequence[Any], wide: Sequence[Axis], quantity: Quantity, values: NDArray[np.float64]
 ) -> None:
-    """One map for each value of the first of three parameters, or one of two; all in the same colours."""
+    """One map per value of the first of three parameters, or one for two; all with the same colours."""
     *first, up, across = wide
     seen = values[np.isfinite(values)]
     ends = (float(seen.min()), float(seen.max())) if seen.size else (0.0, 1.0)
@@ -288,7 +287,7 @@ def _maps(
 
 
 def edges(axis: Axis) -> NDArray[np.float64]:
-    """Edges of the cells around the values, half way to the next one, in ratios on a logarithmic axis."""
+    """Edges of the cells around the values, halfway to the next one, by ratio on a logarithmic axis."""
     numbers = np.log(axis.numbers) if axis.log else np.asarray(axis.numbers, np.float64)
     half = np.diff(numbers) / 2
     ends = np.concatenate([[numbers[0] - half[0]], numbers[:-1] + half, [numbers[-1] + half[-1]]])

@@ -1,7 +1,7 @@
-"""The points of a sweep computed side by side: by processes of this machine, or by a Dask cluster.
+"""Computes the points of a sweep in parallel: in processes of this machine, or on a Dask cluster.
 
-A process that dies costs the point it was at, which is computed again by a new one; Dask does the same. The workers of
-a cluster must run this very livebass.
+A process that dies loses only its current point, which a new one computes again; Dask does the same. The workers of a
+cluster must run the same livebass.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from livebass.extras import install
 from livebass.interrupts import hidden_from_children
 from livebass.report.progress import Say
 
-MOST_DEATHS = 3  # of processes that had only one and the same point to compute
-# Sums over several threads may round differently from those of one.
+MOST_DEATHS = 3  # of processes that had only the same single point to compute
+# Sums over several threads may round differently from sums in one.
 ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple[Point, Result]]:
-    """Compute `points` in `workers` processes; yields each with its result as it is done.
+    """Compute `points` in `workers` processes; yields each with its result when done.
 
     Closing the iterator ends the processes at once.
-    Raises ValueError with the name of a point that cannot be solved, and ChildProcessError for one whose process
-    died `MOST_DEATHS` times with nothing else to do.
+    Raises ValueError with the name of a point that cannot be solved, and ChildProcessError for one whose process died
+    `MOST_DEATHS` times with nothing else to do.
     """
     left = dict.fromkeys(points)
     while left:
@@ -94,7 +94,7 @@ def _result(point: Point, future: Future[Result]) -> Result:
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[[Point], Future[Result]]]:
-    """A function that hands a point to the next free process. No process outlives the block, however it is left."""
+    """A function that hands a point to the next free process. No process outlives the block, however it ends."""
     before = set(multiprocessing.active_children())
     environment = {name: os.environ.get(name) for name in ONE_THREAD}
     executor = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
@@ -128,10 +128,10 @@ def _begin() -> None:
     threading.Thread(target=follow, daemon=True).start()
 
 
-CONNECT = 5.0  # s that the scheduler has to answer
-FIRST_WORKER = 15.0  # s that the cluster has to find a worker
-IDLE = 30.0  # s without a result and without a worker, after which the sweep ends
-AHEAD = 3  # points handed out for each thread of the cluster, so that none waits for the next
+CONNECT = 5.0  # s for the scheduler to answer
+FIRST_WORKER = 15.0  # s for the cluster to find a worker
+IDLE = 30.0  # s without a result or a worker that end the sweep
+AHEAD = 3  # points handed out per thread of the cluster, so none waits for the next
 LOGGERS = ("distributed", "distributed.client", "distributed.core", "distributed.comm", "tornado.application")
 ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1,5}")
 
@@ -140,8 +140,8 @@ ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1
 def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tuple[Point, Result]]]]:
     """A function that computes points on the cluster of the scheduler at `address`; see `computed`.
 
-    Raises OSError where no scheduler or no worker answers, or the scheduler is lost; ValueError for a malformed
-    address, and with the name of a point that cannot be solved; ChildProcessError for a point that Dask gives up as its
+    Raises OSError if no scheduler or no worker answers, or the scheduler is lost; ValueError for a malformed address,
+    and with the name of a point that cannot be solved; ChildProcessError for a point that Dask gives up because its
     workers die; LookupError without the library.
     """
     try:
@@ -156,7 +156,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
     with warnings.catch_warnings(), dask.config.set(times):
-        warnings.simplefilter("ignore")  # about versions that differ: `measured_there` compares those that matter
+        warnings.simplefilter("ignore")  # about different versions: `measured_there` compares the relevant ones
         asyncio.run(_shake_hands(address))
         try:
             client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
@@ -173,19 +173,19 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
 
 
 def measured_there(work: Work, wanted: str) -> Result:
-    """`measured` in a worker of the cluster. Raises OSError where that runs another program than `wanted`."""
+    """`measured` in a worker of the cluster. Raises OSError if that runs a program other than `wanted`."""
     import threadpoolctl
 
     if program() != wanted:
         raise OSError(f"the worker on {socket.gethostname()} has {program()}; needed is {wanted}")
-    with threadpoolctl.threadpool_limits(1):  # as in the processes of `_pool`, for the same rounding
+    with threadpoolctl.threadpool_limits(1):  # rounds as in the processes of `_pool`
         return measured(work)
 
 
 async def _shake_hands(address: str) -> None:
-    """Raise OSError where nothing answers, or something else than a scheduler, such as Dask's dashboard on port 8787.
+    """Raise OSError if nothing answers, or anything but a scheduler, such as Dask's dashboard on port 8787.
 
-    A client that is given such an address raises whatever the bytes happen to mean, and leaves a thread that retries.
+    At such an address, a client raises an arbitrary error from the bytes, and leaves a thread that retries.
     """
     from distributed import Security
     from distributed.comm.core import connect
@@ -241,7 +241,7 @@ def _on_cluster(client: Any, points: Sequence[Point], address: str) -> Generator
 
 
 def _some(client: Any, running: set[Any], address: str) -> set[Any]:
-    """Wait for at least one of `running` and return those that are done. Raises OSError once no worker is left."""
+    """Wait for at least one of `running` and return the finished ones. Raises OSError once no worker is left."""
     import distributed
 
     while True:

@@ -1,11 +1,11 @@
-"""Finds how the motion across the neck, v, is tuned and damped beside that away from it, u.
+"""Finds the tuning and damping of the motion across the neck, v, relative to u, away from it.
 
-By the lines of those partials that are two. In the terms of eqs. 8 and 9 of C. Issanchou et al. (2018) the neck has
-another admittance for v: the difference of the dampings is that of the conductances, the detuning that of the
+It uses the partials with two lines. In the terms of eqs. 8 and 9 of C. Issanchou et al. (2018) the neck has another
+admittance for v: the difference of dampings gives the difference of conductances, the detuning the difference of
 susceptances.
 
-A preset has two keys for that: how much stiffer the neck is across, and by how much the string is longer. What u and v
-are heard to do together hangs on how loud v is, too.
+A preset has two keys for that: how much stiffer the neck is across, and by how much the string is longer. The audible
+decay of u and v together also depends on the level of v.
 """
 
 from __future__ import annotations
@@ -24,47 +24,47 @@ from livebass.model.instrument import Instrument, Neck, Speaking, String, speaki
 from livebass.model.modes import dampings_across, frequencies_across
 from livebass.model.neck import neck_damping
 
-FEWEST = 3  # partials of two lines that tell a law of v
-BEATEN = 0.9  # of the misfit of a v that is as u: a law that leaves more is not taken
-AS_GOOD = 1.01  # ratio of misfits of which neither stiffness is preferred: the one nearest to 1 is taken
-FAINTER = 0.3  # power of a line's amplitude by which it counts: 20 dB fainter, half as much
+FEWEST = 3  # partials of two lines needed for a law of v
+BEATEN = 0.9  # of the misfit of a v equal to u: a law that leaves more is rejected
+AS_GOOD = 1.01  # ratio of misfits that are equally good: the stiffness nearest to 1 wins
+FAINTER = 0.3  # power of a line's amplitude that gives its weight: 20 dB fainter, half as much
 STIFFEST, LONGEST = 100.0, 10e-3  # limits of a preset's keys: times as stiff, or 1/10 as stiff; m, to either side
 SOFTEST = 0.1
-COARSE, FINE = 61, 21  # values of stiffness that are tried
-HEARD = math.log(10) * DOWN / 20  # nepers, over which a decay is heard
-U_OVER_HEARD, TRIED = (0.5, 5.0), 161  # dampings of u that are tried, over that heard of both, and how many
-BY_ITSELF, ELSE = 0.5, 0.05  # part by which u's own damping counts beside that heard of both; that of one line
-INSTANTS = 200  # of a decay
-STEEPEST = math.radians(80)  # angle of a pluck: one that goes straight across has some u, too
+COARSE, FINE = 61, 21  # stiffness values tried
+HEARD = math.log(10) * DOWN / 20  # nepers of decay that are heard
+U_OVER_HEARD, TRIED = (0.5, 5.0), 161  # dampings of u tried, over the audible one of both; their number
+BY_ITSELF, ELSE = 0.5, 0.05  # weight of u's own damping beside the audible damping of both; the same for one line
+INSTANTS = 200  # in a decay
+STEEPEST = math.radians(80)  # angle of a pluck: even one straight across moves u a little
 
 
 @dataclass(frozen=True)
 class Double:
-    """A partial of two lines: v beside u."""
+    """A partial of two lines: v relative to u."""
 
     number: int  # j
     frequency: float  # Hz, of u
-    detuning: float  # of v over u, less 1
-    damping: float  # 1/s, of v less that of u: never above 0
-    conductance: float  # m/s/N, of the neck for v less that for u
-    susceptance: float  # m/s/N, likewise
+    detuning: float  # of v over u, minus 1
+    damping: float  # 1/s, of v minus u: never above 0
+    conductance: float  # m/s/N, of the neck, for v minus u
+    susceptance: float  # m/s/N, the same
 
 
 @dataclass(frozen=True)
 class Across:
-    """The law of v: constants, medians over the partials that are two lines, and what each of these tells."""
+    """The law of v: constants, as medians over the partials with two lines, and the values of each."""
 
     detuning: float  # relative to u
     detuning_spread: float  # median distance from it
-    damping: float  # 1/s, of v less that of u
+    damping: float  # 1/s, of v minus u
     damping_spread: float  # 1/s, median distance from it
     partials: tuple[Double, ...]
 
 
 def across(found: Sequence[Found], impedance: float, fundamental: float) -> Across | None:
-    """Returns the law of v by the partials `found` of a string of `impedance` (kg/s) and f0 (Hz); None if all are one.
+    """Returns the law of v for partials `found` of a string of `impedance` (kg/s) and f0 (Hz); None without two lines.
 
-    With a detuning of Im Y by -mu c / (j pi), and a damping of Re Y by 2 f0 mu c.
+    Im Y detunes by -mu c / (j pi), and Re Y damps by 2 f0 mu c.
     """
     lost = float(neck_damping(1.0, impedance, fundamental))  # 1/s for 1 m/s/N
     double = []
@@ -85,19 +85,19 @@ def across(found: Sequence[Found], impedance: float, fundamental: float) -> Acro
 
 @dataclass(frozen=True)
 class Own:
-    """The law of v as a preset has it."""
+    """The law of v for a preset."""
 
     stiffness: float  # neck.stiffness_across
     longer: float  # m, neck.longer_across
-    misfit: float  # what it leaves of detunings and dampings, weighted mean, over what a v as u leaves
+    misfit: float  # its error in detunings and dampings, weighted mean, over the error of a v equal to u
 
 
 def fit_own(string: String, neck: Neck, found: Sequence[Found]) -> Own | None:
     """Fits `neck.stiffness_across` and `neck.longer_across` to the partials `found` of two lines of an open string.
 
-    string: with f0, tension and losses as fitted; neck: with the admittance that u meets. For each stiffness the length
-    is the weighted median of those that the detunings ask for; the stiffness leaves least of detunings and dampings, in
-    the mean of both. None for fewer than `FEWEST` such partials, or if no law leaves less than `BEATEN` of them.
+    string: with fitted f0, tension and losses; neck: with the admittance that u meets. For each stiffness the length is
+    the weighted median of the lengths that fit the detunings; the stiffness minimises the error of detunings and
+    dampings, averaged. None for fewer than `FEWEST` such partials, or if no law leaves less than `BEATEN` of them.
     """
     double = [p for p in found if p.v is not None]
     if len(double) < FEWEST:
@@ -115,7 +115,7 @@ def fit_own(string: String, neck: Neck, found: Sequence[Found]) -> Own | None:
 
 
 class _Problem:
-    """Partials (n,) of two lines, and what a stiffness says of them."""
+    """Partials (n,) of two lines, and the law that a stiffness gives."""
 
     def __init__(self, string: String, neck: Neck, double: Sequence[Found]) -> None:
         self.neck, self.string = neck, string
@@ -127,7 +127,7 @@ class _Problem:
         self.weight = np.array([min(u.amplitude, v.amplitude) for u, v in lines]) ** FAINTER
 
     def best(self, stiffness: float) -> Own:
-        """Returns the law with that stiffness, and with the length that suits it best."""
+        """Returns the law with this stiffness and its best length."""
         neck = replace(self.neck, stiffness_across=float(stiffness), longer_across=0.0)
         s = speaking(self.string, neck, 0)
         moved = frequencies_across(s, self.number, self.nu) / self.nu
@@ -139,22 +139,22 @@ class _Problem:
         return Own(float(stiffness), longer, float(np.mean(parts)))
 
     def _share(self, left: Floats, of: Floats) -> float:
-        """Weighted mean size of what is `left`, over that `of` all."""
+        """Weighted mean size of the remainder `left`, relative to `of`."""
         return float(np.sum(self.weight * np.abs(left)) / (np.sum(self.weight * np.abs(of)) + 1e-300))
 
 
 def _median(values: Floats, weight: Floats) -> float:
-    """The value below and above which the weights are alike."""
+    """The weighted median."""
     order = np.argsort(values)
     share = np.cumsum(weight[order]) / np.sum(weight)
     return float(values[order[int(np.argmax(share >= 0.5))]])
 
 
 def heard_of_both(s: Speaking, found: Sequence[Found], level: float, own: bool) -> Floats:
-    """Dampings of u (n,), 1/s, with which u and v of the open string `s` are heard to decay as the partials `found`.
+    """Dampings of u (n,), 1/s, with which u and v of open string `s` together sound as damped as `found`.
 
-    level: of v over u as the note begins. What is heard is the straight line through the level over `DOWN` dB. own: the
-    law of v is that of these partials, and u stays near its own damping where it was found beside v.
+    level: of v over u as the note begins. The audible damping is the slope of a line through the level
+    over `DOWN` dB. own: the law of v comes from these partials, and u stays near its own damping where v was found.
     """
     nu, heard = np.array([(p.frequency, p.damping) for p in found]).T
     if level == 0 or not s.own_across:
@@ -175,9 +175,9 @@ def heard_of_both(s: Speaking, found: Sequence[Found], level: float, own: bool) 
 
 
 def level_across(bass: Instrument, name: str) -> float:
-    """How loud v is over u on string `name` of `bass` as a note begins, plucked half way from soft to hard.
+    """The level of v over u on string `name` of `bass` at the beginning of a note, plucked at medium force.
 
-    0 where v is not heard: on a bass that is slapped, or plucked straight upwards.
+    0 where v is inaudible: on a slapped bass, or one plucked straight upwards.
     """
     player = bass.player
     if player.technique == "slap":

@@ -1,7 +1,7 @@
-"""Finds what must not enter a preset: clipped sound, other notes, and partials that no string can have.
+"""Finds sound that must not enter a preset: clipping, other notes, and partials that no string can have.
 
-Each finding is a sentence for the user; what it is about is left out. The limits were set so that no note of a shipped
-preset trips them; what they allow is stated beside each.
+Each finding is a sentence for the user; the sound in question is left out. No note of a shipped preset exceeds the
+limits; the margin is stated beside each.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from livebass.model.neck import neck_damping
 from livebass.units import note_name
 
 FLAT, SIDES = 1e-4, 16.0  # of the peak: depth of a flat top, and of its flanks as multiples of that
-STEEP = 1.5  # the flanks make a clipped top less than this longer, a round one, a parabola, 4 times
-LEAST_FLAT, LEAST_TOPS = 3, 3  # samples of a flat top, and flat tops of a recording that is clipped
-SETTLE = 0.005  # s left out after the last clipped sample
+STEEP = 1.5  # flanks widen a clipped top by less than this factor; a round one, a parabola, by 4
+LEAST_FLAT, LEAST_TOPS = 3, 3  # samples of a flat top; flat tops of a clipped recording
+SETTLE = 0.005  # s skipped after the last clipped sample
 
 
 def without_clipping(recording: Recording, takes: Sequence[Take]) -> tuple[list[Take], list[str]]:
-    """Returns the takes of `recording`, each from where it clips no more, and a sentence for each that was cut.
+    """Returns the takes of `recording`, each from the end of its clipping, and a sentence for each that was cut.
 
     A take that clips up to its end is left out.
     """
@@ -50,15 +50,15 @@ def without_clipping(recording: Recording, takes: Sequence[Take]) -> tuple[list[
 def clipped_tops(sound: Floats) -> Ints:
     """Returns the last samples of all flat tops of `sound` (n,), ascending; none for fewer than `LEAST_TOPS`.
 
-    The sound is clipped where it stays at its greatest or least value and gets there with a kink: around a round top
-    the sound spends four times as long within 16 times the depth.
+    The sound is clipped if it stays at its maximum or minimum and gets there with a kink: around a round top it spends
+    four times as long within 16 times the depth.
     """
     found: list[int] = []
     for x in (sound, -sound):
         top = float(x.max())
         levels = np.unique(x[x > 0.9 * top])
         if levels.size < 2:
-            continue  # a constant, or less than 10 steps of the file high: nothing can be told
+            continue  # a constant, or less than 10 steps of the file high: undecidable
         depth = max(FLAT * top, float(np.diff(levels).min()))
         flanks = x >= top - SIDES * depth
         edges = np.flatnonzero(np.diff(np.concatenate([[0], flanks.astype(np.int8), [0]])))
@@ -70,18 +70,18 @@ def clipped_tops(sound: Floats) -> Ints:
 
 
 LOUD = 25.0  # dB below the loudest: weaker lines may be hum, sympathetic strings or the body
-HIGHEST_LINE = 12.5  # of f0: where another note is looked for
-AWAY = 0.15  # of f0: a line farther than this from every partial is not the string's
-LEAST_LINES, MOST_LINES = 3, 12  # that make another note, and that are looked at
-IN_TUNE = 0.02  # of its fundamental: where a line of the other note may lie
+HIGHEST_LINE = 12.5  # of f0: the search for another note ends here
+AWAY = 0.15  # of f0: a line farther than this from every partial is foreign
+LEAST_LINES, MOST_LINES = 3, 12  # lines that make another note; lines examined
+IN_TUNE = 0.02  # of its fundamental: tolerance for a line of the other note
 LOWEST_NOTE = 25.0  # Hz
 
 
 def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | None:
     """Returns the pitch (Hz) of another note that sounds in `take` beside the string of `partials`; None without one.
 
-    It has at least `LEAST_LINES` decaying sines that are no partials of the string and harmonics of one pitch. A note
-    whose partials all lie at those of the string, an octave above it, is not found.
+    It has at least `LEAST_LINES` decaying sines that are not partials of the string but harmonics of one pitch. A note
+    whose partials all coincide with the string's, an octave above it, is not found.
     """
     sound, rate = take.sound[: round(2 * take.rate)], take.rate
     level = np.abs(np.fft.rfft(sound * np.blackman(sound.size)))
@@ -96,7 +96,7 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
     foreign &= hertz < HIGHEST_LINE * f0
     line = line[foreign]
     loudest = line[np.argsort(-level[line])][:MOST_LINES] * rate / sound.size
-    seen = [find(take.sound, rate, float(nu), f0, 1) for nu in loudest]  # no hum: that does not decay
+    seen = [find(take.sound, rate, float(nu), f0, 1) for nu in loudest]  # hum does not decay and is ignored
     sines = np.array([p.frequency for p in seen if p is not None])
     best: tuple[int, float] = (0, 0.0)
     for pitch in (nu / k for nu in sines for k in range(1, 5) if nu / k > LOWEST_NOTE):
@@ -106,7 +106,7 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
 
 
 def left_out(take: Take, pitch: float | None, beside: bool) -> str:
-    """Says that `take` is another note of `pitch` (Hz), or none (None), or has one beside the string's."""
+    """Says that `take` is another note of `pitch` (Hz), has none (None), or has one beside the string's."""
     if pitch is None:
         return f"{take.place} has no clear pitch: left out"
     note = f"{note_name(round(69 + 12 * math.log2(pitch / 440)))} ({pitch:.1f} Hz)"
@@ -114,21 +114,21 @@ def left_out(take: Take, pitch: float | None, beside: bool) -> str:
     return f"{take.place} {what}: left out"
 
 
-ASTRAY = 0.1  # of f0, from the line that its neighbours draw: the necks of the presets pull a partial by 0.014
+ASTRAY = 0.1  # of f0, from its neighbours' line: the necks of the presets pull a partial by 0.014
 BESIDE = 4  # neighbours on each side
-FEWEST = 6  # partials that tell whether one of them is astray
-# A string loses more than AIR times what the air alone takes: an ideal string as much as that, those of the presets at
-# least 1.8 times as much. The diameter of a recorded one is only nearly known.
+FEWEST = 6  # partials needed to judge one of them
+# A string loses more than AIR times the loss to the air: an ideal string once, the presets' strings at least 1.8
+# times. The diameter of a recorded string is known only roughly.
 AIR = 0.7
-LONG, RATIO = 60.0, 0.1  # s, T60, and of the neighbours' damping: a partial with more and less than that is hum
+LONG, RATIO = 60.0, 0.1  # s, T60, and of the neighbours' damping: a partial beyond both is hum
 MOST_CONDUCTANCE = 0.1  # m/s/N, of a neck: 2.5 times the highest of figure 3 (c)
 
 
 def doubtful(found: Sequence[Found], string: String, law: Law) -> tuple[set[int], list[str]]:
     """Returns the numbers of the partials that no string has, and a sentence for each kind.
 
-    They lie off the `law` by more than a neck can pull them, ring longer than the air alone lets the `string`, or ten
-    times as long as their neighbours, or die faster than these by more than any neck takes.
+    They are farther from the `law` than a neck can pull them, ring longer than the air alone lets the `string`, or ten
+    times as long as their neighbours, or die faster than these by more than a neck can cause.
     """
     if len(found) < FEWEST:
         return set(), []
@@ -162,6 +162,6 @@ def doubtful(found: Sequence[Found], string: String, law: Law) -> tuple[set[int]
 
 
 def _neighbours(values: Floats) -> Floats:
-    """The median of the `BESIDE` values on each side of each of `values` (n,), itself left out."""
+    """The median of the `BESIDE` values on each side of each of `values` (n,), without itself."""
     around = (np.r_[max(0, i - BESIDE) : i, i + 1 : i + 1 + BESIDE] for i in range(values.size))
     return np.array([np.median(values[k[k < values.size]]) for k in around])

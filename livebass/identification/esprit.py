@@ -1,13 +1,13 @@
-"""Damped sines in a band of a sound: the band cut out exactly, and what ESPRIT finds in it.
+"""Damped sines in a band of a sound: the band is cut out exactly, and ESPRIT finds the sines.
 
 A sum of damped exponentials z_k^n makes a Hankel matrix whose column space, read one row lower, is itself times a small
 matrix with the eigenvalues z_k: R. Roy, A. Paulraj and T. Kailath, IEEE Trans. Acoust. Speech Signal Process. 34
-(1986), 1340-1342. Their number is the one for which that holds best, ESTER: R. Badeau, B. David and G. Richard, IEEE
+(1986), 1340-1342. Their number is the one that satisfies this best, ESTER: R. Badeau, B. David and G. Richard, IEEE
 Trans. Signal Process. 54 (2006), 450-458.
 
-A band is cut out by shifting its centre to 0 Hz, filtering, and keeping one sample in many. Only samples for which the
-filter lies within the sound are used: an exponential leaves it as the same exponential times a known factor, so the
-filter adds no error at the beginning of the note.
+A band is cut out by shifting its centre to 0 Hz, filtering, and decimating. Only samples whose filter lies within the
+sound are used: an exponential leaves it as the same exponential times a known factor, so the filter adds no error at
+the beginning of the note.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from livebass.arrays import Complexes, Floats
 
 WIDTH = 1.6  # rate of a band, in fundamentals: neighbours fall where the filter rejects them
 SAMPLES = 200  # of a band at most: a Hankel matrix of 100 by 101
-PASS, STOP = 0.125, 0.5  # where the filter begins and ends to fall, in sampling rates of the band
-USABLE = 0.35  # in sampling rates of the band: what lies farther from the centre may be an alias
+PASS, STOP = 0.125, 0.5  # edges of the filter's transition, in sampling rates of the band
+USABLE = 0.35  # in sampling rates of the band: farther from the centre, a line may be an alias
 REJECTION = 100.0  # dB beyond STOP
 BANDWIDTH = PASS + STOP  # of noise through the filter, in sampling rates of the band
 MOST_ORDER = 16  # exponentials in a band
@@ -34,14 +34,14 @@ FLATNESS = 0.1  # the order is the largest with a tenth of the best merit: one e
 class Band:
     """A band of a sound, shifted to 0 Hz."""
 
-    samples: Complexes  # (n,), the first one is of the first `taps.size` samples of the sound
+    samples: Complexes  # (n,), the first is from the first `taps.size` samples of the sound
     rate: float  # Hz, of these samples
     centre: float  # Hz, now at 0 Hz
     taps: Complexes  # of the filter, before the shift
     sound_rate: float  # Hz
 
     def gain(self, s: Complexes) -> Complexes:
-        """Returns the factors by which the filter multiplied exp(s t) of the sound; s (k,), 1/s."""
+        """Returns the filter's gains for exp(s t) in the sound; s (k,), 1/s."""
         return np.exp(np.outer(s / self.sound_rate, np.arange(self.taps.size))) @ self.taps
 
 
@@ -49,7 +49,7 @@ class Band:
 class Component:
     """One damped sine, a exp(-damping t) cos(2 pi frequency t + phase) from the first sample of the sound."""
 
-    frequency: float  # Hz, undamped: omega^2 = omega_d^2 + sigma^2, as eq. 4 has it
+    frequency: float  # Hz, undamped: omega^2 = omega_d^2 + sigma^2, as in eq. 4
     damping: float  # 1/s
     amplitude: float  # a, in units of the sound
     energy: float  # sum of its squared samples in the band, over the mean square of the noise
@@ -58,7 +58,7 @@ class Component:
 
 
 def shortest(width: float) -> float:
-    """Returns the length (s) of the filter of a band `width` Hz wide: a shorter sound gives no sample."""
+    """Returns the filter length (s) for a band `width` Hz wide: a shorter sound gives no sample."""
     return (REJECTION - 8) / (2.285 * 2 * math.pi * (STOP - PASS) * width)
 
 
@@ -82,7 +82,7 @@ def band(sound: Floats, rate: float, centre: float, width: float, most: int = SA
 
 
 def components(b: Band) -> list[Component]:
-    """Finds the damped sines in the usable part of a band, the strongest first; growing ones are left out."""
+    """Finds the damped sines in the usable part of a band, strongest first; drops growing ones."""
     y = b.samples
     if y.size < 8:
         return []

@@ -1,11 +1,11 @@
-"""Laws through the partials of an open string, and resonances of a neck that explain what lies off them.
+"""Laws for the partials of an open string, and resonances of a neck that explain deviations from them.
 
 Equation numbers: C. Issanchou et al. (2018). As in section 3.2 there, f0, B and the losses of eqs. 9 to 11 serve beyond
-the measured partials, and are fitted where the neck disturbs least, to the higher ones.
+the measured partials. They are fitted to the higher ones, which the neck disturbs least.
 
-What a mode loses beyond air, viscoelastic and thermoelastic losses goes into the neck: that gives Re Y at the
-frequencies of the modes. Its distance from the law of the others gives Im Y there, less surely. `fit_neck` seeks the
-fewest resonances that explain both. Where the modes leave a Q open, or the height of a peak between two of them, limits
+A mode's loss beyond air, viscoelastic and thermoelastic losses goes into the neck and gives Re Y at the modes'
+frequencies. A mode's distance from the law of the others gives Im Y there, less accurately. `fit_neck` seeks the fewest
+resonances that explain both. Where the modes do not determine a Q, or the height of a peak between two of them, limits
 and a prior decide.
 """
 
@@ -24,14 +24,14 @@ from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Neck, String, speaking, stretched
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
 
-FEW = 10  # up to this number of partials the laws are fitted to all of them
-MOST_B = 0.01  # the most a preset allows
-CLEARLY = 0.8  # ratio of misfits below which one law describes partials better: less may be the neck's doing
+FEW = 10  # up to so many partials, the laws are fitted to all of them
+MOST_B = 0.01  # the limit of a preset
+CLEARLY = 0.8  # ratio of misfits below which one law is better: a smaller gain may come from the neck
 DIAMETER_SPREAD = 0.3  # of the base preset's diameter: standard deviation of the prior
 ANGLE, ANGLE_SPREAD = 0.01, 0.5  # a delta_ve, and the prior's standard deviation as a multiple of it
-THERMOELASTIC_SPREAD = 2e-5  # 1/Q, least standard deviation of the prior; else that is as large as the preset's value
-LEAST_SHARE = 0.1  # of 1/Q: a smaller remainder is not ascribed to the neck
-LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # limits of what the law leaves of 1/Q at a partial, relative
+THERMOELASTIC_SPREAD = 2e-5  # 1/Q, minimum standard deviation of the prior; else it equals the preset's value
+LEAST_SHARE = 0.1  # of 1/Q: a smaller remainder is not attributed to the neck
+LEAST_MISFIT, MOST_MISFIT = 0.01, 0.3  # limits of the law's relative error of 1/Q at a partial
 ENVELOPE = 0.02  # weight of a partial above the law relative to one below: the neck only adds losses
 
 
@@ -42,9 +42,9 @@ class Law:
     stiffness_law: str  # "hinged" or "paper"
     fundamental: float  # f0, Hz
     inharmonicity: float  # B, at least 0
-    deviation: float  # relative, root mean square, of the partials it was fitted to
-    first: int  # number of the lowest partial it was fitted to
-    misfit: float  # relative, mean size, of all partials
+    deviation: float  # relative, root mean square, over the fitted partials
+    first: int  # the lowest partial fitted
+    misfit: float  # relative, mean size, over all partials
 
     def frequency(self, j: Floats | Ints) -> Floats:
         """Returns nu_j (Hz) of partials j (n,)."""
@@ -53,11 +53,11 @@ class Law:
 
 
 def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
-    """Fits both laws to partials `number` (n,) at `frequency` (n,), Hz: the one that describes them better comes first.
+    """Fits both laws to partials `number` (n,) at `frequency` (n,), Hz; returns the better one first.
 
-    That is the law of `base` unless the misfit of all partials by the other is below `CLEARLY` times as large. With
-    `FEW` partials or fewer the neck hides the effect of B, and B is that of `base`. Raises ValueError for fewer than
-    two partials.
+    That is the law of `base` unless the other's misfit over all partials is below `CLEARLY` times as large. With `FEW`
+    partials or fewer the neck hides the effect of B, and B is taken from `base`. Raises ValueError for fewer than two
+    partials.
     """
     few = number.size <= FEW
     known = base.inharmonicity if few else None
@@ -71,14 +71,14 @@ def fit_laws(number: Ints, frequency: Floats, base: String) -> tuple[Law, Law]:
 def fit_law(number: Ints, frequency: Floats, law: str, known: float | None = None) -> Law:
     """Fits `law`, "hinged" or "paper", to partials `number` (n,) at `frequency` (n,), Hz.
 
-    By medians over pairs of the upper half of them, because resonances of the neck draw single partials aside. B is
-    `known` if given. Raises ValueError for fewer than two partials.
+    Takes medians over pairs of the upper half, because resonances of the neck pull single partials aside. B is `known`
+    if given. Raises ValueError for fewer than two partials.
     """
     if number.size < 2:
         raise ValueError("one partial: two or more are needed for f0 and B")
     upper = _upper(number.size)
     j, ratio = number[upper].astype(np.float64), (frequency / number)[upper]
-    # nu_j / j of one law, its square of the other, is a straight line over j^2
+    # in j^2, nu_j / j is a straight line for one law, its square for the other
     power = 1 if law == "paper" else 2
     slope, at_zero = median_line(j**2, ratio**power)
     b = 2 / power * slope / at_zero if known is None else known
@@ -101,13 +101,13 @@ class Losses:
 
 
 def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviation: Floats) -> Losses:
-    """Fits the losses of `string`, whose f0, B and tension are fitted already, to the dampings of partials `number`.
+    """Fits the losses of `string`, whose f0, B and tension are already fitted, to the dampings of partials `number`.
 
     number, damping, deviation (n,): damping and its standard deviation in 1/s. 1/Q is a sum of terms, each proportional
-    to one of the unknowns, and of the neck's, which is never negative: a partial above the law counts less than one
-    below it, by `ENVELOPE`, so that the law runs along the lower edge. What is left of 1/Q above the law is the neck's
-    conductance at that partial, if it is more than two deviations and a tenth of 1/Q. Terms that the partials hardly
-    determine, such as the thermoelastic one or, with few partials, delta_ve, stay near those of `string`. Needs SciPy.
+    to one unknown, plus the neck's, which is never negative: a partial above the law weighs less than one below, by
+    `ENVELOPE`, and the law runs along the lower edge. The remainder of 1/Q above the law is the neck's conductance at
+    that partial, if it exceeds two deviations and a tenth of 1/Q. Terms that the partials hardly determine, such as the
+    thermoelastic one or, with few partials, delta_ve, stay near those of `string`. Needs SciPy.
     """
     s = speaking(string, replace(neck, admittance=Admittance()), 0)
     nominal = modes.law_frequencies(s, number.astype(np.float64), string.nominal_fundamental)
@@ -139,7 +139,7 @@ def fit_losses(string: String, neck: Neck, number: Ints, damping: Floats, deviat
 
 
 def _upper(count: int) -> NDArray[np.bool_]:
-    """Mask (count,) of the partials that the laws are fitted to."""
+    """Mask (count,) of the partials used to fit the laws."""
     return np.arange(count) >= (count // 2 if count > FEW else 0)
 
 
@@ -148,7 +148,7 @@ def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> F
     from scipy.optimize import lsq_linear
 
     prior = np.diag([1 / DIAMETER_SPREAD, 1 / ANGLE_SPREAD, 1 / max(1.0, known[2])])
-    limits = ([0.5, 0.0, 0.0], [2.0, 50.0, 0.01 / THERMOELASTIC_SPREAD])  # delta_ve up to 0.5, as a preset allows
+    limits = ([0.5, 0.0, 0.0], [2.0, 50.0, 0.01 / THERMOELASTIC_SPREAD])  # delta_ve up to 0.5, the limit of a preset
     weight, x = np.ones(goal.size), np.zeros(3)
     for _ in range(50):
         scale = np.sqrt(weight) / spread
@@ -161,25 +161,25 @@ def _envelope(columns: Floats, goal: Floats, spread: Floats, known: Floats) -> F
     return x
 
 
-CLOSE = 0.065  # relative misfit of the dampings to be reached, root mean square
+CLOSE = 0.065  # target for the relative misfit of the dampings, root mean square
 MOST = 24  # resonances
-SCATTER = 2e-4  # relative distance of modes from their law for other reasons than the neck
-USUAL_QUALITY, TRIED = 30.0, (12.0, 20.0, 35.0, 60.0)  # Q, and those tried for a new resonance
+SCATTER = 2e-4  # relative distance of modes from their law for reasons other than the neck
+USUAL_QUALITY, TRIED = 30.0, (12.0, 20.0, 35.0, 60.0)  # Q, and the values tried for a new resonance
 QUALITY = (8.0, 150.0)
-MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: as high as figure 3 (c) goes
-OPEN = 0.05  # misfit that a Q e times off the usual one counts as ...
+MOST_CONDUCTANCE = 0.04  # m/s/N, of one resonance at its peak: the maximum of figure 3 (c)
+OPEN = 0.05  # the misfit that a Q e times off the usual one counts as ...
 PLACE = 0.01  # ... and a resonance one mode's distance off the nearest mode
-EVALUATIONS = 400  # of the misfit at most in a least-squares search: with fewer, rounding decides how many are found
-KEPT = 0.1  # of the squared misfit: a neck given to begin with stays if refining it gains less
-GRID = 6  # places tried from one mode to the next
+EVALUATIONS = 400  # most misfits computed in a least-squares search: with fewer, rounding decides how many are found
+KEPT = 0.1  # of the squared misfit: a given initial neck stays if refining it gains less
+GRID = 6  # places tried per mode spacing
 
 
 @dataclass(frozen=True)
 class NeckFit:
     """Resonances at the nut, and the modes they were fitted to.
 
-    A preset's stopped notes have their modes where its law puts them, not where those of the open string were measured:
-    `played` and the distances from the string's own law tell how well the neck serves there.
+    A preset's stopped notes have their modes at the frequencies of its law, not at those measured on the open string:
+    `played` and the distances from the string's own law show how well the neck serves there.
     """
 
     resonances: tuple[Resonance, ...]  # ascending in frequency, shapes 1, 2, 3 ...
@@ -189,9 +189,9 @@ class NeckFit:
     fitted: Floats  # (n,), 1/s, with it at the measured frequencies ...
     played: Floats  # (n,), 1/s, ... and at those of the string's law
     scatter: float  # distance of the modes from their law with best f0 and B, relative, root mean square ...
-    left: float  # ... and with the neck's part of eq. 8 taken out
+    left: float  # ... and without the neck's part of eq. 8
     own_scatter: float  # the same with the f0 and B of the string ...
-    own_left: float  # ... and with the neck's part taken out
+    own_left: float  # ... and without the neck's part
 
     @property
     def deviation(self) -> float:
@@ -212,10 +212,10 @@ class NeckFit:
 def fit_neck(string: String, close: float = CLOSE, most: int = MOST, start: tuple[Resonance, ...] = ()) -> NeckFit:
     """Finds the fewest resonances, up to `most`, that meet the measured dampings of `string` to within `close`.
 
-    `close` is relative, root mean square. Resonances are added one by one where they help most, and all are refined by
-    least squares each time. The minimum is flat: another rounding leads to others, as good. A neck to `start` from is
-    kept as it is if refining it gains less than `KEPT`, so that a neck found once is found again. Raises ValueError for
-    a string with fewer than four measured modes. Needs SciPy: pip install 'livebass[analysis]'.
+    `close` is relative, root mean square. Resonances are added one by one where they help most, with a least-squares
+    refinement of all each time. The minimum is flat: different rounding leads to others, equally good. An initial neck
+    `start` is kept if refining it gains less than `KEPT`, so a neck found once is found again. Raises ValueError for a
+    string with fewer than four measured modes. Needs SciPy: pip install 'livebass[analysis]'.
     """
     if len(string.measured_dampings) < 4:
         raise ValueError(f"string {string.name}: {len(string.measured_dampings)} measured modes, 4 are needed")
@@ -267,18 +267,18 @@ class _Problem:
         return np.linalg.qr(np.stack([np.ones(self.nu.size), self.number**2], axis=1))[0]
 
     def neck(self, x: Floats) -> Floats:
-        """Damping that the neck adds, (n,), 1/s."""
+        """Damping added by the neck, (n,), 1/s."""
         return neck_damping(_admittance(x, self.nu), self.impedance, self.fundamental)
 
     def misfit(self, x: Floats) -> Floats:
-        """Misfit of the dampings, (n,), relative; a mode damped less than the law is met by no neck's losses at all."""
+        """Misfit of the dampings, (n,), relative; for a mode damped less than the law, no loss of the neck is best."""
         return np.asarray((self.law + self.neck(x) - np.maximum(self.sigma, self.law)) / self.sigma)
 
     def deviation(self, x: Floats) -> float:
         return _deviation(self.misfit(x), self.sigma > self.law)
 
     def aside(self, x: Floats) -> Floats:
-        """Distance of the modes from their best law, (n,), relative, with the neck's part taken out."""
+        """Distance of the modes from their best law, (n,), relative, without the neck's part."""
         harmonic = self.number * self.fundamental
         off = self.nu / harmonic - detuning(_admittance(x, harmonic), self.impedance, self.number)
         power = 1 if self.stiffness_law == "paper" else 2  # of `off`, which is a straight line over j^2
@@ -286,22 +286,22 @@ class _Problem:
         return np.asarray(off - self.lines @ (self.lines.T @ off))
 
     def misfits(self, x: Floats) -> Floats:
-        """Misfits of dampings and frequencies, (2 n,), both on the scale of the dampings'."""
+        """Misfits of dampings and frequencies, (2 n,), both scaled like dampings."""
         return np.concatenate([self.misfit(x), self.aside(x) * CLOSE / SCATTER])
 
     def cost(self, x: Floats) -> float:
-        """Sum of squares that the least-squares search minimises."""
+        """The sum of squares that the least-squares search minimises."""
         return float(np.sum(self.misfits(x) ** 2) + np.sum(self.prior(x) ** 2))
 
     def dictionary(self) -> tuple[Floats, Floats]:
-        """Resonances at all places and Qs tried, (m, 3), and what 1 m/s/N of each adds to the misfits, (m, 2 n)."""
+        """Resonances at all places and Qs tried, (m, 3), and the misfits that 1 m/s/N of each adds, (m, 2 n)."""
         places = np.arange(self.nu[0], self.nu[-1], self.nu[0] / GRID)
         units = np.array([[math.log(f), math.log(q), 0.0] for f in places for q in TRIED])
         none = self.misfits(units[:0])
         return units, np.array([self.misfits(unit[None]) - none for unit in units])
 
     def with_another(self, x: Floats, dictionary: tuple[Floats, Floats]) -> Floats:
-        """x and the resonance of the dictionary that, at its best strength, leaves the least misfit."""
+        """x plus the resonance of the dictionary that, at its best strength, leaves the least misfit."""
         units, columns = dictionary
         rest = self.misfits(x)
         strength = np.clip(-(columns @ rest) / np.sum(columns**2, axis=1), 1e-9, MOST_CONDUCTANCE)
@@ -324,7 +324,7 @@ class _Problem:
         return np.asarray(least_squares(residuals, start, bounds=ends, max_nfev=EVALUATIONS).x.reshape(-1, 3))
 
     def prior(self, x: Floats) -> Floats:
-        """Misfits of Q from the usual one, and of resonances from the nearest mode: the modes tell of nothing else."""
+        """Misfits of Q from the usual one, and of resonances from the nearest mode, which the modes leave open."""
         away = np.min(np.abs(np.exp(x[:, :1]) - self.nu), axis=1) / self.nu[0]
         return np.concatenate([OPEN * (x[:, 1] - math.log(USUAL_QUALITY)), PLACE * away])
 

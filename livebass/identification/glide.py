@@ -1,9 +1,9 @@
-"""The glide of a note: a string pulled far begins sharp, and all its partials with it, by the same part.
+"""The glide of a note: a string pulled far begins sharp, and all its partials with it, in proportion.
 
-The tension grows with the square of the motion and falls with it. To a method that looks for damped sines each partial
-is then two of them, always the same cents apart, which are no polarisations: the one that is heard first, and dies, is
-sharp. So the glide is measured on all partials at once and taken out: the sound is played at a speed that makes them
-steady. It is a sum of exponentials, each of which falls, as the energy of a string is.
+The tension grows with the square of the motion and falls with it. A method that looks for damped sines then sees two in
+each partial, always the same cents apart, which are no polarisations: the sharp one is heard first, and dies. So the
+glide is measured on all partials at once and removed: the sound is played at a varying speed that makes them steady.
+It is a sum of decaying exponentials, like the energy of a string.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ from livebass.identification.partials import Partial, Take
 from livebass.units import cents
 
 MOST_PARTIALS = 30  # the strongest
-FEWEST = 6  # partials that tell a glide
-TIMES = (0.06, 0.1, 0.17, 0.3, 0.5, 0.9, 1.5)  # s, in which its parts fall e times
-LONGEST = 2.5  # s of the take that are looked at
-SHALLOW = 25.0  # dB, how far a partial is followed
+FEWEST = 6  # partials needed for a glide
+TIMES = (0.06, 0.1, 0.17, 0.3, 0.5, 0.9, 1.5)  # s, decay times (to 1/e) of its parts
+LONGEST = 2.5  # s of the take examined
+SHALLOW = 25.0  # dB down to which a partial is followed
 SURE = 5.0  # standard deviations of the median over partials
 LEAST = 0.2  # cents
-ROUNDS = 10  # in which the curve and the frequencies of the partials are found in turn
+ROUNDS = 10  # that alternate between the curve and the frequencies of the partials
 
 
 @dataclass(frozen=True)
 class Glide:
-    """How sharp a take is over time: a sum of parts of the frequency, each of which falls e times in its time."""
+    """The sharpness of a take over time: a sum of frequency fractions, each with its decay time (to 1/e)."""
 
-    parts: tuple[tuple[float, float], ...]  # (part of the frequency at the beginning, s)
+    parts: tuple[tuple[float, float], ...]  # (initial fraction of the frequency, s)
 
     @property
     def cents(self) -> float:
-        """How many cents sharp it begins."""
+        """The initial sharpness in cents."""
         return float(cents(1 + sum(part for part, _ in self.parts)))
 
     def ahead(self, t: Floats) -> Floats:
-        """Returns by how many s a string that glides is ahead of one that is steady after t (n,), s."""
+        """Returns the lead (s) of a gliding string over a steady one after t (n,), s."""
         each = (part * time * (1 - np.exp(-t / time)) for part, time in self.parts)
         return np.asarray(sum(each, np.zeros(t.size)))
 
 
 def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None:
-    """Returns the glide that the `partials` of `take` share; None without one that is sure. Needs SciPy."""
+    """Returns the glide that the `partials` of `take` share; None unless it is certain. Needs SciPy."""
     from scipy.optimize import nnls
 
     loud = sorted(partials, key=lambda p: -p.amplitude)[:MOST_PARTIALS]
@@ -64,9 +64,9 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
         return None
     curve = _shared(off)
     t = (np.arange(curve.size) + 0.5) / rate
-    # the filter passes on an exponential as the same one times a factor
+    # the filter only multiplies an exponential by a factor
     lag = np.arange(taps.size) / take.rate
-    times = [time for time in TIMES if time > lag[-1] / 2]  # shorter ones are hidden in the filter
+    times = [time for time in TIMES if time > lag[-1] / 2]  # the filter hides shorter ones
     shapes = np.array([np.exp(-t / time) * (taps @ np.exp(-lag / time)) / taps.sum() for time in times]).T
     parts = nnls(np.column_stack([shapes, np.ones(t.size), -np.ones(t.size)]), curve)[0][: len(times)]
     glide = Glide(tuple((float(a), time) for a, time in zip(parts, times, strict=True) if a > 0))
@@ -81,7 +81,7 @@ def glide_of(take: Take, partials: Sequence[Partial], f0: float) -> Glide | None
 
 
 def _deviation(take: Take, frequency: float, f0: float) -> tuple[Floats, float, Floats] | None:
-    """Relative deviations (n,) of the frequency of a partial, their rate (Hz), and the filter it was seen through."""
+    """Relative deviations (n,) of the frequency of a partial, their rate (Hz), and the filter used."""
     try:
         b = band(take.sound, take.rate, frequency, WIDTH * f0, MOST_SAMPLES)
     except ValueError:
@@ -96,7 +96,7 @@ def _deviation(take: Take, frequency: float, f0: float) -> tuple[Floats, float, 
 
 
 def _shared(off: Floats) -> Floats:
-    """The curve (n,) that deviations (partials, n) have in common beside a constant of each; NaN is no value."""
+    """The curve (n,) common to deviations (partials, n), each up to a constant; NaN means no value."""
     curve = np.zeros(off.shape[1])
     for _ in range(ROUNDS):
         own = np.nanmedian(off - curve, axis=1, keepdims=True)
@@ -105,14 +105,14 @@ def _shared(off: Floats) -> Floats:
 
 
 def _share(off: Floats, shape: Floats) -> float:
-    """How much of the `shape` (n,) the deviations of one partial have; NaN if it is too short to tell."""
+    """The share of the `shape` (n,) in the deviations of one partial; NaN if too short."""
     known = np.isfinite(off)
     near = shape[known] - shape[known].mean()
     return float(near @ off[known] / (near @ near)) if np.count_nonzero(known) >= FEWEST and near.any() else math.nan
 
 
 def straightened(take: Take, glide: Glide) -> Take:
-    """Returns `take` at a speed at which it does not glide. Needs SciPy."""
+    """Returns `take` resampled so that it does not glide. Needs SciPy."""
     from scipy.interpolate import CubicSpline
     from scipy.signal import resample_poly
 

@@ -1,4 +1,4 @@
-"""The partials of one string in several takes, and the steps that leave out what does not belong to it."""
+"""The partials of one string in several takes, and the steps that leave out foreign material."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from livebass.identification.takes import Takes
 from livebass.identification.treatment import compressed, is_fade, shared_gain, without_fade
 
 FEWEST = 4  # partials of a take
-SPREAD = 0.02  # of f0: partials that scatter more about those of a stiff string are not of one string
+SPREAD = 0.02  # of f0: partials that scatter more about a stiff string's are not of one string
 STIFFEST = 5e-4  # B of a low B string is 3e-4
 
 
 def plausible(partials: Sequence[Partial], pitch: float) -> bool:
-    """True if these are partials of one stiff string: enough of them, near its law, and not only every second."""
+    """True if these can be partials of one stiff string: enough of them, near its law, and not only every second."""
     low = [p for p in partials if p.number <= 12]
     if len(partials) < FEWEST or len(low) < 3 or math.gcd(*(p.number for p in low)) > 1:
         return False
@@ -36,12 +36,12 @@ class Note(NamedTuple):
 
     take: Take
     partials: list[Partial]
-    glide: Glide | None = None  # taken out of both
+    glide: Glide | None = None  # removed from both
 
 
 @dataclass(frozen=True)
 class Heard:
-    """The notes of one pitch that are one string's, and doubts about them."""
+    """The notes of one string at one pitch, and doubts about them."""
 
     pitch: float  # Hz
     modes: int  # partials to look for
@@ -49,7 +49,7 @@ class Heard:
     doubts: tuple[str, ...]
 
     def note(self, take: Take, glide: Glide | None = None) -> Note | None:
-        """The note in a take; None if its partials are not those of one string."""
+        """The note in a take; None if its partials do not belong to one string."""
         partials = track(take.sound, take.rate, self.pitch, self.modes)
         return Note(take, partials, glide) if plausible(partials, self.pitch) else None
 
@@ -69,7 +69,7 @@ def heard_in(takes: Takes, modes: int) -> Heard:
 
 
 def steady(heard: Heard) -> Heard:
-    """Takes out of each note the glide that its partials share."""
+    """Removes from each note the glide that its partials share."""
 
     def straight(note: Note) -> Note:
         glide = glide_of(note.take, note.partials, heard.pitch)
@@ -79,7 +79,7 @@ def steady(heard: Heard) -> Heard:
 
 
 def unfaded(heard: Heard) -> Heard:
-    """Cuts fades off; doubts name them, and compressors."""
+    """Cuts off fades; doubts name them, and compressors."""
     notes, doubts = [], list(heard.doubts)
     for note in heard.notes:
         gain = shared_gain(note.take, note.partials, heard.pitch)
@@ -94,7 +94,7 @@ def unfaded(heard: Heard) -> Heard:
 
 
 def alone(heard: Heard) -> Heard:
-    """Leaves out notes beside which another one sounds. Raises RecordingError if there are no others."""
+    """Leaves out notes that contain another one. Raises RecordingError if none remain."""
     beside = [(note, other_note(note.take, note.partials, heard.pitch)) for note in heard.notes]
     doubts = (*heard.doubts, *(left_out(note.take, other, beside=True) for note, other in beside if other))
     notes = tuple(note for note, other in beside if not other)

@@ -1,7 +1,7 @@
 """Identifies a plucked open string from recordings.
 
-After section 3.2 of C. Issanchou et al. (2018): frequencies and dampings of the partials by a high-resolution method
-over several takes, then the models of section 2.2 through them.
+Follows section 3.2 of C. Issanchou et al. (2018): finds frequencies and dampings of the partials by a high-resolution
+method over several takes, then fits the models of section 2.2.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ def identify(
 ) -> Identified:
     """Identifies the open string that is plucked, alone, in every note of the `recordings`, one or several sound files.
 
-    string: its name in `bass`; by default the one tuned nearest. only_string: leave pluck, pickups and tone as `bass`
-    has them. search: the fields of a `Search`. note (MIDI) or f0 (Hz, to a semitone): the pitch; by default it is
-    found. modes: the most partials to look for, 60. start, duration: use each note from `start` (0.02 s) after its
-    attack, for `duration` (5 s) at most. channel: from 1; by default the loudest.
+    string: its name in `bass`; by default the one tuned nearest. only_string: keep pluck, pickups and tone of `bass`.
+    search: the fields of a `Search`. note (MIDI) or f0 (Hz, to a semitone): the pitch; found by default. modes: the
+    most partials to look for, 60. start, duration: use each note from `start` (0.02 s) after its attack, for `duration`
+    (5 s) at most. channel: from 1; by default the loudest.
 
     Returns an `Identified`: `partials`, each with frequency (Hz), damping (1/s), their uncertainties and `t60` (s);
-    `law` with f0 (Hz) and B; `string`, that of `bass` as measured; `doubts`, a sentence for each thing left out. Raises
+    `law` with f0 (Hz) and B; `string`, from `bass`, as measured; `doubts`, a sentence for each thing left out. Raises
     ValueError with one line for values out of their limits and, as RecordingError, for recordings it cannot use.
     Needs SciPy: pip install 'livebass[analysis]'. [main thread]
     """
@@ -65,7 +65,7 @@ def identify(
 
 
 def _string(bass: Instrument, name: str) -> String:
-    """The string of that name; ValueError, which lists the bass's strings."""
+    """The string of that name; raises ValueError, which lists the bass's strings."""
     try:
         return bass.strings[bass.string_index(name)]
     except LookupError as error:

@@ -1,4 +1,4 @@
-"""Limits of what `identify` is asked, in Python and by the command, which reads them here: this file loads fast."""
+"""Limits of the arguments of `identify`, shared with the command: this file loads fast."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Search:
 
 
 class Searching(TypedDict, total=False):
-    """The fields of a `Search`, as keywords of a function."""
+    """The fields of a `Search`, as keyword arguments."""
 
     note: int | None
     f0: float | None

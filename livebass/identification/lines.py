@@ -1,13 +1,14 @@
-"""The lines of a partial: one damped sine, or two that are close, and how long the partial is heard.
+"""The lines of a partial: one damped sine, or two close ones, and the audible decay.
 
-A string swings in two directions, up from the neck (u) and across it (v), and the neck takes more from the one than
-from the other. So a partial may be two lines, a little apart in frequency, of which one dies sooner: they beat, and
-after a quick decay the slower one stays (G. Weinreich, J. Acoust. Soc. Am. 62 (1977), 1474-1484, on pianos). The faster
-one is given to u, the slower to v, as necks give way more easily upwards.
+A string swings in two directions, up from the neck (u) and across it (v), and the neck damps one more than the other.
+So a partial may have two lines, slightly apart in frequency, one of which dies sooner: they beat, and after a quick
+decay the slower one stays (G. Weinreich, J. Acoust. Soc. Am. 62 (1977), 1474-1484, on pianos). The faster one is
+assigned to u, the slower to v, as necks give way more easily upwards.
 
-What is heard is the envelope: the damping of a partial is that of the straight line through its level in dB, from the
-beginning of the take down to `DOWN` below or to the noise. Where one damped sine explains the sound, that is its own
-damping. Two are taken where they leave less than `BETTER` of what one leaves, in the mean of the relative error.
+The audible decay is the envelope: the damping of a partial is the slope of a straight line through its level in dB,
+from the beginning of the take down to `DOWN` below or to the noise. If one damped sine explains the sound, its own
+damping is used. Two are used if their error is less than `BETTER` of the error of one, in the mean of the relative
+error.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ import numpy as np
 from livebass.arrays import Complexes, Floats
 from livebass.identification.esprit import WIDTH, Band, Component, band
 
-DOWN = 30.0  # dB, how far a decay is followed
+DOWN = 30.0  # dB down to which a decay is followed
 CLEAR = 10.0  # dB over the noise
-BETWEEN = 0.35, 0.65  # f0 from a partial: where noise is measured
+BETWEEN = 0.35, 0.65  # f0 from a partial: the noise is measured here
 BEAT = 0.3  # s that a beat may hide a partial
 FEWEST = 8  # samples of an envelope
 MOST_SAMPLES = 4000  # of a band
-BETTER = 0.5  # of the error that one line leaves: two that leave more are not told from one
+BETTER = 0.5  # of the error of one line: two lines that leave more are not distinguished from one
 EXPLAINED = 0.03  # relative error, of power, below which lines explain a partial ...
 ALONE = 0.01  # ... and below which one line alone does
-OVER_NOISE = 4.0  # ... or that many times what the noise makes
-TWIN = 0.04  # of f0: a sine this near to a partial belongs to it
+OVER_NOISE = 4.0  # ... or this multiple of the noise's share
+TWIN = 0.04  # of f0: a sine this close to a partial belongs to it
 TWIN_LEVEL = 30.0  # dB below the partial
 LEAST_DAMPING = 0.02  # 1/s: a sine that hardly decays is hum
-MOST_CANDIDATES = 6  # damped sines of which one or two are chosen
-STEPS = 12  # of Gauss and Newton at most
+MOST_CANDIDATES = 6  # damped sines, one or two of which are chosen
+STEPS = 12  # of Gauss-Newton, at most
 
 
 @dataclass(frozen=True)
@@ -50,18 +51,18 @@ class Line:
 
 @dataclass(frozen=True)
 class Envelope:
-    """How a partial falls, in a band around it."""
+    """The decay of a partial, in a band around it."""
 
     band: Band
     count: int  # samples down to DOWN, or to the noise
     damping: float  # 1/s, of the straight line through the level of these samples
-    deviation: float  # 1/s, standard deviation of that
+    deviation: float  # 1/s, its standard deviation
     noise: float  # power of the noise over that of the partial, relative to the line, mean
-    amplitude: float  # at the beginning of the take, in units of the sound, of the straight line
+    amplitude: float  # of the straight line, at the beginning of the take, in units of the sound
 
     @property
     def weights(self) -> Floats:
-        """Factors (count,) by which the samples of a sound that followed the straight line would be all alike."""
+        """Factors (count,) that make the samples of a sound on the straight line all equal."""
         y = np.abs(self.band.samples[: self.count])
         rise = np.exp(self.damping * np.arange(self.count) / self.band.rate)
         return np.asarray(rise / math.exp(float(np.mean(np.log(np.maximum(y * rise, 1e-300))))))
@@ -69,25 +70,25 @@ class Envelope:
 
 @dataclass(frozen=True)
 class Decay:
-    """The lines of a partial and its damping as it is heard."""
+    """The lines of a partial and its audible damping."""
 
     u: Line  # the only line, or the one that dies sooner
     v: Line | None  # the one that stays
-    damping: float  # 1/s, as heard
-    deviation: float  # 1/s, standard deviation of that; 0: that of the only line
-    amplitude: float  # at the beginning of the take, in units of the sound, as heard
+    damping: float  # 1/s, audible
+    deviation: float  # 1/s, its standard deviation; 0: damping of the only line
+    amplitude: float  # audible, at the beginning of the take, in units of the sound
 
     @property
     def loudest(self) -> Line:
-        """The line that has more energy."""
+        """The line with more energy."""
         lines = (self.u,) if self.v is None else (self.u, self.v)
         return max(lines, key=lambda line: line.amplitude**2 / line.damping)
 
 
 def envelope(sound: Floats, rate: float, frequency: float, f0: float) -> Envelope | None:
-    """Returns how the partial at `frequency` (Hz) of a string of `f0` (Hz) falls in `sound` (n,); None if too short.
+    """Returns the decay of the partial at `frequency` (Hz) of a string of `f0` (Hz) in `sound` (n,); None if too short.
 
-    One that does not fall has the least damping.
+    One that does not fall gets the least damping.
     """
     try:
         b = band(sound, rate, frequency, WIDTH * f0, MOST_SAMPLES)
@@ -104,7 +105,7 @@ def envelope(sound: Floats, rate: float, frequency: float, f0: float) -> Envelop
     damping = -slope * math.log(10) / 20
     off = level[:count] - (start + slope * t)
     gain = abs(complex(b.gain(np.array([complex(-damping, 2 * math.pi * frequency)]))[0]))
-    independent = max(4.0, count * rate / b.rate / b.taps.size)  # samples share what the filter holds
+    independent = max(4.0, count * rate / b.rate / b.taps.size)  # samples within the filter are alike
     spread = math.log(10) / 20 * float(np.std(off)) * math.sqrt(12 / independent) / (t[-1] + 1 / b.rate)
     relative = noise * float(np.mean(np.exp(2 * damping * t))) * 10 ** (-float(np.mean(level[:3])) / 10)
     return Envelope(b, count, max(float(damping), LEAST_DAMPING), spread, relative, 2 * 10 ** (start / 20) / gain)
@@ -121,7 +122,7 @@ def until(clear: np.ndarray, gap: int) -> int:
 
 
 def _noise(sound: Floats, rate: float, frequency: float, f0: float) -> float:
-    """Mean square of the noise a sample, from what lies half way to the next partials in the last third of `sound`."""
+    """Mean square of the noise per sample, from halfway to the next partials in the last third of `sound`."""
     late = sound[2 * sound.size // 3 :]
     window = np.hanning(late.size)
     power = np.abs(np.fft.rfft(late * window)) ** 2 / float(np.sum(window**2))
@@ -131,7 +132,7 @@ def _noise(sound: Floats, rate: float, frequency: float, f0: float) -> float:
 
 
 def decay(found: Component, near: Sequence[Component], seen: Envelope | None, f0: float) -> Decay:
-    """Returns the lines of the partial `found`, chosen among it and the damped sines `near` it."""
+    """Returns the lines of the partial `found`, chosen from it and the damped sines `near` it."""
     only = Decay(Line(found.frequency, found.damping, found.amplitude), None, found.damping, 0.0, found.amplitude)
     if seen is None:
         return only
@@ -173,12 +174,12 @@ def decay(found: Component, near: Sequence[Component], seen: Envelope | None, f0
 
 
 def _alike(a: Component, b: Component, resolution: float) -> bool:
-    """True for damped sines that two bands have both seen."""
+    """True for damped sines that are the same in two bands."""
     return abs(a.frequency - b.frequency) < 0.1 * resolution and abs(math.log(a.damping / b.damping)) < 0.1
 
 
 def _pole(frequency: float, damping: float, centre: float) -> complex:
-    """Of a damped sine, 1/s, in a band around `centre` (Hz)."""
+    """Pole of a damped sine, 1/s, in a band around `centre` (Hz)."""
     omega = math.sqrt(max((2 * math.pi * frequency) ** 2 - damping**2, 0.0))
     return complex(-damping, omega - 2 * math.pi * centre)
 
@@ -193,17 +194,17 @@ class _Problem:
         self.size = float(np.sum(np.abs(self.goal) ** 2))
 
     def _solved(self, s: Complexes) -> tuple[Complexes, Complexes]:
-        """Amplitudes (k,) and what is left of the goal (n,)."""
+        """Amplitudes (k,) and the remainder of the goal (n,)."""
         columns = np.exp(np.outer(self.t, s)) * self.weights[:, None]
         amplitude: Complexes = np.linalg.lstsq(columns, self.goal, rcond=1e-10)[0].astype(np.complex128)
         return amplitude, self.goal - columns @ amplitude
 
     def error(self, s: Complexes) -> float:
-        """Returns the power that is left over that of the goal."""
+        """Returns the remaining power relative to the goal's."""
         return float(np.sum(np.abs(self._solved(s)[1]) ** 2)) / self.size
 
     def refined(self, s: Complexes) -> Complexes:
-        """Returns `s` moved to the least error, by Gauss and Newton with Levenberg's damping."""
+        """Returns `s` moved to the least error, by Gauss-Newton with Levenberg's damping."""
         damp, best = 1e-3, self.error(s)
         for _ in range(STEPS):
             amplitude, rest = self._solved(s)
@@ -236,7 +237,7 @@ class _Problem:
         ]
 
     def weakest(self, s: Complexes) -> float:
-        """Returns the largest share, of amplitude, that the weaker of two lines ever has."""
+        """Returns the largest amplitude share that the weaker of two lines ever has."""
         each = np.abs(np.exp(np.outer(self.t, s)) * self._solved(s)[0])
         share = each / (each.sum(axis=1, keepdims=True) + 1e-300)
         return float(share.max(axis=0).min())

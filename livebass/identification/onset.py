@@ -1,13 +1,13 @@
-"""Finds where a string was plucked, how round the finger, where the pickups are and how far the tone pot is open.
+"""Finds the place of the pluck, the roundness of the finger, the pickup positions and the setting of the tone pot.
 
-These shape the levels with which the partials begin. Partial j of a string plucked `a` from the saddle, over a pickup
-`p` from it, has sin(j pi a / L) sin(j pi p / L) / j of the level, times what the finger's width and release, the
-pickup's aperture and the circuit leave (model/modes.py, kernels/pickup). Pluck and pickup have the same comb: which is
-which only the preset tells, and so it does wherever the levels leave a choice. All values are near those of the preset
-as far as the levels do not say otherwise, within `SPREADS`.
+These shape the initial levels of the partials. Partial j of a string plucked `a` from the saddle, over a pickup `p`
+from it, has sin(j pi a / L) sin(j pi p / L) / j of the level, times the effects of the finger's width and release, the
+pickup's aperture and the circuit (model/modes.py, kernels/pickup). Pluck and pickup have the same comb: only the preset
+tells them apart, as it decides wherever the levels leave a choice. All values stay near the preset's, within `SPREADS`,
+unless the levels contradict.
 
-Each third octave counts the same, by the partials found in it and by its whole level, which tells of those that are too
-faint to be found, too.
+Each third octave has the same weight, by the partials found in it and by its whole level, which includes partials too
+faint to be found.
 """
 
 from __future__ import annotations
@@ -25,42 +25,42 @@ from livebass.identification.partials import Found, Take
 from livebass.model import modes
 from livebass.model.instrument import Instrument, Pickup, Player, Pluck, Speaking
 
-RATE = 48_000.0  # Hz, of the filter that stands for the circuit
-LOWEST, BANDS = 40.0, 24  # Hz, centre of the first third octave, and how many: up to 8 kHz
-WINDOW = 0.4  # s of the take whose third octaves are measured
+RATE = 48_000.0  # Hz, of the filter that represents the circuit
+LOWEST, BANDS = 40.0, 24  # Hz, centre of the first third octave; their number, up to 8 kHz
+WINDOW = 0.4  # s of the take, to measure third octaves
 DEPTH = 50.0  # dB below the loudest partial or third octave: fainter ones are left out
-FEWEST = 8  # partials that tell anything
-SURE = 1.0, 4.0  # dB, least and greatest standard deviation of a level
-ROBUST = 2.0  # standard deviations from which on a level counts less
+FEWEST = 8  # partials needed
+SURE = 1.0, 4.0  # dB, limits of the standard deviation of a level
+ROBUST = 2.0  # standard deviations beyond which a level weighs less
 MIX_TRIED, DARK_TRIED = 1.5, -2.0  # standard deviations of the mix of pickups, and of the tone
-NOTCH = 30.0  # dB below its neighbours: how deep the comb cuts into a partial
-# Bounds, and standard deviations of the prior around the values of the preset.
+NOTCH = 30.0  # dB below its neighbours: the deepest cut of the comb
+# Bounds, and standard deviations of the prior around the preset's values.
 PLACES = (0.015, 0.45)  # m from the saddle, of the pluck ...
 PICKUPS = (0.015, 0.25)  # ... and of pickups
 WIDTHS, RELEASES = (0.5e-3, 30e-3), (5e-6, 3e-3)  # m, s
-MIXED = 20.0  # dB, the most that one pickup is louder than it was
-LOUDEST = 10.0  # level of a pickup that a preset allows
+MIXED = 20.0  # dB, the most that one pickup may gain
+LOUDEST = 10.0  # the limit of a preset for a pickup's level
 SPREADS = {"place": 0.08, "rounding": 0.6, "release": 0.8, "position": 0.025, "level": 1.0, "tone": 1.0}  # m, or of the
 # logarithm
-NEARLY_CLOSED = 0.02  # of the tone pot, which turns the tone by its logarithm
-TONES_TRIED = 0.02, 0.2, 1.0  # of which the levels may not tell one from another
-GRID = 0.015  # m from one place of the pluck that is tried to the next
-KEPT = 12  # of the starts that are refined
-APART, ALIKE = 0.02, 1.1  # m between two places, and ratio of misfits, of which neither is preferred by the levels
+NEARLY_CLOSED = 0.02  # of the tone pot, whose tone follows its logarithm
+TONES_TRIED = 0.02, 0.2, 1.0  # the levels may not tell these apart
+GRID = 0.015  # m between the places of the pluck that are tried
+KEPT = 12  # number of starts that are refined
+APART, ALIKE = 0.02, 1.1  # m between two places, and ratio of misfits, too close for the levels to decide
 
 
 @dataclass(frozen=True)
 class Onset:
-    """Holds what the levels of partials tell of the player and of the electronics."""
+    """The player and electronics that explain the levels of partials."""
 
     place: float  # m from the saddle, of the pluck
-    rounding: float  # m, of the finger, at a force half way from the softest to the hardest
-    release: float  # s, likewise
-    pickups: tuple[Pickup, ...]  # those under the string, moved and mixed anew
+    rounding: float  # m, of the finger, halfway from the softest to the hardest force
+    release: float  # s, the same
+    pickups: tuple[Pickup, ...]  # the ones under the string, moved and remixed
     tone: float  # of the pot
-    gain: float  # of the output over that of the preset, so that the string stays as loud
-    misfit: float  # dB, root mean square of what is left ...
-    before: float  # ... and of what the preset as it was leaves
+    gain: float  # of the output relative to the preset, to keep the string's loudness
+    misfit: float  # dB, root mean square error ...
+    before: float  # ... and of the unchanged preset
     doubts: tuple[str, ...]  # a sentence each: where the levels leave a choice
 
 
@@ -82,14 +82,14 @@ def can_be_fitted(bass: Instrument, name: str) -> bool:
 
 
 def rounded(player: Player) -> tuple[float, float]:
-    """Rounding (m) and release (s) of a pluck half way from the softest to the hardest force."""
+    """Rounding (m) and release (s) of a pluck halfway from the softest to the hardest force."""
     pairs = (player.rounding, player.rounding_soft), (player.release_time, player.release_time_soft)
     width, release = (math.sqrt(hard * soft) if hard and soft else hard for hard, soft in pairs)
     return width, release
 
 
 def third_octaves(takes: Sequence[Take]) -> Floats:
-    """Levels (BANDS,), dB, of the beginning of `takes`, medians; NaN above what they hold."""
+    """Median levels (BANDS,), dB, of the beginning of `takes`; NaN above their range."""
     seen = []
     for take in takes:
         sound = take.sound[: round(WINDOW * take.rate)]
@@ -109,7 +109,7 @@ def _edges() -> Floats:
 
 
 class _Levels:
-    """The levels of a string's partials as a function of the values sought, beside those measured."""
+    """The levels of a string's partials as a function of the unknowns, beside the measured ones."""
 
     def __init__(self, s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floats, since: float) -> None:
         self.s, self.output = s, bass.output
@@ -123,7 +123,7 @@ class _Levels:
         sigma = modes.dampings(s, s.grid_points - 1)[:count]
         for p in found:
             if p.number <= count:
-                sigma[p.number - 1] = p.damping  # as u and v are heard to decay together; those of `s` are of u
+                sigma[p.number - 1] = p.damping  # audible damping of u and v together; those of `s` belong to u
         t = since + np.linspace(0, WINDOW, 200)
         window = np.hanning(t.size) ** 2
         self.energy = np.exp(-2 * np.outer(sigma, t)) @ window / window.sum()
@@ -138,11 +138,11 @@ class _Levels:
         heard = np.isfinite(bands) & (bands > np.nanmax(bands) - DEPTH)
         self.band = np.flatnonzero(full & heard)
         self.band_level = bands[self.band]
-        self.both = np.flatnonzero(np.isin(self.band, own))  # of `band`, those that have partials among those used
+        self.both = np.flatnonzero(np.isin(self.band, own))  # indices into `band` of those with partials in use
         self.filters: dict[float, Floats] = {}
 
     def circuit(self, tone: float) -> Floats:
-        """The response of coil and pots at the partials, its size."""
+        """Gain of coil and pots at the partials."""
         if tone not in self.filters:
             b, a = coil_filter(replace(self.output.coil, tone=tone), RATE)
             z = np.exp(-2j * math.pi * np.outer(self.nu / RATE, np.arange(len(b))))
@@ -150,7 +150,7 @@ class _Levels:
         return self.filters[tone]
 
     def amplitudes(self, v: _Values) -> Floats:
-        """Returns what the output gives at each partial, for an apex of 1 m."""
+        """Returns the output at each partial, for an apex of 1 m."""
         length, count = self.s.length, self.number.size
         held = modes.pluck_amplitudes(self.s, count, Pluck(1.0, length - v.place, v.rounding))
         q = held / modes.release_loss(self.nu, v.release)
@@ -162,7 +162,7 @@ class _Levels:
         return np.asarray(np.abs(q * 2 * math.pi * self.nu * heard) * self.circuit(v.tone))
 
     def off(self, v: _Values) -> Floats:
-        """Returns levels less those measured, weighted, dB; as loud as each other in the mean."""
+        """Returns levels minus the measured ones, weighted, dB; equally loud in the mean."""
         power = self.amplitudes(v) ** 2
         wider = np.concatenate([power[:1], power[:1], power, power[-1:], power[-1:]])
         around = np.convolve(wider, np.full(5, 0.2), mode="valid")
@@ -172,13 +172,13 @@ class _Levels:
         bands = 10 * np.log10(whole) - self.band_level
         weight = self.share**2
         partials = partials - (weight @ partials) / weight.sum()
-        # the third octaves are as loud as the partials in those that both have
+        # the third octaves are as loud as the partials in those that contain both
         common = bands[self.both] if self.both.size else bands
         bands = bands - (common.mean() if common.size else 0.0)
         return np.concatenate([self.share * partials, bands])
 
     def misfit(self, v: _Values) -> float:
-        """Returns the root mean square of `off`, each third octave alike, dB."""
+        """Returns the root mean square of `off`, third octaves equally weighted, dB."""
         off = self.off(v)
         return float(np.sqrt(np.sum(off**2) / (np.sum(self.share**2) + self.band.size)))
 
@@ -186,7 +186,7 @@ class _Levels:
 def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floats, since: float) -> Onset | None:
     """Fits pluck, pickups and tone of `bass` to the levels of partials `found` of its open string `s`.
 
-    bands: those of `third_octaves`, from `since` (s) after the attack on, as the levels of `found`. None for too few
+    bands: from `third_octaves`, from `since` (s) after the attack on, like the levels of `found`. None for too few
     partials, or if `can_be_fitted` says no. Needs SciPy.
     """
     from scipy.optimize import least_squares
@@ -215,7 +215,7 @@ def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floa
         return np.asarray(least_squares(residuals, x, bounds=ends, loss="soft_l1", f_scale=ROBUST, max_nfev=60).x)
 
     ends = sorted((refined(x) for x in sorted(space.starts(), key=cost)[:KEPT]), key=cost)
-    sure = min(max(problem.misfit(space.values(ends[0])), SURE[0]), SURE[1])  # the levels say how much they say
+    sure = min(max(problem.misfit(space.values(ends[0])), SURE[0]), SURE[1])  # the levels determine their own weight
     ends = sorted(map(refined, ends), key=cost)
     best = space.values(ends[0])
     others = [space.values(x) for x in ends[1:]]
@@ -234,7 +234,7 @@ def fit_onset(s: Speaking, bass: Instrument, found: Sequence[Found], bands: Floa
 
 
 class _Space:
-    """Vectors x of what is sought, in standard deviations off the `usual` values: place, rounding, release, tone ...
+    """Vectors x of the unknowns, in standard deviations from the `usual` values: place, rounding, release, tone ...
 
     ... then the places of the pickups, and the levels of all but the first.
     """
@@ -257,7 +257,7 @@ class _Space:
         self.low, self.high = np.array([(min(low, -1e-6), max(high, 1e-6)) for low, high in bounds]).T
 
     def values(self, x: Floats) -> _Values:
-        """Returns what `x` stands for."""
+        """Returns the values of `x`."""
         usual, each, count = self.usual, x.tolist(), len(self.usual.positions)
         at, mix = each[4 : 4 + count], [0.0, *each[4 + count :]]
         tone = (usual.tone + NEARLY_CLOSED) * math.exp(each[3] * SPREADS["tone"]) - NEARLY_CLOSED
@@ -275,7 +275,7 @@ class _Space:
         return np.clip(x, self.low + 1e-7, self.high - 1e-7)
 
     def starts(self) -> list[Floats]:
-        """Returns the vectors that are tried first: places of the pluck and of the pickups, and mixes of these."""
+        """Returns the initial vectors: places of the pluck and of the pickups, and their mixes."""
         count = len(self.usual.positions)
         found = []
         places = (np.arange(*PLACES, GRID) - self.usual.place) / SPREADS["place"]
@@ -295,7 +295,7 @@ class _Space:
         return np.clip(at, low + 1e-7, high - 1e-7), (low, high)
 
     def exchanged(self, x: Floats) -> list[Floats]:
-        """Returns `x` with the place of the pluck exchanged with that of each pickup."""
+        """Returns `x` with the place of the pluck exchanged with each pickup's."""
         v, found = self.values(x), []
         for k, position in enumerate(v.positions):
             other = x.copy()
@@ -308,7 +308,7 @@ class _Space:
 def _doubts(
     problem: _Levels, best: _Values, misfit: float, others: Sequence[_Values], tones: Sequence[_Values]
 ) -> tuple[str, ...]:
-    """Says where the levels leave a choice: `others` have other places, `tones` other tones."""
+    """Describes the choice that the levels leave: `others` have other places, `tones` other tones."""
     said = []
     for other in others:
         if problem.misfit(other) < ALIKE * misfit and abs(other.place - best.place) > APART:

@@ -1,13 +1,12 @@
 """Partials of a plucked string: notes cut from recordings, the damped sines in them, and medians over several notes.
 
-A note, cut from a little after its attack to where it is stopped, is a take. Partial j of a take is looked for near
-j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the last twelve partials found before it,
-so that strings of the other law of stiffness are followed too, in a band that suits its decay. Some may be missing,
-where the string was plucked or is heard at a node. `combine` makes one list of the partials of several takes: medians,
-and their scatter.
+A take is a note, cut from a little after its attack to where it is stopped. Partial j of a take is looked for near
+j f0 (1 + B j^2 / 2), eq. 8 of C. Issanchou et al. (2018), with f0 and B from the last twelve partials found, which also
+follows strings of the other stiffness law, in a band that suits its decay. Partials may be missing if the string was
+plucked or is heard at a node. `combine` merges the partials of several takes into one list: medians and their scatter.
 
-esprit.py finds the damped sines of a band; lines.py tells whether a partial is one of them or two, and how long it is
-heard.
+esprit.py finds the damped sines of a band; lines.py decides whether a partial is one of them or two, and its audible
+decay.
 """
 
 from __future__ import annotations
@@ -31,13 +30,13 @@ from livebass.units import one_line
 
 LONGEST = 1200.0  # s of recording
 RATES = (8_000, 400_000)  # Hz
-SILENCE = 1e-7  # of full scale: less than a bit of 24
-FRAME, HOP = 0.030, 0.005  # s, of the level: a frame holds a period of the low E, 24 ms
+SILENCE = 1e-7  # of full scale: below one bit of 24
+FRAME, HOP = 0.030, 0.005  # s, for the level: a frame holds a period of the low E, 24 ms
 BEFORE, RISE = 0.05, 10.0  # s, dB: a note begins where the level rises by RISE within BEFORE ...
 DEEPEST = 40.0  # dB ... to no more than this below the loudest
 CUT = 20.0  # dB below the loudest: a file that begins louder begins within a note
 APART = 0.2  # s, from one note to the next
-MARGIN = 0.02  # s, left out before the next note
+MARGIN = 0.02  # s, skipped before the next note
 # A note is stopped where it falls by STOPPED dB in 0.1 s, and STEEPER times as fast as in the 0.1 s before.
 STOPPED, STEEPER = 12.0, 4.0
 
@@ -75,7 +74,7 @@ class Take:
 
 
 def read_recording(path: Path, channel: int | None = None) -> Recording:
-    """Reads one channel of a sound file (WAV, FLAC, Ogg ...), `channel` from 1, or the loudest; its mean is removed.
+    """Reads one channel of a sound file (WAV, FLAC, Ogg ...), `channel` from 1, or the loudest; removes its mean.
 
     Channels are not mixed: they may hold two polarisations or two pickups, out of phase. Raises RecordingError.
     """
@@ -133,7 +132,7 @@ def _levels(sound: Floats, rate: int) -> Floats:
 
 
 def _attacks(sound: Floats, rate: int, level: Floats) -> list[float]:
-    """Times (s) at which notes begin, 0 among them if the file begins within a note; `level` is that of `_levels`."""
+    """Times (s) at which notes begin, including 0 if the file begins within a note; `level` is from `_levels`."""
     before = round(BEFORE / HOP)
     padded = np.pad(level, (before, 0), constant_values=-CUT - RISE)
     rise = level - sliding_window_view(padded, before)[: level.size].min(axis=1)
@@ -159,12 +158,12 @@ def _stopped(level: Floats, begin: float, end: float) -> float:
 
 
 SCALES = (0.25, 0.5, 1.0, 2.0, 4.0)  # widths of bands, as multiples of WIDTH
-FIT = 25.0  # scale that suits a decay, in damping / f0: SAMPLES then last about five decay times
-NEAR = 0.15  # of f0: farthest that a partial may lie from where it is expected
+FIT = 25.0  # scale that suits a decay, in damping / f0: SAMPLES then cover about five decay times
+NEAR = 0.15  # of f0: largest distance of a partial from its expected place
 LEAST_ENERGY = 60.0  # over the noise of a sample; noise alone reaches about 20
-FAINTEST = 85.0  # dB below the peak of the sound: more than a band lets through of the rest
+FAINTEST = 85.0  # dB below the peak of the sound: more than a band's leakage from the rest
 MOST_UNSURE = 0.2  # standard deviation over damping
-MISSING = 8  # missing partials in a row that end the search
+MISSING = 8  # consecutive missing partials that end the search
 HIGHEST = 0.45  # frequency of a partial, in sampling rates
 
 
@@ -174,11 +173,11 @@ class Partial:
 
     number: int  # j
     frequency: float  # Hz
-    damping: float  # 1/s, as heard
-    amplitude: float  # at the beginning of the take, in units of the sound, of both lines
-    frequency_sd: float  # Hz, of this take alone: the Cramer-Rao bound
+    damping: float  # 1/s, audible
+    amplitude: float  # of both lines, at the beginning of the take, in units of the sound
+    frequency_sd: float  # Hz, for this take alone: the Cramer-Rao bound
     damping_sd: float  # 1/s
-    u: Line  # the only one, or the one that dies sooner
+    u: Line  # the only line, or the one that dies sooner
     v: Line | None = None  # the one that stays
 
 
@@ -196,7 +195,7 @@ def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
 
 
 def predict(found: Sequence[Partial], f0: float, j: int) -> float:
-    """Returns the frequency (Hz) expected of partial j after those found."""
+    """Returns the frequency (Hz) expected of partial j from those found."""
     if not found:
         return j * f0
     near = found[-12:]
@@ -216,7 +215,7 @@ def median_line(x: Floats, y: Floats) -> tuple[float, float]:
 
 
 def find(sound: Floats, rate: float, expected: float, f0: float, j: int) -> Partial | None:
-    """Finds partial j near `expected` (Hz); None if nothing stands out of the noise."""
+    """Finds partial j near `expected` (Hz); None if nothing exceeds the noise."""
     scales = [m for m in SCALES if 4 * shortest(WIDTH * f0 * m) < sound.size / rate] or [SCALES[-1]]
     tried: dict[float, list[Component]] = {}
     for first in (1.0, 4.0, 0.25):
@@ -243,7 +242,7 @@ def _nearest(scale: float, scales: Sequence[float]) -> float:
 
 
 def _near(sound: Floats, rate: float, centre: float, f0: float, scale: float, expected: float) -> list[Component]:
-    """Components that may be the partial, the strongest first."""
+    """Components that may be the partial, strongest first."""
     try:
         seen = components(band(sound, rate, centre, WIDTH * f0 * scale))
     except ValueError:  # the window is shorter than the filter
@@ -277,24 +276,24 @@ class Found:
 
     number: int  # j
     frequency: float  # Hz, median
-    damping: float  # 1/s, as heard, median
+    damping: float  # 1/s, audible, median
     frequency_u: float  # Hz
     damping_u: float  # 1/s
     level_db: float  # relative to the strongest partial of the take, median
-    takes: int  # in which it was found
-    u: Line  # the only one, or the one that dies sooner; amplitudes over that of the strongest partial
+    takes: int  # that contain it
+    u: Line  # the only line, or the one that dies sooner; amplitudes relative to the strongest partial
     v: Line | None = None  # the one that stays, if at least half of the takes have two
 
     @property
     def t60(self) -> float:
-        """Time in which it decays by 60 dB as it is heard, s."""
+        """Time of its audible decay by 60 dB, s."""
         return float(t60(self.damping))
 
 
 def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
-    """Combines the partials of several takes: medians of those that at least half of the takes have.
+    """Combines the partials of several takes: medians of the partials in at least half of the takes.
 
-    The uncertainty is that of the scatter over the takes (Student's t, 95 %), or of the noise in a single take. Needs
+    The uncertainty comes from the scatter over the takes (Student's t, 95 %), or from the noise in a single take. Needs
     SciPy for several.
     """
     loudest = [max(p.amplitude for p in partials) for partials in tracks]
@@ -321,7 +320,7 @@ def combine(tracks: Sequence[Sequence[Partial]]) -> list[Found]:
 
 
 def _median_line(lines: Sequence[tuple[Line, float]]) -> Line:
-    """Medians of lines, each with the amplitude of the strongest partial beside it."""
+    """Medians of lines, each paired with the amplitude of the strongest partial."""
     rows = [(line.frequency, line.damping, line.amplitude / top) for line, top in lines]
     return Line(*(float(x) for x in np.median(rows, axis=0)))
 
@@ -333,6 +332,6 @@ def _median(values: list[float], bounds: list[float]) -> tuple[float, float]:
         return values[0], NORMAL_95 * bounds[0]
     from scipy.special import stdtrit
 
-    efficiency = math.sqrt(math.pi / 2) if n > 2 else 1.0  # of a median; that of two is their mean
+    efficiency = math.sqrt(math.pi / 2) if n > 2 else 1.0  # of a median; for two it is the mean
     spread = efficiency * float(np.std(values, ddof=1)) / math.sqrt(n)
     return float(np.median(values)), float(stdtrit(n - 1, 0.975)) * spread

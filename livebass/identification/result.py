@@ -1,4 +1,4 @@
-"""An identified string: the laws and losses through its partials, and the string and the neck that follow."""
+"""An identified string: laws and losses from its partials, and the resulting string and neck."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ from livebass.units import cents, note_name
 
 @dataclass(frozen=True)
 class Identified:
-    """An open string as recordings tell it."""
+    """An open string identified from recordings."""
 
-    string: String  # of the base preset, with everything measured and fitted
+    string: String  # the base preset's, with everything measured and fitted
     conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N) of the neck under it; empty: none found
     partials: tuple[Found, ...]
-    law: Law  # that describes the partials better ...
+    law: Law  # describes the partials better ...
     other: Law  # ... than this one
     takes: tuple[Take, ...]
     rejected: int  # takes of another pitch, too short, or without enough partials
-    missing: tuple[int, ...]  # partials below the highest, not found or in doubt: `string` has values of the laws
-    doubts: tuple[str, ...]  # a sentence each: what in the recordings was left out, or done to them, and why
-    glides: tuple[Glide | None, ...]  # of the takes: how sharp each begins; taken out of what the partials are
+    missing: tuple[int, ...]  # partials below the highest, not found or doubtful: `string` takes values from the laws
+    doubts: tuple[str, ...]  # a sentence each: material left out or changed in the recordings, and the reason
+    glides: tuple[Glide | None, ...]  # of the takes: the initial sharpness; already removed from the partials
     across: Across | None  # how v differs from u; None: no partial is two lines
-    own: Own | None  # the law of v for a preset; None: it keeps that of the base preset
-    level_across: float  # of v over u in the base preset; the dampings of `string` are those of u that go with it
+    own: Own | None  # the law of v for a preset; None: keep the base preset's
+    level_across: float  # v over u in the base preset; the dampings of `string` are those of u that match it
     onset: Onset | None = (
-        None  # pluck, pickups and tone by the levels of partials; None: not asked for, or not possible
+        None  # pluck, pickups and tone from the levels of partials; None: not requested, or impossible
     )
 
 
@@ -81,7 +81,7 @@ def tuned(base: String, law: Law, note: int | None) -> String:
 
 
 def _losses(fitted: String, neck: Neck, found: Sequence[Found], level: float) -> tuple[Losses, Own | None]:
-    """The losses of u, and the law of v where it explains the partials of two lines; else losses as heard, and None."""
+    """The losses of u, and the law of v if it explains the partials of two lines; else audible losses, and None."""
     number, deviation = numbers(found), np.array([p.damping_u for p in found]) / 2
     heard = fit_losses(fitted, neck, number, np.array([p.damping for p in found]), deviation)
     if level == 0:
@@ -105,13 +105,13 @@ def _table(losses: Losses) -> tuple[tuple[float, float, float], ...]:
 
 
 def _neck_with(neck: Neck, string: String, y: Admittance, own: Own | None) -> Neck:
-    """A neck with `y` alone under the open `string`, and with the law of v found, or with that of `neck`."""
+    """A neck with only `y` under the open `string`, and with the law of v found, or the law of `neck`."""
     stiffness, longer = (own.stiffness, own.longer) if own else (neck.stiffness_across, neck.longer_across)
     return replace(rigid_neck(string), admittance=y, stiffness_across=stiffness, longer_across=longer)
 
 
 def measured(string: String, neck: Neck, found: Sequence[Found], level: float, own: Own | None) -> String:
-    """The string with its measured modes; those that were not found follow its laws, so that there is no gap."""
+    """The string with its measured modes; missing ones follow its laws, so there is no gap."""
     s, count = speaking(string, neck, 0), found[-1].number
     nu, sigma = frequencies(s, count), dampings(s, count)
     for p in found:
@@ -136,7 +136,7 @@ def identified(
 ) -> Identified:
     """The string `base` over its `neck` by the `laws` of its partials, without pluck, pickups and tone.
 
-    level: of v over u in the base preset. `base` has the tension of its law already.
+    level: v over u in the base preset. `base` already has the tension of its law.
     """
     losses, own = _losses(base, neck, found, level)
     string, neck = _lossy(base, losses), _neck_with(neck, base, Admittance(table=_table(losses)), own)

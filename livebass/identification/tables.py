@@ -1,4 +1,4 @@
-"""What was identified as text, CSV and JSON."""
+"""The result of identification as text, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _row(p: Found, law: float) -> tuple[float, ...]:
 
 
 def partials_csv(result: Identified) -> str:
-    """Returns the partials as comma-separated values under a head."""
+    """Returns the partials as comma-separated values with a header."""
     return csv_text(COLUMNS, ([None if v is None else f"{v:.9g}" for v in row.values()] for row in rows(result)))
 
 
@@ -104,7 +104,7 @@ def _onset_data(found: Onset | None) -> dict[str, Any] | None:
 
 
 def _across_data(v: Across | None, own: Own | None) -> dict[str, Any] | None:
-    """Returns the law of v for JSON: v less u in each key, and the keys of a preset; None if there is none."""
+    """Returns the law of v for JSON: v minus u in each key, and the keys of a preset; None if there is none."""
     if v is None:
         return None
     return {
@@ -120,7 +120,7 @@ def _across_data(v: Across | None, own: Own | None) -> dict[str, Any] | None:
 
 
 def table(result: Identified) -> str:
-    """Returns the partials and the laws through them as text."""
+    """Returns the partials and their laws as text."""
     several = len(result.takes) > 1
     shown = [("partial", "Hz", "+-", "1/s", "+-", "T60 s", "dB", "off law", *(["takes"] if several else []))]
     beside = ["its two lines"]
@@ -152,7 +152,7 @@ def table(result: Identified) -> str:
 
 
 def _onset(found: Onset) -> list[str]:
-    """Says where the string was plucked and heard, and how well that meets the levels."""
+    """Describes where the string was plucked and heard, and how well that fits the levels."""
     pickups = ", ".join(f"{p.position * 1e3:.0f} mm (level {p.level:.2f})" for p in found.pickups)
     return [
         f"plucked {found.place * 1e3:.0f} mm from the saddle, finger {found.rounding * 1e3:.2g} mm, let go in "
@@ -166,7 +166,7 @@ def _line(line: Line) -> str:
 
 
 def _motion(result: Identified) -> list[str]:
-    """Says how sharp the takes begin, and how v differs from u."""
+    """Describes the takes' initial sharpness, and v against u."""
     lines = []
     sharp = [glide.cents for glide in result.glides if glide]
     if sharp:
@@ -185,7 +185,7 @@ def _motion(result: Identified) -> list[str]:
 
 
 def _own(own: Own | None) -> str:
-    """Says which law of v goes into the preset."""
+    """Describes the law of v for the preset."""
     if own is None:
         return "v of its own: these lines tell no law, or v is not heard; the preset keeps what it has"
     return (
@@ -195,7 +195,7 @@ def _own(own: Own | None) -> str:
 
 
 def neck_table(fit: NeckFit) -> str:
-    """Returns the resonances, and how well they meet the partials, as text."""
+    """Returns the resonances, and how well they fit the partials, as text."""
     cells = [(f"{r.frequency:.2f}", f"{r.quality:.1f}", f"{r.mass:.3g}") for r in fit.resonances]
     lines = columns([("neck Hz", "Q", "kg"), *cells], left=0)
     lines.append(
@@ -209,7 +209,7 @@ def neck_table(fit: NeckFit) -> str:
 
 
 def _which_law(result: Identified) -> str:
-    """Says which law of partials was taken, and how far all of them lie off it and off the other."""
+    """Names the chosen law of partials, and the distance of all partials from it and from the other."""
     better, other = result.law, result.other
     if len(result.partials) <= FEW:
         return f"law of partials: {better.stiffness_law}, as in the preset, {len(result.partials)} partials do not tell"

@@ -1,4 +1,4 @@
-"""The takes of one pitch in recordings, with what is wrong with them cut out and named."""
+"""The takes of one pitch in recordings, with defects cut out and named."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ PERIODS = 20  # of a take, at least
 
 
 class Takes(NamedTuple):
-    """The takes of one pitch that are long enough."""
+    """The sufficiently long takes of one pitch."""
 
     takes: list[Take]
     pitch: float  # Hz
-    all_takes: int  # how many the recordings have
+    all_takes: int  # number of takes in the recordings
     doubts: list[str]
 
 
 def takes_of(paths: Sequence[Path], search: Search, hint: float | None) -> Takes:
-    """Reads the recordings and keeps the takes of the pitch that most have, near the `hint` (Hz) if there is one.
+    """Reads the recordings and keeps the takes of the commonest pitch, near the `hint` (Hz) if there is one.
 
     Raises RecordingError.
     """

@@ -1,7 +1,7 @@
-"""Finds what was done to a recording after the string: loops of samplers, cuts, fades and compression.
+"""Finds later processing of a recording: loops of samplers, cuts, fades and compression.
 
-Each finding is a sentence with its evidence. What a loop or a fade spoils is left out; a compressor cannot be undone,
-and a cut can only be named.
+Each finding is a sentence with its evidence. Sound spoilt by a loop or a fade is left out; a compressor cannot be
+undone, and a cut can only be named.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from livebass.identification.esprit import WIDTH, band
 from livebass.identification.lines import BEAT, MOST_SAMPLES, until
 from livebass.identification.partials import Partial, Recording, Take
 
-PIECE = 0.12  # s of sound that is sought earlier in the take
+PIECE = 0.12  # s of sound to search for earlier in the take
 SHORTEST_LOOP, LONGEST_LOOP = 0.008, 2.0  # s
 EXACT = 45.0  # dB below the sound: a loop differs from itself by less ...
 GROWS = 6.0  # dB: ... and by hardly more REPEATS turns earlier, where a string's partials have drifted apart
 REPEATS = 3
-OF_NOISE = 0.9  # correlation that the noise of a loop has with itself, too
-ORDER = 32  # of the prediction that leaves the noise
+OF_NOISE = 0.9  # self-correlation of a loop's noise, too
+ORDER = 32  # of the prediction whose remainder is the noise
 
 
 def without_loops(takes: Sequence[Take]) -> tuple[list[Take], list[str]]:
-    """Returns `takes`, each up to where it begins to repeat itself, and a sentence for each that does."""
+    """Returns `takes`, each up to the point where it repeats itself, and a sentence for each that does."""
     kept, said = [], []
     for take in takes:
         loop = loop_of(take.sound, take.rate)
@@ -44,10 +44,10 @@ def without_loops(takes: Sequence[Take]) -> tuple[list[Take], list[str]]:
 
 
 def loop_of(sound: Floats, rate: float) -> tuple[int, int] | None:
-    """Returns the sample of `sound` (n,) from which it repeats what came before, and the length of the loop; or None.
+    """Returns the sample of `sound` (n,) that begins a repetition, and the length of the loop; or None.
 
-    A string comes back after a period, too, but not after several as well as after one: its partials drift apart. And
-    the noise beside them never comes back.
+    A string also repeats after a period, but not after several as well as after one: its partials drift apart. And the
+    noise beside them never repeats.
     """
     piece = round(PIECE * rate)
     longest = min(round(LONGEST_LOOP * rate), (sound.size - piece) // REPEATS)
@@ -74,7 +74,7 @@ def loop_of(sound: Floats, rate: float) -> tuple[int, int] | None:
 
 
 def _left(sound: Floats, begin: int, end: int, lag: int) -> float:
-    """Returns what is left (dB) of sound[begin:end] that what is `lag` earlier does not explain."""
+    """Returns the part of sound[begin:end] (dB) not explained by the sound `lag` earlier."""
     a, b = sound[begin:end], sound[begin - lag : end - lag]
     most = float(a @ a) * float(b @ b)
     return 10 * math.log10(max(1 - float(a @ b) ** 2 / most, 1e-16)) if most > 0 else 0.0
@@ -88,7 +88,7 @@ def _repeats(sound: Floats, piece: int, lag: int) -> bool:
 
 
 def _noise_repeats(sound: Floats, piece: int, lag: int) -> bool:
-    """True if what a linear prediction leaves comes back after `lag` samples."""
+    """True if the remainder of a linear prediction repeats after `lag` samples."""
     region = sound[-(piece + lag + ORDER) :]
     rows = np.lib.stride_tricks.sliding_window_view(region, ORDER + 1)
     past, now = rows[:, :-1], rows[:, -1]
@@ -101,7 +101,7 @@ def _noise_repeats(sound: Floats, piece: int, lag: int) -> bool:
 
 
 def _beginning(sound: Floats, piece: int, lag: int) -> int:
-    """The first sample that repeats what is `lag` earlier."""
+    """The first sample that repeats the one `lag` earlier."""
     end, step = sound.size, max(1, piece // 8)
     while end - step - lag - piece >= 0 and _left(sound, end - step - piece, end - step, lag) < -EXACT + GROWS:
         end -= step
@@ -109,14 +109,14 @@ def _beginning(sound: Floats, piece: int, lag: int) -> int:
 
 
 AT_ONCE = 0.001  # s after the beginning of a file
-BEGUN = 6.0  # dB below the loudest of its first frames: a note that begins so loud has begun before
+BEGUN = 6.0  # dB below the loudest of its first frames: a note as loud at the beginning began before
 ATTACK, FRAME = 0.05, 0.005  # s
-LONG_ENOUGH = 2.0  # s of a note, less than which its slow decays are guessed
-TAIL, FADED = 0.01, 10.0  # s; dB: a note that ends this far below the tenth of a second before is no cut
+LONG_ENOUGH = 2.0  # s of a note; shorter ones leave slow decays a guess
+TAIL, FADED = 0.01, 10.0  # s; dB: a note whose end is this far below the tenth of a second before is no cut
 
 
 def cuts(recording: Recording, take: Take, skip: float) -> list[str]:
-    """Says whether `take`, of `recording` from `skip` (s) after an attack, lacks its beginning or its end."""
+    """Reports whether `take`, of `recording` from `skip` (s) after an attack, lacks its beginning or its end."""
     said = []
     sound, rate = recording.sound, recording.rate
     if take.start_s - skip < FRAME:
@@ -145,30 +145,30 @@ def _level(sound: Floats) -> float:
 
 
 MOST_PARTIALS = 24  # the strongest
-FEWEST = 6  # partials that tell of a gain
-SHALLOW = 35.0  # dB, how far a partial is followed
+FEWEST = 6  # partials needed for a gain
+SHALLOW = 35.0  # dB down to which a partial is followed
 SAMPLES = 24  # of a partial's level, at least
-PLACES = np.linspace(0.12, 0.92, 33)  # of the time that most partials last: where a bend is looked for
-STEEPER, FADING = 1.5, 8.0  # dB/s, by which partials fall faster after a bend at least, and after a late one in a fade
+PLACES = np.linspace(0.12, 0.92, 33)  # fractions of the duration of most partials: a bend is looked for here
+STEEPER, FADING = 1.5, 8.0  # dB/s, least increase of the partials' decay after a bend; after a late one in a fade
 LATE = 0.55  # of the take
 SURE = 5.0  # standard deviations of the median over partials
 
 
 @dataclass(frozen=True)
 class Gain:
-    """A bend that the levels of all partials of a take have in common: from then on they fall faster."""
+    """A bend common to the levels of all partials of a take: from then on they fall faster."""
 
-    bend: float  # s, of the take
+    bend: float  # s, in the take
     steeper: float  # dB/s, median
     alike: int  # partials that fall faster ...
-    partials: int  # ... of those looked at
+    partials: int  # ... of those examined
 
 
 def shared_gain(take: Take, partials: Sequence[Partial], f0: float) -> Gain | None:
     """Returns the bend that `partials` of `take` share, or None.
 
     A string's partials are sums of exponentials: they beat, each in its own time, and fall straight or more and more
-    slowly. What makes all of them fall faster at once is a gain: a compressor that lets go, a fade, or a hand.
+    slowly. If all of them fall faster at once, there is a gain: a compressor that lets go, a fade, or a hand.
     """
     loud = sorted(partials, key=lambda p: -p.amplitude)[:MOST_PARTIALS]
     levels = [level for p in loud if (level := _levels(take, p.frequency, f0)) is not None]
@@ -196,7 +196,7 @@ FILTER = 10.7  # periods that the filter of a band lasts
 
 
 def _levels(take: Take, frequency: float, f0: float) -> Floats | None:
-    """Levels (n,), dB, of a partial down to SHALLOW below its beginning; None if they are few."""
+    """Levels (n,), dB, of a partial down to SHALLOW below its beginning; None if too few."""
     try:
         y = np.abs(band(take.sound, take.rate, frequency, WIDTH * f0, MOST_SAMPLES).samples)
     except ValueError:
@@ -207,7 +207,7 @@ def _levels(take: Take, frequency: float, f0: float) -> Floats | None:
 
 
 def is_fade(gain: Gain, take: Take) -> bool:
-    """True if `gain` bends late and much, as a fade or a hand does."""
+    """True if `gain` bends late and strongly, like a fade or a hand."""
     return gain.bend > LATE * take.duration_s and gain.steeper > FADING
 
 

@@ -1,4 +1,4 @@
-"""The preset with an identified string, in the place of another in a preset that keeps all else."""
+"""Writes a preset with an identified string in place of another; everything else stays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from livebass.preset.source import PresetError
 from livebass.units import note_name, note_number, one_line
 
 MARK = "identified"
-WIDTH_LIMITS, RELEASE_LIMITS = (0.5e-3, 50e-3), (1e-6, 10e-3)  # m, s, that a preset allows
+WIDTH_LIMITS, RELEASE_LIMITS = (0.5e-3, 50e-3), (1e-6, 10e-3)  # m, s, limits of a preset
 
 
 def new_preset(
@@ -28,9 +28,9 @@ def new_preset(
 ) -> str:
     """Returns the text of preset `base` with its string `old` as identified from the files `sources`.
 
-    The neck under it has the `resonances`, or, without any, a table of the conductance found at the partials.
-    Everything else stays, comments included. Raises PresetError if the result is no valid preset: the laws damp a mode
-    beyond critical, or a pitch is out of order. Needs tomlkit: pip install 'livebass[analysis]'.
+    The neck under it has the `resonances` or, without any, a table of the conductance found at the partials. Everything
+    else stays, comments included. Raises PresetError if the result is no valid preset: the laws damp a mode beyond
+    critical, or a pitch is out of order. Needs tomlkit: pip install 'livebass[analysis]'.
     """
     import tomlkit
 
@@ -73,7 +73,7 @@ def _cut_end(table: Any) -> list[Any]:
 
 
 def _put(target: Any, name: str, value: str) -> None:
-    """Sets a key of a table to a value in TOML, with the comment MARK."""
+    """Sets a key of a table to a TOML value, with the comment MARK."""
     import tomlkit
 
     target[name] = tomlkit.parse(f"x = {value}")["x"]
@@ -82,7 +82,7 @@ def _put(target: Any, name: str, value: str) -> None:
 
 
 def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> None:
-    """Sets the neck under this string alone; to a rigid one if nothing was found and the preset had something."""
+    """Sets the neck under this string only; to a rigid one if nothing was found and the preset had something."""
     values = _neck_keys(document, string, result, resonances)
     if values and "neck" not in string:
         import tomlkit
@@ -96,7 +96,7 @@ def _put_neck(document: Any, string: Any, result: Identified, resonances: Sequen
 
 
 def _neck_keys(document: Any, string: Any, result: Identified, resonances: Sequence[Resonance]) -> dict[str, str]:
-    """Keys of the neck under this string with their values in TOML."""
+    """Keys of the neck under this string with their TOML values."""
     pairs = result.conductance
     given = {**document.get("neck", {}), **string.get("neck", {})}
     if not pairs and given.keys() & {"conductance_values", "resonance_masses"}:
@@ -110,7 +110,7 @@ def _neck_keys(document: Any, string: Any, result: Identified, resonances: Seque
 
 
 def _put_onset(document: Any, bass: Instrument, string: str, onset: Onset) -> None:
-    """Sets the pluck, the pickups under `string`, the tone and the gain, as far as they differ from those of `bass`."""
+    """Sets the pluck, the pickups under `string`, the tone and the gain, where they differ from `bass`."""
     import tomlkit
 
     length = bass.strings[bass.string_index(string)].length
@@ -171,7 +171,7 @@ def _resonance_keys(resonances: Sequence[Resonance]) -> dict[str, str]:
 
 
 def _values(s: String, open_note: Any) -> dict[str, str]:
-    """Keys of the string with their values in TOML."""
+    """Keys of the string with their TOML values."""
     note = {} if note_number(open_note) == s.open_note else {"open_note": f'"{note_name(s.open_note)}"'}
     return note | {
         "tension": f'"{s.tension:.6g} N"',
@@ -187,7 +187,7 @@ def _values(s: String, open_note: Any) -> dict[str, str]:
 
 
 def _array(unit: str, values: Sequence[float], digits: str) -> str:
-    """An array of quantities of one unit in TOML, eight a line."""
+    """A TOML array of quantities of one unit, eight a line."""
     shown = [format(v, digits) for v in values]
     lines = ["    " + ", ".join(shown[i : i + 8]) + ",\n" for i in range(0, len(shown), 8)]
     return f'{{unit = "{unit}", values = [\n{"".join(lines)}]}}'

@@ -1,7 +1,7 @@
-"""The quality that this machine carries: `studio` where its worst block leaves time to spare, else `live`.
+"""The best quality for this machine: `studio` if its worst block leaves time to spare, else `live`.
 
-Measured when a bass is first played here, in one or two seconds, and kept in a file of the user's directory for
-compiled code: by the bass, its rate, the kernels, the kind of processor and the machine's name.
+Measured in one or two seconds when a bass is first played here, and kept in a file in the user's directory for
+compiled code. The key is the bass, its rate, the kernels, the kind of processor and the machine's name.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES, Quality
 
 FINE, LIGHT = "studio", "live"
-MOST = 0.6  # of a block's time that the worst one may take: effects and the rest of the machine need the others
+MOST = 0.6  # of a block's time that the worst one may take: effects and the rest of the machine need the remainder
 BLOCK = 64  # frames
-RUNS = 4  # of which each block counts as the quickest: other programs hold blocks up ...
-FAR = 2 * MOST  # ... or one, if its worst block takes more than that
-SHARE = struct.Struct("<d")  # content of a file
-ENOUGH = 5.0  # s that measuring several basses may take: another one is not begun then
+RUNS = 4  # the quickest of these counts for each block: other programs delay blocks ...
+FAR = 2 * MOST  # ... or one run, if its worst block takes more than this
+SHARE = struct.Struct("<d")  # the content of a file
+ENOUGH = 5.0  # s for measuring several basses: past it no other one is begun
 
 
 def prepared(instrument: Instrument, quality: Quality | None, rate: int) -> LiveBass:
-    """Prepares a bass in a `quality`, or in the one that this machine carries. Raises what `LiveBass` raises.
+    """Prepares a bass in a `quality`, or the best for this machine. Raises the errors of `LiveBass`.
 
     [any thread but the audio thread]
     """
@@ -41,7 +41,7 @@ def prepared(instrument: Instrument, quality: Quality | None, rate: int) -> Live
 
 
 def best_qualities(basses: Mapping[str, Instrument], rate: int, enough: float = ENOUGH) -> dict[str, str]:
-    """The qualities that this machine carries, by name: of the first basses, or known; `live` for all others."""
+    """The best qualities for this machine, by name: measured for the first basses, or known; `live` for the others."""
     found, began = {}, time.monotonic()
     for name, instrument in basses.items():
         bass = LiveBass(instrument, QUALITIES[FINE], rate)
@@ -51,7 +51,7 @@ def best_qualities(basses: Mapping[str, Instrument], rate: int, enough: float = 
 
 
 def kept_share(bass: LiveBass, measure: Callable[[LiveBass], float] | None = None) -> float:
-    """Returns the part of its time that the worst block of `bass` takes here: as kept, or measured, and then kept."""
+    """Returns the part of its time that the worst block of `bass` takes here, from the file, else measured and kept."""
     known = _known_share(bass)
     if known is not None:
         return known
@@ -63,7 +63,7 @@ def kept_share(bass: LiveBass, measure: Callable[[LiveBass], float] | None = Non
 
 
 def _known_share(bass: LiveBass) -> float | None:
-    """Returns what `kept_share` has kept; None if it has to be measured."""
+    """Returns the share that `kept_share` has stored; None if it must be measured."""
     path = _file(bass)
     data = store.whole(path) if path else None
     return float(SHARE.unpack(data)[0]) if data is not None and len(data) == SHARE.size else None
@@ -82,7 +82,7 @@ def worst_share(bass: LiveBass) -> float:
 
 
 def _file(bass: LiveBass) -> Path | None:
-    """The file that may hold the share of a bass; None if there can be none."""
+    """The file for a bass's share; None if it has no place."""
     place = store.directory(f"loads-{store.digest()}")
     of = hashlib.sha256(bass.engine.image.words.tobytes())
     of.update(f"{bass.engine.rate} {store.level()} {platform.node()} {platform.processor()}".encode())

@@ -1,4 +1,4 @@
-"""The control socket offers every parameter, the score, the metronome, notes, and every meter, by name."""
+"""The control socket's table: every parameter, the score, the metronome, notes, and every meter, by name."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from livebass.preset.load import preset_names
 from livebass.techniques import PARAMETER_ROWS, Parameter
 
 COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "lost", "clipped")  # meters
-MOST_COUNT = (1 << 31) - 1  # of OSC's whole numbers
+MOST_COUNT = (1 << 31) - 1  # OSC integers are 32-bit
 
 
 class Presets(Protocol):
-    """The switch of presets and qualities."""
+    """Switches presets and qualities."""
 
     @property
     def playing(self) -> tuple[str, str]: ...
@@ -40,7 +40,7 @@ def control_table(
     roll: Callable[[bool], None],
     seek: Callable[[float], None],
 ) -> dict[str, Control]:
-    """The controls of a session by name; `synth` returns the one that plays. They may be used by [any thread]."""
+    """The controls of a session by name; `synth` returns the one that plays. [any thread] may use them."""
 
     def playing(p: Parameter, number: int) -> Control:
         def write(value: Value) -> None:
@@ -116,14 +116,14 @@ def control_table(
 
 
 def checked(value: Value, least: float, most: float) -> float:
-    """The number `value`. Raises ValueError outside its limits and for text."""
+    """The number `value`. Raises ValueError for text and outside the limits."""
     if isinstance(value, str) or not least <= value <= most:
         raise ValueError(f"must be a number {between(least, most)}, not {value!r}")
     return float(value)
 
 
 def held(p: Parameter, value: Value) -> float:
-    """A value for the parameter `p`: a number within its limits, or the name of a point."""
+    """A value for the parameter `p`, from a number within its limits or the name of a point."""
     if isinstance(value, str) and value in p.points:
         return float(p.points.index(value))
     number = checked(value, p.least, p.most)
@@ -131,12 +131,12 @@ def held(p: Parameter, value: Value) -> float:
 
 
 def switch(value: Value) -> bool:
-    """On or off, from 1 or 0."""
+    """True or False, from 1 or 0."""
     return checked(value, 0, 1) >= 0.5
 
 
 def at(names: list[str], value: Value) -> str:
-    """The name with the number `value`, from 0."""
+    """The name at index `value`, from 0."""
     return names[int(checked(value, 0, len(names) - 1))]
 
 
@@ -150,7 +150,7 @@ def meter_table(reading: Reading | None) -> dict[str, Value]:
 
 
 def tuner_meters(frequency: float, a4: float = A4_HZ) -> dict[str, Value]:
-    """The pitch of what sounds (Hz, NaN: none), its note if A4 is at `a4` Hz, and how many cents it is off.
+    """The pitch that sounds (Hz, NaN: none), its note if A4 is at `a4` Hz, and its deviation in cents.
 
     0, - and 0 if there is none.
     """

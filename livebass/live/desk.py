@@ -1,6 +1,6 @@
-"""Steers what is beside the synth: the score, learned controllers, the metronome, MIDI learn. [main thread]
+"""Controls everything beside the synth: the score, learned controllers, the metronome, MIDI learn. [main thread]
 
-A `Desk` owns the record that the audio thread works on (thread/desk.py), whatever output and synth there are.
+A `Desk` owns the record that the audio thread works on (thread/desk.py), whatever the output and synth.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ LOG = logging.getLogger(__name__)
 LEAD = 0.2  # s before a score begins
 SHORTEST_LOOP = 0.1  # s
 TEMPOS = (0.1, 4.0)  # parts of the score's own tempo
-BEATS = (20.0, 400.0)  # of the metronome, a minute
+BEATS = (20.0, 400.0)  # of the metronome, per minute
 CLICK_LENGTH, CLICK_PITCH, CLICK_LEVEL, CLICK_DECAY = 0.03, 1500.0, 0.25, 0.006  # s, Hz, of full scale, s
-MODES = (126, 127)  # controllers that give channels a meaning
+MODES = (126, 127)  # controllers that change what channels mean
 
 
 class Desk:
@@ -37,9 +37,9 @@ class Desk:
         self.record["speed"] = 1.0
         self.score: Score | None = None
         self.follows_transport = False
-        self.beats = 0.0  # of the metronome, a minute; 0: none
-        self.looped_last = (0.0, 0.0)  # s of the score; (0, 0): all
-        self._arrays: list[np.ndarray] = []  # that the record points to
+        self.beats = 0.0  # of the metronome, per minute; 0: off
+        self.looped_last = (0.0, 0.0)  # s of the score; (0, 0): the whole
+        self._arrays: list[np.ndarray] = []  # the record points to these
 
     @property
     def address(self) -> int:
@@ -48,7 +48,7 @@ class Desk:
     # ---- the score
 
     def load(self, score: Score) -> None:
-        """Puts `score` ready, LEAD before its beginning: it begins once it is `rolling`. There is one for a desk."""
+        """Loads `score`, LEAD before its beginning; it starts once it is `rolling`. A desk has one score."""
         data = score.messages.astype(np.int64)
         words = data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
         frames = np.ascontiguousarray(score.frames)
@@ -74,12 +74,12 @@ class Desk:
 
     @property
     def length(self) -> float:
-        """Length of the score, s: of the whole file, if it is from one."""
+        """Length of the score, s; of the whole file, if it comes from a file."""
         return max(self.score.end_frame, self.score.file_end) / self.score.rate if self.score else 0.0
 
     @property
     def rolling(self) -> bool:
-        """True while the score goes on; with JACK's transport, whether that does."""
+        """True while the score runs; with JACK's transport, while the transport does."""
         return bool(self.record["running" if self.follows_transport else "rolling"][0])
 
     @rolling.setter
@@ -87,14 +87,14 @@ class Desk:
         self._write("rolling", int(value))
 
     def seek(self, seconds: float) -> None:
-        """Goes to a place of the score."""
+        """Moves to a time of the score."""
         if self.score:
             self.record["seek"] = round(min(max(seconds, -LEAD), self.length) * self.score.rate)
             self._write("seek_count", int(self.record["seek_count"][0]) + 1)
 
     @property
     def tempo(self) -> float:
-        """Part of the score's own tempo at which it is played."""
+        """Playing speed, as a part of the score's own tempo."""
         return float(self.record["speed"][0])
 
     @tempo.setter
@@ -103,7 +103,7 @@ class Desk:
 
     @property
     def loop(self) -> tuple[float, float] | None:
-        """The part of the score that is repeated, s from its beginning."""
+        """The repeated part of the score, s from its beginning."""
         return self.looped_last if self.record["loop_to"][0] else None
 
     @loop.setter
@@ -112,7 +112,7 @@ class Desk:
 
         A score that has not begun, or is past the part, goes to its beginning.
 
-        Raises ValueError for a part that is too short, or not in the score.
+        Raises ValueError for a part that is too short or outside the score.
         """
         self.record["loop_to"] = 0.0
         if part is None or self.score is None:
@@ -132,12 +132,12 @@ class Desk:
 
     @property
     def learned(self) -> dict[str, int]:
-        """The controller of each parameter that has one, by the parameter's symbol."""
+        """The learned controllers, by parameter symbol."""
         numbers = self.record["learned"][0]
         return {PARAMETERS[int(numbers[c]) - 1].symbol: c for c in np.flatnonzero(numbers).tolist()}
 
     def learn(self, symbol: str, controller: int | None) -> None:
-        """Has a `controller` move the parameter `symbol`, in place of what either did before; None: none does."""
+        """Assigns a `controller` to the parameter `symbol`; earlier assignments of either end; None: no controller."""
         number, learned = NUMBERS[symbol] + 1, self.record["learned"][0]
         learned[learned == number] = 0
         if controller is not None:
@@ -145,14 +145,14 @@ class Desk:
 
     @property
     def moved(self) -> tuple[int, int]:
-        """How many controllers have moved so far, and the last one's number."""
+        """The number of controller moves so far, and the last one's number."""
         word = int(self.record["moved"][0])
         return word >> 2 * MOVED_BITS, word >> MOVED_BITS & (1 << MOVED_BITS) - 1
 
     # ---- the metronome
 
     def click(self, beats: float, rate: int, frame: int) -> None:
-        """Clicks `beats` times a minute from the synth's `frame` on, which runs at `rate` Hz; 0: not at all."""
+        """Clicks `beats` times a minute from `frame` of the synth, which runs at `rate` Hz; 0: off."""
         self.record["click_period"] = 0.0
         self.beats = beats
         if not beats:
@@ -168,14 +168,14 @@ class Desk:
 
 
 def click_sound(rate: int) -> NDArray[np.float32]:
-    """A click of the metronome, (n,)."""
+    """One click of the metronome, (n,)."""
     time = np.arange(round(CLICK_LENGTH * rate)) / rate
     sound = CLICK_LEVEL * np.sin(2 * np.pi * CLICK_PITCH * time) * np.exp(-time / CLICK_DECAY)
     return np.ascontiguousarray(sound, np.float32)
 
 
 def check_controllers(controllers: Mapping[str, object]) -> dict[str, int]:
-    """The same controllers by parameter, each from 0 to 119 and none of RPN. Raises ValueError for others."""
+    """The controllers by parameter, each from 0 to 119 and none of RPN. Raises ValueError for others."""
     checked: dict[str, int] = {}
     for symbol, controller in controllers.items():
         if symbol not in NUMBERS:
@@ -192,21 +192,21 @@ def check_controllers(controllers: Mapping[str, object]) -> dict[str, int]:
 
 
 class MidiLearn:
-    """Waits for a control to be moved, and has it move a parameter from then on.
+    """Waits for a control to move, and assigns it to a parameter.
 
-    The parameters that were `asked` come first; `next_parameter` goes on to the next of all.
+    The parameters that were `asked` come first; `next_parameter` steps through all.
     """
 
     def __init__(self, desk: Desk, asked: Iterable[str] = ()) -> None:
         self.desk = desk
         self._asked = list(asked)
-        self._symbol: str | None = None  # of the parameter that is waited for
+        self._symbol: str | None = None  # the parameter that waits for a control
         self._seen = 0
         if self._asked:
             self._wait_for(self._asked.pop(0))
 
     def next_parameter(self) -> None:
-        """Waits for a control for the parameter after the one waited for, or the first; after the last for none."""
+        """Waits for a control for the next parameter, initially the first; stops after the last."""
         symbols = list(NUMBERS)
         place = symbols.index(self._symbol) + 1 if self._symbol else 0
         self._wait_for(symbols[place] if place < len(symbols) else None)
@@ -219,7 +219,7 @@ class MidiLearn:
             LOG.info("MIDI learn: move a control for %s", PARAMETERS[NUMBERS[symbol]].name.lower())
 
     def turn(self) -> None:
-        """Looks whether a control has moved."""
+        """Checks whether a control has moved."""
         count, controller = self.desk.moved
         if self._symbol is None or count == self._seen:
             return

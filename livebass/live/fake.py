@@ -31,7 +31,7 @@ class FakeDevice:
         return self.fill(np.full(shape, np.nan, np.float32), flags)
 
     def fill(self, out: NDArray[np.float32], flags: int = 0) -> NDArray[np.float32]:
-        """`block` into the contiguous array `out`, which is also returned."""
+        """Renders a `block` into the contiguous array `out`; returns it."""
         if self._call(None, out.ctypes.data, len(out), None, flags, self._data.address):
             raise OutputLost("the callback has ended the stream")
         return out

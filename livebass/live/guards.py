@@ -1,4 +1,4 @@
-"""Guards against foreign libraries: their output on stderr, calls that hang, a JACK client that does not open at once.
+"""Guards against foreign libraries: output on stderr, calls that hang, JACK clients that fail to open at first.
 
 [any thread]
 """
@@ -15,10 +15,10 @@ from contextlib import contextmanager, suppress
 from typing import Any
 
 TIMEOUT = 2.0  # s, for a call that may never return
-PATIENCE = 15.0  # s, for a call that takes long on a busy machine
+PATIENCE = 15.0  # s, for a call that is slow on a busy machine
 PAUSE = 0.05  # s, between attempts to open a JACK client
-# A server that ends deletes the database that all clients of the user share. If one opens at that moment, what is left
-# of the database makes every other wait for ever.
+# A server that ends deletes the database shared by all of the user's clients. If a client opens at that moment, the
+# remains of the database make every other client wait forever.
 JACK_HANGS = f"the JACK library hangs; if it does so again, delete /dev/shm/jack_db-{getattr(os, 'getuid', int)()}"
 jack_hangs = threading.Event()  # set once the JACK library has hung
 
@@ -28,8 +28,8 @@ class _Stderr:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._users = 0  # that want it silent
-        self._kept = -1  # the descriptor it had before
+        self._users = 0  # that want it silenced
+        self._kept = -1  # a copy of the original descriptor
 
     def silence(self) -> None:
         self._set(lambda users: users + 1)
@@ -39,7 +39,7 @@ class _Stderr:
         self._set(lambda users: max(users - 1, 0))
 
     def restore_for_all(self) -> None:
-        """Ends every `silence`, those of calls that hang included."""
+        """Ends every `silence`, even for calls that hang."""
         self._set(lambda users: 0)
 
     def _set(self, change: Callable[[int], int]) -> None:
@@ -64,7 +64,7 @@ _stderr = _Stderr()
 
 @contextmanager
 def silenced_stderr() -> Iterator[None]:
-    """Drops what C libraries print to file descriptor 2 within the block; exceptions say what matters."""
+    """Drops output of C libraries to file descriptor 2 within the block; exceptions report errors."""
     _stderr.silence()
     try:
         yield
@@ -74,12 +74,12 @@ def silenced_stderr() -> Iterator[None]:
 
 @contextmanager
 def own_stderr() -> Iterator[None]:
-    """Keeps stderr for Python: what C libraries print to file descriptor 2 within the block, in any thread, is dropped.
+    """Keeps stderr for Python: drops output of C libraries to file descriptor 2 within the block, from any thread.
 
-    PortAudio and alsa-lib print from their own threads when a device goes away, over the status line.
+    PortAudio and alsa-lib print over the status line, from their own threads, when a device disappears.
     """
     before, ours = sys.stderr, None
-    with suppress(AttributeError, OSError, ValueError):  # there is no stderr, or it is closed
+    with suppress(AttributeError, OSError, ValueError):  # stderr is missing or closed
         if before.fileno() == 2:
             ours = open(os.dup(2), "w", buffering=1, encoding=before.encoding, errors=before.errors)  # noqa: SIM115
     if ours is None:
@@ -96,9 +96,9 @@ def own_stderr() -> Iterator[None]:
 
 
 def answer_of(call: Callable[[], Any]) -> Any:
-    """Returns what `call` returns, or raises what it raises; TimeoutError if it has not returned after PATIENCE.
+    """Returns or raises the result of `call`; TimeoutError if it has not returned after PATIENCE.
 
-    `call` runs in a thread of its own: while a C library waits, this one can still be interrupted.
+    `call` runs in its own thread, so this one can be interrupted while a C library waits.
     """
     answers: list[Any] = []
     faults: list[BaseException] = []
@@ -123,9 +123,9 @@ def answer_of(call: Callable[[], Any]) -> Any:
 def open_jack_client(jack: Any, name: str) -> Any:
     """Returns a client of the running JACK server. Raises jack.JackError if there is none, or if it refuses.
 
-    The socket on which a client hears from its server has the client's name alone: a client of that name that another
-    server on this machine has at the same moment takes it away, and the server reports an error. So try again. Raises
-    JackError, too, if the library hangs: see JACK_HANGS.
+    Tries again after a server error: a client's socket is named after the client alone, so a client of the same name
+    that opens at the same moment on another server of this machine takes it away. Raises JackError, too, if the
+    library hangs: see JACK_HANGS.
     """
     end = time.monotonic() + TIMEOUT
     while True:

@@ -1,4 +1,4 @@
-"""The sound through a JACK server, with a MIDI port and the transport. [main thread]"""
+"""Plays through a JACK server, with a MIDI port and the transport. [main thread]"""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 from livebass.model.quality import BLOCK
 
-FIRST_BLOCK = 0.5  # s that a server may take to ask for it
+FIRST_BLOCK = 0.5  # s to wait for the server to request it
 
 
 class JackOutput:
     """Plays as a client of a running JACK server, with two output ports and a MIDI input. Raises OutputLost.
 
-    With `connect`, outputs are connected to the speakers and the MIDI input to what sends MIDI. PipeWire, which gives
-    each client a period as it asks, is asked for `period` (frames, Hz). The synth's desk, if it has one, plays along;
-    with `click_port` its metronome is heard in a port of its own, `metronome`.
+    `connect` connects the outputs to the speakers and MIDI sources to the input. `period` (frames, Hz) is requested
+    from PipeWire, which gives each client its own. The synth's desk, if any, plays along; with `click_port` its
+    metronome has its own port, `metronome`.
     """
 
     def __init__(
@@ -57,20 +57,20 @@ class JackOutput:
             self.client.close(ignore_errors=True)
             raise
         self._connect = connect
-        self._strings: list[Any] = []  # ports of single strings, the lowest first
+        self._strings: list[Any] = []  # ports of single strings, lowest first
         self._seen: set[str] = set()
-        self._speakers: list[str] = []  # ports that the outputs were connected to
-        self._silent: Synth | None = None  # played before; the audio thread may still be in it
+        self._speakers: list[str] = []  # ports that the outputs are connected to
+        self._silent: Synth | None = None  # the previous one; the audio thread may still be in it
 
     def _prepare(self, make_synth: Callable[[int], Synth]) -> None:
-        """Makes the synth for the server's rate, the ports and the callbacks. Raises what `make_synth` raises."""
+        """Makes the synth for the server's rate, the ports and the callbacks. Raises the errors of `make_synth`."""
         self.name = f"JACK client {self.client.name}"
         self.block = int(self.client.blocksize)
-        self.rate = 0  # of the server: `play` follows it
+        self.rate = 0  # the server's; `play` follows it
         self.client.set_samplerate_callback(self._change_rate)
         end = time.monotonic() + FIRST_BLOCK
         while self.pipewire and not self.rate and time.monotonic() < end:
-            time.sleep(0.005)  # until then PipeWire's library gives the rate of PIPEWIRE_LATENCY for the server's
+            time.sleep(0.005)  # before that, PipeWire's library reports the rate in PIPEWIRE_LATENCY as the server's
         self.rate = self.rate or int(self.client.samplerate)
         self.synth = make_synth(self.rate)
         self.outputs = [self.client.outports.register(f"out_{k}") for k in (1, 2)]
@@ -94,11 +94,11 @@ class JackOutput:
         self.client.set_blocksize_callback(self._resize)
 
     def _address(self, value: Any) -> int:
-        """Returns the address in a C pointer of the JACK library."""
+        """Returns the address held in a C pointer of the JACK library."""
         return int(self._jack._ffi.cast("intptr_t", value))
 
     def open_strings(self, count: int) -> None:
-        """Opens a port for each of so many strings, the lowest first, `string_1` and so on, beside the mix."""
+        """Opens `count` string ports beside the mix, lowest first: `string_1` and so on."""
         while len(self._strings) < min(count, MOST_STRINGS):
             port = self.client.outports.register(f"string_{len(self._strings) + 1}")
             self._strings.append(port)
@@ -106,7 +106,7 @@ class JackOutput:
             self.record["strings"] = len(self._strings)
 
     def follow_transport(self, desk: Desk) -> None:
-        """Has the score of `desk` start, stop and go where JACK's transport does."""
+        """Makes the score of `desk` start, stop and move with JACK's transport."""
         desk.follows_transport = True
         desk.record["transport_query"] = self._address(self._jack._lib.jack_transport_query)
         desk.record["client"] = self._address(self.client._ptr)
@@ -132,7 +132,7 @@ class JackOutput:
         self.rate = rate
 
     def start(self) -> None:
-        """Begins to play, connected to the speakers if there are any."""
+        """Starts playing, connected to the speakers if there are any."""
         try:
             self.client.activate()
             self._connect_speakers()
@@ -140,12 +140,12 @@ class JackOutput:
             raise OutputLost(f"JACK: {one_line(error)}") from None
 
     def play(self, synth: Synth) -> None:
-        """Plays `synth` from the next block on, in place of the one before."""
+        """Plays `synth` from the next block on, instead of the previous one."""
         self._silent, self.synth = self.synth, synth
         self.record["synth"] = synth.address
 
     def _connect_speakers(self) -> list[str]:
-        """Connects the outputs to the speakers unless they were connected before; returns the ports."""
+        """Connects the outputs to the speakers unless they were already; returns the ports."""
         if not self._connect or self._speakers:
             return []
         speakers = self.client.get_ports(is_physical=True, is_input=True, is_audio=True)[: len(self.outputs)]
@@ -155,9 +155,9 @@ class JackOutput:
         return self._speakers
 
     def look(self) -> list[str]:
-        """Connects to other speakers if those connected have vanished; returns lines about it.
+        """Connects to other speakers if the connected ones disappear; returns lines about it.
 
-        A connection that somebody has removed stays removed.
+        A connection that the user removes stays removed.
         """
         if self._gone:
             return []
@@ -174,16 +174,16 @@ class JackOutput:
         return lines
 
     def advice(self) -> str:
-        """Returns what helps against underruns while the load is low."""
+        """Returns a remedy for underruns at low load."""
         if self.pipewire:
             block = f", or take --block {2 * self.block}" if 2 * self.block <= BLOCK[1] else ""
             return f"set PIPEWIRE_LATENCY={2 * self.block}/{self.rate}{block}"
         return f"give the JACK server a larger period than {self.block} frames (jackd -p), and real-time priority (-R)"
 
     def connect_midi(self, wanted: str | None = None) -> tuple[list[str], list[str]]:
-        """Connects MIDI sources that have appeared since the last call; returns their names, and those of the lost.
+        """Connects MIDI sources that are new since the last call; returns their names and those of lost sources.
 
-        `wanted` is a part of a name; None means hardware. A source that somebody has disconnected stays disconnected.
+        `wanted` is a part of a name; None means hardware. A source that the user disconnects stays disconnected.
         """
         if not self._connect or self._gone:
             return [], []
@@ -209,11 +209,11 @@ class JackOutput:
         return self.block / self.synth.rate
 
     def abandon(self) -> None:
-        """Notes that the server is gone, before it tells: there is nothing to deactivate."""
+        """Marks the server as gone before it reports so: there is nothing to deactivate."""
         self._gone = True
 
     def close(self) -> None:
-        """Stops playback; safe to call twice. A server that does not answer is left behind."""
+        """Stops playback; safe to call twice. A server that does not answer is abandoned."""
         if self._closed:
             return
         self._closed = True
@@ -226,12 +226,12 @@ class JackOutput:
 
 
 def _device(ports: list[str]) -> str:
-    """Names the client that has these ports."""
+    """The name of the client that has these ports."""
     return ports[0].rpartition(":")[0]
 
 
 def _jack_version(jack: Any) -> str:
-    """Returns what the JACK library calls itself; PipeWire's has its name in it."""
+    """Returns the JACK library's version text; PipeWire's contains its name."""
     try:
         return str(jack.version_string())
     except (AttributeError, jack.JackError):

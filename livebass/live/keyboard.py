@@ -1,4 +1,4 @@
-"""The computer keyboard plays: keys of a terminal become messages. [main thread]"""
+"""Plays from the computer keyboard: turns terminal keys into messages. [main thread]"""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from livebass.model.keymap import MODO, KeyMap
 from livebass.techniques import BUTTONS, OF_CHANNEL
 
 LOG = logging.getLogger(__name__)
-# Semitones above the lowest key, an E. Of the upper row capitals are a semitone higher.
+# Semitones above the lowest key, an E. In the upper row, capitals are a semitone higher.
 NOTES = {key: place for place, key in enumerate("zsxdcvgbhnjm,l.;/")} | dict(
     zip("qwertyuiop", (12, 14, 16, 17, 19, 21, 23, 24, 26, 28), strict=True)
 )
-# Techniques as the page has them, and its number keys: strokes last; ways to play are on, by a controller (and its
-# value) or a held key switch, until they are switched off.
+# The page's technique buttons on the number keys. Strokes are brief; ways to play stay on, by a controller (and its
+# value) or a held key switch, until switched off.
 DIGITS = dict(zip("1234567890", BUTTONS, strict=True))
 STROKES = {key: button for key, button in DIGITS.items() if button.strikes}
 WAYS = {key: button for key, button in DIGITS.items() if not button.strikes}
@@ -37,9 +37,9 @@ SWITCHED = 64  # velocity of a key switch
 class TerminalKeys(Terminal):
     """Turns keys of the terminal into messages for `send(status, first, second)`; `others` adds further keys.
 
-    Where the terminal reports released keys, a note lasts as long as its key is down; elsewhere until the next one or
-    the space bar. A way to play is on while its key is down, or from one press of it to the next. `key_map` gives the
-    map of the bass that plays.
+    If the terminal reports released keys, a note lasts while its key is down; else until the next note or the space
+    bar. A way to play is on while its key is down, or from one press to the next. `key_map` returns the map of the
+    bass that plays.
     """
 
     def __init__(
@@ -52,8 +52,8 @@ class TerminalKeys(Terminal):
         super().__init__()
         self.send, self.panic, self.others, self.key_map = send, panic, others or {}, key_map
         self.octave, self.velocity = 2, 100
-        self._ways: dict[str, Callable[[], object]] = {}  # keys of those that are on, and what switches them off
-        self._held: dict[str, int] = {}  # notes by their keys
+        self._ways: dict[str, Callable[[], object]] = {}  # by key, for those that are on: switches it off
+        self._held: dict[str, int] = {}  # notes by key
 
     def carry_out(self, typed: str) -> None:
         key = typed.lower()
@@ -88,14 +88,14 @@ class TerminalKeys(Terminal):
             self.others[key]()
 
     def _switch(self, technique: str) -> int | None:
-        """The key switch of a technique; None, with a line about it, if the bass has none."""
+        """The key switch of a technique; None, and a log line, if the bass has none."""
         number = next((number for number, name, _ in self.key_map().keys if name == technique), None)
         if number is None:
             LOG.info("%s: the bass that plays has no key for it", technique)
         return number
 
     def _begin_way(self, key: str) -> None:
-        """Switches on the way to play of `key`, by a controller if it has one with a value."""
+        """Switches on the way to play of `key`, by a controller with a value if it has one."""
         way = WAYS[key]
         given = (number for number, symbol in self.key_map().controllers if way.value and symbol == way.symbol)
         if (controller := next(given, None)) is not None:
@@ -128,7 +128,7 @@ class TerminalKeys(Terminal):
         self._end_way(key)
 
     def _end(self, key: str) -> None:
-        """Ends the note of `key`, if it holds one."""
+        """Ends the note that `key` holds, if any."""
         note = self._held.pop(key, None)
         if note is not None and note not in self._held.values():
             self.send(0x80, note, 0)

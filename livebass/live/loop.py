@@ -1,7 +1,7 @@
 """The main thread's work while the audio thread plays: twenty turns a second. [main thread]
 
-A turn sends the next messages of a score, writes what was recorded, answers program changes and watches the devices.
-When the server's rate changes, the bass is prepared for it in a synth of its own.
+A turn sends the next messages of a score, writes the recording, answers program changes and watches the devices.
+When the server's rate changes, it prepares the bass for it in a new synth.
 """
 
 from __future__ import annotations
@@ -33,19 +33,19 @@ LOG = logging.getLogger("livebass.live.session")
 TURN = 0.05  # s
 STALLED = 60  # turns without a new block after which the output counts as gone
 STATUS_EVERY = 0.25  # s
-LOG_EVERY = 60.0  # s, without any trouble
-AFTER = 3.0  # s of sound after a score's end
-WAIT = 30.0  # s for a sound card that has gone
+LOG_EVERY = 60.0  # s, if all is well
+AFTER = 3.0  # s of sound after the score's end
+WAIT = 30.0  # s for a sound card to return
 
 
 @dataclass
 class Loop:
-    """What a session works on, turn by turn."""
+    """The state of a session, and its turns."""
 
     rig: Rig
     presets: PresetSwitch
     status: Status
-    show: Callable[[str], None] | None  # is given the status line
+    show: Callable[[str], None] | None  # takes the status line
     learn: MidiLearn
     keys: TerminalKeys | None = None
     midi: MidiPort | None = None
@@ -53,14 +53,14 @@ class Loop:
     messages: MidiRecorder | None = None
     score: Score | None = None
     osc: OscServer | None = None
-    looking: threading.Thread = field(default_factory=threading.Thread)  # looks for ports: a server may hang
-    moving: Future[LiveBass] | None = None  # the bass at another rate
-    gain: float = 1.0  # linear, before it
-    frame: int = -1  # of the synth, in the last turn
+    looking: threading.Thread = field(default_factory=threading.Thread)  # checks the ports: a server may hang
+    moving: Future[LiveBass] | None = None  # the bass at the new rate
+    gain: float = 1.0  # linear, before the change
+    frame: int = -1  # of the synth, at the last turn
     waited: int = 0  # turns without a new block
 
     def run(self) -> str | None:
-        """Runs until something ends the session; returns the reason if it is the output."""
+        """Runs until the session ends; returns the reason if the output ended it."""
         try:
             return self._run()
         finally:
@@ -81,7 +81,7 @@ class Loop:
             self._serve()
             try:
                 self._follow()
-            except ValueError as error:  # a rate that the bass cannot be played at
+            except ValueError as error:  # the bass cannot be played at this rate
                 return f"{self.rig.output.name}: {error}"
             if self._stalled():
                 lost = f"{self.rig.output.name} is gone"
@@ -108,7 +108,7 @@ class Loop:
         return None
 
     def _serve(self) -> None:
-        """Writes what was recorded, learns controllers, and keeps the synth in order."""
+        """Writes recordings, learns controllers, and maintains the synth."""
         synth = self.rig.output.synth
         for take in (self.recorder, self.messages):
             if take:
@@ -129,7 +129,7 @@ class Loop:
             LOG.info("%s", line)
 
     def _stalled(self) -> bool:
-        """True if the output is gone, or asks for no more blocks."""
+        """True if the output is gone, or requests no more blocks."""
         before, self.frame = self.frame, self.rig.output.synth.frame
         self.waited = 0 if self.frame != before else self.waited + 1
         return not self.rig.output.alive or self.waited > STALLED
@@ -144,14 +144,14 @@ class Loop:
             synth.start_recording()
 
     def _score_is_over(self) -> bool:
-        """True some time after the end of a score that is played once."""
+        """True some time after the end of a score that does not loop."""
         desk = self.rig.desk
         if self.score is None or desk.follows_transport or desk.loop or not desk.rolling:
             return False
         return desk.position > self.score.end_frame / self.score.rate + AFTER * desk.tempo
 
     def _follow_preset(self, preset: str) -> None:
-        """Notes in the MIDI take that another preset plays, and opens ports for all of its strings."""
+        """Records a change of preset in the MIDI take, and opens ports for all of its strings."""
         bass = self.rig.output.synth.bass
         if self.messages and bass is not None:
             self.messages.choose(preset, bass)
@@ -159,7 +159,7 @@ class Loop:
             self.rig.output.open_strings(bass.engine.strings)
 
     def _follow_rate(self) -> str | None:
-        """Prepares the bass for the server's new rate, in silence, and then plays it; returns a line, or None.
+        """Prepares the bass for the server's new rate, in silence, then plays it; returns a line, or None.
 
         Raises ValueError for a rate that the bass cannot be played at.
         """
@@ -180,7 +180,7 @@ class Loop:
         return None
 
     def _move(self, old: Synth, bass: LiveBass) -> None:
-        """Plays on with `bass` in a new synth at its rate."""
+        """Continues with `bass` in a new synth at its rate."""
         assert isinstance(self.rig.output, JackOutput)
         synth = self.rig.new_synth(bass.engine.rate)
         synth.take_over(old)
@@ -205,7 +205,7 @@ class Loop:
             synth.start_recording()
 
     def _reopen(self) -> bool:
-        """Waits for a sound card that has gone, or another one in its place; returns whether there is one."""
+        """Waits for a lost sound card, or one in its place; returns whether it came."""
         gone = self.rig.output
         if not isinstance(gone, PortAudioOutput) or not gone.can_return or not gone.close():
             return False
@@ -224,7 +224,7 @@ class Loop:
         return False
 
     def _look(self) -> None:
-        """Logs speakers and MIDI ports that have come or gone, and reconnects them. [a thread of its own]"""
+        """Logs and reconnects speakers and MIDI ports that come or go. [its own thread]"""
         line = self.midi.look() if self.midi else None
         if line:
             LOG.info("%s", line)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 
 class OutputLost(OSError):
-    """An audio output cannot be opened or has gone away."""
+    """An audio output cannot be opened or has disappeared."""
 
 
 class MidiLost(OSError):
-    """A MIDI port is missing; names the ports there are."""
+    """A MIDI port is missing; lists the existing ports."""
 
 
 def one_line(error: BaseException) -> str:
-    """What a library says, in one line."""
+    """A library's error message, in one line."""
     return " ".join(str(error).split())

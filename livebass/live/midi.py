@@ -1,4 +1,4 @@
-"""MIDI ports by python-rtmidi. [main thread]"""
+"""MIDI ports through python-rtmidi. [main thread]"""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from livebass.live.synth import Synth
 from livebass.units import is_number
 
 CLIENT = "livebass"
-THROUGH = "Midi Through"  # ALSA's own port, which no device is behind
+THROUGH = "Midi Through"  # ALSA's own port, without a device behind it
 SYSTEMS = {"alsa": "ALSA's sequencer", "jack": "a JACK server"}  # by rtmidi's names
-LOOK_EVERY = 1.0  # s, for ports that come and go
+LOOK_EVERY = 1.0  # s, to check for ports that come and go
 ALSA_CLIENTS = Path("/proc/asound/seq/clients")
 
 
 class MidiPort:
     """Plays `synth` from the port `wanted` (a number or part of a name), else the first port, else a virtual one.
 
-    Every message is played `delay` frames after it arrives, so that the length of a block is not heard as jitter.
-    `look` reopens a port that was unplugged; if none was named, it takes any other, but none that somebody has
-    connected to the virtual port. Raises MidiLost if there is no MIDI or no such port; without `virtual`, also if there
-    is no port at all; with `hardware_only`, also if the system has no MIDI but JACK's.
+    Every message plays `delay` frames after it arrives, so the block length causes no jitter. `look` reopens a port
+    that was unplugged; if none was named, it takes any other, except ports that the user connected to the virtual
+    one. Raises MidiLost if there is no MIDI or no such port; without `virtual`, also if there is no port at all; with
+    `hardware_only`, also if the system has no MIDI but JACK's.
     """
 
     def __init__(
@@ -41,9 +41,9 @@ class MidiPort:
         self._by_jack = self._looker.get_current_api() == self._rtmidi.API_UNIX_JACK
         self._in: Any = None
         self._virtual: Any = None
-        self._connections: Any = None  # a JACK client that sees what is connected to the virtual port
+        self._connections: Any = None  # a JACK client that sees the connections of the virtual port
         self._jack_gone = threading.Event()
-        self._device: str | None = None  # the port opened last
+        self._device: str | None = None  # the last port opened
         try:
             names = _names(self._looker)
             index = find_port(names, wanted)
@@ -67,7 +67,7 @@ class MidiPort:
         port = new_input(CLIENT)
         try:
             with silenced_stderr():
-                # rtmidi also lists ports of this program: find the name in the whole list
+                # rtmidi also lists this program's ports: find the name in the whole list
                 port.open_port(port.get_ports().index(name), name="in")
         except (self._rtmidi.RtMidiError, ValueError, OSError) as error:
             port.delete()
@@ -99,7 +99,7 @@ class MidiPort:
             self.synth.receive(status, first, second, self.synth.frame_now(self.delay))
 
     def look(self) -> str | None:
-        """Reopens a port that is back, closes one that is gone; returns a line about the change, or None."""
+        """Reopens a returned port, closes a lost one; returns a line about the change, or None."""
         by_hand = self._connected_by_hand() if self._virtual is not None else frozenset()
         names = [name for name in _names(self._looker) if name not in by_hand and _address(name) not in by_hand]
         if self._in is not None:
@@ -123,11 +123,11 @@ class MidiPort:
         try:
             self._open(index, names[index])
         except MidiLost:
-            return None  # try again next time
+            return None  # the next call tries again
         return f"MIDI: {self.name} is {'back' if device and bare(device) == bare(self.name) else 'there'}"
 
     def _connected_by_hand(self) -> frozenset[str]:
-        """Names of the sources connected to the virtual port: JACK's ports, or ALSA's addresses such as 24:0."""
+        """Names of the sources connected to the virtual port: JACK ports, or ALSA addresses such as 24:0."""
         if self._connections is not None and not self._jack_gone.is_set():
             with suppress(Exception), silenced_stderr():
                 ports = self._connections.get_ports(f"^{CLIENT}[^:]*:{CLIENT}$", is_input=True, is_midi=True)
@@ -154,7 +154,7 @@ class MidiPort:
 
         answers: list[bool] = []
         if self._by_jack and not call_with_timeout(lambda: answers.append(_jack_answers()), None):
-            never_release([*ports, connections])  # closing them would hang and hold the interpreter
+            never_release([*ports, connections])  # closing them would hang and block the interpreter
             return
         if connections is not None and not any(answers):
             never_release(connections)  # the server is gone: closing its client could crash
@@ -163,7 +163,7 @@ class MidiPort:
 
 
 def is_message(message: list[int]) -> bool:
-    """True for a whole channel message: a status, as many data bytes as it takes, each below 128."""
+    """True for a complete channel message: a status and its number of data bytes, each below 128."""
     if not message or not 0x80 <= message[0] < 0xF0:
         return False
     return len(message) == (2 if message[0] & 0xE0 == 0xC0 else 3) and max(message[1:]) < 0x80
@@ -184,24 +184,24 @@ def alsa_sources(clients: str) -> frozenset[str]:
 
 
 def _address(name: str) -> str:
-    """Returns the address at the end of an ALSA port's name; "" if it has none."""
+    """Returns the address at the end of an ALSA port name; "" if it has none."""
     return found[1] if (found := re.search(r" (\d+:\d+)$", name)) else ""
 
 
 def let_go(synth: Synth) -> None:
-    """Ends all held notes, for a keyboard that has gone: pedals up and all notes off on every channel."""
+    """Ends all held notes when a keyboard disappears: pedals up and all notes off on every channel."""
     for controller in (64, 123):
         send_everywhere(synth.send, controller, 0)
 
 
 def send_everywhere(send: Callable[[int, int, int], object], controller: int, value: int) -> None:
-    """Moves a controller on every channel: for notes of whatever channel."""
+    """Moves a controller on every channel, and so for notes of any channel."""
     for channel in range(CHANNELS):
         send(0xB0 | channel, controller, value)
 
 
 def _jack_answers() -> bool:
-    """Returns whether there is a JACK server; hangs with one that hangs."""
+    """Returns whether there is a JACK server; hangs if the server hangs."""
     with suppress(Exception):
         import jack
 
@@ -223,12 +223,12 @@ def _names(looker: Any) -> list[str]:
 
 
 def bare(name: str) -> str:
-    """Returns a port's name without the numbers that ALSA changes each time a device is plugged in."""
+    """Returns a port name without the numbers that ALSA changes each time a device is plugged in."""
     return re.sub(r" \d+:\d+$", "", name)
 
 
 def port_names() -> list[str]:
-    """Returns the MIDI inputs of this system but livebass's own. Raises MidiLost if there is no MIDI."""
+    """Returns the system's MIDI inputs, without livebass' own. Raises MidiLost if there is no MIDI."""
     looker = new_input(f"{CLIENT}-look")
     try:
         return _names(looker)
@@ -246,14 +246,14 @@ def new_input(name: str, hardware_only: bool = False) -> Any:
         try:
             with silenced_stderr():
                 return rtmidi.MidiIn(rtapi=api, name=name)
-        except rtmidi.RtMidiError:  # which names the library's functions
+        except rtmidi.RtMidiError:  # names the library's functions
             continue
     tried = " or ".join(SYSTEMS.get(rtmidi.get_api_name(api), rtmidi.get_api_display_name(api)) for api in apis)
     raise MidiLost(f"MIDI input: no answer from {tried or 'python-rtmidi, which was built without any system'}")
 
 
 def find_port(names: list[str], wanted: str | None) -> int | None:
-    """Returns the index of the port that `wanted` (a number or part of a name) means; None: of the first device."""
+    """Returns the index of the port `wanted` (a number or part of a name); None: the first device."""
     if wanted is None:
         return next((i for i, name in enumerate(names) if THROUGH not in name), None)
     if is_number(wanted):

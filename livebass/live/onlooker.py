@@ -1,8 +1,8 @@
-"""What the strings of a bass do while it plays, for who looks on: shapes, contacts, notes. [any thread of Python]
+"""Shows an onlooker the strings of a playing bass: shapes, contacts, notes. [any thread of Python]
 
-The audio thread does not know of it: it keeps its last contacts and events in rings anyway (kernels/string/told.py),
-and whoever reads while it writes reads again. Strings that run ahead of the clock are seen as far as they are; contacts
-and notes are told once they are heard, as before that they may be taken back.
+The audio thread is unaware of it: it keeps its last contacts and events in rings anyway (kernels/string/told.py),
+and a reader who collides with a write reads again. Strings that run ahead of the clock are shown as computed;
+contacts and notes are reported once they are heard, as they may be revoked before.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ from livebass.kernels.string.records import (
 from livebass.live.synth import LiveBass
 from livebass.live.thread.sight import SIGHT, see_bass, see_contact
 
-TRIES = 8  # to read a bass between two of its frames
+TRIES = 8  # attempts to read a bass between two of its frames
 STRUCK = (STRIKE_EVENT, THROW, HAMMER, PULL_OFF)  # events that begin a note at once
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a bass does at a frame of the synth, and what happened since it was seen last."""
+    """The state of a bass at a frame of the synth, and the events since the last look."""
 
     frame: int
     sights: NDArray[np.void]  # SIGHT (strings,)
-    contacts: list[tuple[int, float, float, float]]  # string; fret, or over a board m from the nut; frame; m/s
-    notes: list[tuple[int, int, int]]  # string, fret, and the frame at which it is let go or struck
+    contacts: list[tuple[int, float, float, float]]  # string; fret, or m from the nut on a fretless board; frame; m/s
+    notes: list[tuple[int, int, int]]  # string, fret, and the frame of its release or strike
 
 
 class Onlooker:
-    """Looks at one bass; whoever looks must keep it from being freed, as this does."""
+    """Looks at one bass; the reader must keep it from being freed, as this does."""
 
     def __init__(self, bass: LiveBass) -> None:
         self.bass = bass
@@ -46,11 +46,11 @@ class Onlooker:
         self._logs = [voice.log for voice in engine.voices]
         self._told = [engine.bass.ring_of_events(i) for i in range(engine.strings)]
         self._last = np.zeros(engine.strings, SIGHT)
-        self._contacts = [int(v["logged"]) for v in self._voices]  # that were told so far
+        self._contacts = [int(v["logged"]) for v in self._voices]  # the number reported so far
         self._events = [(int(told["from_frame"][0]), 0) for told, _ in self._told]
 
     def look(self, frame: int) -> Seen | None:
-        """Returns what is new until a `frame` of the synth; None: the bass has not begun."""
+        """Returns the news up to `frame` of the synth; None: the bass has not begun."""
         began = self.bass.began
         if began is None:
             return None
@@ -62,9 +62,9 @@ class Onlooker:
         return Seen(frame, self._sights(), contacts, notes)
 
     def _sights(self) -> NDArray[np.void]:
-        """The shapes, of one moment for each string."""
+        """The shapes; each string's is from one moment."""
         sights = np.zeros(len(self._voices), SIGHT)
-        for _ in range(TRIES):  # it plays meanwhile: then those before stay
+        for _ in range(TRIES):  # if it plays meanwhile, the last shapes stay
             before = [int(v["frame"]) for v in self._voices]
             see_bass(self.bass.address, sights.ctypes.data)
             if before == [int(v["frame"]) for v in self._voices]:
@@ -75,7 +75,7 @@ class Onlooker:
     def _take_contacts(self, i: int, began: int, end: int, found: list[tuple[int, float, float, float]]) -> None:
         voice, log = self._voices[i], self._logs[i]
         logged = int(voice["logged"])
-        first = max(min(self._contacts[i], logged), logged - len(log) // 2)  # the rest may be written over meanwhile
+        first = max(min(self._contacts[i], logged), logged - len(log) // 2)  # older ones may be overwritten meanwhile
         steps = int(voice["numerator"]) / int(voice["denominator"])
         for k in range(first, logged):
             contact = log[k % len(log) :][:1].copy()

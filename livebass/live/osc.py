@@ -1,6 +1,6 @@
-"""A control socket: Open Sound Control over UDP, for programs on this machine. [a thread of its own]
+"""A control socket: Open Sound Control over UDP, for programs on this machine. [its own thread]
 
-A message to an address of the table sets a control; without arguments it is answered with the control's value. Needs
+A message to an address of the table sets a control; without arguments the reply is the control's value. Needs
 python-osc, which is imported when a server is made.
 """
 
@@ -30,7 +30,7 @@ class OscLost(OSError):
 
 @dataclass(frozen=True)
 class Control:
-    """Serves an address: `write` raises ValueError or TypeError for arguments that it does not take."""
+    """Serves an address: `write` raises ValueError or TypeError for arguments that it does not accept."""
 
     write: Callable[..., object]
     read: Callable[[], Value] | None = None
@@ -69,12 +69,12 @@ class OscServer:
         self._thread.join()
 
     def publish(self) -> None:
-        """Sends the meters to those who have subscribed. [main thread]"""
+        """Sends the meters to the subscribers. [main thread]"""
         for sender in list(self._subscribers):
             self._send_meters(sender)
 
     def _answer(self, sender: Sender, address: str, *values: Value) -> None:
-        """Carries out one message."""
+        """Handles one message."""
         name = address.removeprefix(PREFIX)
         control = self.controls.get(name) if address.startswith(PREFIX) else None
         try:

@@ -1,4 +1,4 @@
-"""Audio outputs: a device of PortAudio or a JACK client. [main thread]"""
+"""Audio outputs: a PortAudio device or a JACK client. [main thread]"""
 
 from __future__ import annotations
 

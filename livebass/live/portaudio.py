@@ -1,4 +1,4 @@
-"""The sound through a device of PortAudio. [main thread]"""
+"""Plays through a PortAudio device. [main thread]"""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from livebass.live.thread.records import CHUNK
 from livebass.model.quality import BLOCK
 
 LOG = logging.getLogger(__name__)
-FIRST_BLOCK = 0.5  # s that a device may take to ask for it
+FIRST_BLOCK = 0.5  # s to wait for the device to request it
 
 
 class PortAudioOutput:
@@ -53,9 +53,9 @@ class PortAudioOutput:
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
         self.latency = float(self._stream.stream.latency)
         host = str(sd.query_hostapis(info["hostapi"])["name"])
-        self.full_name = f"{self.name}, {host}"  # which names this device alone
-        # A sound card may come back; what plays through a JACK server, by alsa-lib's plugin too, crashes when closed
-        # after the server has gone.
+        self.full_name = f"{self.name}, {host}"  # identifies this device
+        # A sound card may come back. A device on a JACK server, even via alsa-lib's plugin, crashes if closed after the
+        # server has gone.
         self.can_return = "jack" not in f"{host} {self.name}".casefold()
 
     @property
@@ -63,7 +63,7 @@ class PortAudioOutput:
         return self.synth.rate
 
     def start(self) -> None:
-        """Begins to play, in a thread that gets real-time priority if the system allows it."""
+        """Starts playing in a thread with real-time priority, if the system allows it."""
         with silenced_stderr():
             try:
                 self._stream.stream.start()
@@ -77,25 +77,25 @@ class PortAudioOutput:
         return bool(self._stream.stream.active)
 
     def advice(self) -> str:
-        """Returns what helps against underruns while the load is low."""
+        """Returns a remedy for underruns at low load."""
         block = f"--block {2 * self.block} or " if 2 * self.block <= BLOCK[1] else ""
         return f"take {block}--latency {min(max(2e3 * self.latency, 20.0), 1e3):.0f}ms"
 
     def abandon(self) -> None:
-        """Leaves behind a stream whose server is gone: PortAudio would hang or crash when it closes it."""
+        """Abandons a stream whose server is gone: PortAudio would hang or crash closing it."""
         if not self._closed:
             self._closed = True
             never_release(self)
             atexit.unregister(self._exit)  # closes all streams
 
     def close(self) -> bool:
-        """Stops playback; safe to call twice. If PortAudio hangs, it is left behind, and False."""
+        """Stops playback; safe to call twice. If PortAudio hangs, abandons it and returns False."""
         if self._closed:
             return True
         self._closed = True
         if call_with_timeout(self._end, self):
             return True
-        atexit.unregister(self._exit)  # would hang as well
+        atexit.unregister(self._exit)  # it would hang as well
         return False
 
     def _end(self) -> None:
@@ -104,7 +104,7 @@ class PortAudioOutput:
 
 
 class CallbackData:
-    """The user data of PortAudio's callback, kept alive with the buffer it points to."""
+    """The user data of PortAudio's callback; keeps alive the buffer it points to."""
 
     def __init__(self, synth: Synth, channels: int) -> None:
         self._mono = np.zeros(CHUNK, np.float32)
@@ -117,7 +117,7 @@ class CallbackData:
         self.address = int(self._record.ctypes.data)
 
     def thread(self) -> int:
-        """Returns the number of the thread that plays, once it has begun to; 0 if it is not known."""
+        """Returns the playing thread's number once it runs; 0 if unknown."""
         end = time.monotonic() + FIRST_BLOCK
         while not self._record["thread"][0] and self._record["gettid"][0] and time.monotonic() < end:
             time.sleep(0.005)
@@ -125,7 +125,7 @@ class CallbackData:
 
 
 class _NativeStream:
-    """A sounddevice stream with a C function as its callback, which sounddevice supports for library authors."""
+    """A sounddevice stream with a C callback, which sounddevice supports for library authors."""
 
     def __init__(
         self, sd: Any, synth: Synth, device: int | str | None, channels: int, block: int, latency: str | float
@@ -140,7 +140,7 @@ class _NativeStream:
 
 
 def _gettid() -> int:
-    """Address of the C function that numbers a thread as the scheduler does; 0 on systems without."""
+    """Address of the C function that returns the scheduler's number of a thread; 0 on systems without."""
     if sys.platform != "linux":
         return 0
     try:
@@ -181,8 +181,8 @@ def sounddevice() -> Any:
 
 
 def _portaudio_answer(call: Callable[[], Any]) -> Any:
-    """Calls what makes PortAudio look for devices, which alsa-lib also asks JACK for. Raises OutputLost if it hangs."""
-    if sys.platform != "linux":  # elsewhere PortAudio wants to be used by one thread
+    """Calls a PortAudio search for devices, which through alsa-lib also asks JACK. Raises OutputLost if it hangs."""
+    if sys.platform != "linux":  # elsewhere PortAudio must be used by one thread
         return call()
     try:
         return answer_of(call)
@@ -191,7 +191,7 @@ def _portaudio_answer(call: Callable[[], Any]) -> Any:
 
 
 def restart_portaudio() -> None:
-    """Makes PortAudio look for devices anew; all its streams must be closed. Raises OutputLost."""
+    """Makes PortAudio search for devices again; all its streams must be closed. Raises OutputLost."""
     sd = sounddevice()
     try:
         with silenced_stderr():
@@ -202,6 +202,6 @@ def restart_portaudio() -> None:
 
 
 def _silence_alsa() -> None:
-    """Stops alsa-lib from printing over the status line, which it does from the audio thread."""
+    """Stops alsa-lib from printing over the status line, from the audio thread."""
     with suppress(OSError, AttributeError):
         ctypes.CDLL("libasound.so.2").snd_lib_error_set_handler(ctypes.c_void_p(callbacks.no_words.address))

@@ -1,6 +1,6 @@
-"""Changes of the bass that plays: another preset or quality, prepared in a thread of its own. [main thread]
+"""Switches the playing bass to another preset or quality, prepared in its own thread. [main thread]
 
-It begins at the start of a block, while the bass before rings out.
+It begins at the start of a block, while the previous bass rings out.
 """
 
 from __future__ import annotations
@@ -23,22 +23,21 @@ from livebass.preset.programs import PROGRAMS
 
 LOG = logging.getLogger("livebass.live.session")
 NONE: Mapping[int, str] = {}
-NICENESS = 10  # of the thread that prepares basses: sound comes first
+NICENESS = 10  # of the preparing thread: sound comes first
 M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt ...
-LARGE = 1 << 20  # ... in bytes: with less, to prepare a bass takes longer, up to 40 %
+LARGE = 1 << 20  # ... in bytes: with less, preparing a bass takes up to 40 % longer
 
 
 class PresetSwitch:
-    """Switches preset and quality while the synth plays; requests that another one overtakes are never prepared."""
+    """Switches preset and quality while the synth plays; requests overtaken by newer ones are never prepared."""
 
     def __init__(
         self, synth: Synth, preset: str, quality: Quality | None, load: Callable[[str], Instrument] = load_preset,
         programs: Mapping[int, str] = NONE,
     ) -> None:  # fmt: skip
-        """`preset`, a name or path, and `quality` are those of the bass that plays; `load` loads the next ones.
+        """`preset`, a name or path, and `quality` are those of the playing bass; `load` loads the next ones.
 
-        A quality of None is the one that the machine carries. `programs`, from 0, choose presets, and before General
-        MIDI's do.
+        A quality of None is the best for this machine. `programs`, from 0, choose presets, and override General MIDI's.
         """
         self.synth, self.load = synth, load
         self.programs = {number - 1: name for number, name in PROGRAMS.items()} | dict(programs)
@@ -48,13 +47,13 @@ class PresetSwitch:
         self.playing = self.wanted = (preset, quality.name if quality is not None else AUTO)
         self._thread = ThreadPoolExecutor(1, "presets", _step_back)
         self._coming: tuple[tuple[str, str], Future[LiveBass]] | None = None
-        self._ringing = False  # the bass before
+        self._ringing = False  # the previous bass
         self._programs = synth.program[0]
-        self._unknown: set[int] = set()  # programs that were said to choose nothing
+        self._unknown: set[int] = set()  # programs already reported as choosing nothing
 
     @property
     def quality(self) -> str:
-        """The name of the quality that plays. [any thread]"""
+        """The name of the playing quality. [any thread]"""
         bass = self.synth.bass
         return bass.engine.quality.name if bass else self.playing[1]
 
@@ -64,7 +63,7 @@ class PresetSwitch:
         self.wanted = names[(names.index(self.wanted[0]) + 1) % len(names) if known else 0], self.wanted[1]
 
     def choose(self, preset: str | None = None, quality: str | None = None) -> None:
-        """Wishes for a preset or a quality by its name. Raises ValueError for one that there is not. [any thread]"""
+        """Requests a preset or a quality by name. Raises ValueError for an unknown one. [any thread]"""
         if preset is not None and preset not in preset_names():
             raise ValueError(f"preset {preset!r}: there is {', '.join(preset_names())}")
         if quality is not None and quality not in self.qualities:
@@ -76,9 +75,9 @@ class PresetSwitch:
         self.wanted = self.wanted[0], names[(names.index(self.wanted[1]) + 1) % len(names)]
 
     def turn(self) -> str | None:
-        """Answers program changes, starts preparing, switches to what is ready; returns a line to show, or None.
+        """Answers program changes, starts preparing, switches to a prepared bass; returns a line to show, or None.
 
-        Returns at once. An error in a preset file is such a line as well, and the bass before plays on.
+        Returns at once. An error in a preset file is such a line too, and the previous bass plays on.
         """
         self._answer_program_changes()
         self.synth.release_faded()
@@ -104,7 +103,7 @@ class PresetSwitch:
         try:
             bass = future.result()
             if bass.engine.rate != self.synth.rate:
-                return None  # the rate has changed meanwhile: prepared again in the next turn
+                return None  # the rate has changed meanwhile: the next turn prepares it again
         except (ValueError, OSError) as error:
             self.wanted = self.playing
             return f"{wanted[0]}: {error}"
@@ -114,7 +113,7 @@ class PresetSwitch:
         return f"preset {wanted[0]}, quality {bass.engine.quality.name}"
 
     def _answer_program_changes(self) -> None:
-        """A program change chooses the preset that fits it by General MIDI; others are said once and ignored."""
+        """Chooses the preset of a program change, by default General MIDI's; reports each unknown program once."""
         count, number = self.synth.program
         if count != self._programs:
             self._programs = count
@@ -126,7 +125,7 @@ class PresetSwitch:
                 LOG.info("program %d chooses no bass: %d to %d do", number + 1, min(PROGRAMS), max(PROGRAMS))
 
     def prepare(self, instrument: Instrument, rate: int) -> Future[LiveBass]:
-        """Prepares a bass in the quality that plays beside the sound, after those that are being prepared."""
+        """Queues a bass for preparation in the playing quality."""
         return self._thread.submit(prepared, instrument, self.qualities[self.playing[1]], rate)
 
     def close(self) -> None:
@@ -143,8 +142,8 @@ def _loaded(preset: str, quality: Quality | None, rate: int, load: Callable[[str
 def return_freed_memory() -> None:
     """Returns freed memory to the system, and from now on large blocks as soon as they are freed. [any thread]
 
-    glibc would raise its thresholds by itself whenever a larger block is freed, and then keep tens of MB of basses that
-    were replaced. It has these settings for the whole process. Does nothing with a C library that has none of this.
+    By default glibc raises its thresholds whenever a larger block is freed, and then keeps tens of MB of replaced
+    basses. The settings hold for the whole process. Other C libraries are left alone.
     """
     with suppress(AttributeError, OSError, TypeError):
         library = ctypes.CDLL(None)
@@ -154,7 +153,7 @@ def return_freed_memory() -> None:
 
 
 def _step_back() -> None:
-    """Lowers the priority of this thread, on systems where threads have one of their own."""
+    """Lowers the priority of this thread, where threads have their own."""
     if sys.platform == "linux":
         with suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

@@ -1,4 +1,4 @@
-"""Real-time priority for the thread that plays: from the scheduler, or else from rtkit, as desktops grant it."""
+"""Real-time priority for the playing thread: from the scheduler, or else from rtkit, as on desktops."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import subprocess
 import sys
 from contextlib import suppress
 
-PRIORITY = 70  # of 99, as the scheduler is asked; JACK's clients have about as much
+PRIORITY = 70  # of 99, requested from the scheduler; JACK's clients have about as much
 RTKIT_PRIORITY = 20  # the most that rtkit grants
-# rtkit wants a limit to the processor time that real-time threads use without a pause, us: at the first the thread gets
-# its usual priority back, at the second the kernel ends the process.
+# rtkit requires limits to the uninterrupted processor time of real-time threads, us: at the first the thread loses its
+# priority, at the second the kernel ends the process.
 SLOW, ENDED = 100_000, 200_000
 TIMEOUT = 2.0  # s
 RTKIT = "org.freedesktop.RealtimeKit1"
-_asked: set[int] = set()  # threads that rtkit was asked to make real-time
+_asked: set[int] = set()  # threads for which rtkit was asked
 
 
 def make_realtime(thread: int) -> str | None:
-    """Asks for real-time priority for a thread of this process, by its number; returns why it was refused, or None."""
+    """Requests real-time priority for a thread of this process, by number; returns the reason of a refusal, or None."""
     if sys.platform != "linux":
         return None
     try:
@@ -37,7 +37,7 @@ def make_realtime(thread: int) -> str | None:
 
 
 def _ask_rtkit(thread: int) -> str | None:
-    """Asks rtkit, through systemd's busctl; returns why it was refused, or None."""
+    """Asks rtkit, through systemd's busctl; returns the reason of a refusal, or None."""
     busctl = shutil.which("busctl")
     if not busctl:
         return "rtkit cannot be asked without busctl"
@@ -62,7 +62,7 @@ def _ask_rtkit(thread: int) -> str | None:
 
 
 def _usual_priorities() -> None:
-    """Takes real-time priority from all threads that rtkit was asked to give it."""
+    """Takes real-time priority from all threads for which rtkit was asked."""
     for thread in _asked:
         with suppress(OSError):
             os.sched_setscheduler(thread, os.SCHED_OTHER, os.sched_param(0))

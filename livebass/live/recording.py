@@ -1,4 +1,4 @@
-"""Records what a synth plays: its sound, and its messages as a MIDI file. Both are kept however the session ends.
+"""Records a synth's sound, and its messages as a MIDI file. Both are kept however the session ends.
 
 [main thread]
 """
@@ -27,14 +27,14 @@ LOG = logging.getLogger(__name__)
 
 
 class Take:
-    """A block in which a synth is recorded: leaving it, after an exception too, ends the take."""
+    """A block that records a synth: leaving it, even by an exception, ends the take."""
 
     def turn(self) -> None:
-        """Takes what was played since the last call."""
+        """Takes the material played since the last call."""
         raise NotImplementedError
 
     def end(self) -> None:
-        """Writes what is left, and puts the file in its place; a second time it does nothing."""
+        """Writes the rest, and puts the file in its place; does nothing the second time."""
         raise NotImplementedError
 
     def __enter__(self) -> Self:
@@ -46,17 +46,17 @@ class Take:
 
 
 class Recorder(Take):
-    """`with Recorder(path, synth) as take:` writes what the synth plays; call `take.turn()` often.
+    """`with Recorder(path, synth) as take:` writes the synth's sound; call `take.turn()` often.
 
-    Leaving the block puts the file in its place, after an exception too, if anything was recorded; after `discard`
-    there is no file. A full disk ends the recording, not the session: the file keeps what fitted, a warning is logged,
-    and `short` says why. Raises OutputError if no file can be written at `path`, and ValueError for an unknown format.
+    Leaving the block, even by an exception, puts the file in its place if anything was recorded; after `discard` there
+    is no file. A full disk ends the recording, not the session: the file keeps what fitted, a warning is logged, and
+    `short` says why. Raises OutputError if no file can be written at `path`, and ValueError for an unknown format.
     """
 
     def __init__(self, path: Path, synth: Synth) -> None:
         self.path, self.synth = path, synth
-        self.kept: Path | None = None  # the file, once it is in its place
-        self.short: str | None = None  # why it does not hold all that was played
+        self.kept: Path | None = None  # the file, once in its place
+        self.short: str | None = None  # why it is incomplete
         self._writer: AudioWriter | None = None
         self._begin(path)
 
@@ -75,7 +75,7 @@ class Recorder(Take):
         self.synth.start_recording()
 
     def follow(self, synth: Synth) -> None:
-        """Records `synth` from now on, which plays at another rate: in a file of its own, take-44100.wav."""
+        """Continues with `synth`, which has another rate, in a separate file such as take-44100.wav."""
         going_on = self._writer is not None
         self.__exit__(None, None, None)
         self.synth = synth
@@ -101,13 +101,13 @@ class Recorder(Take):
             self._end(self._writer)
 
     def discard(self) -> None:
-        """Leaves no file, unless the recording has ended already."""
+        """Leaves no file, unless the recording has already ended."""
         if self._writer is not None:
             self._writer = None
             self._leave_nothing()
 
     def turn(self) -> None:
-        """Writes what was played since the last call."""
+        """Writes the sound played since the last call."""
         if self._writer is None:
             return
         try:
@@ -143,7 +143,7 @@ class Recorder(Take):
             LOG.warning("%s: %.1f s are kept", self._path, frames / self.synth.rate)
 
     def _leave_nothing(self) -> OutputError:
-        """Ends the transaction without a file; returns the reason."""
+        """Ends the transaction without a file; returns the error."""
         reason = OutputError(f"{self._path}: nothing was recorded")
         self._files.__exit__(type(reason), reason, None)
         return reason
@@ -152,28 +152,27 @@ class Recorder(Take):
 MOST_TICKS = 0x7FFF  # a quarter note, in a MIDI file
 MICROSECONDS = 1_000_000  # in a second
 Given = Callable[[str], Mapping[str, str]]  # the options that change a preset, by name
-FINGER = 34  # General MIDI's program, counted from 1, of a bass that has none
+FINGER = 34  # General MIDI program, counted from 1, for a bass without one
 
 
 class MidiRecorder(Take):
-    """`with MidiRecorder(path, synth, preset) as take:` writes the messages that the synth plays as a MIDI file.
+    """`with MidiRecorder(path, synth, preset) as take:` writes the synth's messages as a MIDI file.
 
-    The file begins with a text that names `preset` and the options `given` for it, so that `livebass render` plays the
-    same bass, and with a program for other software; another preset in mid-take is another text and program there, at
-    the frame from which on its bass has played. A tick is a frame, and one more text says that it is a take, which
-    `read_score` leaves as it is: at the same rate it renders as it sounded. Call `take.turn()` often; leaving the block
-    writes the file, after an exception too; after `discard` there is none. Raises OutputError if no file can be
-    written at `path`.
+    The file begins with a text that names `preset` and the options `given` for it, so `livebass render` plays the same
+    bass, and with a program for other software. A change of preset adds a text and a program at the first frame of its
+    bass. A tick is a frame, and one more text marks the file as a take, which `read_score` leaves unchanged: at the
+    same rate it renders as it sounded. Call `take.turn()` often. Leaving the block, even by an exception, writes the
+    file; after `discard` there is none. Raises OutputError if no file can be written at `path`.
     """
 
     def __init__(self, path: Path, synth: Synth, preset: str, given: Given = lambda preset: {}) -> None:
         self.path, self.synth, self.rate, self.given = path, synth, synth.rate, given
-        self.kept: Path | None = None  # the file, once it is in its place
+        self.kept: Path | None = None  # the file, once in its place
         self.short: str | None = None  # why there is no file
         checked_place(path)
         self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
         self._basses = [(0, preset)]  # (tick, preset)
-        self._coming: list[tuple[str, LiveBass]] = []  # presets chosen, whose basses have not begun
+        self._coming: list[tuple[str, LiveBass]] = []  # chosen presets whose basses have not begun
         synth.keep_messages()
 
     def end(self) -> None:
@@ -189,11 +188,11 @@ class MidiRecorder(Take):
         self._played = None
 
     def discard(self) -> None:
-        """Leaves no file, unless it is written already."""
+        """Leaves no file, unless it is already written."""
         self._played = None
 
     def turn(self) -> None:
-        """Takes what was played since the last call, but program changes: which preset they choose is in `choose`."""
+        """Takes the messages played since the last call, except program changes; `choose` notes their presets."""
         if self._played is not None:
             for preset, bass in self._coming.copy():
                 if bass.began is not None:
@@ -204,20 +203,20 @@ class MidiRecorder(Take):
                     self._played.append((self._tick(frame), status, first, second))
 
     def choose(self, preset: str, bass: LiveBass) -> None:
-        """Notes that another preset plays from the frame on at which its `bass` begins."""
+        """Notes that another preset plays from the first frame of its `bass`."""
         self._coming.append((preset, bass))
 
     def _tick(self, frame: int) -> int:
         return round(frame * self.rate / self.synth.rate)
 
     def follow(self, synth: Synth) -> None:
-        """Takes the messages of `synth` from now on, which goes on where the one before ended."""
+        """Continues with the messages of `synth`, which goes on where the previous one ended."""
         self.turn()
         self.synth = synth
         synth.keep_messages()
 
     def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
-        """A MIDI file of type 0, with the presets and their programs, on all channels that were played."""
+        """A MIDI file of type 0, with the presets and their programs, on all channels played."""
         beats = 2
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
@@ -237,7 +236,7 @@ class MidiRecorder(Take):
             message.time = max(tick - last, 0)
             track.append(message)
             last = max(tick, last)
-        end = self._tick(self.synth.frame)  # notes still held last until here
+        end = self._tick(self.synth.frame)  # held notes last until here
         track.append(mido.MetaMessage("end_of_track", time=max(end - last, 0)))
         file = io.BytesIO()
         mido.MidiFile(type=0, ticks_per_beat=self.rate // beats, tracks=[track]).save(file=file)
@@ -245,5 +244,5 @@ class MidiRecorder(Take):
 
 
 def _program(preset: str) -> int:
-    """The program, as it is sent, that chooses `preset`, or that of an electric bass if none does."""
+    """The program, as sent, that chooses `preset`; an electric bass if there is none."""
     return (program_of(preset) or FINGER) - 1

@@ -23,7 +23,7 @@ LOG = logging.getLogger("livebass.live.session")
 
 
 class Rig:
-    """Opens devices as `settings` say, and passes on what is played."""
+    """Opens devices by `settings`, and routes messages."""
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
@@ -32,18 +32,18 @@ class Rig:
         self.desk.tempo = settings.tempo
         for symbol, controller in settings.controllers.items():
             self.desk.learn(symbol, controller)
-        self.output: Output  # opened by a session's `run`
-        self.synth: Synth | None = None  # set when it begins to play
+        self.output: Output  # opened by the session's `run`
+        self.synth: Synth | None = None  # set when it starts playing
 
     def roll(self, rolling: bool) -> None:
-        """Starts or stops the score, by JACK's transport if it follows that. [any thread]"""
+        """Starts or stops the score, through JACK's transport if it follows that. [any thread]"""
         if self.desk.follows_transport and isinstance(self.output, JackOutput):
             self.output.roll(rolling)
         else:
             self.desk.rolling = rolling
 
     def seek(self, seconds: float) -> None:
-        """Goes to a place of the score, by JACK's transport if it follows that. [any thread]"""
+        """Moves to a time of the score, through JACK's transport if it follows that. [any thread]"""
         if self.desk.follows_transport and isinstance(self.output, JackOutput):
             self.output.locate(max(seconds, 0.0) / self.desk.tempo)
         else:
@@ -66,10 +66,10 @@ class Rig:
         return Synth(rate, self.settings.channel, self.settings.gain, desk=self.desk)
 
     def start_helpers(self, synth: Synth) -> None:
-        """Starts the threads that play strings beside the audio thread: one a core that is left, and a string.
+        """Starts the threads that play strings beside the audio thread: one per spare core, at most one per string.
 
-        Without real-time priority other programs can hold them up in the middle of a string, and the audio thread with
-        them: then they help only if cores were asked for.
+        Without real-time priority other programs can interrupt them in mid-string, and delay the audio thread: then
+        they help only if cores were requested.
         """
         cores = self.settings.cores or core_count()
         refused = synth.start_helpers(min(cores, len(self.settings.instrument.strings)) - 1)

@@ -1,7 +1,7 @@
 """A live session: output, MIDI, computer keyboard, score and recorder around one synth. [main thread]
 
-The audio thread plays on its own, the session's loop serves it. Another preset or quality is prepared in a thread of
-its own and begins at the start of a block, while the one before rings out. Events are logged to
+The audio thread plays on its own; the session's loop serves it. A new preset or quality is prepared in its own
+thread and begins at the start of a block, while the previous one rings out. Events are logged to
 "livebass.live.session": lines for the musician as INFO or WARNING, the load as DEBUG.
 """
 
@@ -28,7 +28,7 @@ from livebass.live.synth import Gauge, LiveBass, Synth
 from livebass.score.score import Score
 
 LOG = logging.getLogger(__name__)
-TEMPO_STEP = 0.05  # of a key
+TEMPO_STEP = 0.05  # per key press
 
 
 class Session(Rig):
@@ -37,13 +37,13 @@ class Session(Rig):
     def __init__(self, settings: Settings, show: Callable[[str], None] | None = None) -> None:
         super().__init__(settings)
         self.show = show
-        self.status: Status | None = None  # set when it begins to play
+        self.status: Status | None = None  # set when it starts playing
 
     def run(self) -> Summary:
         """Plays until `stop` is set, the score is over, or the output is gone.
 
-        Raises OutputLost and MidiLost for missing devices, OutputError for a recording that cannot be written, and
-        whatever the score's reader raises: all before anything sounds. [main thread]
+        Raises, before anything sounds, OutputLost and MidiLost for missing devices, OutputError for a recording that
+        cannot be written, and the errors of the score's reader. [main thread]
         """
         return_freed_memory()
         with ExitStack() as ends:
@@ -68,7 +68,7 @@ class Session(Rig):
         )
 
     def _set_up(self, ends: ExitStack) -> Loop:
-        """Opens the devices and begins to play; `ends` closes everything, the takes first."""
+        """Opens the devices and starts playing; `ends` closes everything, the takes first."""
         settings = self.settings
         bass = self._open(ends)
         output, synth = self.output, self.output.synth
@@ -109,7 +109,7 @@ class Session(Rig):
         return Loop(self, presets, self.status, self.show, learn, keys, midi, recorder, messages, score, osc)
 
     def _open(self, ends: ExitStack) -> Future[LiveBass]:
-        """Opens the output; returns the bass for its rate, which is prepared meanwhile."""
+        """Opens the output; returns the bass for its rate, prepared meanwhile."""
         beside = ends.enter_context(ThreadPoolExecutor(1))
         coming: list[Future[LiveBass]] = []
 
@@ -136,14 +136,14 @@ class Session(Rig):
         return TerminalKeys(self.send, self.panic, others, self.key_map)
 
     def _control_socket(self, presets: PresetSwitch) -> OscServer | None:
-        """Opens the control socket, if one is wanted. Raises OscLost."""
+        """Opens the control socket, if requested. Raises OscLost."""
         if self.settings.osc is None:
             return None
         controls = control_table(lambda: self.output.synth, self.desk, presets, self.roll, self.seek)
         return OscServer(self.settings.osc, controls, lambda: self.status.meters() if self.status else {})
 
     def _score_keys(self) -> dict[str, Callable[[], None]]:
-        """What the keys of a score do: see SCORE_HELP of the keyboard."""
+        """The actions of the score keys: see SCORE_HELP of the keyboard."""
         desk = self.desk
 
         def loop(begin: float, end: float) -> None:

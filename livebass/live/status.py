@@ -1,4 +1,4 @@
-"""Status line, meters and advice of a live session. [main thread, unless it says any]"""
+"""Status line, meters and advice of a live session. [main thread, unless marked any]"""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from livebass.model.instrument import A4_HZ
 LOG = logging.getLogger("livebass.live.session")
 SETTLED = 1.0  # s after the start in which underruns are nobody's fault
 LOW_LOAD = 0.5  # part of a block's time: with less, underruns are the system's fault ...
-SEVERAL = 3  # ... which a line says from so many on
+SEVERAL = 3  # ... and from so many on a line reports them
 
 
 class Status:
-    """Reads the gauge of a rig, and tells what it shows."""
+    """Reads the gauge of a rig, and shows its reading."""
 
     def __init__(self, rig: Rig, presets: PresetSwitch, gauge: Gauge, keys: TerminalKeys | None = None) -> None:
         self.rig, self.presets, self.gauge, self.keys = rig, presets, gauge, keys
-        self.reading: Reading | None = None  # the last
-        self._underruns = self._excused = 0  # at the last reading; while the load was low
+        self.reading: Reading | None = None  # the latest
+        self._underruns = self._excused = 0  # in total; at low load
         self._advised = False
 
     def read(self) -> Reading:
@@ -36,7 +36,7 @@ class Status:
         return self.reading
 
     def frequency(self) -> float:
-        """The pitch of what sounds, Hz; NaN without a tuner. [any thread]"""
+        """The pitch that sounds, Hz; NaN without a tuner. [any thread]"""
         synth = self.rig.output.synth
         return frequency_of(synth.recent, synth.rate) if self.rig.settings.tuner else math.nan
 
@@ -74,7 +74,7 @@ class Status:
         return "   ".join(part for part in parts if part)
 
     def advise(self, reading: Reading, seconds: float) -> None:
-        """Says once what helps if there are underruns although the load is low."""
+        """Logs a remedy once if underruns occur at low load."""
         new = reading.meters.underruns - self._underruns
         self._underruns += new
         if seconds > SETTLED and reading.meters.worst < LOW_LOAD:
@@ -88,6 +88,6 @@ class Status:
 
 
 def clock(seconds: float) -> str:
-    """`1:05` for a time in a score."""
+    """A time in a score, such as `1:05`."""
     whole = max(int(seconds), 0)
     return f"{whole // 60}:{whole % 60:02d}"

@@ -1,7 +1,7 @@
-"""The synth: it plays a bass from MIDI messages on the audio thread, and Python steers and meters it. [main thread]
+"""The synth: plays a bass from MIDI messages on the audio thread; Python controls and meters it. [main thread]
 
-`Synth` owns the record that the audio thread works on, the rings of messages and the recorder's ring of sound; its
-basses are `LiveBass`es, of which one may fade out while the next one plays. `Gauge` reads the meters for people.
+`Synth` owns the audio thread's record, the rings of messages and the recorder's ring of sound. Its basses are
+`LiveBass`es; one may fade out while the next one plays. `Gauge` makes the meters readable.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ RING = 4096  # messages
 CAPTURE_SECONDS = 20.0
 RECENT = 0.2  # s of sound that `recent` keeps
 QUIETEST = -99.0  # dB
-CELLS, METER = 12, 60.0  # of the bar that shows the peak: characters, dB from its empty end to full scale
+CELLS, METER = 12, 60.0  # of the peak bar: characters, dB from its empty end to full scale
 FIELDS = {row.number: row.field for row in FUNCTION_ROWS.values() if row.field}  # of the performer's controls
 KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
@@ -61,30 +61,30 @@ PAGE = 4096  # bytes, no more than any system's
 
 @dataclass(frozen=True)
 class Meters:
-    """Counters of the audio thread. Loads are parts of the time a block lasts, without running ahead."""
+    """Counters of the audio thread. Loads are relative to a block's duration, without running ahead."""
 
-    frame: int  # next to be computed
+    frame: int  # the next to compute
     blocks: int
-    late: int  # blocks that took longer than they last
+    late: int  # blocks that took longer than their duration
     underruns: int  # reported by the driver
     messages: int
-    worst: float  # load since the meters were read last
-    peak: float  # since the meters were read last; 1 is full scale
+    worst: float  # load since the last reading
+    peak: float  # since the last reading; 1 is full scale
     faults: int  # frames of a string that were NaN or far too large, played as silence
     overload: int  # strings on coarse operators
-    lost: int  # frames the recorder lost
-    clipped: int  # frames beyond full scale
+    lost: int  # frames that the recorder lost
+    clipped: int  # frames above full scale
 
 
 def touch(array: NDArray[Any]) -> None:
-    """Writes to every page, values kept, so that the audio thread is not the first to need it."""
+    """Writes to every page without changing values, so the audio thread is not the first to touch it."""
     memory = array.reshape(-1).view(np.uint8)
     memory[::PAGE] += 0
     memory[-1:] += 0
 
 
 class _AheadEngine(Engine):
-    """An engine whose strings can run ahead of the clock, and go on in the coarse quality."""
+    """An engine whose strings can run ahead of the clock, and continue in the coarse quality."""
 
     coarse = COARSE
     contacts, events = 512, 256
@@ -95,7 +95,7 @@ class _AheadEngine(Engine):
 
 
 class LiveBass:
-    """An instrument prepared for the audio thread. Raises ValueError for what `Engine` cannot play. [any thread]"""
+    """An instrument prepared for the audio thread. Raises ValueError for one that `Engine` cannot play. [any thread]"""
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0) -> None:
         self.engine = _AheadEngine(instrument, quality, rate, seed)
@@ -113,13 +113,13 @@ class LiveBass:
 
     @property
     def began(self) -> int | None:
-        """The synth's frame from which on it has played; None: it has not begun."""
+        """The synth's frame at which it began; None: it has not begun."""
         frame = int(self.record["frame"][0])
         return None if frame < 0 else frame
 
     @property
     def dropped(self) -> int:
-        """Notes so far that no string could play."""
+        """Number of notes so far that no string could play."""
         return int(self.engine.performer["dropped"][0])
 
     @property
@@ -138,9 +138,9 @@ class LiveBass:
 
 
 class Synth:
-    """Plays one bass at `rate` Hz, on MIDI `channel` (0-15; -1: all) and at a linear `gain`.
+    """Plays one bass at `rate` Hz, on MIDI `channel` (0-15; -1: all), with a linear `gain`.
 
-    With `adaptive`, overload moves strings to coarse operators for a while. Controllers that `desk` has learned move
+    With `adaptive`, overload moves strings to coarse operators for a while. Controllers learned by `desk` move
     parameters.
     """
 
@@ -153,14 +153,14 @@ class Synth:
         setup.fill_synth(self.address, rings.ctypes.data, RING, rate, channel, gain, block.process.address)
         self.rings = [ring[: DATA + ENTRY * RING] for ring in rings]
         self._capture = np.zeros(0, np.int64)  # the recorder's ring of sound
-        self._played = np.zeros(0, np.int64)  # the ring of messages that were played
-        self.recent = np.zeros(0, np.float32)  # the last sound that `recorded` has returned, up to RECENT
+        self._played = np.zeros(0, np.int64)  # the ring of played messages
+        self.recent = np.zeros(0, np.float32)  # the latest sound returned by `recorded`, up to RECENT
         self._runs_ahead = True
-        self._writer = threading.Lock()  # of the first ring, between Python's threads
+        self._writer = threading.Lock()  # guards the first ring between Python's threads
         self._helpers: list[threading.Thread] = []
-        self._cores: int | None = None  # that were asked for while it plays
+        self._cores: int | None = None  # requested during play
         self._basses: list[LiveBass] = []
-        self._dropped = 0  # by basses that were released
+        self._dropped = 0  # by released basses
         r = self.record
         r["adaptive"] = adaptive
         r["clock"], r["clock_id"] = _clock()
@@ -170,10 +170,10 @@ class Synth:
         return int(self.record.ctypes.data)
 
     def start_helpers(self, count: int) -> str | None:
-        """Starts threads that play strings beside the audio thread, up to MOST_HELPERS; returns why they have no
+        """Starts up to MOST_HELPERS threads that play strings beside the audio thread; returns why they have no
         real-time priority, or None.
 
-        They look for work until `stop_helpers`. None are started on systems without `usleep`. [main thread]
+        They look for work until `stop_helpers`. None start on systems without `usleep`. [main thread]
         """
         usleep = _function("usleep")
         for _ in range(min(count, MOST_HELPERS) if usleep else 0):
@@ -186,7 +186,7 @@ class Synth:
         return next((why for why in refused if why), None)
 
     def stop_helpers(self) -> None:
-        """Ends the helper threads, once they have played what they play. [any thread]"""
+        """Ends the helper threads after their current work. [any thread]"""
         write_word(self.address + STOP, 1)
         for thread in self._helpers:
             thread.join()
@@ -195,15 +195,15 @@ class Synth:
 
     @property
     def cores(self) -> int:
-        """How many threads play strings, with the audio thread."""
+        """Number of threads that play strings, audio thread included."""
         return 1 + len(self._helpers)
 
     def ask_for_cores(self, count: int) -> None:
-        """Wishes for so many, which `follow_cores` sees to. [any thread]"""
+        """Requests `count` cores; `follow_cores` carries it out. [any thread]"""
         self._cores = count
 
     def follow_cores(self) -> None:
-        """Starts and ends helper threads, if another number was asked for. [main thread]"""
+        """Starts or ends helper threads, if a new number was requested. [main thread]"""
         cores, self._cores = self._cores, None
         if cores not in (None, self.cores):
             self.stop_helpers()
@@ -211,17 +211,17 @@ class Synth:
 
     @property
     def helped(self) -> int:
-        """How many times a helper thread has played a string in the audio thread's place."""
+        """The number of times a helper thread has played a string for the audio thread."""
         return int(self.record["team"]["helped"][0])
 
     @property
     def frame(self) -> int:
-        """The next frame to be computed."""
+        """The next frame to compute."""
         return int(self.record["frame"][0])
 
     @property
     def program(self) -> tuple[int, int]:
-        """Program changes so far, and the last one's number, 0 to 127."""
+        """The number of program changes so far, and the last program, 0 to 127."""
         return int(self.record["program_count"][0]), int(self.record["program"][0])
 
     def _read(self, field: str) -> int:
@@ -231,9 +231,9 @@ class Synth:
         write_word(self.address + field_offset(SYNTH, field), value)
 
     def switch_to(self, bass: LiveBass) -> None:
-        """Plays `bass` from the next block on; the one before starts no more notes and rings out.
+        """Plays `bass` from the next block on; the previous one starts no more notes and rings out.
 
-        Waits while a bass that rings out already fades to make room.
+        Waits while a bass that is already ringing out fades to make room.
         """
         self.release_faded()
         while self._read("next_bass") or self._read("faded_bass"):
@@ -250,11 +250,11 @@ class Synth:
 
     @property
     def ringing(self) -> bool:
-        """True from `switch_to` until the bass before has rung out and was released."""
+        """True from `switch_to` until the previous bass has rung out and is released."""
         return self.switching or bool(self.record["old_bass"][0])
 
     def release_faded(self) -> None:
-        """Lets go of a bass that has rung out; to be called now and then."""
+        """Releases a bass that has rung out; call it now and then."""
         faded = self._read("faded_bass")
         if faded:
             self._dropped += sum(b.dropped for b in self._basses if b.address == faded)
@@ -263,16 +263,16 @@ class Synth:
 
     @property
     def dropped(self) -> int:
-        """Notes so far that no string could play."""
+        """Number of notes so far that no string could play."""
         return self._dropped + sum(bass.dropped for bass in self._basses)
 
     @property
     def bass(self) -> LiveBass | None:
-        """The bass that was switched to last."""
+        """The bass of the last `switch_to`."""
         return self._basses[-1] if self._basses else None
 
     def send(self, status: int, first: int = 0, second: int = 0, frame: int = NOW) -> bool:
-        """Sends a MIDI message for `frame`, or to be played at once; False if the ring is full. [any thread]"""
+        """Sends a MIDI message to play at `frame`, or at once; False if the ring is full. [any thread]"""
         with self._writer:
             return bool(push_message(self.rings[0].ctypes.data, RING, frame, status, first, second))
 
@@ -292,17 +292,17 @@ class Synth:
         return self.send(status, first, second, frame)
 
     def set_parameter(self, number: int, value: float, frame: int = NOW) -> bool:
-        """Sets a parameter of the playing (parameters.py) from a frame on; False if the ring is full. [any thread]"""
+        """Sets a playing parameter (parameters.py) from a frame on; False if the ring is full. [any thread]"""
         with self._writer:
             return bool(push_event(self.rings[0].ctypes.data, RING, frame, PARAMETER, number, value))
 
     def set_amount(self, function: int, value: float, frame: int = NOW) -> bool:
-        """Sets what a function of controllers, CC_PALM or CC_VIBRATO, moves, 0 to 1; False: no room. [any thread]"""
+        """Sets the amount of a controller function, CC_PALM or CC_VIBRATO, 0 to 1; False: ring full. [any thread]"""
         with self._writer:
             return bool(push_event(self.rings[0].ctypes.data, RING, frame, AMOUNT, function, value))
 
     def set_effect(self, number: int, value: float, frame: int = NOW) -> bool:
-        """Sets a knob of the effects (techniques.EFFECTS) from a frame on, 0 to 1; 0: as the bass has it. [any thread]
+        """Sets a knob of the effects (techniques.EFFECTS) from a frame on, 0 to 1; 0: the bass's own. [any thread]
 
         False if the ring is full.
         """
@@ -310,18 +310,18 @@ class Synth:
             return bool(push_event(self.rings[0].ctypes.data, RING, frame, EFFECT, number, value))
 
     def effect(self, number: int) -> float:
-        """The value of a knob of the effects as it was set last. [any thread]"""
+        """The last value set for a knob of the effects. [any thread]"""
         return float(self.record["effects"][0, number])
 
     def amount(self, function: int) -> float:
-        """The value that `set_amount`, or a controller, has set last. [any thread]"""
+        """The last value set by `set_amount` or a controller. [any thread]"""
         if self.bass is None:
             return 0.0
         controls, field = self.bass.engine.performer["controls"][0], FIELDS[function]
         return float(controls["channel"][ANY][field] if field in (CHANNEL.names or ()) else controls[field])
 
     def parameter(self, number: int) -> float:
-        """The value of a parameter of the playing as it was set last; 0: as the bass itself has it. [any thread]"""
+        """The last value set for a playing parameter; 0: the bass's own. [any thread]"""
         return float(self.record["parameters"][0, number])
 
     @property
@@ -338,7 +338,7 @@ class Synth:
     def frame_now(self, delay: int) -> int:
         """Returns the frame for a message that arrives now, `delay` frames late: the same delay for all messages.
 
-        If the sound has stalled this is a frame of the block after the next: a stall delays no later note.
+        After a stall of the sound it is a frame of the block after the next: a stall delays no later note.
         """
         began = self._read("block_time")
         while True:
@@ -353,14 +353,14 @@ class Synth:
         return first + min(since, 2 * frames) + delay
 
     def take_over(self, old: Synth) -> None:
-        """Goes on at this synth's rate where `old` is: the same time, counts and parameters. Before it plays."""
+        """Continues `old` at this synth's rate, with its time, counts and parameters. Call before it plays."""
         self.record["frame"] = round(old.frame * self.rate / old.rate)
         self._dropped = old.dropped
         for name in KEPT:
             self.record[name] = old.record[name]
 
     def panic(self) -> None:
-        """Cuts all sound off and resets the controllers."""
+        """Cuts off all sound and resets the controllers."""
         self._write("panic", 1)
 
     def set_gain(self, gain: float) -> None:
@@ -368,7 +368,7 @@ class Synth:
         self.record["gain_target"] = gain
 
     def set_clock(self, function: int) -> None:
-        """Takes the time from the C function at this address, a clock_gettime; 0: no loads, no running ahead."""
+        """Sets the C function, a clock_gettime, that tells the time; 0: no loads, no running ahead."""
         self.record["clock"] = function
 
     def count_underrun(self) -> None:
@@ -376,7 +376,7 @@ class Synth:
         self.record["underruns"] += 1
 
     def start_recording(self) -> None:
-        """Keeps what is played from the next block on, for `recorded`, up to CAPTURE_SECONDS."""
+        """Keeps the sound from the next block on, for `recorded`, up to CAPTURE_SECONDS."""
         size = int(CAPTURE_SECONDS * self.rate)
         self._capture = new_sound_ring(size)
         touch(self._capture)
@@ -384,24 +384,24 @@ class Synth:
         self._write("capture_ring", self._capture.ctypes.data)
 
     def recorded(self) -> NDArray[np.float32]:
-        """Returns what was played since the last call, (n,)."""
+        """Returns the sound since the last call, (n,)."""
         sound = pop_sound(self._capture, int(self.record["capture_size"][0]))
         self.recent = np.concatenate([self.recent, sound])[-round(RECENT * self.rate) :]
         return sound
 
     def keep_messages(self) -> None:
-        """Keeps the messages that are played from the next block on, for `played`, up to RING."""
+        """Keeps the messages played from the next block on, for `played`, up to RING."""
         self._played = new_message_ring(RING)
         touch(self._played)
         self.record["played_size"] = RING
         self._write("played_ring", self._played.ctypes.data)
 
     def played(self) -> list[tuple[int, int, int, int]]:
-        """Returns the messages that were played since the last call: (frame, status, first, second)."""
+        """Returns the messages played since the last call: (frame, status, first, second)."""
         return pop_messages(self._played) if self._played.size else []
 
     def meters(self) -> Meters:
-        """Returns the counters; `worst` and `peak` start anew."""
+        """Returns the counters; resets `worst` and `peak`."""
         r = self.record[0]
         worst, peak = float(r["load_worst"]), float(r["peak"])
         r["load_worst"], r["peak"] = 0.0, 0.0
@@ -413,12 +413,12 @@ class Synth:
         )  # fmt: skip
 
     def load_histogram(self) -> NDArray[np.int64]:
-        """Returns a copy of the number of blocks by load: 4 bins an octave, bin 32 from 1 on."""
+        """Returns a copy of the block counts by load: 4 bins an octave; bin 32 begins at load 1."""
         return self.record["histogram"][0].copy()
 
 
 def _clock() -> tuple[int, int]:
-    """Address of clock_gettime and the number of the monotonic clock; zeros on systems without."""
+    """The address of clock_gettime and the number of the monotonic clock; zeros on systems without."""
     function = _function("clock_gettime")
     return (function, time.CLOCK_MONOTONIC) if function else (0, 0)
 
@@ -440,12 +440,12 @@ class Reading:
 
     @property
     def troubles(self) -> tuple[int, int, int, int]:
-        """Underruns, coarse strings, faults and frames not recorded: worth a line in a log when they change."""
+        """Underruns, coarse strings, faults and unrecorded frames: logged when they change."""
         m = self.meters
         return m.underruns, m.overload, m.faults, m.lost
 
     def text(self) -> str:
-        """One line: load, trouble if there is any, level."""
+        """One line: load, trouble if any, level."""
         return f"{self.load_text()}, {level_text(self.meters.peak)}"
 
     def meter(self) -> str:
@@ -455,7 +455,7 @@ class Reading:
         return f"[{'#' * min(max(cells, 0), CELLS):{CELLS}}] {level_text(peak):>8}"
 
     def load_text(self) -> str:
-        """One line: load, and trouble if there is any."""
+        """One line: load, and trouble if any."""
         m = self.meters
         parts = [f"load {self.median:.0%} (worst {m.worst:.0%})"]
         if m.overload:
@@ -471,7 +471,7 @@ class Reading:
 
 
 def level_text(peak: float) -> str:
-    """A peak, 1 is full scale, in dBFS."""
+    """A peak in dBFS; 1 is full scale."""
     found = decibels(peak)
     return f"{found:.0f} dBFS" if found > QUIETEST else "silent"
 
@@ -486,7 +486,7 @@ class Gauge:
         self._counts = synth.load_histogram()
 
     def follow(self, synth: Synth) -> None:
-        """Reads another synth from now on, which goes on where the one before ended."""
+        """Switches to another synth, which goes on where the previous one ended."""
         self.synth, self._counts = synth, synth.load_histogram()
 
     def read(self) -> Reading:
@@ -498,7 +498,7 @@ class Gauge:
 
 
 def median_load(counts: np.ndarray) -> float:
-    """Returns the load that half of the blocks stay below, from a `load_histogram`."""
+    """Returns the median load of the blocks, from a `load_histogram`."""
     total = int(counts.sum())
     if not total:
         return 0.0
@@ -507,7 +507,7 @@ def median_load(counts: np.ndarray) -> float:
 
 
 def strings(synth: Synth) -> str:
-    """`A2(G:2*) D3(A:5)`: note, string and fret of each string that sounds.
+    """`A2(G:2*) D3(A:5)`: note, string and fret of each sounding string.
 
     A star: it has touched a fret since the pluck.
     """

@@ -1,4 +1,4 @@
-"""The keys of the terminal that standard input is, one by one, pressed and, if it says so, released. [main thread]"""
+"""Reads single keys from the terminal on standard input: pressed and, where reported, released. [main thread]"""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from contextlib import contextmanager, suppress
 from typing import Any, Self
 
 LOG = logging.getLogger(__name__)
-REPEATS = 0.1  # s: a key comes again sooner only if the terminal repeats it
-REPEATABLE = "[]-=<>"  # keys that do more when held
+REPEATS = 0.1  # s: a key that comes again sooner is a repeat by the terminal
+REPEATABLE = "[]-=<>"  # keys that repeat while held
 # One key as a terminal sends it: a character, or an escape sequence.
 TOKEN = re.compile(r"\x1b(\[[0-9:;<=>?]*[ -/]*[@-~]|O.|[^\[])?|.", re.DOTALL)
 UNFINISHED = re.compile(r"\x1b\[[0-9:;<=>?]*$")
-# Terminals that speak the kitty keyboard protocol report when a key is released: CSI code:shifted ; modifiers:event u.
+# Terminals with the kitty keyboard protocol report released keys: CSI code:shifted ; modifiers:event u.
 KEY = re.compile(r"\x1b\[(\d+)(?::(\d*))?[\d:]*(?:;(\d*)(?::(\d))?)?[\d:;]*u")
 SHIFT, CONTROL, OTHERS = 1, 4, 2 | 8 | 16 | 32  # bits of modifiers - 1; others: alt, super, hyper, meta
 PRESSED, REPEATED, RELEASED = 1, 2, 3
 ASK_PROTOCOL, PROTOCOL_THERE = "\x1b[?u", re.compile(r"\x1b\[\?\d+u")
 PROTOCOL_ON, PROTOCOL_OFF = "\x1b[>15u", "\x1b[<u"
-NO_REPEATS, USUAL_REPEATS = "\x1b[?8l", "\x1b[?8h"  # DECARM, which some terminals know
+NO_REPEATS, USUAL_REPEATS = "\x1b[?8l", "\x1b[?8h"  # DECARM, known to some terminals
 
 
 class Terminal:
-    """Reads keys; within `with` the terminal delivers single ones, again after Ctrl-Z and fg.
+    """Reads keys; within `with` the terminal delivers single keys, also after Ctrl-Z and fg.
 
-    A terminal that speaks the kitty keyboard protocol reports released keys. Others repeat a held key: repeats are left
-    out as far as their pace shows them. Afterwards the terminal is as before; in the background it is left alone.
+    A terminal with the kitty keyboard protocol reports released keys. Others repeat a held key; repeats are dropped if
+    they come fast enough. On exit the terminal is restored; in the background it is left alone.
     """
 
     def __init__(self) -> None:
-        self.releases = False  # the terminal reports them
-        self._latest = ("", -math.inf)  # key, and when it came
-        self._rest = ""  # beginning of an escape sequence
+        self.releases = False  # the terminal reports released keys
+        self._latest = ("", -math.inf)  # key, and its time
+        self._rest = ""  # the beginning of an escape sequence
         self._before: Any = None  # attributes of the terminal
         self._stop_before: Any = None  # handler of SIGTSTP
 
@@ -47,7 +47,7 @@ class Terminal:
         """A key is pressed. [subclasses]"""
 
     def release(self, key: str) -> None:
-        """A key is released, on a terminal that says so. [subclasses]"""
+        """A key is released, on a terminal that reports it. [subclasses]"""
 
     def stop(self) -> None:
         """The program is about to be suspended. [subclasses]"""
@@ -75,14 +75,14 @@ class Terminal:
             self._stop_before = None
 
     def _take(self) -> None:
-        """Makes the terminal deliver single keys, without repeats if it can."""
+        """Sets the terminal to single keys, without repeats if possible."""
         import tty
 
         tty.setcbreak(0)
         _write(NO_REPEATS + ASK_PROTOCOL)
 
     def _give_back(self) -> None:
-        """Makes the terminal what it was before."""
+        """Restores the terminal."""
         import termios
 
         with suppress(termios.error), _no_stop_in_the_background():
@@ -92,12 +92,12 @@ class Terminal:
         self.releases = False
 
     def _suspend(self, _number: int, _frame: object) -> None:
-        """Ctrl-Z: stops this program with the terminal as it was; `read` takes it again."""
+        """Ctrl-Z: restores the terminal and stops this program; `read` sets the terminal again."""
         self.stop()
         if self._before is not None:
             self._give_back()
         signal.signal(signal.SIGTSTP, signal.SIG_DFL)
-        os.kill(os.getpid(), signal.SIGTSTP)  # goes on here after SIGCONT
+        os.kill(os.getpid(), signal.SIGTSTP)  # SIGCONT continues here
         signal.signal(signal.SIGTSTP, self._suspend)
 
     @property
@@ -124,7 +124,7 @@ class Terminal:
             self._hear(pressed.decode(errors="replace"))
 
     def _in_front(self) -> bool:
-        """True in the foreground, where the terminal is made to deliver single keys if the shell has changed it."""
+        """True in the foreground; sets the terminal to single keys again if the shell has changed it."""
         import termios
 
         if not interactive():
@@ -135,7 +135,7 @@ class Terminal:
         return True
 
     def _hear(self, text: str) -> None:
-        """Carries out what the terminal sent: keys, escape sequences of keys, and its answer to ASK_PROTOCOL."""
+        """Handles input from the terminal: keys, escape sequences of keys, and its answer to ASK_PROTOCOL."""
         text = self._rest + text
         unfinished = UNFINISHED.search(text)
         self._rest = unfinished[0] if unfinished else ""
@@ -149,7 +149,7 @@ class Terminal:
                 _write(PROTOCOL_ON)
 
     def _report(self, key: re.Match[str]) -> None:
-        """A key with its modifiers, pressed, repeated or released; in this mode Ctrl-C and Ctrl-Z are keys, too."""
+        """Handles a key with modifiers, pressed, repeated or released; in this mode Ctrl-C and Ctrl-Z are keys too."""
         modifiers, event = int(key[3] or 1) - 1, int(key[4] or PRESSED)
         code = int(key[2]) if key[2] and modifiers & SHIFT else int(key[1])
         if code > sys.maxunicode or modifiers & OTHERS:
@@ -159,13 +159,13 @@ class Terminal:
             if number and event == PRESSED:
                 signal.raise_signal(number)
         elif event == RELEASED:
-            for name in {chr(int(key[1])), chr(code).lower()}:  # shift may have come or gone since
+            for name in {chr(int(key[1])), chr(code).lower()}:  # shift may have changed since
                 self.release(name)
         elif event == PRESSED or chr(code) in REPEATABLE:
             self.carry_out(chr(code))
 
     def press(self, key: str) -> None:
-        """Carries out a key of a terminal that does not report releases."""
+        """Handles a key of a terminal that does not report releases."""
         now = time.monotonic()
         again = key == self._latest[0] and now - self._latest[1] < REPEATS
         self._latest = (key, now)
@@ -174,7 +174,7 @@ class Terminal:
 
 
 def _write(text: str) -> None:
-    """Writes to the terminal that standard input is, unless that one knows no sequences."""
+    """Writes to the terminal on standard input, unless it knows no escape sequences."""
     if os.environ.get("TERM", "dumb") != "dumb":
         with suppress(OSError):
             os.write(0, text.encode())

@@ -1,4 +1,4 @@
-"""The tuner: the pitch of what sounds, as the nearest note and how far it is off. [main thread]"""
+"""The tuner: finds the pitch, and shows it as the nearest note and a deviation. [main thread]"""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from livebass.units import note_name
 
 LOWEST, HIGHEST = 26.0, 700.0  # Hz
 FRAME = 0.08  # s, two periods of the lowest
-QUIET = 1e-3  # full scale: a peak below is not listened to
-FIRST = 3  # partials that a pitch is read from; stiffness and contact with frets pull those above sharp
-BRIGHT = 300.0  # Hz, above which the first guess leaves sound out, by 12 dB an octave
-WEAK = 0.02  # of the strongest: the amplitude of a partial that is passed over
-STRAY = 60.0  # cents from the first guess: a partial that is farther off belongs to something else
+QUIET = 1e-3  # of full scale: a quieter peak is ignored
+FIRST = 3  # partials used for the pitch; stiffness and fret contact sharpen the higher ones
+BRIGHT = 300.0  # Hz; above it the first guess attenuates the sound, by 12 dB an octave
+WEAK = 0.02  # relative amplitude below which a partial is skipped
+STRAY = 60.0  # cents from the first guess: a partial farther off belongs to something else
 
 
 def frequency_of(sound: NDArray[np.float32], rate: int) -> float:
-    """The pitch at the end of `sound` (n,), Hz; NaN if it is quiet, too short, or of no one pitch.
+    """The pitch at the end of `sound` (n,), Hz; NaN if it is quiet, too short, or has no single pitch.
 
-    It is the frequency of the first partial, or that of the second or third by their numbers if those below are weak.
-    Which one is the first says the period of the sound without its upper partials.
+    It is the frequency of the first partial; if that is weak, the frequency of the second or third divided by its
+    number. The period of the sound without its upper partials identifies the first.
     """
     if sound.size < FRAME * rate or float(np.abs(sound).max()) < QUIET:
         return math.nan
@@ -40,7 +40,7 @@ def frequency_of(sound: NDArray[np.float32], rate: int) -> float:
 
 
 def _period(samples: NDArray[np.float64], rate: int) -> float:
-    """A first guess of the pitch, Hz: of the last FRAME of `samples`, without what is BRIGHT; NaN if there is none."""
+    """A first guess of the pitch, Hz, from the last FRAME of `samples` without BRIGHT sound; NaN if there is none."""
     spectrum = np.fft.rfft(samples)
     spectrum /= 1 + (np.fft.rfftfreq(samples.size, 1 / rate) / BRIGHT) ** 2
     dull = np.fft.irfft(spectrum, samples.size)[-round(FRAME * rate) :]
@@ -48,7 +48,7 @@ def _period(samples: NDArray[np.float64], rate: int) -> float:
 
 
 def tuning(frequency: float, a4: float = A4_HZ) -> tuple[str, float] | None:
-    """The note next to a frequency (Hz), and by how many cents that is higher, if A4 is at `a4` Hz; None for NaN."""
+    """The note nearest to a frequency (Hz), and its deviation in cents, if A4 is at `a4` Hz; None for NaN."""
     if not frequency > 0:
         return None
     number = A4_NOTE + 12 * math.log2(frequency / a4)
@@ -57,7 +57,7 @@ def tuning(frequency: float, a4: float = A4_HZ) -> tuple[str, float] | None:
 
 
 def tuning_text(frequency: float, a4: float = A4_HZ) -> str:
-    """`A1 +3 cents` for the tuner's display, or `-`; and which A it goes by, unless that is 440 Hz."""
+    """`A1 +3 cents` for the tuner's display, or `-`; and the pitch of A unless it is 440 Hz."""
     found = tuning(frequency, a4)
     text = f"{found[0]} {round(found[1]):+d} cents" if found else "-"
     return text if a4 == A4_HZ else f"{text} (A = {a4:g} Hz)"

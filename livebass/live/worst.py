@@ -1,9 +1,9 @@
-"""The worst that a player does: a script for one bass, and the times of the blocks that it takes.
+"""The worst case for a bass: a script of messages, and the times of the blocks that play it.
 
-A `FakeDevice` asks the native callback for the blocks, one after the other without a pause. The synth's own meter,
-inside the callback, takes the times: what Python does between two blocks does not count. A message is sent just before
-its block, as from a keyboard. The synth is not adaptive, so that no block is of a coarse string, and the player is
-even, so that runs are alike: nearly, as strings run ahead of the clock.
+A `FakeDevice` requests the blocks from the native callback, one after the other without a pause. The synth's own meter
+inside the callback takes the times, without Python's work between blocks. A message is sent just before its block, as
+from a keyboard. The synth is not adaptive, so no block has coarse strings. The player is even, so runs are almost
+equal; strings that run ahead of the clock make small differences.
 """
 
 import gc
@@ -21,14 +21,14 @@ from livebass.model.quality import Quality
 from livebass.units import OFF
 
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
-POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; the second time while they sound
+POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; they still sound at the second
 LINE_FROM = 1.0  # s
 SIXTEENTH = 60 / 110 / 4  # s
-# Fret and velocity of each round over the strings. No step up is a fourth or two: the new note would be one that the
-# next string still plays from the old fret, and be taken from it.
+# Fret and velocity of each round over the strings. No step up is a fourth or two: the next string would still play that
+# note from the old fret, and lose it.
 ROUNDS = ((0, 127), (3, 100), (7, 127), (2, 115))
-# One hand after the other on every string: a controller and its value, the frets and velocities that are then played.
-# No step up is a fourth or two here either.
+# One hand technique after the other on every string: a controller and its value, then the frets and velocities played.
+# Here too no step up is a fourth or two.
 HANDS = ((0, 0, ((0, 127),)), (68, 127, ((7, 127),)), (65, 127, ((13, 127),)), (65, 0, ((0, 127),)))
 HAND_NAMES = ("plucked open again", "hammered on", "slid", "pulled off")
 HANDS_APART = 0.15  # s
@@ -38,14 +38,14 @@ REST = 0.3  # s of silence after each run
 
 
 def even(bass: Instrument) -> Instrument:
-    """Returns `bass` with a player whose every stroke is alike, and without noise: it would hide what is compared."""
+    """Returns `bass` with a player whose strokes are all alike, and without noise, which would hide differences."""
     player = replace(bass.player, unevenness=0.0, skin_noise=OFF, release_noise=OFF, floor_noise=OFF)
     return replace(bass, player=player)
 
 
 @dataclass(frozen=True)
 class Script:
-    """Messages for a `FakeDevice` in the order of their frames, from frame 0 on."""
+    """Messages for a `FakeDevice`, ordered by frame, from frame 0."""
 
     rate: int  # Hz
     messages: tuple[tuple[int, int, int, int], ...]  # frame, status, first and second data byte
@@ -55,7 +55,7 @@ class Script:
 
 
 def worst_case(bass: Instrument, rate: int, strings: int, line: float = LINE) -> Script:
-    """Pops the first `strings` strings of `bass` at once, and again, then plays `line` s of sixteenths over them.
+    """Pops the first `strings` strings of `bass` at once, twice, then plays `line` s of sixteenths over them.
 
     At the end all are, at once, plucked open from the frets they sound at, hammered on, slid up and pulled off.
     """
@@ -86,13 +86,13 @@ def worst_case(bass: Instrument, rate: int, strings: int, line: float = LINE) ->
 
 
 def hand_blocks(script: Script, k: int, block: int) -> slice:
-    """Returns which blocks of `block` frames belong to the hand HANDS[k]."""
+    """Returns the slice of blocks of `block` frames that play the hand HANDS[k]."""
     begin, end = (script.hands + round((k + i) * HANDS_APART * script.rate) for i in range(2))
     return slice(begin // block, -(-end // block))
 
 
 def play_script(device: FakeDevice, script: Script, block: int) -> NDArray[np.int64]:
-    """Plays `script` in blocks of `block` frames; returns the time of each, ns. Runs are alike after `silence`."""
+    """Plays `script` in blocks of `block` frames; returns the time of each, ns. After `silence`, runs are alike."""
     synth, messages = device.synth, script.messages
     metered, busy, begin = bool(synth.record["clock"][0]), synth.record["busy"], synth.frame
     times, out = np.zeros(-(-script.frames // block), np.int64), np.zeros(block, np.float32)
@@ -115,7 +115,7 @@ def play_script(device: FakeDevice, script: Script, block: int) -> NDArray[np.in
 
 
 def silence(device: FakeDevice, block: int) -> None:
-    """Ends all sound and waits until it is over, in blocks of `block` frames."""
+    """Ends all sound and waits for silence, in blocks of `block` frames."""
     device.synth.send(CONTROL, ALL_SOUND_OFF, 0)
     for _ in range(-(-round(REST * device.synth.rate) // block)):
         device.block(block)
@@ -124,7 +124,7 @@ def silence(device: FakeDevice, block: int) -> None:
 def block_times(
     bass: Instrument, quality: Quality, block: int, script: Script, runs: int, cores: int = 1
 ) -> NDArray[np.int64]:
-    """Returns the times of the blocks of `script`, (runs, blocks), ns; a first run is not counted."""
+    """Returns the times of the blocks of `script`, (runs, blocks), ns; an extra first run is not counted."""
     synth = Synth(script.rate, adaptive=False)
     synth.switch_to(LiveBass(bass, quality, script.rate))
     device = FakeDevice(synth)

@@ -1,1 +1,1 @@
-"""Computes Issanchou et al. (2018) anew and checks its statements."""
+"""Recomputes Issanchou et al. (2018) and checks its statements."""

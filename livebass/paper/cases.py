@@ -1,6 +1,6 @@
-"""The cases of Issanchou et al. (2018), by name: string, neck, pluck and contact rate, as the paper has them.
+"""The cases of Issanchou et al. (2018), by name: string, neck, pluck and contact rate, as in the paper.
 
-The string is that of the preset `paper-g`. Its displacement is taken at 9 mm (u) and 18 mm (v) from the saddle, at
+The string is the one of preset `paper-g`. Its displacement is taken at 9 mm (u) and 18 mm (v) from the saddle, at
 51.2 kHz, as in the measurements (section 3.1).
 """
 
@@ -33,7 +33,7 @@ def _bass(preset: str) -> Instrument:
 
 @dataclass(frozen=True)
 class Case:
-    """One pluck of the paper: what differs from the usual string, neck and place."""
+    """One pluck of the paper: its differences from the usual string, neck and place."""
 
     name: str
     title: str
@@ -78,7 +78,7 @@ def without_dispersion(string: String) -> String:
 def straightened(gap: float | None = None) -> Callable[[Neck], Neck]:
     """A neck whose inner frets are raised towards the line from its first to its last (section 4.2.3).
 
-    All take the same part of their way, so that fret 12 ends `gap` (m) under the string at rest; None: up to the line.
+    All move by the same fraction of the way, so fret 12 ends `gap` (m) under the string at rest; None: up to the line.
     """
 
     def changed(neck: Neck) -> Neck:
@@ -106,7 +106,7 @@ def softer(neck: Neck) -> Neck:
     return replace(neck, contact_stiffness=1e9)
 
 
-PLAYED = ("a", "b", "c")  # cases that the page plays and shows
+PLAYED = ("a", "b", "c")  # cases played and shown on the page
 CASES = {
     case.name: case
     for case in (

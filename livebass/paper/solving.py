@@ -22,7 +22,7 @@ class Job:
     solver: Callable[[Trial], Motion] = solve_trial
 
     def solve(self) -> Motion:
-        """Raises ValueError where the solution is not finite."""
+        """Raises ValueError if the solution is not finite."""
         motion = self.solver(self.trial)
         if not np.isfinite(motion.displacement_m).all():
             trial = self.trial
@@ -32,7 +32,7 @@ class Job:
 
 
 def shared(jobs: Iterable[Job]) -> dict[Job, Job]:
-    """For each job the one to solve in its place: those that differ in `Trial.states` alone become one with all."""
+    """The job to solve for each job: jobs that differ only in `Trial.states` become one with all states."""
     bare = {job: replace(job, trial=replace(job.trial, states=())) for job in jobs}
     states: dict[Job, set[int]] = {}
     for job, without in bare.items():
@@ -44,10 +44,10 @@ def shared(jobs: Iterable[Job]) -> dict[Job, Job]:
 def solve_all(
     jobs: Iterable[Job], workers: int | None = None, step: Callable[[], None] = lambda: None
 ) -> dict[Job, Solved]:
-    """Solve `jobs` on `workers` threads (default: as many as cores), the longest first so that no core waits.
+    """Solve `jobs` on `workers` threads (default: one per core), the longest first so that no core waits.
 
-    `step` is called after each motion; there are as many as values in `shared`. Raises ValueError where a solution is
-    not finite. [main thread]
+    `step` is called after each motion, once per distinct value of `shared`. Raises ValueError if a solution is not
+    finite. [main thread]
     """
     return next(solve_in_turn([jobs], workers, step))
 
@@ -55,9 +55,9 @@ def solve_all(
 def solve_in_turn(
     groups: Iterable[Iterable[Job]], workers: int | None = None, step: Callable[[], None] = lambda: None
 ) -> Generator[dict[Job, Solved]]:
-    """Solve the jobs of each group as `solve_all`, those that groups share once; yields a group when it is solved.
+    """Solve the jobs of each group as in `solve_all`, shared ones once; yields a group when it is solved.
 
-    The next groups are solved meanwhile. An iterator that is closed starts no other motion. [main thread]
+    The next groups are solved meanwhile. Closing the iterator starts no further motion. [main thread]
     """
     asked = [list(group) for group in groups]
     instead = shared(job for group in asked for job in group)
@@ -65,7 +65,7 @@ def solve_in_turn(
     wanted = dict.fromkeys(job for group in ordered for job in group)
     for job in {(job.solver, bool(job.trial.speaking.surface)): job for job in wanted}.values():
         instant = replace(job.trial, duration=1 / job.trial.output_rate, states=())
-        job.solver(instant)  # compiles, or loads the compiled code
+        job.solver(instant)  # compiles, or loads compiled code
     motions: dict[Job, Motion] = {}
     with ThreadPoolExecutor(workers or core_count()) as pool:
         futures = {job: pool.submit(job.solve) for job in wanted}
@@ -87,12 +87,12 @@ def _cost(job: Job) -> float:
 
 
 def _solved(job: Job, whole: Job, motion: Motion) -> Solved:
-    """`motion`, which is that of `whole`, as `job` asks for it."""
+    """`motion`, solved for `whole`, as `job` requests it."""
     return Solved(job.trial, _with_states(motion, whole.trial, job.trial))
 
 
 def _with_states(motion: Motion, solved: Trial, asked: Trial) -> Motion:
-    """`motion` of the trial `solved` with the states of the trial `asked` alone."""
+    """`motion` of the trial `solved` with only the states of the trial `asked`."""
     if motion.states is None or asked.states == solved.states:
         return motion
     if not asked.states:

@@ -1,1 +1,1 @@
-"""Checks the statements of Issanchou et al. (2018) that can be checked."""
+"""Checks the verifiable statements of Issanchou et al. (2018)."""

@@ -26,10 +26,10 @@ from livebass.report.text import csv_text, json_text, plain, wrapped_columns
 
 TABLES = (sections_2_3, section_4_1, section_4_2)
 CLAIMS = {claim.id: claim for table in TABLES for claim in table.CLAIMS}
-PLUCKS = 40  # by which a claim about contacts is judged
+PLUCKS = 40  # used to judge a claim about contacts
 LOW, HIGH = 0.05, 0.95  # quantiles of the spread
 WITHIN = f"between the values that {100 * LOW:g} and {100 * HIGH:g} % of the plucks stay below"
-SHARP = 0.1  # of random values, at most, pass a claim that is sharp
+SHARP = 0.1  # the most random values that pass a sharp claim
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,13 @@ class Spread:
 
     plucks: int
     held: int  # plucks in which the claim holds
-    low: Value | None  # a twentieth of the plucks lie below; None where the values are lists of different lengths
+    low: Value | None  # a twentieth of the plucks lie below; None if the values are lists of different lengths
     high: Value | None  # a twentieth lie above
 
 
 @dataclass(frozen=True)
 class Result:
-    """A claim and the value measured for it: the median over its plucks, or of the paper's pluck alone."""
+    """A claim and its measured value: the median over its plucks, or the value of the paper's pluck."""
 
     claim: Claim
     measured: Value
@@ -54,17 +54,17 @@ class Result:
 
     @property
     def sharp(self) -> bool:
-        """True if a value has to be right to pass: few random ones would."""
+        """True if a value must be right to pass: few random ones would."""
         return self.null is not None and self.null <= SHARP
 
     @property
     def tolerance(self) -> str:
-        """How far the value may be off, in words."""
+        """The allowed deviation of the value, in words."""
         drawn = self.claim.bound == ONE_PLUCK and self.spread is not None
         return WITHIN if drawn else self.claim.expects.tolerance
 
     def as_json(self) -> dict[str, Any]:
-        """The result as JSON has it; None in `measured` for NaN, which is what could not be measured."""
+        """The result for JSON; None in `measured` for NaN, a value that could not be measured."""
         c, spread, null = self.claim, self.spread, null_of(self.claim)
         return {
             "id": c.id,
@@ -101,10 +101,10 @@ def chosen(ids: Iterable[str] = ()) -> list[Claim]:
 def check(
     claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None, plucks: int = PLUCKS
 ) -> list[Result]:
-    """Solve the runs that these claims need, each once, on `workers` threads (default: as many as cores), and measure.
+    """Solve the runs that these claims need, each once, on `workers` threads (default: one per core), and measure.
 
-    Claims about contacts are judged over `plucks` plucks; with 0 by the paper's own pluck alone. `progress` is called
-    with the fraction done. Needs SciPy. [main thread]
+    Claims about contacts are judged over `plucks` plucks; with 0 by the paper's own pluck alone. `progress` gets the
+    fraction done. Needs SciPy. [main thread]
     """
     claims = list(claims)
     names = needed(claims)
@@ -122,9 +122,9 @@ def needed(claims: Iterable[Claim]) -> list[str]:
 def over_plucks(
     claims: Iterable[Claim], plucks: int, workers: int | None = None, step: Callable[[], None] = lambda: None
 ) -> dict[str, list[Value]]:
-    """The values of those of `claims` that are judged over plucks, by id: one for each of `plucks` plucks.
+    """The values of the `claims` that are judged over plucks, by id: one for each of `plucks` plucks.
 
-    A pluck is the same in all the runs that a claim compares. `step` is called after each. The kernels are compiled.
+    A pluck is the same in all runs that a claim compares. `step` is called after each. The kernels must be compiled.
     """
     varied = [claim for claim in claims if claim.plucks]
     pulls = runs.pulls(plucks if varied else 0)
@@ -147,11 +147,11 @@ def over_plucks(
 
 
 def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] = ()) -> Result:
-    """Check one claim in the solved runs, by name, or over the `values` of several plucks, if there are any.
+    """Check one claim in the solved runs, by name, or over the `values` of several plucks, if given.
 
-    Over plucks the median of the values decides. Lists of frets or of sets have none: those hold that hold in more than
-    half of the plucks, and the list of the paper's own pluck stands for them. A number that the paper has from one
-    chaotic pluck is one draw of many: it holds if it lies between the quantiles LOW and HIGH of the plucks.
+    Over plucks the median of the values decides. Lists of frets or of sets have none: they hold if they hold in more
+    than half of the plucks, and are represented by the list of the paper's own pluck. A number that the paper has from
+    one chaotic pluck is one random draw: it holds if it lies between the quantiles LOW and HIGH of the plucks.
     """
     measured = _measured(claim, solved)
     held = sum(map(claim.expects.holds, values))
@@ -182,14 +182,14 @@ def _is_list(expects: object) -> bool:
 def _quantile(values: Sequence[Value], part: float) -> Value | None:
     """The quantile of values, or of each of several numbers; None for lists of different lengths.
 
-    NaN counts as above all: it is what was not met within a run.
+    NaN counts as above all: the event did not occur within the run.
     """
     shapes = {np.shape(value) for value in values}
     if len(shapes) > 1:
         return None
     each = np.array(values, np.float64)
     each[np.isnan(each)] = np.inf
-    # The median lies between two values; the others are values that occur.
+    # The median may lie between two values; other quantiles are actual values.
     found = np.median(each, axis=0) if part == 0.5 else np.quantile(each, part, axis=0, method="nearest")
     found = np.where(np.isinf(found), math.nan, found)
     whole = np.asarray(values).dtype.kind in "iu" and bool((found == found.round()).all())
@@ -203,12 +203,12 @@ AXES_TITLE = "Axes: ticks of the paper's figures, which it does not state, not c
 INPUTS_TITLE = "Set-up: the paper's inputs, read back and not counted"
 NOT_COUNTED = {AXIS: AXES_TITLE, SETUP: INPUTS_TITLE}  # by bound: the title of their part of the table
 NOT_MET = "never"  # a time at which nothing happened
-WIDTHS = (18, 9, 38, 18, 9, 20, 20, 6, 5)  # characters of a column in the text table, at most
+WIDTHS = (18, 9, 38, 18, 9, 20, 20, 6, 5)  # maximum characters of a column in the text table
 LEGEND_WIDTHS = (8, 110)
 
 
 def value_text(value: Any, unit: str = "") -> str:
-    """A value of a claim in four digits; consecutive whole numbers as "1 to 12"."""
+    """A value of a claim in four digits; consecutive integers as "1 to 12"."""
     if isinstance(value, str):
         shown = value
     elif isinstance(value, list):
@@ -220,19 +220,19 @@ def value_text(value: Any, unit: str = "") -> str:
 
 
 def parts(results: Iterable[Result]) -> list[list[Result]]:
-    """The results that count, and those of each kind in NOT_COUNTED."""
+    """The results that count, and the results of each kind in NOT_COUNTED."""
     results = list(results)
     rest = [[r for r in results if r.claim.bound == bound] for bound in NOT_COUNTED]
     return [[r for r in results if r.claim.bound not in NOT_COUNTED], *rest]
 
 
 def all_hold(results: Iterable[Result]) -> bool:
-    """True if all claims hold, and all inputs are as in the paper; ticks of axes may be missed."""
+    """True if all claims hold, and all inputs are as in the paper; axis ticks may be missed."""
     return all(r.passed for r in results if r.claim.bound != AXIS)
 
 
 def count_line(results: Sequence[Result]) -> str:
-    """The number of claims that hold, the names of those that do not, and how many are sharp.
+    """The number of claims that hold, the names of the others, and the number of sharp ones.
 
     Such as "82 of 83 hold, not b-phase; 20 are sharp ...".
     """
@@ -264,11 +264,11 @@ def cells(result: Result) -> tuple[str, ...]:
 
 
 def _short(number: float) -> str:
-    """A number in three digits, or as many as it has before the point."""
+    """A number in three digits, or all its digits before the point."""
     return NOT_MET if math.isnan(number) else f"{number:.0f}" if abs(number) >= 1000 else f"{number:.3g}"
 
 
-LEGEND = {  # of the columns that need it
+LEGEND = {  # for columns that need one
     BOUND: "paper: the number is the paper's; one pluck: it is the paper's, of one chaotic pluck, and holds if it lies "
     f"{WITHIN}; direction: the paper says which is greater, no number; ours: the paper has a word, and the number is "
     "ours; rounding: it is exact; axis: a tick of an axis in a figure, not stated and not counted. "
@@ -286,7 +286,7 @@ def legend_line() -> str:
 
 
 def table(results: Sequence[Result]) -> str:
-    """The results as a text table, long cells wrapped, what the columns mean, and the number that hold."""
+    """The results as a text table, with wrapped cells, a legend of the columns, and the number that hold."""
     claims, *others = parts(results)
     lines = wrapped_columns([HEAD, *(cells(r) for r in claims)], WIDTHS)
     for title, rows in zip(NOT_COUNTED.values(), others, strict=True):
@@ -307,12 +307,12 @@ def claims_html(results: Sequence[Result]) -> str:
 
 
 def claims_json(results: Sequence[Result]) -> str:
-    """The results as JSON, `{"claims": [...]}`, each as `Result.as_json` has it."""
+    """The results as JSON, `{"claims": [...]}`, each from `Result.as_json`."""
     return json_text({"claims": [r.as_json() for r in results]}, indent=2, ascii_only=False)
 
 
 def claims_csv(results: Sequence[Result]) -> str:
-    """The results with the keys of the JSON as columns; the items of a list are separated by spaces."""
+    """The results with the JSON keys as columns; spaces separate the items of a list."""
     rows = [r.as_json() for r in results]
     return csv_text(
         rows[0], ([" ".join(map(repr, v)) if isinstance(v, list) else v for v in row.values()] for row in rows)

@@ -11,7 +11,7 @@ Value = float | int | bool | list[float] | list[int]
 
 
 class Expectation(Protocol):
-    """The expected value, how closely it is expected, and the check."""
+    """The expected value, its tolerance, and the check."""
 
     @property
     def expected(self) -> Value | str:
@@ -134,7 +134,7 @@ class Nears:
 
 @dataclass(frozen=True)
 class Rising:
-    """Ascending numbers, each above the one before by more than `least` of that."""
+    """Ascending numbers, each above the previous by more than `least` times it."""
 
     least: float = 0.0
 
@@ -151,7 +151,7 @@ class Rising:
 
 @dataclass(frozen=True)
 class Falling:
-    """Numbers of which the last is below the first, and none above the one before by more than `slack` of that."""
+    """Numbers whose last is below the first, none above the previous by more than `slack` times it."""
 
     slack: float = 0.0
 
@@ -205,13 +205,13 @@ class Each:
         return len(found) == len(self.parts) and all(p.holds(v) for p, v in zip(self.parts, found, strict=True))
 
 
-# Where a bound comes from.
-PAPER = "paper"  # the number is the paper's; a tolerance that it does not name is ours
-ONE_PLUCK = "one pluck"  # the number is the paper's, of one chaotic pluck: it is held against the spread of many
-DIRECTION = "direction"  # the paper says which is greater, no number; a margin is ours
-OURS = "ours"  # the paper has a word, such as "negligible", and the number is ours
-ROUNDING = "rounding"  # the statement is exact, and the bound is what rounding leaves
-AXIS = "axis"  # a tick of an axis in one of the paper's figures: no number that it states, and not counted
+# The source of a bound.
+PAPER = "paper"  # the number is the paper's; a tolerance that it does not state is ours
+ONE_PLUCK = "one pluck"  # the number is the paper's, from one chaotic pluck: it is compared with the spread of many
+DIRECTION = "direction"  # the paper says which is greater, without a number; a margin is ours
+OURS = "ours"  # the paper has a word, such as "negligible"; the number is ours
+ROUNDING = "rounding"  # the statement is exact; the bound allows for rounding
+AXIS = "axis"  # a tick of an axis in a figure of the paper: not a number that it states, and not counted
 SETUP = "set-up"  # an input of the paper, read back: no claim, and not counted
 
 
@@ -220,26 +220,26 @@ class Null:
     """A null test: how often random values meet an expectation."""
 
     drawn: str  # what is random, in words
-    rate: Callable[..., float]  # takes the claim, the value measured for it, and its runs
+    rate: Callable[..., float]  # takes the claim, its measured value, and its runs
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement of the paper that can be checked, or an input of the paper that can be read back."""
+    """A statement of the paper that can be checked, or an input that can be read back."""
 
     id: str
     section: str  # of the paper, with its figure or equation
     statement: str  # of the paper, in our words
-    quantity: str  # that is measured
+    quantity: str  # measured
     unit: str  # SI; "" for counts and ratios
     expects: Expectation
     bound: str  # PAPER, ONE_PLUCK, DIRECTION, OURS, ROUNDING, AXIS or SETUP
     needs: tuple[str, ...]  # names of runs: keys of `runs.ENGINE` and `runs.BRUTE`
     measure: Callable[..., Value]  # takes these runs, each `Solved`, in this order
     plucks: bool = False  # judged over many plucks within the uncertainty of the paper's, not by one alone
-    null: Null | None = None  # instead of the usual one: see `null.null_of`
+    null: Null | None = None  # overrides `null.null_of`
 
 
 def each(measure: Callable[[Any], float]) -> Callable[..., Value]:
-    """Measures each run of a claim by itself."""
+    """Measures each run of a claim separately."""
     return lambda *runs: [measure(run) for run in runs]

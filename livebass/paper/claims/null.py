@@ -1,7 +1,7 @@
 """Null tests: how often a random value would meet the expectation of a claim.
 
-A bound that random values often meet says little, however well the computed value meets it. Rates are computed from
-`DRAWS` random values of a fixed seed, or from all orders of a few numbers.
+A bound that random values often meet says little, however well the computed value meets it. Rates come from `DRAWS`
+random values with a fixed seed, or from all orders of a few numbers.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from livebass.paper.claims.expect import Claim, Expectation, Value, numbers
 from livebass.paper.claims.runs import fundamental_at, set_sizes, set_times
 
 DRAWS, SEED = 2000, 1
-ALL_ORDERS = 5  # numbers of which every order is tried
+ALL_ORDERS = 5  # up to so many numbers, every order is tried
 DECADE = 10.0  # random sizes are from a tenth to ten times the bound
 
 
 def null_of(claim: Claim) -> expect.Null | None:
     """The null test of a claim.
 
-    None for set-up, for bounds that are what rounding leaves, and for exact values and limits that the paper gives.
+    None for set-up, for bounds that allow for rounding, and for exact values and limits that the paper gives.
     """
     if claim.null:
         return claim.null
@@ -44,7 +44,7 @@ def null_rate(
 ) -> float | None:
     """Share of random values that meet the expectation of `claim`, 0 to 1; None without a null test.
 
-    `between`: the ends of the range in which the paper's number lies or not, for a claim that is judged so.
+    `between`: the limits that the paper's number must lie between, for a claim judged in this way.
     """
     null = null_of(claim)
     if null is None:
@@ -55,7 +55,7 @@ def null_rate(
 
 
 def lies_between(values: Sequence[float], low: Value, high: Value) -> bool:
-    """True if each of `values` is from `low` to `high`, of which NaN stands for never: for above all."""
+    """True if each of `values` is from `low` to `high`; a limit of NaN means never and counts as above all."""
     ends = ([math.inf if math.isnan(end) else end for end in numbers(side)] for side in (low, high))
     return all(least <= value <= most for value, least, most in zip(values, *ends, strict=True))
 
@@ -72,20 +72,20 @@ def _shuffled(claim: Claim, measured: Value, *_: Solved) -> float:
 
 def _sizes(claim: Claim, measured: Value, *_: Solved) -> float:
     middle = centres(claim.expects)
-    if len(middle) == 1:  # one bound for each of the numbers
+    if len(middle) == 1:  # one bound for all numbers
         middle *= len(numbers(measured))
     return float(np.mean([claim.expects.holds(row if len(row) > 1 else row[0]) for row in _random_sizes(middle)]))
 
 
 def _random_sizes(middle: list[float]) -> list[list[float]]:
-    """`DRAWS` rows of numbers from a tenth to ten times those of `middle`, evenly by their logarithms."""
+    """`DRAWS` rows of numbers from a tenth to ten times `middle`, uniform in the logarithm."""
     rng = np.random.default_rng(SEED)
     found: list[list[float]] = (np.array(middle) * DECADE ** rng.uniform(-1, 1, size=(DRAWS, len(middle)))).tolist()
     return found
 
 
 def centres(expects: Expectation) -> list[float]:
-    """The numbers about which `expects` is; of a range the upper end."""
+    """The central numbers of `expects`; for a range, the upper end."""
     match expects:
         case (
             expect.Near(expected=value)

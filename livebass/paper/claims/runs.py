@@ -1,6 +1,6 @@
-"""The runs that the claims look at, the paper's cases and variations of them, and what is measured in a run.
+"""The runs used by the claims, the paper's cases and variations of them, and measurements in a run.
 
-Times in s, frequencies in Hz, levels in dB. A measurement that a run does not give is NaN, which no claim passes.
+Times in s, frequencies in Hz, levels in dB. A measurement that a run does not yield is NaN, which no claim passes.
 """
 
 from __future__ import annotations
@@ -23,30 +23,30 @@ from livebass.paper.cases import CASES, Case, raised
 from livebass.paper.solving import Job, solve_all
 from livebass.reference import solver as reference
 
-STATES_EVERY = 512  # output samples between two states of the modes, 10 ms
+STATES_EVERY = 512  # output samples between saved states of the modes, 10 ms
 SHORT = 0.02  # s of brute force: the first two sets of contacts of case B
 ENERGY_EVERY = 50  # fine steps
 SHAPE_TIMES = (3.5e-3, 3.9e-3, 4.1e-3, 4.3e-3, 4.7e-3)  # s, of figure 8
-APEX, PLACE, ROUNDING = (-5e-5, 5e-5), (-8e-3, 4e-3), (2e-3, 6e-3)  # m, what the paper leaves open of a pluck
+APEX, PLACE, ROUNDING = (-5e-5, 5e-5), (-8e-3, 4e-3), (2e-3, 6e-3)  # m, left open by the paper for a pluck
 SEED = 2018
 
 
 @dataclass(frozen=True)
 class Pull:
-    """One of the plucks that the paper may have made: it gives apexes to 0.1 mm, places to 1 cm, and no rounding."""
+    """A pluck that the paper may have made: it gives apexes to 0.1 mm, places to 1 cm, and no rounding."""
 
     apex: float  # m, added to the paper's apex
     place: float  # m, added to the paper's place
     rounding: float  # m
 
     def of(self, case: Case) -> Case:
-        """`case` plucked so."""
+        """`case` with this pluck."""
         apex, position = case.apex + self.apex, case.position + self.place
         return replace(case, apex=apex, position=position, rounding=self.rounding)
 
 
 def pulls(count: int) -> list[Pull]:
-    """The first `count` of the plucks, evenly spread over what the paper leaves open; always the same."""
+    """The first `count` of the plucks, evenly spread over the range left open; always the same."""
     least, most = np.array([APEX, PLACE, ROUNDING]).T
     random = np.random.default_rng(SEED).random((count, 3))
     return [Pull(*map(float, row)) for row in least + random * (most - least)]
@@ -66,12 +66,12 @@ def _frictionless(neck: Neck) -> Neck:
 
 
 def _stiff(stiffness: float) -> Case:
-    """The case of soft frets with frets of another stiffness."""
+    """The case of soft frets with another fret stiffness."""
     return replace(CASES["soft"], neck=lambda neck: replace(neck, contact_stiffness=stiffness))
 
 
 def _finer(points: int) -> Case:
-    """Case B on a grid of `points` steps, with as many modes less one, at a rate that carries the highest."""
+    """Case B on a grid of `points` steps, with one mode fewer, at a rate that carries the highest."""
     rate = 16e6 if points <= FINEST else 24e6
     length = CASES["b"].speaking().length
     return replace(CASES["b"], contact_rate=rate, neck=lambda neck: replace(neck, grid_step=length / points))
@@ -82,7 +82,7 @@ def _bridge(apex: float) -> Case:
 
 
 B, C = CASES["b"], CASES["c"]
-FINEST = MOST_MODES + 1  # steps of the finest grid that the engine takes
+FINEST = MOST_MODES + 1  # steps of the finest grid that the engine accepts
 ENGINE: dict[str, Case] = CASES | {
     "b-twice": replace(B, contact_rate=16e6, duration=0.2),
     "b-coarse": replace(B, contact_rate=512e3, duration=0.2),
@@ -100,7 +100,7 @@ ENGINE: dict[str, Case] = CASES | {
     "k11": _stiff(1e11),
     "k10": _stiff(1e10),
 }
-BRUTE: dict[str, tuple[Case, bool]] = {  # the beginning of case B by brute force, with its energy; without losses
+BRUTE: dict[str, tuple[Case, bool]] = {  # the beginning of case B by brute force, with its energy; bool: without losses
     "energy": (B, True),
     "energy-losses": (B, False),
     "energy-1MHz": (replace(B, contact_rate=1.024e6), True),
@@ -110,7 +110,7 @@ BRUTE: dict[str, tuple[Case, bool]] = {  # the beginning of case B by brute forc
 
 
 def job(name: str, pull: Pull | None = None) -> Job:
-    """The trial and the solver of the run called `name`; those of the engine plucked as `pull` says, if given."""
+    """The trial and solver of the run called `name`; runs of the engine use `pull` if given."""
     if name in BRUTE:
         case, lossless = BRUTE[name]
         return Job(replace(replace(case, duration=SHORT).trial(), lossless=lossless), _with_energy)
@@ -130,9 +130,9 @@ def solve(
 
 
 WINDOW = 2048  # samples at 51.2 kHz, 40 ms
-PERIODS, FILLED = 4, -30.0  # of the fundamental in a window; dB: what is perturbed has more between its partials
+PERIODS, FILLED = 4, -30.0  # of the fundamental in a window; dB: a perturbed spectrum has more between its partials
 SHOWN_HZ = 8000.0  # of the paper's spectrograms
-HIGH_MODES = 20  # contacts bring up the energy of the modes above this one, over 2 kHz
+HIGH_MODES = 20  # contacts raise the energy of the modes above this one, over 2 kHz
 
 
 def first_contact(run: Solved) -> float:
@@ -197,7 +197,7 @@ def longest_pause(run: Solved) -> list[float]:
 
 
 def fundamental_at(run: Solved, times: list[float]) -> list[float]:
-    """Fundamental frequency at `times`; before its first frame, at 12.5 ms, the value of that."""
+    """Fundamental frequency at `times`; before the first frame, at 12.5 ms, that frame's value."""
     p = run.pitch
     return [float(f) for f in np.interp(times, p.time_s, p.frequency_hz)]
 
@@ -223,13 +223,13 @@ def glide_end(run: Solved, part: float) -> float:
 
 
 def centroid(run: Solved) -> tuple[Floats, Floats]:
-    """Middle of each frame (s) and its characteristic frequency (Hz, eq. 14), in the frames of `analysis.sound`."""
+    """Centre of each frame (s) and its characteristic frequency (Hz, eq. 14), in the frames of `analysis.sound`."""
     nu = characteristic_frequencies(run.motion.displacement_m, run.rate)
     return frame_times(nu.size, run.rate), nu
 
 
 def greatest_change(run: Solved, other: Solved) -> float:
-    """The greatest relative difference of the characteristic frequency of `run` from that of `other`, over 1 s."""
+    """The greatest relative difference of the characteristic frequencies of `run` and `other`, over 1 s."""
     return float(np.abs(centroid(run)[1] / centroid(other)[1] - 1).max())
 
 
@@ -241,7 +241,7 @@ def centroid_at(run: Solved, time: float) -> float:
 def contrasts(
     sound: Floats, rate: float, frequencies: Sequence[float], width: float, start: float, end: float
 ) -> list[float]:
-    """Levels of bands about `frequencies` over the mean of their neighbours, as wide, from `start` to `end`, dB."""
+    """Levels of bands around `frequencies` over the mean of equally wide neighbours, from `start` to `end`, dB."""
     power = spectrogram(sound[round(start * rate) : round(end * rate)], rate, WINDOW, WINDOW // 4) ** 2
     mean, nu = power.mean(axis=0), np.arange(power.shape[1]) * rate / WINDOW
 
@@ -252,10 +252,10 @@ def contrasts(
 
 
 def perturbed(run: Solved) -> float:
-    """End of the perturbed zone of the spectrogram, s: the middle of its last frame whose gaps are `FILLED`.
+    """End of the perturbed zone of the spectrogram, s: the centre of its last frame whose gaps are `FILLED`.
 
-    The power halfway between the partials up to 8 kHz over that at the partials; of a string that touches nothing it
-    is -50 dB. Windows of four periods have their zeros there, for each partial those halfway to its neighbours.
+    The power halfway between the partials up to 8 kHz relative to the partials; -50 dB for a string without contacts.
+    In windows of four periods each partial has zeros there, halfway to its neighbours.
     """
     nu = modes.frequencies(run.trial.speaking, math.ceil(SHOWN_HZ / run.trial.speaking.fundamental) + 1)
     nu = nu[: int(np.searchsorted(nu, SHOWN_HZ)) + 1]
@@ -289,13 +289,13 @@ def energies(run: Solved) -> Floats:
 
 
 def high_share(run: Solved, above: int = HIGH_MODES) -> Floats:
-    """Part of the energy in the modes above the number `above`, every 10 ms."""
+    """Fraction of the energy in the modes above the number `above`, every 10 ms."""
     e = energies(run)
     return np.asarray(e[:, above:].sum(axis=1) / e.sum(axis=1))
 
 
 def difference(run: Solved, other: Solved, start: float, end: float) -> float:
-    """Root mean square difference of the displacement at the sensor, relative to that of `other`."""
+    """Root mean square difference of the displacement at the sensor, relative to `other`."""
     here = slice(round(start * run.rate), round(end * run.rate))
     x, y = run.motion.displacement_m[here], other.motion.displacement_m[here]
     return float(np.linalg.norm(x - y) / np.linalg.norm(y))

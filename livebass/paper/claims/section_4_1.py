@@ -1,4 +1,4 @@
-"""Claims of section 4.1: what cases A, B, C and the oblique pluck do at the frets, in the spectrum and in pitch."""
+"""Claims of section 4.1: cases A, B, C and the oblique pluck at the frets, in the spectrum and in pitch."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ EARLY = 0.1  # s
 SHOWN = 0.6  # s, of the spectrograms in figures 5 and 9
 PROMINENCE = 3.0  # dB
 PARTIALS = 40  # up to 4 kHz
-NOISE = 2e-3  # relative: the range of the fundamental by YIN of a string without contacts stays below
-RAISED = 0.1  # share of the energy in high modes that counts as a transfer in progress
+NOISE = 2e-3  # relative: the YIN fundamental of a string without contacts varies less
+RAISED = 0.1  # share of the energy in high modes that counts as an ongoing transfer
 
 
 def second_hit(run: Solved) -> Value:
@@ -97,7 +97,7 @@ def offset_across(run: Solved) -> Value:
 
 
 def enrichment(run: Solved) -> Value:
-    """Greatest share of the energy in high modes over the share at the release."""
+    """Greatest share of the energy in high modes, relative to the share at the release."""
     share = high_share(run)
     return float(share.max() / share[0])
 
@@ -115,7 +115,7 @@ def highest_centroid(run: Solved) -> float:
 
 
 def least_ratio(above: Solved, below: Solved) -> Value:
-    """Characteristic frequency of `above` over that of `below`, the least over all times."""
+    """Least ratio of the characteristic frequencies of `above` and `below` over all times."""
     return float((centroid(above)[1] / centroid(below)[1]).min())
 
 
@@ -126,12 +126,12 @@ def variation(run: Solved) -> Value:
 
 
 def stairs(run: Solved) -> Value:
-    """Fundamental at each set of contacts but the first, Hz."""
+    """Fundamental at each set of contacts except the first, Hz."""
     return fundamental_at(run, set_times(run)[1:])
 
 
 def zones(run: Solved, *frequencies: float) -> list[float]:
-    """Levels of u in bands of 500 Hz over their two neighbours, in the time that the spectrograms show, dB."""
+    """Levels of u in bands of 500 Hz over their two neighbours, within the duration of the spectrograms, dB."""
     return contrasts(run.motion.displacement_m, run.rate, frequencies, 500, 0, SHOWN)
 
 
@@ -142,7 +142,7 @@ def random_zones(claim: Claim, _: Value, run: Solved) -> float:
 
 
 def extremes(run: Solved, sign: int) -> tuple[Floats, Floats]:
-    """The first `PARTIALS` partials, Hz, and those of them that stand out of v by `PROMINENCE`, up (sign 1) or down."""
+    """The first `PARTIALS` partials, Hz, and the peaks of v among them by `PROMINENCE` (sign 1), or the dips (-1)."""
     from scipy.signal import find_peaks
 
     if run.motion.across_m is None:
@@ -152,12 +152,12 @@ def extremes(run: Solved, sign: int) -> tuple[Floats, Floats]:
 
 
 def nearest(found: Floats, about: Sequence[float]) -> list[float]:
-    """Returns for each of `about` the value of `found` that is nearest to it; NaN if nothing was found."""
+    """Returns, for each of `about`, the nearest value of `found`; NaN if nothing was found."""
     return [float(found[np.argmin(np.abs(found - f))]) if found.size else math.nan for f in about]
 
 
 def random_partials(sign: int) -> Null:
-    """Frequencies drawn evenly over the partials, instead of those that the paper names."""
+    """Frequencies drawn evenly over the partials, instead of the paper's."""
 
     def rate(claim: Claim, _: Value, run: Solved) -> float:
         assert isinstance(claim.expects, Nears)
@@ -169,7 +169,7 @@ def random_partials(sign: int) -> Null:
 
 
 def clearances(run: Solved) -> Value:
-    """Distance of the string from the nearest fret at the `SHAPE_TIMES` but 4.3 ms, m; negative: pressed into it."""
+    """Distance of the string from the nearest fret at the `SHAPE_TIMES` except 4.3 ms, m; negative: pressed into it."""
     _, x, (shapes,) = run.shapes(SHAPE_TIMES)
     s = run.trial.speaking
     over = (np.interp(s.contact_position, x, shape) - s.contact_height for shape in np.delete(shapes, 3, axis=0))

@@ -49,11 +49,11 @@ from livebass.paper.claims.runs import (
 
 EARLY = 0.1  # s
 AFTER = slice(2, 8)  # the third to the eighth set
-HIGHEST = 60  # the modes above this one are over 6 kHz
+HIGHEST = 60  # modes above this one are over 6 kHz
 
 
 def earlier(run: Solved, other: Solved) -> Value:
-    """Lead of the sets of `other` over those of `run`, from the third to the eighth, s."""
+    """Lead of the sets of `other` over the sets of `run`, from the third to the eighth, s."""
     return [a - b for a, b in zip(set_times(run)[AFTER], set_times(other)[AFTER], strict=False)]
 
 
@@ -74,7 +74,7 @@ def gap_12(run: Solved) -> float:
 
 
 def turns(run: Solved) -> Value:
-    """Numbers of maxima and of minima of the fundamental up to 0.8 s that stand out by 1 Hz or more."""
+    """Numbers of maxima and of minima of the fundamental up to 0.8 s with a prominence of 1 Hz or more."""
     from scipy.signal import find_peaks
 
     p = run.pitch
@@ -83,13 +83,13 @@ def turns(run: Solved) -> Value:
 
 
 def highest_level(run: Solved) -> float:
-    """Mean energy above 6 kHz over the first 0.1 s, relative to the whole energy at the release, dB."""
+    """Mean energy above 6 kHz over the first 0.1 s, relative to the total energy at the release, dB."""
     e = energies(run)
     return 10 * math.log10(e[1:11, HIGHEST:].sum(axis=1).mean() / e[0].sum())
 
 
 def by_contacts(*runs: Solved) -> Value:
-    """Greatest part of the energy above mode 20 in the first 0.1 s, by the number of contacts in that time."""
+    """Greatest fraction of the energy above mode 20 in the first 0.1 s, by the number of contacts in that time."""
     return [float(high_share(run)[:11].max()) for run in sorted(runs, key=lambda run: count(run, 0, EARLY))]
 
 

@@ -1,4 +1,4 @@
-"""Claims of sections 2 and 3, and of 4 on convergence: the string's modes, the neck in them, and the scheme."""
+"""Claims of sections 2 and 3, and of 4 on convergence: the string's modes, the neck's effect on them, the scheme."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _string() -> Speaking:
 
 
 def _law(s: Speaking) -> Speaking:
-    """`s` with the frequencies and dampings of the models in place of the measured ones."""
+    """`s` with the models' frequencies and dampings instead of the measured ones."""
     return replace(s, string=replace(s.string, measured_frequencies=(), measured_dampings=()))
 
 
@@ -53,7 +53,7 @@ def _measured(s: Speaking) -> tuple[Floats, Floats]:
 
 
 def _neck_dampings(s: Speaking, count: int) -> Floats:
-    """The neck's part of the dampings of the model, 1/s, (count,): the last term of eq. 9."""
+    """The neck's part of the model's dampings, 1/s, (count,): the last term of eq. 9."""
     return neck_damping(s.admittance.at(modes.frequencies(_law(s), count)), modes.impedance(s), s.fundamental)
 
 
@@ -72,7 +72,7 @@ def inharmonicity() -> Value:
 
 
 def frequency_error(part: slice = slice(None)) -> Value:
-    """Greatest relative error of eq. 8 over a part of the 34 measured modes."""
+    """Greatest relative error of eq. 8 over some of the 34 measured modes."""
     s = _string()
     return float(np.abs(modes.frequencies(_law(s), 34) / _measured(s)[0] - 1)[part].max())
 
@@ -94,14 +94,14 @@ def quality_without_neck() -> Value:
 
 
 def neck_share() -> Value:
-    """The neck's part of the damping of the model: means up to 2 kHz and over modes 31 to 60."""
+    """The neck's part of the model's damping: means up to 2 kHz and over modes 31 to 60."""
     s = _string()
     share = _neck_dampings(s, 60) / modes.dampings(_law(s), 60)
     return [float(share[LOW].mean()), float(share[HIGH].mean())]
 
 
 def neck_detuning() -> Value:
-    """Greatest relative change that the neck makes to the frequencies of the model, over 100 modes."""
+    """Greatest relative effect of the neck on the model's frequencies, over 100 modes."""
     s = _law(_string())
     rigid = replace(s, admittance=Admittance())
     return float(np.abs(modes.frequencies(s, 100) / modes.frequencies(rigid, 100) - 1).max())
@@ -119,7 +119,7 @@ def conductance() -> Value:
 
 
 def modes_to_grid() -> Value:
-    """Greatest entry of dx S S^T - 1, S of all modes at all interior grid points."""
+    """Greatest entry of dx S S^T - 1, with S for all modes at all interior grid points."""
     s = CASES["a"].speaking()
     shape = modes.shapes(s, s.grid_points - 1, s.step * np.arange(1.0, s.grid_points))
     return float(np.abs(s.step * shape @ shape.T - np.eye(len(shape))).max())
@@ -136,7 +136,7 @@ def exactness(run: Solved) -> Value:
 
 
 def friction_work(run: Solved, free: Solved) -> Value:
-    """Energy of v at the end with friction over that without, and the relative difference of u that friction makes."""
+    """Energy of v at the end with friction over that without, and the relative difference of u due to friction."""
     if run.motion.states is None or free.motion.states is None:
         return [math.nan, math.nan]
     last = run.motion.states[-1, 1], free.motion.states[-1, 1]

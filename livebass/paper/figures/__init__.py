@@ -1,1 +1,1 @@
-"""Draws the figures of Issanchou et al. (2018), a file for each section: figure 9 is `section_4_1.figure_9`."""
+"""Draws the figures of Issanchou et al. (2018), one file per section: figure 9 is `section_4_1.figure_9`."""

@@ -1,4 +1,4 @@
-"""Numbers, tables, spectrograms and sounds of a motion, as several studies need them."""
+"""Numbers, tables, spectrograms and sounds of a motion, shared by several studies."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from livebass.paper.figures.study import Findings, Sound, Table, curve
 from livebass.paper.solving import Job
 from livebass.report.text import runs
 
-STATES = 200  # times at which the state of the modes is kept
+STATES = 200  # times at which the state of the modes is saved
 WAV_RATE = 44_100  # Hz, of the paper's sounds
 
 
@@ -36,7 +36,7 @@ def spectrum(solved: Solved, across: bool = False) -> Spectrogram:
 
 
 def variation(solved: Solved) -> tuple[Floats, Floats]:
-    """Times, s, and the fundamental by YIN over the first eigenfrequency, less 1, as in figure 7."""
+    """Times, s, and the fundamental by YIN over the first eigenfrequency, minus 1, as in figure 7."""
     first = float(frequencies(solved.speaking, 1)[0])
     return solved.pitch.time_s, relative_variation(solved.pitch.frequency_hz, first)
 
@@ -59,7 +59,7 @@ def sets_of(solved: Solved) -> list[tuple[float, float, list[int]]]:
 
 
 def set_times(motions: Iterable[Solved], number: int) -> tuple[float, float] | None:
-    """A time window around the sets of that number, from 0, of all `motions`, s; None if none has so many."""
+    """A time window around set `number`, from 0, of all `motions`, s; None if none has so many."""
     sets = [found[number] for found in map(sets_of, motions) if len(found) > number]
     if not sets:
         return None
@@ -74,7 +74,7 @@ def ranges(frets: list[int]) -> str:
 
 
 def places(solved: Solved, points: list[int]) -> str:
-    """Contact points in words: the numbers of the frets, or over a board the stretch in mm."""
+    """Contact points in words: fret numbers, or over a board the stretch in mm."""
     s = solved.speaking
     if not solved.over_board:
         return ranges([s.contact_fret[point] for point in points])
@@ -99,7 +99,7 @@ def contacts_table(name: str, solved: Solved) -> Table:
 
 
 def numbers(solved: Solved) -> dict[str, Any]:
-    """A motion in a few numbers; None for what it has not, such as a first contact."""
+    """A motion in a few numbers; None for missing ones, such as a first contact."""
     trial, contacts, sets = solved.trial, solved.contacts, sets_of(solved)
     nu = solved.characteristic()[1]
     change = variation(solved)[1]
@@ -126,7 +126,7 @@ def numbers(solved: Solved) -> dict[str, Any]:
 
 
 def numbers_table(by_title: Mapping[str, dict[str, Any]]) -> Table:
-    """`numbers` of several motions, a row for each."""
+    """`numbers` of several motions, one row each."""
     columns = {
         "contacts": "contacts", "first contact (ms)": "first_contact_ms", "on fret": "first_fret",
         "at (mm)": "first_place_mm",
@@ -145,7 +145,7 @@ def numbers_table(by_title: Mapping[str, dict[str, Any]]) -> Table:
 
 
 def add_data(found: Findings, name: str, title: str, solved: Solved) -> None:
-    """Add a motion to `found`: its sound, its arrays and curves under names that begin with `name`, its numbers."""
+    """Add a motion to `found`: its sound, its arrays and curves with names that begin with `name`, its numbers."""
     for across in (False, True)[: 1 if solved.motion.across_m is None else 2]:
         axis = "v" if across else "u"
         place = solved.trial.sensor_v if across else solved.trial.sensor

@@ -1,6 +1,6 @@
-"""The files that a study leaves in its directory, all of them or none, and the HTML page over all studies.
+"""The files that a study writes into its directory, all or none, and the HTML page over all studies.
 
-The page refers to the files beside it and to nothing else, so that it opens from a disk as well.
+The page refers only to the files beside it, so it also opens from a disk.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ PEAK = 10 ** (-1 / 20)  # of a sound, -1 dBFS
 
 
 def write(directory: Path, study: Study, found: Findings, about: dict[str, Any]) -> dict[str, Any]:
-    """Write the files of `study` into `directory`, made if need be, and return their summary, which is one of them.
+    """Write the files of `study` into `directory`, created if missing; return their summary, which is one of them.
 
-    `about` is added to the summary. Raises OutputError; the directory is then as it was.
+    `about` is added to the summary. Raises OutputError; the directory is then unchanged.
     """
     with Transaction() as files:
         files.directory(directory)
@@ -51,7 +51,7 @@ def write(directory: Path, study: Study, found: Findings, about: dict[str, Any])
 
 
 def read_summary(directory: Path) -> dict[str, Any] | None:
-    """The summary that a study wrote into `directory`; None without one that this version can read."""
+    """The summary that a study wrote into `directory`; None if this version cannot read one."""
     try:
         summary = json.loads((directory / SUMMARY).read_bytes())
     except (OSError, ValueError):
@@ -64,7 +64,7 @@ def _picture(files: Transaction, directory: Path, picture: Picture) -> dict[str,
     for kind in ("png", "svg"):
         names[kind] = f"{picture.name}.{kind}"
         files.write(directory / names[kind], image(picture.figure, kind))
-        picture.figure.set_layout_engine("none")  # it is laid out now, which takes as long as drawing
+        picture.figure.set_layout_engine("none")  # now laid out, which takes as long as drawing
     return {"name": picture.name, "caption": picture.caption, **names}
 
 
@@ -87,9 +87,9 @@ def _table(files: Transaction, directory: Path, table: Table) -> dict[str, Any]:
 
 
 def page(summaries: Iterable[Mapping[str, Any]], version: str, player: str = "") -> str:
-    """The HTML page over studies, by their summaries; the files of each are in the directory of its name.
+    """The HTML page over studies, from their summaries; the files of each are in the directory of its name.
 
-    Studies of one of the PLAYED cases link to it on the page that plays, at the address `player`, if there is one.
+    Studies of one of the PLAYED cases link to it on the page that plays, at the address `player`, if given.
     """
     studies = [
         {**s, "files": [*([s["data"]] if s["data"] else []), *(table["csv"] for table in s["tables"])]}

@@ -12,7 +12,7 @@ from livebass.analysis.sound import RANGE, Spectrogram
 from livebass.arrays import Floats
 from livebass.model.instrument import Speaking
 
-MANY = 5000  # points of a line or a cloud, above which an SVG holds it as pixels
+MANY = 5000  # points of a line or a cloud; beyond that an SVG holds it as pixels
 COLOURS = ("tab:red", "black", "tab:blue", "tab:orange", "tab:green", "tab:purple")
 LEGEND_ROOM = 150  # characters over a figure of usual width
 MARKERS = ("o", ".", "x", "+", "D", "s")
@@ -37,12 +37,12 @@ def spectrogram(axis: Any, shown: Spectrogram, top_hz: float, until_s: float | N
 
 
 def level_bar(drawn: Any, image: Any, axes: Any) -> None:
-    """Add the colour bar of spectrograms, whose 0 dB is the loudest point of each."""
+    """Add the colour bar of spectrograms; its 0 dB is the loudest point of each."""
     drawn.colorbar(image, ax=axes, label="level (dB, 0: the loudest)", pad=0.01)
 
 
 def contacts(axis: Any, solved: Solved, label: str, number: int = 0) -> None:
-    """Draw a mark for each contact with a fret, or with a place of a board."""
+    """Draw a mark for each contact with a fret or a place of a board."""
     time_s = solved.motion.contact_time_s
     where = solved.contact_place if solved.over_board else solved.contacts.fret
     filled = MARKERS[number] in "x+."
@@ -60,13 +60,13 @@ def contacts(axis: Any, solved: Solved, label: str, number: int = 0) -> None:
 
 
 def variation(axis: Any, time_s: Floats, variation: Floats, label: str, number: int = 0) -> None:
-    """Draw the relative variation of the fundamental, for an axis of its own at the right."""
+    """Draw the relative variation of the fundamental, for a separate axis at the right."""
     axis.plot(time_s, variation, color=COLOURS[number], linewidth=1.2, label=label)
     axis.set(ylabel="relative frequency variation")
 
 
 def neck(axis: Any, s: Speaking, shapes: Sequence[Floats] = ()) -> None:
-    """Draw fret crowns or the board, and shapes of the string over them, each u (m) on even points from end to end."""
+    """Draw fret crowns or the board, and string shapes over them, each u (m) at even points from end to end."""
     x, height = np.asarray(s.contact_position), np.asarray(s.contact_height) * 1e3
     axis.plot(x, height, color="black", linewidth=0.8)
     crowns = np.asarray(s.contact_fret) > 0
@@ -84,7 +84,7 @@ def displacement(axis: Any, time_s: Floats, moved: Floats, name: str = "u", numb
 
 
 def legend(*axes: Any) -> None:
-    """Draw one legend above axes that lie over each other."""
+    """Draw one legend above superimposed axes."""
     pairs = [axis.get_legend_handles_labels() for axis in axes]
     handles = [h for pair in pairs for h in pair[0]]
     labels = [label for pair in pairs for label in pair[1]]

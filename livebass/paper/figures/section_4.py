@@ -1,7 +1,7 @@
 """Section 4, convergence: how the errors of cases B and C fall with the contact rate, and of case B with more modes.
 
-The paper asks for a relative error of the displacement at the sensor below 0.1 while there are contacts. Here that
-error is the norm of the difference from the finest solution, over the norm of the finest, from the release on.
+The paper asks for a relative error of the displacement at the sensor below 0.1 during contacts. Here that error is the
+norm of the difference from the finest solution, over the norm of the finest, from the release on.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from livebass.paper.solving import Job
 from livebass.report.picture import figure
 
 CRITERION = 0.1
-SECONDS = 0.12  # s, past the last of the usual contacts in case B
+SECONDS = 0.12  # s, beyond the last of the usual contacts in case B
 TIMES = (0.01, 0.03, 0.06, 0.1, SECONDS)  # s, up to which errors are listed
 RATES = (0.5e6, 1e6, 2e6, 4e6, 8e6, 16e6, 32e6)  # Hz, compared with the finest
-FINEST_RATE = 64e6 - 64e6 % PAPER_RATE  # Hz, the most the engine takes, in whole steps a sample
+FINEST_RATE = 64e6 - 64e6 % PAPER_RATE  # Hz, the maximum of the engine, in whole steps per sample
 MODES = (100, 200, 300, 400, 500, 600, 700, 800)  # compared with all
 MODES_RATE = 8e6  # Hz
 TITLES = {"b": "case B", "c": "case C", "modes": "case B at 8 MHz"}
@@ -56,7 +56,7 @@ def convergence(motions: Mapping[str, Solved]) -> Findings:
         label = "modes" if kind == "modes" else "contact rate (MHz)"
         for axis, error in zip(axes[:, column], ([e[-1] for e in u], nu), strict=True):
             axis.semilogy(values, error, marker="o", label=TITLES[kind])
-            axis.set(xlabel=label, xscale="linear" if kind == "modes" else "log")  # on which its ticks have room
+            axis.set(xlabel=label, xscale="linear" if kind == "modes" else "log")  # with room for its ticks
             axis.set_xticks(values, [f"{v:g}" for v in values])
             axis.minorticks_off()
             axis.legend(fontsize="small")
@@ -82,7 +82,7 @@ def convergence(motions: Mapping[str, Solved]) -> Findings:
 
 
 def errors(solved: Solved, finest: Solved) -> tuple[Floats, float]:
-    """Relative errors of u up to each of `times_of`, and the median of those of eq. 14 over the frames."""
+    """Relative errors of u up to each of `times_of`, and the median error of eq. 14 over the frames."""
     u, exact = solved.displacement(), finest.displacement()
     ends = [round(t * solved.rate) + 1 for t in times_of(finest)]
     nu, true = solved.characteristic()[1], finest.characteristic()[1]

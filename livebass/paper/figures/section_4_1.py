@@ -1,6 +1,6 @@
 """Section 4.1: figures 4 to 9, and the energies and decays of case B.
 
-Figures 4 to 7 are drawn for any case: displacement, spectrogram, characteristic frequency, contacts with the pitch.
+Figures 4 to 7 can be drawn for any case: displacement, spectrogram, characteristic frequency, contacts with the pitch.
 Figure 8 is the string over the neck in case B, figure 9 the oblique pluck.
 """
 
@@ -26,14 +26,14 @@ ZOOMS = ((0.0, 0.02), (0.05, 0.07), (0.75, 0.77))  # s, of figure 4
 GLIDE_HZ, GLIDE_S = 1500.0, 0.2  # the zoom of figure 5
 TOP_HZ, SHOWN_S = 8000.0, 0.7  # of spectrograms
 SHAPE_TIMES = (0.0, 3.5e-3, 3.9e-3, 4.1e-3, 4.3e-3, 4.7e-3)  # s, of figure 8
-SHAPE_RATE = 50_000  # Hz, at which these times are whole samples
-SHOWN_MODES = (1, 2, 3, 5, 10, 20, 45)  # 45: around the 4.5 kHz that section 4.1.1 names
+SHAPE_RATE = 50_000  # Hz, makes these times whole samples
+SHOWN_MODES = (1, 2, 3, 5, 10, 20, 45)  # 45: around the 4.5 kHz of section 4.1.1
 T60_MODES = 60  # drawn
-DECADES = 10  # of energy, in which a decay is fitted
+DECADES = 10  # of energy, for fitting a decay
 
 
 def one_case(name: str, title: str) -> Callable[[Mapping[str, Solved]], Findings]:
-    """The report of a study of one case: figures 4, 5 and 7 of it, its sound and its data."""
+    """The report of a study of one case: its figures 4, 5 and 7, sound and data."""
     return lambda motions: _case_findings(name, title, motions[name])
 
 
@@ -50,7 +50,7 @@ def _case_findings(name: str, title: str, solved: Solved) -> Findings:
 
 
 def together(motions: Mapping[str, Solved]) -> Findings:
-    """The study `cases`: figures 4 and 6, cases A, B and C over each other."""
+    """The study `cases`: figures 4 and 6, with cases A, B and C superimposed."""
     titled = {f"Case {key.upper()}": motions[key] for key in ("a", "b", "c")}
     characteristic = figure_6(titled)
     found = Findings(pictures=[figure_4("displacements", titled), characteristic])
@@ -66,7 +66,7 @@ def together(motions: Mapping[str, Solved]) -> Findings:
 
 
 def case_b_jobs(duration: float | None) -> dict[str, Job]:
-    """Case B, and its first 5 ms at an output rate of which the times of figure 8 are whole samples."""
+    """Case B, and its first 5 ms at an output rate that makes the times of figure 8 whole samples."""
     short = replace(CASES["b"], duration=SHAPE_TIMES[-1]).trial(SHAPE_RATE)
     short = replace(short, states=state_samples(short, 1, SHAPE_TIMES))
     return {"b": measure.case_job("b", duration), "shapes": Job(short)}
@@ -99,7 +99,7 @@ def oblique(motions: Mapping[str, Solved]) -> Findings:
 
 
 def figure_4(name: str, motions: Mapping[str, Solved]) -> Picture:
-    """Figure 4: each displacement as a whole, and three zooms under it."""
+    """Figure 4: each displacement as a whole, with three zooms below."""
     drawn = figure(11, 4.2 * len(motions))
     parts = np.atleast_1d(drawn.subfigures(len(motions), 1))
     for part, (title, solved) in zip(parts, motions.items(), strict=True):
@@ -113,12 +113,12 @@ def figure_4(name: str, motions: Mapping[str, Solved]) -> Picture:
 
 
 def _named(motions: Mapping[str, Solved]) -> str:
-    """The beginning of a caption: the title of a lone motion, which its figure does not repeat."""
+    """The beginning of a caption: the title of a single motion, which its figure does not repeat."""
     return f"{next(iter(motions))}: " if len(motions) == 1 else "Case by case: "
 
 
 def _draw_zooms(axes: Iterable[Any], time_s: Floats, moved: Floats, name: str = "u", number: int = 0) -> None:
-    """Draw the displacement within each of `ZOOMS`; an axis stays empty where the motion is too short."""
+    """Draw the displacement within each of `ZOOMS`; an axis stays empty if the motion is too short."""
     for axis, (start, end) in zip(axes, ZOOMS, strict=True):
         seen = (time_s >= start) & (time_s <= end)
         if seen.any():
@@ -159,7 +159,7 @@ def figure_7(
     name: str, caption: str, motions: Mapping[str, Solved], until_s: float | None = None, zooms: bool = True,
     pitch: bool = True,
 ) -> Picture:  # fmt: skip
-    """Figure 7: contacts with the frets, the fundamental over them, and the first three sets enlarged.
+    """Figure 7: contacts with the frets, the fundamental over them, and zooms of the first three sets.
 
     `caption` is its beginning. `until_s` ends the time axis; without `zooms` or `pitch` these parts are left out.
     """

@@ -1,4 +1,4 @@
-"""Section 4.2: figures 10 to 13, what changes the sound: dispersion, the plucking point, the neck, the frets."""
+"""Section 4.2: figures 10 to 13, influences on the sound: dispersion, the plucking point, the neck, the frets."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ NECKS = ("neck", "half-straight", "straight", "sixth-fret")
 
 
 def dispersion(motions: Mapping[str, Solved]) -> Findings:
-    """The study `dispersion`: figures 7a and 10, case B and the same with its harmonics in tune."""
+    """The study `dispersion`: figures 7a and 10, case B with dispersion and with harmonic partials."""
     return _compared(motions, {"with dispersion": motions["b"], "without dispersion": motions["harmonic"]}, figure_10)
 
 
 def _compared(
     motions: Mapping[str, Solved], titled: Mapping[str, Solved], draw: Callable[[Mapping[str, Solved]], list[Picture]]
 ) -> Findings:
-    """The findings in `motions`, with the pictures and the sets of contacts of those `titled`."""
+    """The findings in `motions`, with the pictures and contact sets of the `titled` ones."""
     found = measure.gathered(motions)
     found.pictures = draw(titled)
     found.tables.append(measure.sets_table(titled))
@@ -71,7 +71,7 @@ def neck(motions: Mapping[str, Solved]) -> Findings:
 
 
 def figure_12(titled: Mapping[str, Solved]) -> list[Picture]:
-    """Figure 12: spectrograms over four necks, and the contacts with those that the string meets."""
+    """Figure 12: spectrograms over four necks, and the contacts with the necks that the string meets."""
     pictures, rattling = [_spectrograms(titled, "figure 12")], _rattling(titled)
     if rattling:
         end = min(0.12, _end(titled))
@@ -95,7 +95,7 @@ def figure_13(titled: Mapping[str, Solved]) -> list[Picture]:
 
 
 def _spectrograms(motions: Mapping[str, Solved], number: str) -> Picture:
-    """The spectrogram of each motion, and under it the string before its release."""
+    """The spectrogram of each motion, and below it the string before its release."""
     drawn = figure(4 * len(motions), 6)
     axes = drawn.subplots(2, len(motions), height_ratios=(2, 1), squeeze=False)
     for (above, below), (title, solved) in zip(axes.T, motions.items(), strict=True):

@@ -80,7 +80,7 @@ def figure_1(s: Speaking) -> Picture:
 
 
 def figure_3(s: Speaking, rows: Mapping[str, Floats]) -> Picture:
-    """Figure 3: modes measured and by the model; 3c, the conductance of the neck, if the preset has one."""
+    """Figure 3: modes measured and modelled; 3c, the conductance of the neck, if the preset has one."""
     drawn = figure(11, 7)
     fine = np.linspace(20.0, TOP_HZ, 4000)
     conductance = s.admittance.at(fine).real
@@ -108,7 +108,7 @@ def _figure_3a(axis: Any, rows: Mapping[str, Floats]) -> None:
 
 
 def _figure_3b(axis: Any, s: Speaking, rows: Mapping[str, Floats]) -> None:
-    """Draw the quality factors of the modes, and those without the neck's mobility."""
+    """Draw the quality factors of the modes, with and without the neck's mobility."""
     axis.loglog(rows["measured (Hz)"], rows["measured Q"], "x", color="tab:red", label="measured")
     axis.loglog(rows["model (Hz)"], rows["model Q"], "o", color="tab:blue", markerfacecolor="none",
                 label="eqs. 9 to 11")  # fmt: skip

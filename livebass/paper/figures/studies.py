@@ -1,4 +1,4 @@
-"""The table of studies, and how they are run: each motion that they need is solved once, on all cores."""
+"""The table of studies, and their execution: each motion is solved once, on all cores."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from livebass.report.text import json_text
 
 
 def cases(*names: str) -> Callable[[float | None], dict[str, Job]]:
-    """The jobs of a study that looks at these cases of the paper."""
+    """The jobs of a study of these cases of the paper."""
     return lambda duration: {name: measure.case_job(name, duration) for name in names}
 
 
 def statement_jobs(duration: float | None) -> dict[str, Job]:
-    """The runs of all claims, at the paper's durations: `duration` does not count."""
+    """The runs of all claims, at the paper's durations; ignores `duration`."""
     return {name: runs.job(name) for name in check.needed(check.chosen())}
 
 
 def statements(motions: Mapping[str, Solved]) -> Findings:
-    """The study `statements`: every claim checked, those about contacts over many plucks."""
+    """The study `statements`: checks every claim, claims about contacts over many plucks."""
     claims = check.chosen()
     values = check.over_plucks(claims, check.PLUCKS)
     results = [check.result(claim, motions, values.get(claim.id, ())) for claim in claims]
@@ -121,11 +121,11 @@ def chosen(names: Iterable[str]) -> list[Study]:
 
 
 PAGE = "index.html"
-PLAYER = Path("page", "livebass.html")  # that plays and shows cases; links go there where it is
+PLAYER = Path("page", "livebass.html")  # plays and shows cases; if it exists, links go there
 
 
 def check_extras() -> None:
-    """Raise LookupError, one line, where the libraries that draw, fill the page and resample are not installed."""
+    """Raise LookupError, one line, if the libraries that draw, fill the page and resample are missing."""
     check_installed("study", "analysis,plots", ("jinja2", "matplotlib.figure", "scipy.signal"))
 
 
@@ -139,11 +139,11 @@ def run_studies(
     say: Say = silent,
     json_file: Path | None = None,
 ) -> dict[str, Any]:
-    """Solve, draw and write `studies` into directories of their names in `directory`, and a page over all of them.
+    """Solve, draw and write `studies` into directories of their names in `directory`, with a page over all of them.
 
-    `duration` s replaces each motion's own; `workers` threads solve (default: as many as cores); `progress` is called
-    with the fraction done, `say` with "study 7 of 12: neck" when that one is next. Returns what `json_file` holds.
-    Raises ValueError and OSError; studies that were complete then stay, and are on the page. [main thread]
+    `duration` s replaces each motion's own; `workers` threads solve (default: one per core); `progress` gets the
+    fraction done, `say` a line such as "study 7 of 12: neck" before each study. Returns the content of `json_file`.
+    Raises ValueError and OSError; completed studies then stay, and are on the page. [main thread]
     """
     check_extras()
     began = time.perf_counter()
@@ -174,7 +174,7 @@ def run_studies(
 
 
 def _claim(files: Transaction, studies: Sequence[Study], directory: Path, json_file: Path | None) -> None:
-    """Make the directories, and raise OutputError now, not after the work, where a file cannot be written."""
+    """Make the directories; raise OutputError now, not after the work, if a file cannot be written."""
     for path in (directory, *(directory / study.name for study in studies)):
         files.directory(path)
     for path in (directory / PAGE, *([] if json_file is None else [json_file])):
@@ -182,7 +182,7 @@ def _claim(files: Transaction, studies: Sequence[Study], directory: Path, json_f
 
 
 def _page_over_all(directory: Path, summaries: Mapping[str, dict[str, Any]]) -> str:
-    """The page, with the studies of earlier runs in `directory` too, and links to the page that plays."""
+    """The page, including studies of earlier runs in `directory`, with links to the page that plays."""
     found = (summaries.get(name) or output.read_summary(directory / name) for name in STUDIES)
     player = PLAYER.as_posix() if (directory / PLAYER).is_file() else ""
     return output.page([summary for summary in found if summary], __version__, player)

@@ -1,4 +1,4 @@
-"""A study: one question to the model, the motions it needs, and the figures, tables and sounds that come out."""
+"""A study: one question to the model, the motions it needs, and the resulting figures, tables and sounds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under columns, for a CSV file and, where `shown`, the page."""
+    """Rows under columns, for a CSV file and, if `shown`, the page."""
 
     name: str
     caption: str
@@ -62,12 +62,12 @@ class Study:
     name: str
     title: str
     section: str  # of the paper
-    gives: str  # its results in a line
+    gives: str  # its results in one line
     jobs: Callable[[float | None], dict[str, Job]]  # takes the duration of each (s); None: its own
     report: Callable[[Mapping[str, Solved]], Findings]  # takes the solved jobs under the same keys
 
 
 def curve(name: str, caption: str, **columns: Any) -> Table:
-    """A table of arrays of equal length, for the CSV file alone."""
+    """A table of arrays of equal length, for the CSV file only."""
     rows = list(zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True))
     return Table(name, caption, tuple(columns), rows, shown=False)
