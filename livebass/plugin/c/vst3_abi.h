@@ -261,7 +261,7 @@ typedef struct {
     vst3_physical *map;
 } vst3_physicals;
 
-/* Numbers of controllers beyond those of MIDI, for the mapping. */
+/* Controller numbers beyond MIDI's, for the mapping. */
 enum { VST3_PRESSURE = 128, VST3_BEND = 129, VST3_CONTROLLERS = 130 };
 
 /* --- the plugin's tables of functions --- */

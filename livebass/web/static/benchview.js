@@ -151,7 +151,7 @@ export function onBench(act) {
   rebuild();
 }
 
-// A bass is being built; another one is to be built; a note began since the last one
+// A bass is being built; another one is wanted; a note began since the last one
 export const building = {now: false, wanted: false, struck: false};
 
 // Builds the bench's bass and hands it over; of the wishes that come meanwhile, only the newest is built next.
