@@ -1,15 +1,14 @@
 #!/usr/bin/env python3
-"""Compares two checkouts of livebass: does the same input give the same bytes, and at what speed?
+"""Compares two checkouts of livebass: does the same input give the same bytes, and how fast?
 
-    python tools/compare.py OTHER_CHECKOUT            what is heard and computed, byte for byte
-    python tools/compare.py OTHER_CHECKOUT --speed    how long it takes, runs of both in turn
+    python tools/compare.py OTHER_CHECKOUT            compare sounds and results byte for byte
+    python tools/compare.py OTHER_CHECKOUT --speed    compare speed, running both in turn
 
-Both run with this Python and its packages, each in processes of its own, through the command line and the public
-interface. The sound of a 30 s random MIDI file with bends, pedals and controllers is compared in several presets, that
-of one with all key switches and controllers, takes in each MIDI mode, the demo of every preset in each quality, the
-instrument files of all presets, what the page's module plays of the demo, the paper's cases A, B, C, oblique and
-fretless, and its statements. Exit status 1 if something differs.
-Equality holds per kind of processor: compare on one machine.
+Both run with this Python and its packages, each in its own processes, through the command line and the public
+interface. Compared are: a 30 s random MIDI file with bends, pedals and controllers in several presets; random takes in
+each MIDI mode, with key switches and controllers; the demo of every preset in each quality; the instrument files of all
+presets; scores played by the page's module; the paper's cases A, B, C, oblique and fretless, and its statements. The
+exit status is 1 if something differs. Equality holds per kind of processor: compare on one machine.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ def random_song(path: Path, seconds: float = 30.0, seed: int = 9) -> None:
 def random_techniques(path: Path, mode: str, seconds: float = 20.0, seed: int = 5) -> None:
     """Writes a MIDI file, marked as a take, of random notes with key switches, controllers, wheels and pressure.
 
-    mode: "alike" for one channel, "strings" for mode 4 with a channel a string, "mpe" for a channel a note.
+    mode: "alike" for one channel, "strings" for mode 4 with one channel per string, "mpe" for one channel per note.
     """
     rng = np.random.default_rng(seed)
     track = mido.MidiTrack([mido.MetaMessage("text", text="as played by livebass")])
@@ -113,7 +112,7 @@ def random_techniques(path: Path, mode: str, seconds: float = 20.0, seed: int = 
 def livebass(
     checkout: Path, *arguments: object, program: str | None = None, fine: tuple[int, ...] = (0,), **environment: str
 ) -> str:
-    """Runs the command line, or `program`, of a checkout; returns its output. Ends if the status is not in `fine`."""
+    """Runs a checkout's command line, or `program`, and returns its output. Exits if its status is not in `fine`."""
     start = ["-c", program] if program else ["-m", "livebass"]
     env = {**os.environ, "PYTHONPATH": str(checkout), **environment}
     line = [sys.executable, *start, *map(str, arguments)]
@@ -124,7 +123,7 @@ def livebass(
 
 
 def digest(path: Path) -> str:
-    """A hash of a file's bytes; of an .npz its arrays without the time it took."""
+    """Hashes a file's bytes; for an .npz, its arrays without the computing time."""
     h = hashlib.sha256()
     if path.suffix == ".npz":
         with np.load(path) as data:
@@ -137,7 +136,7 @@ def digest(path: Path) -> str:
 
 
 def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[tuple[str, str]]:
-    """(name, hash) of all that is compared."""
+    """Yields (name, hash) of every output compared."""
     for quality in QUALITIES[: 1 if quick else 3]:
         into = folder / quality
         livebass(checkout, "render", "--all-presets", into, "-q", quality)
@@ -163,7 +162,7 @@ def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[t
     livebass(checkout, "simulate", *fretless, "-o", into)
     yield from ((f"case fretless {f.name}", digest(f)) for f in sorted(into.iterdir()))
     if not quick:
-        livebass(checkout, "study", "claims", "--json", folder / "claims.json", fine=(0, 1))  # 1: some do not hold
+        livebass(checkout, "study", "claims", "--json", folder / "claims.json", fine=(0, 1))  # 1: some fail
         yield "study claims --json", digest(folder / "claims.json")
 
 
@@ -206,12 +205,12 @@ print(json.dumps({
 
 
 def timings(checkout: Path) -> dict[str, float]:
-    """Processor time per second of sound, the best of three runs in one process."""
+    """Returns processor time per second of sound, the best of three runs in one process."""
     return dict(json.loads(livebass(checkout, program=TIMING)))
 
 
 def compile_time(checkout: Path, folder: Path) -> float:
-    """Processor time (s) of a first note with an empty kernel cache, less that of a second one."""
+    """Returns the processor time (s) of a first note with an empty kernel cache, minus a second note's."""
     spent = []
     for _ in range(2):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -244,11 +243,11 @@ def compare_outputs(other: Path, quick: bool) -> bool:
 
 
 def compare_speed(other: Path, runs: int) -> None:
-    """Prints medians of `runs` runs, both checkouts in turn, and their ratio."""
+    """Runs both checkouts in turn, `runs` times; prints the medians and their ratio."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         take: dict[Path, list[dict[str, float]]] = {other: [], HERE: []}
-        timings(other), timings(HERE)  # compiles what is not
+        timings(other), timings(HERE)  # compile first
         for _ in range(runs):
             for checkout, found in take.items():
                 found.append(timings(checkout))
@@ -268,7 +267,7 @@ def compare_speed(other: Path, runs: int) -> None:
 
 
 def main() -> int:
-    """Runs what the arguments ask for."""
+    """Runs the comparison that the arguments ask for."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("other", type=Path, help="the checkout to compare with, such as a git worktree")
     parser.add_argument("--speed", action="store_true", help="compare speed instead of bytes")

@@ -1,4 +1,4 @@
-"""Draws how long the fundamental of every note rings (T60), by string and fret: where a bass has dead spots.
+"""Draws a bass's dead spots: how long the fundamental of every note rings (T60), by string and fret.
 
 python tools/dead_spots.py jazz-finger dead-spots.png
 """
@@ -22,7 +22,7 @@ from livebass.preset.load import load_preset
 
 
 def decays(bass: Instrument, string: int) -> tuple[list[float], list[float]]:
-    """Returns frequency (Hz) and T60 (s) of the fundamental by fret."""
+    """Returns the fundamental's frequency (Hz) and T60 (s), by fret."""
     neck = bass.necks[string]
     notes = [speaking(bass.strings[string], neck, k) for k in range(len(neck.fret_positions) + 1)]
     return [float(frequencies(s, 1)[0]) for s in notes], [float(t60(dampings(s, 1))[0]) for s in notes]

@@ -1,4 +1,4 @@
-"""Prints T60 by octave of a preset, open and stopped notes, beside recordings: sound files, or folders of them.
+"""Prints a preset's T60 by octave, for open and stopped notes, beside recordings: sound files, or folders of them.
 
 python tools/decay.py jazz-finger ~/notes-of-a-real-bass
 """

@@ -1,8 +1,8 @@
 """Derives the constants of kernels/machine/elementary.py and prints them. Exact fractions; the standard library only.
 
-Each polynomial is a Taylor series, cut where its rest cannot be seen, written in Chebyshev polynomials over the range
-of its argument; those above the degree wanted are dropped, which leaves an error near the least one possible
-(C. Lanczos, Applied Analysis, 1956, "telescoping"). pi and ln 2 come from Machin's formula and from atanh(1/3).
+Each polynomial is a Taylor series, cut where its remainder is negligible, written in Chebyshev polynomials over the
+range of its argument. Dropping those above the desired degree leaves an error near the smallest possible (C. Lanczos,
+Applied Analysis, 1956, "telescoping"). pi and ln 2 come from Machin's formula and from atanh(1/3).
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ LN2 = 2 * arctangent(Fraction(1, 3), 1)
 
 
 def shifted_chebyshev(n: int, low: Fraction, high: Fraction) -> list[list[Fraction]]:
-    """Returns the coefficients, in ascending powers of x, of T_0 ... T_n over `low` to `high`."""
+    """Returns the coefficients of T_0 ... T_n over `low` to `high`, in ascending powers of x."""
     a, b = 2 / (high - low), -(high + low) / (high - low)  # to -1 ... 1
     rows = [[Fraction(1)], [b, a]]
     while len(rows) <= n:
@@ -61,7 +61,7 @@ def cut(x: Fraction, bits: int) -> Fraction:
 
 
 def parts(x: Fraction, *bits: int) -> list[float]:
-    """Splits `x` into numbers of so many bits each, and a float64 for the rest."""
+    """Splits `x` into numbers of `bits` bits each, and a float64 for the rest."""
     found = []
     for count in bits:
         found.append(cut(x, count))

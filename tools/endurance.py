@@ -1,10 +1,10 @@
-"""Plays dense random notes for minutes while Python is busy; prints lost frames, faults, stuck notes, growth of memory.
+"""Plays dense random notes for minutes while Python is busy; prints lost frames, faults, stuck notes, memory growth.
 
     python tools/endurance.py [--minutes 10] [--seed 1]
 
-Starts a JACK server of its own with the dummy driver (Debian: jackd2). While notes are played, no more frames may be
-lost than in the phases without notes, and half of that for chance. The exit status is 1 if a check fails, or if the
-phases without notes lose too much to tell. The phases are described in livebass/bench/endurance.py.
+Starts its own JACK server with the dummy driver (Debian: jackd2). The phases with notes may lose at most the frames
+that the phases without notes lose, plus half as many for chance. The exit status is 1 if a check fails, or if the
+phases without notes lose too many frames to tell. livebass/bench/endurance.py describes the phases.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def main() -> int:
     options = parser.parse_args()
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     logging.root.handlers[0].addFilter(lambda record: not record.getMessage().startswith("preset"))
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the server is ended too
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # this also ends the server
     try:
         return 0 if endurance(60.0 * options.minutes, options.seed, lambda line: print(line, flush=True)) else 1
     except OSError as error:

@@ -1,4 +1,4 @@
-"""How the tools beside this file end when something is wrong: with one line."""
+"""Ends the tools beside this file with one line when something is wrong."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def clear_errors(tool: str) -> Iterator[None]:
-    """Ends the program with one line if the data are wrong, and with the status of Ctrl-C."""
+    """Ends the program with one line if the data are wrong; after Ctrl-C, with its usual status, 130."""
     try:
         yield
     except (ValueError, LookupError, OSError) as error:

@@ -1,4 +1,4 @@
-"""Renders one note softly and hard to arrays, and prints how much the frets add above 2 kHz.
+"""Renders a soft, a medium and a hard note to arrays, and prints how much the frets add above 2 kHz.
 
 python tools/example_note.py [preset]
 """

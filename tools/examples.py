@@ -1,4 +1,4 @@
-"""Writes the files that the commands in README.md take: song.mid, a bass line, and cabinet.wav, an impulse response.
+"""Writes the files that README.md's commands use: song.mid, a bass line, and cabinet.wav, an impulse response.
 
 python tools/examples.py [folder]
 """
@@ -18,7 +18,7 @@ RATE, LENGTH = 48_000, 0.05  # Hz, s
 
 
 def song(place: Path) -> None:
-    """Writes four bars of eighths, ten seconds that get louder."""
+    """Writes four bars of eighth notes, ten seconds, getting louder."""
     track = mido.MidiTrack()
     track.append(mido.MetaMessage("set_tempo", tempo=mido.bpm2tempo(TEMPO)))
     track.append(mido.MetaMessage("track_name", name="Bass"))
@@ -30,7 +30,7 @@ def song(place: Path) -> None:
 
 
 def cabinet(place: Path) -> None:
-    """Writes what a box with one loudspeaker does, roughly: resonances at 70 and 900 Hz, nothing above 4 kHz."""
+    """Writes a rough single-speaker cabinet response: resonances at 70 and 900 Hz, nothing above 4 kHz."""
     t = np.arange(round(LENGTH * RATE)) / RATE
     found = sum(
         level * np.exp(-decay * t) * np.sin(2 * np.pi * hertz * t)

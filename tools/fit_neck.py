@@ -1,9 +1,9 @@
-"""Prints the resonances of a neck, found from the measured modes of a string on it, as keys of a preset.
+"""Fits a neck's resonances to the measured modes of a string on it, and prints them as keys of a preset.
 
 python tools/fit_neck.py paper-g [STRING]        # or a preset that `livebass identify` wrote
-python tools/fit_neck.py --anew paper-g          # from nothing, not from the neck that the preset has
+python tools/fit_neck.py --anew paper-g          # start without the preset's neck
 
-A neck that the preset has is kept as it is where moving it gains next to nothing: that of paper-g comes out as shipped.
+The preset's resonances stay as they are if moving them gains next to nothing: paper-g's neck comes out as shipped.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def keys(fit: NeckFit) -> str:
 
 
 def table(fit: NeckFit) -> str:
-    """Returns the damping of each mode, 1/s: as given, by the law without a neck, and fitted."""
+    """Returns each mode's damping, 1/s: as given, by the law without a neck, and fitted."""
     lines = ["# mode        Hz  given 1/s    law  fitted"]
     for j, row in enumerate(zip(fit.frequency, fit.damping, fit.law, fit.fitted, strict=True), 1):
         lines.append("# {:4} {:9.2f} {:10.3f} {:6.3f} {:7.3f}".format(j, *row))

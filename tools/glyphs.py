@@ -2,8 +2,8 @@
 
     python tools/glyphs.py FONT.ttf
 
-A byte each for x and y of a point, and a bit each that says whether it is on the curve, and the last one of its
-contour. The present ones are DejaVu Sans's, as matplotlib brings it; its licence is beside them, in DEJAVU.txt.
+Each point has a byte for x, a byte for y, a bit that tells whether it is on the curve, and a bit that marks the last
+point of a contour. The present outlines are matplotlib's DejaVu Sans; its licence is beside them, in DEJAVU.txt.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from fontTools.pens.recordingPen import DecomposingRecordingPen
 from fontTools.ttLib import TTFont
 
 TO = Path(__file__).parents[1] / "livebass/plugin/c/glyphs.h"
-LETTERS = [*range(0x20, 0x7F), *range(0xA1, 0xAD), *range(0xAE, 0x100)]  # Latin 1, as far as it is visible
-EM, DOWN, LEFT = 170, 48, 16  # units of an em; the least y and x that there is room for, negative
+LETTERS = [*range(0x20, 0x7F), *range(0xA1, 0xAD), *range(0xAE, 0x100)]  # the visible part of Latin 1
+EM, DOWN, LEFT = 170, 48, 16  # units in an em; y and x may be as low as -DOWN and -LEFT
 Point = tuple[int, int, bool, bool]  # x, y, on the curve, last
 
 
 def outline(font: TTFont, letter: int) -> tuple[int, list[Point]]:
-    """The advance of a letter, and the points of its contours."""
+    """Returns a letter's advance and the points of its contours."""
     glyphs, name = font.getGlyphSet(), font.getBestCmap()[letter]
     pen = DecomposingRecordingPen(glyphs)
     glyphs[name].draw(pen)
@@ -46,12 +46,12 @@ def outline(font: TTFont, letter: int) -> tuple[int, list[Point]]:
 
 
 def rows(values: list[int]) -> list[str]:
-    """Lines of numbers."""
+    """Formats numbers as lines."""
     return [f"    {', '.join(map(str, values[k : k + 24]))}," for k in range(0, len(values), 24)]
 
 
 def header(file: Path) -> str:
-    """The text of glyphs.h, of the font in a file."""
+    """Returns the text of glyphs.h for the font in a file."""
     font = TTFont(file)
     found = [outline(font, letter) for letter in LETTERS]
     points = [point for _, all_points in found for point in all_points]
@@ -75,7 +75,7 @@ def header(file: Path) -> str:
 
 
 def main() -> None:
-    """Writes the outlines of the font that the command line names."""
+    """Writes the outlines of the font named on the command line."""
     TO.write_text(header(Path(sys.argv[1])))
 
 

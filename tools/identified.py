@@ -1,12 +1,12 @@
-"""Prints how near `livebass identify` comes to recordings of open strings, beside the shipped presets.
+"""Prints how near `livebass identify` comes to recordings of open strings, compared with the shipped presets.
 
-python tools/identified.py open-e.wav [--with open-e-again.wav] -p jazz-finger
-python tools/identified.py --list strings.txt         # a string a line: [PRESET] RECORDING ...
+python tools/identified.py open-e.wav [open-e-again.wav ...] -p jazz-finger
+python tools/identified.py --list strings.txt         # one string per line: PRESET RECORDING ...
 
-For each string: the distance (dB) over 1 s and over 3 s from its first recording to the identified preset, to the
-preset it began from and to the nearest shipped one, each at the best of four velocities, and the median of
-ln(T60 of the render / T60 of the recording) over partials 1 to 24. The distance is that of `livebass compare`: the mean
-difference of levels in third octaves over time.
+For each string it prints the distance (dB) over 1 s and over 3 s from the first recording to the identified preset, to
+the initial preset and to the nearest shipped one, each at the best of four velocities, and the median of
+ln(T60 of the render / T60 of the recording) over partials 1 to 24. As in `livebass compare`, the distance is the mean
+difference of third-octave levels over time.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from livebass.score.score import single_note
 VELOCITIES = (30, 60, 90, 120)
 SPANS = (1.0, 3.0)  # s
 RATE = 44_100  # Hz, of renders
-PARTIALS = 24  # whose T60 are compared
+PARTIALS = 24  # their T60 are compared
 
 
 def played(bass: Instrument, note: int, velocity: int, seconds: float) -> Floats:
@@ -50,21 +50,21 @@ def played(bass: Instrument, note: int, velocity: int, seconds: float) -> Floats
 
 @dataclass(frozen=True)
 class Near:
-    """How near a preset is to a recording: distances (dB), one for each of SPANS, and the velocity of each."""
+    """A preset's distances (dB) from a recording, one for each of SPANS, and the velocity of each."""
 
     distances: tuple[float, ...]
     velocities: tuple[int, ...]
 
 
 def nearness(notes: dict[int, Shape], recorded: Shape) -> Near:
-    """Compares notes, by velocity, with a recorded one: over its whole length, if that is shorter than a span."""
+    """Compares notes, by velocity, with a recorded note; a recording shorter than a span is compared whole."""
     whole = WINDOW + (len(recorded.levels) - 1) * HOP
     found = [min((between(x, recorded, min(span, whole)), v) for v, x in notes.items()) for span in SPANS]
     return Near(tuple(d for d, _ in found), tuple(v for _, v in found))
 
 
 def shapes(notes: dict[int, Floats]) -> dict[int, Shape]:
-    """Returns the levels of notes."""
+    """Returns the notes' levels."""
     return {v: shape(sound, RATE, SPANS[-1]) for v, sound in notes.items()}
 
 
@@ -75,14 +75,14 @@ def notes_of(bass: Instrument, note: int) -> dict[int, Floats]:
 
 @lru_cache
 def shipped_notes(preset: str, note: int) -> dict[int, Shape] | None:
-    """Levels of `notes_of` a shipped preset; None if it lacks the note."""
+    """Returns the levels of a shipped preset's `notes_of`; None if it lacks the note."""
     bass = load_preset(preset)
     low, high = bass.note_range
     return shapes(notes_of(bass, note)) if low <= note <= high else None
 
 
 def ln_t60(sound: Floats, recorded: tuple[Floats, int], f0: float) -> float:
-    """Returns the median of ln(T60 of `sound` / T60 recorded) over the partials that both have."""
+    """Returns the median of ln(T60 of `sound` / recorded T60) over the partials that both have."""
     mine, real = (
         {round(nu / f0): t for nu, t in zip(rings.frequency, rings.t60, strict=True)}
         for rings in (ringing(samples, rate, f0) for samples, rate in ((sound, RATE), recorded))
@@ -92,7 +92,7 @@ def ln_t60(sound: Floats, recorded: tuple[Floats, int], f0: float) -> float:
 
 
 def row(preset: str, paths: Sequence[Path], folder: Path) -> tuple[str, ...]:
-    """Identifies the string of `paths` from `preset`, and returns the cells of its line."""
+    """Identifies the string in `paths`, starting from `preset`; returns the cells of its line."""
     bass = load_preset(preset)
     found = identify(paths, bass)
     file = folder / "identified.toml"

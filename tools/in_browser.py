@@ -1,13 +1,13 @@
-"""Measures the page in headless Chromium: its work beside the native engine's, and underruns under hard chords.
+"""Measures the page in headless Chromium: its work compared with the native engine's, and underruns in hard chords.
 
     LIVEBASS_LEVEL=x86-64-v2 .venv/bin/python tools/in_browser.py jazz-finger slap
     .venv/bin/python tools/in_browser.py --play 60 jazz-finger fretless
     .venv/bin/python tools/in_browser.py --play 60 --line --runs 5 slap
 
-With --runs it plays so many times with pictures and as many without, by turns, and prints the medians of both.
+With --runs N it plays N times with pictures and N times without, in turn, and prints the medians of both.
 
-Work is in seconds a second of sound: eight seconds of chords in quanta of 128 frames, of each quantum the least of six
-runs, natively by the thread's time, in a worker of the browser by the wall clock.
+Work is in seconds per second of sound, for eight seconds of chords in quanta of 128 frames; each quantum counts with
+the fastest of six runs. The native engine is timed by the thread's clock, the browser's worker by the wall clock.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from livebass.web.modules import joined
 
 RATE, SECONDS, QUANTUM, RUNS = 48000, 8, 128, 6
 CHORDS = [(28, 35, 40, 47), (31, 38, 43, 50)]
-LEAST_PEAK = 1e-2  # of full scale: what is quieter did not play
+LEAST_PEAK = 1e-2  # of full scale; anything quieter did not play
 KEEP = 1.2  # s, length of a chord
 MESSAGES = sorted(
     (round(RATE * (2 * k + 0.01 * i + KEEP * off)), 0x80 if off else 0x90, key, 0 if off else 125 if k % 2 else 80)
@@ -115,7 +115,7 @@ player.sound().then(() => new Promise(later => setTimeout(later, 2000))).then(()
 
 
 class Isolated(http.server.SimpleHTTPRequestHandler):
-    """Serves files so that browsers give them fine clocks."""
+    """Serves files with headers that give them fine clocks in browsers."""
 
     def end_headers(self) -> None:
         self.send_header("Cross-Origin-Opener-Policy", "same-origin")
@@ -127,7 +127,7 @@ class Isolated(http.server.SimpleHTTPRequestHandler):
 
 
 def native(preset: str) -> float:
-    """The native engine's work."""
+    """Measures the native engine's work."""
     sound, runs = np.zeros(QUANTUM, np.float32), []
     for _ in range(RUNS):
         synth = Synth(RATE)
@@ -145,13 +145,13 @@ def native(preset: str) -> float:
 
 
 def open_page(driver: Any, address: str) -> None:
-    """Opens the page, and names what its modules export (static/inside.js)."""
+    """Opens the page and makes its modules' exports global (static/inside.js)."""
     driver.get(address)
     driver.execute_script("dispatchEvent(new CustomEvent('livebass', {detail: all => Object.assign(globalThis, all)}))")
 
 
 def in_browser(driver: Any, preset: str) -> float:
-    """The browser's work."""
+    """Measures the browser's work."""
     given = {
         "messages": MESSAGES, "rate": RATE, "runs": RUNS, "quantum": QUANTUM, "quanta": RATE * SECONDS // QUANTUM,
     }  # fmt: skip
@@ -160,7 +160,7 @@ def in_browser(driver: Any, preset: str) -> float:
 
 
 def played(driver: Any, preset: str, given: argparse.Namespace, drawn: bool = True) -> dict[str, Any]:
-    """What came of playing on the page that is open, once it is warm."""
+    """Plays on the open page once it is warm; returns what it measured."""
     time.sleep(2)
     found: dict[str, Any] = driver.execute_async_script(PLAY, preset, given.play, given.strings, given.line, drawn)
     if found["peak"] < LEAST_PEAK:
@@ -169,7 +169,7 @@ def played(driver: Any, preset: str, given: argparse.Namespace, drawn: bool = Tr
 
 
 def compare(driver: Any, preset: str, given: argparse.Namespace) -> None:
-    """Plays with pictures and without by turns; prints each run, and the medians."""
+    """Plays with pictures and without in turn; prints each run, and the medians."""
     address, underruns = driver.current_url, dict[bool, list[int]]({True: [], False: []})
     for _ in range(given.runs):
         for drawn in underruns:

@@ -1,9 +1,9 @@
-"""Measures many instances of the CLAP plugin in one process, some of them with windows: memory, load, opening.
+"""Measures many CLAP plugin instances in one process, some with windows: memory, load, opening time.
 
     python tools/instances.py [COUNT [WINDOWS]]        # 20 and 4, as in a large project
 
-Needs Xvfb. The host is that of the tests, in Python: what silent instances take is nearly all its own. Loads are parts
-of one core, processor time over the time that the sound lasts. Memory is what the kernel counts for the process (PSS).
+Needs Xvfb. The host is the tests' host, in Python; it causes nearly all the load of silent instances. Loads are
+fractions of one core: processor time over the sound's duration. Memory is the process's PSS, as the kernel counts it.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ MB = 1e6
 
 
 def memory() -> float:
-    """PSS of this process, bytes."""
+    """Returns this process's PSS, bytes."""
     lines = Path("/proc/self/smaps_rollup").read_text().splitlines()
     return next(1024.0 * int(line.split()[1]) for line in lines if line.startswith("Pss:"))
 
 
 def load(plugins: list[Plugin], block: int, sounding: bool, in_real_time: bool = False) -> tuple[float, float]:
-    """Plays all for SECONDS; returns the mean load of all together, and that of their worst block."""
+    """Plays all for SECONDS; returns their total load: its mean, and its maximum over blocks."""
     loads, began, used = [], time.perf_counter(), time.process_time()
     for k in range(round(SECONDS * RATE / block)):
         events = [note_on(key, 0.7) for key in KEYS] if sounding and k % (RATE // block) == 0 else []

@@ -1,24 +1,24 @@
 #!/usr/bin/env python3
-"""Changes constants and signs of the kernels, one at a time, and lists those that no test notices.
+"""Changes constants and signs of the kernels, one at a time, and lists the changes that no test notices.
 
-    python tools/mutate.py                          40 mutants by chance, noticed by the tests of the engine
-    python tools/mutate.py --count 100 --seed 3     others, and more of them
-    python tools/mutate.py --only tension.py        of files whose path ends so; repeat it for several
-    python tools/mutate.py --minutes 20             what can be tried in that time
-    python tools/mutate.py --list                   all that can be changed; none is
-    python tools/mutate.py tests/engine/string      what pytest is to run
-    python tools/mutate.py tests/engine/test_pinned.py    a sieve: what lives changes no pinned sound
+    python tools/mutate.py                          try 40 random mutants with the engine's tests
+    python tools/mutate.py --count 100 --seed 3     try others, and more of them
+    python tools/mutate.py --only tension.py        change only files with this path ending; may be repeated
+    python tools/mutate.py --minutes 20             stop after this time
+    python tools/mutate.py --list                   list all possible changes, make none
+    python tools/mutate.py tests/engine/string      choose the tests for pytest
+    python tools/mutate.py tests/engine/test_pinned.py    a sieve: survivors change no pinned sound
 
-A mutant is a number, a sign or a comparison: a constant or a number in a function is doubled (a whole one is one less),
-a term that is added is taken away, a comparison is turned round. All mutants of a run are compiled at once, each behind
-a switch (R. Untch, A. J. Offutt and M. J. Harrold, Mutation analysis using mutant schemata, 1993), in a copy of the
-tree: that takes one compilation, some minutes, and the checkout stays as it is. With no mutant switched on the tests
-must pass. Then the tests run once for each mutant, until one fails; those of the room that it stands in go first. The
-pinned sounds, which notice any change but do not say what is right, run last, for the mutants that no other test
-notices. A mutant that lives takes as long as all tests; none is begun after --minutes.
+A mutant changes a number, a sign or a comparison: it doubles a float constant or literal, lowers a whole constant by
+one, subtracts an added term (or the reverse), or inverts a comparison. All mutants of a run are compiled at once, each
+behind a switch (R. Untch, A. J. Offutt and M. J. Harrold, Mutation analysis using mutant schemata, 1993), in a copy of
+the tree: one compilation takes some minutes, and the checkout stays as it is. Without a mutant the tests must pass.
+Then the tests run once per mutant, until one fails; the tests of the mutant's own room go first. The pinned sounds,
+which notice any change but cannot tell right from wrong, run last, for mutants that no other test notices. A surviving
+mutant takes as long as all tests; no mutant is started after --minutes.
 
-Exit status 1 if there is a mutant that nothing notices. Not every one is a fault of the tests: a bound that is never
-met, or a tolerance, may be doubled without harm.
+The exit status is 1 if a mutant survives. That is not always a fault of the tests: doubling a tolerance, or a bound
+that is never reached, may do no harm.
 """
 
 from __future__ import annotations
@@ -45,12 +45,10 @@ HERE = Path(__file__).resolve().parent.parent
 KERNELS = HERE / "livebass" / "kernels"
 TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", "CHANGELOG.md", "docs")
 DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart", "maker")
-LEFT = ("records.py", "machine/")  # sizes of memory; functions that have exact tests of their own
+LEFT = ("records.py", "machine/")  # memory sizes; functions with exact tests of their own
 SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
 TESTS = ["tests/engine", "tests/plugin/test_instrument.py"]
-OWN = {
-    "bass": "tests/plugin/test_instrument.py"
-}  # tests of a room of kernels besides those in its room of the engine's
+OWN = {"bass": "tests/plugin/test_instrument.py"}  # tests of a room of kernels outside its room of the engine's tests
 PINNED = "tests/engine/test_pinned.py"
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 
@@ -216,14 +214,14 @@ for k, room in rooms:
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change: where, and what becomes of it."""
+    """One change: its place and its description."""
 
-    file: str  # from the folder of the kernels
+    file: str  # relative to the kernels' folder
     line: int
     what: str
 
 
-Key = tuple[str, str]  # of a constant: its file and its name; of anything else its file and its number in it
+Key = tuple[str, str]  # a constant's file and name, or anything else's file and number in it
 
 
 def main() -> None:
@@ -261,7 +259,7 @@ def said(mutant: Mutant) -> str:
 
 
 def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes: float) -> int:
-    """Runs the tests on each mutant and prints what became of it; returns the exit status."""
+    """Runs the tests on each mutant and prints the results; returns the exit status."""
     start = time.monotonic()
     compiled = subprocess.run(
         [sys.executable, "-c", "from livebass.compiling import library; library.library()"],
@@ -292,7 +290,7 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes:
 
 
 def room_of(mutant: Mutant) -> list[str]:
-    """Where the tests of the room of kernels are that a mutant stands in."""
+    """Returns the paths of the tests for a mutant's room of kernels."""
     room = mutant.file.split("/")[0]
     return [f"tests/engine/{room}/", *filter(None, [OWN.get(room)])]
 
@@ -305,10 +303,10 @@ def fates(
     minutes: float = math.inf,
     loud: Sequence[Mutant] = (),
 ) -> Iterator[tuple[int, str]]:
-    """What notices each mutant: (number, a test, ALONE, or ""), for (number, where the tests are that go first).
+    """Yields (number, a test that notices it, ALONE or "") per mutant; `rooms`: (number, paths of tests to run first).
 
-    One process loads everything once, and a copy of it runs the tests of each mutant. Tests that take over `most` s
-    hang; after `minutes` no mutant is begun. `loud`: prints what becomes of these.
+    One process loads everything once, and a copy of it runs the tests of each mutant. Tests that take more than `most`
+    s count as hanging; no mutant starts after `minutes`. `loud`: mutants to print with their results.
     """
     (tree / "runner.py").write_text(RUNNER)
     command = [sys.executable, "runner.py", json.dumps([rooms, tests, PINNED, ALONE, most, minutes])]
@@ -329,7 +327,7 @@ def environment(tree: Path) -> dict[str, str]:
 
 
 def copy_of_the_tree(tree: Path, numbers: dict[Key, int]) -> None:
-    """Writes the tree with these mutants, each behind its number."""
+    """Writes the tree with these mutants, each switched by its number."""
     for name in TREE:
         if (HERE / name).is_dir():
             shutil.copytree(HERE / name, tree / name, ignore=shutil.ignore_patterns("__pycache__", "built"))
@@ -347,7 +345,7 @@ def copy_of_the_tree(tree: Path, numbers: dict[Key, int]) -> None:
 
 
 def with_switch(text: str) -> str:
-    """The source of a kernel that imports the switch, after the docstring and imports from the future."""
+    """Adds the switch's import to a kernel's source, after the docstring and imports from __future__."""
     body = ast.parse(text).body
     first = next(k for k, node in enumerate(body) if k and not ast.unparse(node).startswith("from __future__"))
     lines = text.splitlines()
@@ -357,13 +355,13 @@ def with_switch(text: str) -> str:
 
 @functools.cache
 def sources() -> list[Path]:
-    """The files of kernels that are changed."""
+    """Lists the kernel files that may be changed."""
     found = (file for file in sorted(KERNELS.rglob("*.py")) if file.name != "__init__.py")
     return [f for f in found if not f.relative_to(KERNELS).as_posix().startswith(LEFT) and f.name not in LEFT]
 
 
 def all_mutants() -> dict[Key, Mutant]:
-    """All that can be changed."""
+    """Returns all possible mutants."""
     found: dict[Key, Mutant] = {}
     for file in sources():
         changing = Changing(file, {})
@@ -378,7 +376,7 @@ def module_of(file: Path) -> str:
 
 @functools.cache
 def constants(file: Path) -> tuple[tuple[str, Key, object, int], ...]:
-    """(name in the file, key, value, line) of the numbers that the functions of a file read."""
+    """Returns (name in the file, key, value, line) of the constants that a file's functions can read."""
     return tuple(_constants(file))
 
 
@@ -407,7 +405,7 @@ def _constants(file: Path) -> Iterator[tuple[str, Key, object, int]]:
 
 
 def other_value(value: object) -> object:
-    """What a constant becomes; None: it stays."""
+    """Returns a constant's mutated value; None: it stays."""
     if isinstance(value, bool):
         return None
     if isinstance(value, int):
@@ -420,7 +418,7 @@ def other_value(value: object) -> object:
 
 
 class Changing(ast.NodeTransformer):
-    """Finds what can be changed in a file, and puts what has a number behind the switch."""
+    """Finds a file's possible mutants, and puts those with a number behind the switch."""
 
     def __init__(self, file: Path, numbers: dict[Key, int]) -> None:
         self.file, self.numbers = file.relative_to(KERNELS).as_posix(), numbers
@@ -431,7 +429,7 @@ class Changing(ast.NodeTransformer):
         self._constants = {name: (key, value, line) for name, key, value, line in constants(file)}
 
     def _may_change(self, key: Key, mutant: Mutant, node: ast.expr, new: str) -> ast.expr:
-        """Returns `node`, or what stands for it, `new` with {k} for the number and {x} for itself."""
+        """Returns `node` or its replacement: `new`, with {k} for the mutant's number and {x} for the node."""
         self.found[key] = mutant
         if key not in self.numbers:
             return node
@@ -503,7 +501,7 @@ class Changing(ast.NodeTransformer):
 
 
 def is_whole(node: ast.expr) -> bool:
-    """True for a whole number, a count or an index for all that can be seen."""
+    """True for a whole number, which is probably a count or an index."""
     return isinstance(node, ast.Constant) and isinstance(node.value, int)
 
 

@@ -1,6 +1,6 @@
-"""Puts the kernels, lowered for LLVM, into an sdist: a build hook of hatchling's, see pyproject.toml.
+"""A build hook for hatchling (see pyproject.toml) that puts the kernels, lowered for LLVM, into an sdist.
 
-What is installed from it compiles in two fifths of the time, and needs no numba for that.
+An installation from it compiles in two fifths of the time, without numba.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class Program(BuildHookInterface):  # type: ignore[type-arg]
-    """Compiles the program, or takes it from the user's directory, and has it packed."""
+    """Adds the program to the sdist, compiled now or taken from the user's directory."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         sys.path.insert(0, self.root)

@@ -1,4 +1,4 @@
-"""The picture in README.md: one open string plucked softly and hard, as spectrograms and as hits on the frets.
+"""Draws README.md's picture: an open string plucked softly and hard, as spectrograms and as hits on the frets.
 
 python tools/soft_and_hard.py docs/soft-and-hard.png
 """
@@ -14,7 +14,7 @@ import matplotlib as mpl
 import numpy as np
 from numpy.typing import NDArray
 
-mpl.use("Agg")  # no display is needed
+mpl.use("Agg")  # needs no display
 
 import matplotlib.pyplot as plt
 from PIL import Image  # matplotlib needs it too
@@ -30,27 +30,27 @@ PLUCKS = (("softly", 40), ("hard", 120))  # and MIDI velocity
 SECONDS, TOP_HZ, RANGE_DB = 0.6, 6000.0, 60.0
 RATE, STEPS = 48_000, 200  # Hz; contact steps a sample
 WINDOW, HOP = 2048, 128  # samples
-COLOURS = 256  # of the file
+COLOURS = 256  # in the file
 
 
 def plucked(velocity: int) -> tuple[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    """One pluck: its apex (m), the sound of the pickups (n,), and time (s) and fret of each hit, (k,)."""
+    """Returns a pluck's apex (m), the pickups' sound (n,), and the time (s) and fret of each hit, (k,)."""
     bass = load_preset(PRESET)
     s = speaking_string(bass, STRING, 0)
     player = bass.player
     at = player.pluck_position * s.length
-    force = player.softest * (player.hardest / player.softest) ** ((velocity - 1) / 126)  # as a note's velocity has it
+    force = player.softest * (player.hardest / player.softest) ** ((velocity - 1) / 126)  # as for a note
     apex = min(force * grazing_apex(s, at), player.greatest_apex)
     asked = Asked(STRING, apex=apex, at=at, duration=SECONDS + WINDOW / RATE)
     trial = checked_trial(bass, s, asked, None, STEPS * RATE, RATE)
     motion = solve_trial(trial)
     fret = np.asarray(trial.speaking.contact_fret)[motion.contact_index]
-    before = np.zeros(WINDOW // 2)  # the string at rest: the first window has its middle at the release
+    before = np.zeros(WINDOW // 2)  # the string at rest; the release is in the middle of the first window
     return apex, np.concatenate([before, heard(trial, bass.output)]), motion.contact_time_s, fret
 
 
 def draw(picture: Path) -> None:
-    """Write the PNG `picture`."""
+    """Writes the PNG `picture`."""
     plt.rcParams |= {"font.size": 10, "axes.spines.top": False, "axes.spines.right": False}
     figure, axes = plt.subplots(
         2, 2, figsize=(9, 4.6), sharex=True, sharey="row", height_ratios=(3, 2), layout="constrained"

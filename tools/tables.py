@@ -1,6 +1,6 @@
-"""Writes tables and sentences that follow from the code into README.md and the handbook.
+"""Writes the tables and sentences that the code determines into README.md and the handbook.
 
-Those of keys and controllers follow from livebass/techniques.py, those of waveforms from livebass/bench/measured.py.
+Keys and controllers come from livebass/techniques.py, waveforms from livebass/bench/measured.py.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from pathlib import Path
 from livebass.cli.messages import SENTENCES, TABLES
 
 ROOT = Path(__file__).parents[1]
-WORDS = 6  # by which a sentence is found
+WORDS = 6  # first words that identify a sentence
 
 
 def main() -> None:
-    """Puts each table where one with the same head stands, and each sentence where one begins as it does."""
+    """Replaces the table with the same head as each table, and the line with the same start as each sentence."""
     for name, tables in TABLES.items():
         file = ROOT / name
         text = file.read_text()

@@ -1,8 +1,8 @@
-# Sourced by tools/check, tools/demo and tools/test, in the project directory: `make_venv` leaves a working .venv there.
+# tools/check, tools/demo and tools/test source this in the project directory: `make_venv` leaves a working .venv there.
 
 say() { printf '%s\n' "$*" >&2; }
 
-# The first of the usual names that starts a Python of 3.11 or later.
+# Finds the first of the usual names that starts Python 3.11 or later.
 find_python() {
     for candidate in ${PYTHON:+"$PYTHON"} python3.13 python3.12 python3.11 python3.14 python3 python; do
         if "$candidate" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then
@@ -14,7 +14,7 @@ find_python() {
 }
 
 make_venv() {
-    # One that was moved, half made, or made by an older Python is made again.
+    # Replaces one that was moved, is incomplete, or has an older Python.
     if .venv/bin/python -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1; then
         return 0
     fi
@@ -41,7 +41,7 @@ pip_install() {
     fi
 }
 
-# Installs the project and what its tests need, unless .venv has them already.
+# Installs the project and its tests' requirements, unless .venv has them already.
 install_tests() {
     asked="$(pwd) $(cksum <pyproject.toml)"
     if [ "$(cat .venv/installed 2>/dev/null)" = "$asked" ]; then

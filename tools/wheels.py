@@ -1,9 +1,9 @@
-"""Builds wheels and zip archives that hold what is compiled for a system, for all on one machine; for `tools/wheel`.
+"""Builds every system's wheels and zip archives, with their compiled code, on one machine; for `tools/wheel`.
 
-The kernels become raw IR once for each kind of processor, and machine code once for each level of it, system and use
-(emitter.py). ziglang links for Linux, macOS and Windows alike: a shared library of kernels for each level, and the
-binary of the plugins with all levels (plugin/build.py). The module of the page is the same for all (web/build.py).
-Archives, for those without Python, hold the same plugins and page (zips.py).
+The kernels become raw IR once per kind of processor, and machine code once per processor level, system and use
+(emitter.py). ziglang links for Linux, macOS and Windows: a shared library of kernels for each level, and the plugins'
+binary with all levels (plugin/build.py). All systems share the page's module (web/build.py). Archives, for users
+without Python, hold the same plugins and page (zips.py).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def library(objects: Path, system: System, level: str, out: Path) -> None:
-    """Links a shared library that exports the entries alone, with its checksum at the end."""
+    """Links a shared library that exports only the entries and ends with its checksum."""
     made = out / f"kernels-{store.digest()}-{level}.{system.ending}"
     source = objects / plugins.object_name(plugins.LIBRARY, level, system)
     command = [*plugins.zig(system), "-shared", "-s", "-O2", str(source), "-o", str(made)]
@@ -47,7 +47,7 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
 
 
 def build(system: System, objects: Path, binary: bytes, page: bytes, out: Path) -> Path:
-    """Builds the wheel of a system, with the plugins' `binary` and the module `page`; returns its file."""
+    """Builds a system's wheel, with the plugins' `binary` and the module `page`; returns its file."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder)
         for name in ("livebass", "presets"):
@@ -80,7 +80,7 @@ def build(system: System, objects: Path, binary: bytes, page: bytes, out: Path) 
 
 
 def main() -> None:
-    """Builds the wheels that the command line asks for."""
+    """Builds the wheels and archives that the command line asks for."""
     parser = argparse.ArgumentParser(description="Builds wheels with compiled kernels into a directory.")
     parser.add_argument("systems", nargs="*", metavar="SYSTEM", help="as --list names them; default: all")
     parser.add_argument("--list", action="store_true", help="names the systems and ends")
@@ -95,7 +95,7 @@ def main() -> None:
     systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
     binaries = {}
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as beside:
-        page = beside.submit(pages.module)  # compiled in a process of its own
+        page = beside.submit(pages.module)  # compiles in its own process
         plugins.emit(Path(folder), systems, (plugins.LIBRARY, plugins.PLUGIN))
         for system in systems:
             binary = binaries[system.name] = plugins.link(Path(folder), system, plugins.zig(system))

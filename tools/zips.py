@@ -1,7 +1,7 @@
-"""Writes the zip archives for those who have neither Python nor pip; tools/wheels.py calls it.
+"""Makes the zip archives for users without Python; tools/wheels.py calls it.
 
-An archive holds the plugins of all formats with every preset, the page, the licence and three lines that say what to
-do. The same sources and tools give the same bytes: files are sorted and have one date.
+An archive holds the plugins in all formats with every preset, the page, the licences and three lines of instructions.
+The same sources and tools give the same bytes: files are sorted and have one date.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from livebass.plugin.systems import SYSTEMS, System, folder_of_plugins
 from livebass.web.export import SINGLE
 
 LICENSE = Path(__file__).parents[1] / "LICENSE"
-FONT = LICENSE.parent / "livebass/plugin/c/DEJAVU.txt"  # licence of the letters in the window
+FONT = LICENSE.parent / "livebass/plugin/c/DEJAVU.txt"  # licence of the window's font
 FORMATS: dict[str, ModuleType] = {"lv2": lv2, "clap": clap, "vst3": vst3}
 UNIVERSAL = "macos"  # one archive for both kinds of processor
-DATE = (1980, 1, 1, 0, 0, 0)  # the first that an archive can have
+DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that an archive can have
 FILE, PROGRAM, UNIX = 0o100644, 0o100755, 3
-FAT, ALIGNMENT = 0xCAFEBABE, 14  # of a binary for several processors: its first word; 2^14 bytes, a page of arm64
+FAT, ALIGNMENT = 0xCAFEBABE, 14  # of a universal binary: its first word; 2^14 bytes, a page on arm64
 
 
 def archives(asked: Mapping[str, bytes]) -> dict[str, dict[str, bytes]]:
-    """The archives that can be made of the binaries `asked`, by name: binaries by their system's name.
+    """Returns the archives that the binaries `asked` allow, by name, each with its binaries by system name.
 
-    That of macOS needs those of all its systems.
+    The macOS archive needs the binaries of all macOS systems.
     """
     macos = [name for name, system in SYSTEMS.items() if is_macos(system)]
     found = {name: {name: code} for name, code in asked.items() if name not in macos}
@@ -43,7 +43,7 @@ def archives(asked: Mapping[str, bytes]) -> dict[str, dict[str, bytes]]:
 
 
 def universal(slices: list[bytes]) -> bytes:
-    """Joins Mach-O binaries of several kinds of processor into one file."""
+    """Joins Mach-O binaries for several kinds of processor into one file."""
     table, body = struct.pack(">II", FAT, len(slices)), b""
     start = 1 << ALIGNMENT
     for code in slices:
@@ -57,9 +57,9 @@ def universal(slices: list[bytes]) -> bytes:
 def archive(
     name: str, binaries: Mapping[str, bytes], basses: dict[str, Instrument], instruments: dict[str, bytes], page: bytes
 ) -> bytes:
-    """The archive called `name` of `basses`, with the binaries that `archives` gives for it.
+    """Returns the archive `name` of `basses`, with its binaries from `archives`.
 
-    instruments: what `instrument_files` makes of the basses; page: the page with them, in one file.
+    instruments: the basses' files, from `instrument_files`; page: the page with them, in one file.
     """
     system = SYSTEMS[next(iter(binaries))]
     code = universal(list(binaries.values())) if name == UNIVERSAL else binaries[name]
@@ -79,12 +79,12 @@ def archive(
 
 
 def title(name: str) -> str:
-    """The name of an archive's file, without .zip, and of the folder in it."""
+    """Names an archive's file, without .zip, and the folder in it."""
     return f"livebass-{__version__}-{name}"
 
 
 def readme(system: System) -> str:
-    """Three lines: where to, how to load it, how to play it."""
+    """Returns three lines: where to copy the plugins, how to load them, how to play."""
     places = ", ".join(
         f"{kind.upper()}/{BUNDLES[kind]} into {folder_of_plugins(system, kind)}" for kind in ("vst3", "clap", "lv2")
     )

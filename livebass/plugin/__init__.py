@@ -1,1 +1,1 @@
-"""A bass as a plugin of other programs: instrument files, the shells that hosts load, bundles of both."""
+"""Turns a bass into a plugin for hosts: instrument files, the shells that hosts load, and bundles of both."""

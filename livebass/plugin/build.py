@@ -1,8 +1,8 @@
-"""The binary of the plugins, one shared library for all formats: kernels for each level of processor, and the C.
+"""Builds the plugins' binary: one shared library for all formats, with kernels for each processor level and the C code.
 
-It depends on no preset. That of a system comes with the release wheel of the system (tools/wheels.py). Elsewhere it is
-built once, from the sources, by numba and a C compiler, the system's or ziglang's; it is kept in the user's directory,
-by the digest of all its sources. Like compiled kernels, it ends with a checksum wherever it is kept.
+It depends on no preset. Each release wheel brings the binary of its system (tools/wheels.py). Otherwise numba and a C
+compiler, the system's or ziglang's, build it once from the sources. It is kept in the user's directory under a digest
+of its sources. Like compiled kernels, it always ends with a checksum.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
     "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wformat=2", "-Wvla", "-Wundef", "-Werror",
-    "-Wno-unused-parameter",  # functions of hosts' interfaces get what they may not need
+    "-Wno-unused-parameter",  # hosts' interfaces pass arguments that we may not need
     "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
 LINKING = {
     "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
-    "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else it names the folder that it was built in
-    "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # numbers become text by the system's library, not by its own
+    "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else the binary names its build folder
+    "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
 }
-# What Windows has and the compiler would take from a library of its own, 47 kB in one piece; stack_win32.c is the rest
+# Taken from Windows instead of the compiler's own library, 47 kB in one piece; stack_win32.c replaces the rest
 OF_WINDOWS = {
     "api-ms-win-crt-private-l1-1-0": ("memcmp", "memcpy", "memmove"),
     "api-ms-win-crt-string-l1-1-0": ("memset", "strlen", "strncmp"),
     "api-ms-win-crt-math-l1-1-0": ("ceil", "floor", "floorf", "log10", "sin"),
 }
-LIBRARY, PLUGIN = "library", "plugin"  # object files for a library that exports the entries, and for the plugins
+LIBRARY, PLUGIN = "library", "plugin"  # uses of object files: a library that exports the entries; the plugins
 EMIT = """
 import re, sys
 from pathlib import Path
@@ -63,12 +63,12 @@ for asked in sys.argv[2:]:
 
 
 class BuildError(OSError):
-    """There is no binary of the plugins for a system; one line."""
+    """The plugins' binary for a system is missing; the message is one line."""
 
 
 @functools.cache
 def digest() -> str:
-    """A name for the sources of the binaries as they are."""
+    """Returns a digest of the binaries' present sources."""
     found = hashlib.sha256(store.digest().encode() + header(emitter.LEVELS).encode())
     for source in (Path(__file__), *sorted(C.glob("*.[ch]"))):
         found.update(source.name.encode() + b"\0" + source.read_bytes())
@@ -76,12 +76,12 @@ def digest() -> str:
 
 
 def name_of(system: System) -> str:
-    """The name of the file that holds the binary for a system."""
+    """Names the file of a system's binary."""
     return f"plugin-{digest()}-{system.name}.{system.ending}"
 
 
 def built(system: System) -> bool:
-    """True if the binary for a system need not be built first. Raises BuildError as `binary` does."""
+    """True if a system's binary already exists. Raises BuildError as `binary` does."""
     if _from_package(system) is not None:
         return True
     kept = _kept(system)
@@ -89,10 +89,9 @@ def built(system: System) -> bool:
 
 
 def binary(system: System) -> bytes:
-    """The binary of the plugins for a system; builds it first if need be.
+    """Returns the plugins' binary for a system; builds it first if necessary.
 
-    Raises BuildError, with one line, if one that came with the package is damaged or of another version, or none can
-    be built.
+    Raises BuildError, with one line, if the packaged binary is damaged or from another version, or the build fails.
     """
 
     def made() -> bytes:
@@ -107,7 +106,7 @@ def binary(system: System) -> bytes:
 
 
 def _from_package(system: System) -> bytes | None:
-    """The binary that came with the package; None if none came. Raises BuildError."""
+    """Returns the binary that came with the package, or None. Raises BuildError."""
     place = store.BUILT / name_of(system)
     if place.exists():
         found = store.whole(place)
@@ -121,13 +120,13 @@ def _from_package(system: System) -> bytes | None:
 
 
 def _kept(system: System) -> Path | None:
-    """Names the file in which a binary that is built here is kept; None: it is not kept."""
+    """Names the file that keeps a locally built binary; None: it is not kept."""
     place = store.directory(f"plugin-{digest()}")
     return place / name_of(system) if place else None
 
 
 def compiler(system: System) -> list[str]:
-    """The C compiler for a system. Raises BuildError if there is none."""
+    """Finds the C compiler for a system. Raises BuildError if there is none."""
     found = next(filter(None, map(shutil.which, ("cc", "gcc", "clang"))), None)
     if found and system == this_system():
         return [found]
@@ -138,27 +137,27 @@ def compiler(system: System) -> list[str]:
 
 
 def zig(system: System) -> list[str]:
-    """The C compiler of ziglang for a system."""
+    """Returns the command of ziglang's C compiler for a system."""
     return [sys.executable, "-m", "ziglang", "cc", "-target", system.zig]
 
 
 def _built_here(system: System, folder: Path) -> bytes:
-    """Builds the binary for a system, with everything in between in `folder`. Raises BuildError."""
-    using = compiler(system)  # before the work
+    """Builds the binary for a system; intermediate files go into `folder`. Raises BuildError."""
+    using = compiler(system)  # fails before the long work
     emit(folder, [system], [PLUGIN])
     return link(folder, system, using)
 
 
 def object_name(use: str, level: str, system: System) -> str:
-    """The name of the object file of a level, for a library or for the plugins."""
+    """Names a level's object file, for a library or for the plugins."""
     return f"{use}-{level}-{system.triple}.o"
 
 
 def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
-    """Writes the object files of the kernels for `systems` and `uses` into `folder`. Raises BuildError.
+    """Writes the kernels' object files for `systems` and `uses` into `folder`. Raises BuildError.
 
-    They are kept in the user's directory, so that new C takes a second: those of a library for this system where its
-    kernels are, which are the same.
+    They are kept in the user's directory; rebuilding after a change in C then takes a second. This system's library
+    objects are the kernels' own object files and are kept with them.
     """
     from llvmlite import binding
 
@@ -191,7 +190,7 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
 
 
 def link(folder: Path, system: System, using: list[str], more: Sequence[str] = ()) -> bytes:
-    """Links the binary for a system by a C compiler, from the object files in `folder`, with `more` flags.
+    """Links a system's binary from the object files in `folder`, with the compiler `using` and `more` flags.
 
     Raises BuildError.
     """
@@ -207,7 +206,7 @@ def link(folder: Path, system: System, using: list[str], more: Sequence[str] = (
 
 
 def imports(folder: Path, library: str, names: Sequence[str]) -> Path:
-    """Writes an import library for functions of a DLL of Windows into `folder`. Raises BuildError."""
+    """Writes an import library for functions of a Windows DLL into `folder`. Raises BuildError."""
     listed, made = folder / f"{library}.def", folder / f"{library}.lib"
     listed.write_text("\n".join([f"LIBRARY {library}.dll", "EXPORTS", *names]) + "\n")
     tool = [sys.executable, "-m", "ziglang", "dlltool", "-m", "i386:x86-64"]
@@ -216,7 +215,7 @@ def imports(folder: Path, library: str, names: Sequence[str]) -> Path:
 
 
 def run(command: list[str], failed: str) -> None:
-    """Runs a command. Raises BuildError with the first error it said, or the last line, if it fails."""
+    """Runs a command. If it fails, raises BuildError with its first error line, or else its last line."""
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL)

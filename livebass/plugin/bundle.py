@@ -1,4 +1,4 @@
-"""Writes what hosts load, a folder: it appears whole, over an older one of livebass, or not at all."""
+"""Writes the folders that hosts load: each replaces livebass's older one completely, or nothing is written."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from livebass.plugin.instrument import BENCH_ENDING, ENDING, bench_file, instrum
 from livebass.plugin.systems import System, this_system
 from livebass.techniques import MOST_BASSES
 
-LONGEST_NAME = 63  # bytes of an instrument's short name, of c/core.c
+LONGEST_NAME = 63  # bytes in an instrument's short name, as in c/core.c
 LIST = "instruments.txt"
-STUDIO = "studio"  # in the list, behind a name
-Qualities = Mapping[str, str]  # in which the plugins begin, by short name of a bass
-LIVE: Qualities = {}  # all in that
-RESOURCES = "Contents/Resources"  # of bundles of macOS and of VST3: the instruments
+STUDIO = "studio"  # follows a name in the list
+Qualities = Mapping[str, str]  # initial quality in the plugins, by a bass's short name
+LIVE: Qualities = {}  # every bass begins in live
+RESOURCES = "Contents/Resources"  # instruments in macOS and VST3 bundles
 
 
 def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE) -> dict[str, bytes]:
-    """The instrument files of `basses`, by short name, their bench files and the list of them, by the files' names.
+    """Returns instrument files, bench files and their list, by file name, for `basses`, by short name.
 
-    The list says behind a name in which quality the plugins begin with that bass, if that is not `live`. Raises
-    ValueError for names or basses that do not fit.
+    The list gives a bass's initial quality after its name, unless it is `live`. Raises ValueError for unsuitable names
+    or basses.
     """
     within("number of instruments", len(basses), 1, MOST_BASSES)
     for name in basses:
@@ -41,7 +41,7 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
 
 
 def checked_name(name: str) -> str:
-    """Returns the short name of an instrument. Raises ValueError for one that does not fit."""
+    """Returns an instrument's short name. Raises ValueError if it is unsuitable."""
     fits = name.isprintable() and not set(name) & set('/\\"<>{}|^` ') and 1 <= len(name.encode()) <= LONGEST_NAME
     if not fits:
         raise refusal("name of an instrument", f"1 to {LONGEST_NAME} letters, digits, - and _", repr(name))
@@ -49,9 +49,9 @@ def checked_name(name: str) -> str:
 
 
 def write_files(folder: Path, files: dict[str, bytes], replaceable: Callable[[list[Path]], bool]) -> None:
-    """Writes `files`, by their places in `folder`, all or none. Raises OutputError.
+    """Writes `files`, by their paths in `folder`, all or none. Raises OutputError.
 
-    What is in the folder must be `replaceable`: see `checked_directory`.
+    Anything already in the folder must be `replaceable`: see `checked_directory`.
     """
     with whole_directory(folder, replaceable) as temporary, Transaction() as written:
         for name, data in files.items():
@@ -60,7 +60,7 @@ def write_files(folder: Path, files: dict[str, bytes], replaceable: Callable[[li
 
 
 class BundleWriter:
-    """Writes the bundles of a format, by what files are in one, and by which entries of a folder are one."""
+    """Writes the bundles of a format, given functions that list a bundle's files and recognise an older bundle."""
 
     def __init__(
         self,
@@ -72,10 +72,10 @@ class BundleWriter:
     def __call__(
         self, basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
     ) -> None:
-        """Writes a bundle of `basses`, by short name; the folder appears complete, over an older bundle, or not at all.
+        """Writes a bundle of `basses`, by short name; it replaces an older bundle completely, or nothing is written.
 
-        `system`: the one that it is for, None: this one; `qualities`: those to begin in. Raises ValueError for names or
-        basses that do not fit, OutputError, BuildError.
+        `system`: the target system, None: this one; `qualities`: the initial qualities. Raises ValueError for
+        unsuitable names or basses, OutputError, BuildError.
         """
         system = system or this_system()
         files = self._files(basses, instrument_files(basses, qualities), binary(system), system)
@@ -83,14 +83,14 @@ class BundleWriter:
 
 
 def own_instruments() -> Path:
-    """The directory of the user's own instrument files, in which every installed plugin looks."""
+    """Returns the directory of the user's own instrument files, which every installed plugin searches."""
     return Path(platformdirs.user_data_path("livebass", appauthor=False, roaming=True))
 
 
 def distinct_titles(basses: dict[str, Instrument]) -> list[str]:
-    """Returns what lists call these basses: a title that an earlier one has, with the short name in brackets behind.
+    """Returns these basses' titles for lists; a repeated title gets the short name in brackets.
 
-    The plugins do the same with all that they find: `open_shelf` of c/core.c.
+    The plugins do the same for every bass they find: `open_shelf` of c/core.c.
     """
     titles = [bass.name for bass in basses.values()]
     return [
@@ -100,12 +100,12 @@ def distinct_titles(basses: dict[str, Instrument]) -> list[str]:
 
 
 def with_name(title: str, name: str) -> str:
-    """The title of a bass, which others may have too, with its short name."""
+    """Returns a bass's title, which may not be unique, with its short name."""
     return f"{title} ({name})"
 
 
 def are_instruments(entries: list[Path]) -> bool:
-    """True if these are a list of instruments and what may lie beside it, and nothing else."""
+    """True if these are an instrument list and files that belong beside it, and nothing else."""
     names = [entry.name for entry in entries]
     return LIST in names and all(name == LIST or name.endswith((ENDING, BENCH_ENDING)) for name in names)
 
@@ -115,7 +115,7 @@ def is_macos(system: System) -> bool:
 
 
 def macos_files(identifier: str, binary: bytes, resources: dict[str, bytes]) -> dict[str, bytes]:
-    """The files of a bundle of macOS, by their places in it."""
+    """Returns the files of a macOS bundle, by their paths in it."""
     info = {
         "CFBundleIdentifier": identifier, "CFBundleName": "livebass", "CFBundleExecutable": "livebass",
         "CFBundlePackageType": "BNDL", "CFBundleVersion": __version__, "CFBundleShortVersionString": __version__,

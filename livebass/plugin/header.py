@@ -1,7 +1,7 @@
-"""Writes kernels.h, which tells the plugins' C code about the kernels, from the records and entries themselves.
+"""Writes kernels.h, which describes the kernels to the plugins' C code, from the records and entries themselves.
 
 Each record becomes a struct, with assertions that C lays it out as numpy does. Each entry that the plugins call becomes
-a member of `lb_kernels`; each level of processor has a table of these.
+a member of `lb_kernels`; each processor level has its own table of entries.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from livebass.preset.programs import PROGRAMS
 from livebass.techniques import FRETS, HAND_AT, ON_STRING, TECHNIQUE_ROWS
 from livebass.units import pitch_name
 
-# Those that are part of others come first.
+# Records that others contain come first.
 RECORDS = {
     "LB_TIER": instrument.TIER,
     "LB_CIRCUIT": coil.CIRCUIT,
@@ -105,27 +105,27 @@ C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64"
 
 
 def entries_of(level: str) -> tuple[Entry, ...]:
-    """The entries that the code for a `level` of processor has.
+    """Returns the entries compiled for a processor `level`.
 
-    Those that run once a bass or a message are in that for the lowest level alone, and serve all: their results are the
-    same, bit for bit, as nothing in them is reassociated or contracted.
+    Entries that run once per bass or message exist only at the lowest level and serve all levels: their results are
+    the same bit for bit, because nothing in them is reassociated or contracted.
     """
     return ENTRIES if level == lowest(level) else tuple(entry for entry in ENTRIES if entry.attributes != SMALL)
 
 
 def lowest(level: str) -> str:
-    """The lowest level of the kind of processor that a `level` is of."""
+    """Returns the lowest level for the same kind of processor as `level`."""
     machine = emitter.LEVELS[level].machine
     return next(name for name, other in emitter.LEVELS.items() if other.machine == machine)
 
 
 def suffix(level: str) -> str:
-    """Returns the end of the entries' names in code for a `level` of processor."""
+    """Returns the suffix of entry names in code for a processor `level`."""
     return f"_{level.replace('-', '_')}"
 
 
 def header(levels: Iterable[str]) -> str:
-    """The text of kernels.h, with tables of kernels for `levels`."""
+    """Returns the text of kernels.h, with tables of kernels for `levels`."""
     lines = ["/* Written by livebass/plugin/header.py. */", "#ifndef LB_KERNELS_H", "#define LB_KERNELS_H"]
     lines += ["#include <stddef.h>", "#include <stdint.h>"]
     lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
@@ -151,7 +151,7 @@ def header(levels: Iterable[str]) -> str:
 
 
 def _switches() -> list[str]:
-    """The table of what keys may switch, and what that is called."""
+    """Returns the table of key switches and their names."""
     values = {
         ON_STRING: {pitch: pitch_name(pitch).replace("#", " sharp") for pitch in range(12)},
         HAND_AT: {fret: str(fret) for fret in range(1, FRETS + 1)},
@@ -171,7 +171,7 @@ def _switches() -> list[str]:
 
 
 def _parameters() -> list[str]:
-    """The table of parameters, and their numbers."""
+    """Returns the table of parameters, and their numbers."""
     lines = ["typedef struct {", "    const char *symbol, *name, *unit, *group;", "    double least, most, usual;"]
     lines += ["    int whole;", "    const char *const *points; /* names of the values from 0 on, then 0; or 0 */"]
     lines += ["    int kind, number; /* of the synth's event that sets it; kind -1: none does */"]
@@ -194,13 +194,13 @@ def _parameters() -> list[str]:
 
 
 def _table(declared: str, rows: list[str], before: Iterable[str] = ()) -> list[str]:
-    """A table that stands in core.c, once, with what its rows name `before` it."""
+    """Returns a table defined once, in core.c, after the definitions `before` that its rows use."""
     made = [*before, f"const {declared} = {{", *rows, "};"]
     return ["#ifdef LB_TABLES", *made, "#else", f"extern const {declared};", "#endif"]
 
 
 def _struct(name: str, record: np.dtype[np.void]) -> list[str]:
-    """A struct, and the assertions that it is as the record."""
+    """Returns a struct, and assertions that its layout matches the record."""
     fields, checks = [], [f'_Static_assert(sizeof({name}) == {record.itemsize}, "{name}");']
     assert record.fields
     for field, (kind, offset, *_) in record.fields.items():
@@ -212,5 +212,5 @@ def _struct(name: str, record: np.dtype[np.void]) -> list[str]:
 
 
 def _function(entry: Entry, name: str) -> str:
-    """The declaration of an entry."""
+    """Returns the declaration of an entry."""
     return f"{C_RESULTS[entry.result]} {name}({', '.join(C_RESULTS[kind] for kind in entry.arguments)})"

@@ -1,7 +1,7 @@
 """Instrument files, `.lbass`: a bass in numbers, for any audio rate and in each tier, as the plugins read it.
 
-A file is the image of a bass (engine/image.py); the kernels that read it are in kernels/bass, with the
-format. It holds what a preset says, worked out as far as it does not depend on the audio rate.
+A file is the image of a bass (engine/image.py); kernels/bass defines the format and has the kernels that read it. It
+holds everything that can be computed from a preset without knowing the audio rate.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ REASONS = {
 
 
 def tiers(instrument: Instrument) -> list[Quality]:
-    """The qualities of an instrument file, by tier."""
+    """Returns the qualities of an instrument file, by tier."""
     of = {LIVE: QUALITIES["live"], STUDIO: QUALITIES["studio"], COARSE: synth.COARSE}
     return [of[k].for_contact(instrument.loss, instrument.over_board) for k in range(TIERS)]
 
 
 def instrument_file(instrument: Instrument) -> bytes:
-    """The instrument file of a bass. Raises ValueError for a neck that cannot be played."""
+    """Returns a bass's instrument file. Raises ValueError for a neck that cannot be played."""
     return image_bytes(instrument, tiers(instrument))
 
 
 def tiers_by_loss(instrument: Instrument) -> list[tuple[float, list[Quality]]]:
-    """The tiers of a bass by the loss at its frets: from where on (s/m), ascending, and the qualities."""
+    """Returns a bass's qualities by fret loss: (least loss in s/m, ascending; qualities from there on)."""
     made = []
     for least, loss in ((0.0, 0.0), (TINY, ENDS_SOON / 2), (ENDS_SOON, 2 * ENDS_SOON)):
         necks = tuple(replace(neck, contact_loss=loss * neck.pressing) for neck in instrument.necks)
@@ -64,13 +64,13 @@ def tiers_by_loss(instrument: Instrument) -> list[tuple[float, list[Quality]]]:
 
 
 def all_that_some_have(instrument: Instrument) -> bytes:
-    """The strokes and effects of a file whose hand measures its force by another neck."""
+    """Returns the strokes and effects of a file whose hand measures its force on another neck."""
     hands = np.zeros(len(instrument.strings), np.int64)
     return all_strokes(instrument.player).tobytes() + added_bytes(instrument.effects, hands)
 
 
 def bench_file(instrument: Instrument, file: bytes) -> bytes:
-    """The bench file of a bass that has this instrument file (kernels/bass/change.py)."""
+    """Returns the bench file of a bass with this instrument `file` (kernels/bass/change.py)."""
     made, rest = bench_of(instrument, tiers(instrument)), all_that_some_have(instrument)
     head = np.zeros(1, BENCH_FILE)
     head["magic"], head["bytes"], head["of"] = BENCH_MAGIC, BENCH_FILE.itemsize, np.frombuffer(file[-WORD:], "<u8")
@@ -86,7 +86,7 @@ def bench_file(instrument: Instrument, file: bytes) -> bytes:
 
 
 def write_instrument(instrument: Instrument, path: Path, files: Transaction | None = None) -> None:
-    """Writes the instrument file of a bass and its bench file, whole or not at all; or as some of `files`.
+    """Writes a bass's instrument file and bench file, whole or not at all; or as part of the transaction `files`.
 
     Raises ValueError, OutputError.
     """
@@ -97,7 +97,7 @@ def write_instrument(instrument: Instrument, path: Path, files: Transaction | No
 
 
 def read_instrument(path: str | os.PathLike[str]) -> Image:
-    """Reads an instrument file. Raises ValueError for one that is damaged, or none; OSError."""
+    """Reads an instrument file. Raises ValueError if it is damaged or of another kind; OSError."""
     data = Path(path).read_bytes()
     found = image_of(data)
     state = int(check_file(found.address, len(data)))

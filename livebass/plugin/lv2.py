@@ -1,4 +1,4 @@
-"""Writes an LV2 bundle: the binary, instrument files, and the Turtle by which hosts know the plugin and its presets."""
+"""Writes an LV2 bundle: the binary, instrument files, and Turtle files that describe plugin and presets to hosts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from livebass.plugin.systems import SYSTEMS, System
 from livebass.techniques import SLIDER_ROWS
 
 URI = "urn:livebass:bass"
-STRINGS = "urn:livebass:bass-strings"  # an output a string
+STRINGS = "urn:livebass:bass-strings"  # with one output per string
 TURTLE, PRESETS, MANIFEST = "livebass.ttl", "presets.ttl", "manifest.ttl"
 PREFIXES = {
     "atom": "http://lv2plug.in/ns/ext/atom#",
@@ -43,7 +43,7 @@ PREFIXES = {
 HEAD = "".join(f"@prefix {name}: <{uri}> .\n" for name, uri in PREFIXES.items())
 
 
-# What states hold besides the ports.
+# Properties that states hold besides the ports.
 KEPT = "".join(
     f'\n<{URI}#{key}> a rdf:Property , owl:DatatypeProperty ; rdfs:label "{label}" ; rdfs:range xsd:{kind} .\n'
     for key, label, kind in (
@@ -58,7 +58,7 @@ KEPT = "".join(
         ),
     )
 )
-# An extension of Ardour's, which validators do not know
+# Ardour's extension, which validators do not know
 MIDNAM = "\nmidnam:interface a lv2:ExtensionData .\nmidnam:update a lv2:Feature .\n"
 GROUPS_OF_PORTS = "".join(
     f'\n<{URI}#group-{name.lower()}> a pg:Group , pg:InputGroup ; lv2:symbol "{name.lower()}" ; lv2:name "{name}" .\n'
@@ -75,7 +75,7 @@ UNITS = {
         for unit in ("1/s", "pF")
     },
 }  # fmt: skip
-WINDOWS = {"so": "X11UI", "dylib": "CocoaUI", "dll": "WindowsUI"}  # by the ending of libraries
+WINDOWS = {"so": "X11UI", "dylib": "CocoaUI", "dll": "WindowsUI"}  # by library extension
 ROOM = 256  # bytes around a look
 WINDOW = f"""
 <{URI}#ui> lv2:requiredFeature urid:map , ui:idleInterface ; lv2:optionalFeature ui:parent , ui:resize , ui:touch ;
@@ -84,11 +84,11 @@ WINDOW = f"""
     " , ".join(f'[ ui:plugin <{uri}> ; lv2:symbol "look" ; ui:protocol atom:eventTransfer ]' for uri in (URI, STRINGS))
 } .
 """
-PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # the names of their outputs
+PLUGINS = {URI: ("Out",), STRINGS: OUTPUTS}  # names of their outputs
 
 
 def controls(titles: Sequence[str], quality: int) -> list[str]:
-    """The control ports in Turtle, but for their index: the basses have these titles, `quality` is the first one's."""
+    """Returns the control ports in Turtle, without index, for basses of these titles; `quality` is the first bass's."""
     ports = []
     for p in PARAMETERS:
         names = tuple(titles) if p.symbol == "bass" else p.points
@@ -123,7 +123,7 @@ def _control(symbol: str, name: str, usual: float, least: float, most: float) ->
 def bundle_files(
     basses: dict[str, Instrument], instruments: dict[str, bytes], code: bytes, system: System
 ) -> dict[str, bytes]:
-    """The files of a bundle, as `clap.bundle_files` has them."""
+    """Returns the files of a bundle, as `clap.bundle_files` does."""
     titles = distinct_titles(basses)
     qualities = [" " in line for line in instruments[LIST].decode().splitlines()]  # 1: studio
     rows = [(uri, short, titles[k], k, qualities[k]) for uri in PLUGINS for k, short in enumerate(basses)]
@@ -144,7 +144,7 @@ def bundle_files(
 
 
 def is_bundle(entries: list[Path]) -> bool:
-    """True if these are the entries of a bundle that this file wrote: they may be replaced."""
+    """True if these are the entries of a bundle that this module wrote: they may be replaced."""
     names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
     binaries = {binary_name(system) for system in SYSTEMS.values()}
     return always <= names and all(name in always | binaries or name.endswith((ENDING, BENCH_ENDING)) for name in names)
@@ -154,17 +154,17 @@ write_bundle = BundleWriter(bundle_files, is_bundle)
 
 
 def binary_name(system: System) -> str:
-    """The name of the binary in a bundle for `system`."""
+    """Names the binary in a bundle for `system`."""
     return f"livebass.{system.ending}"
 
 
 def quoted(text: str) -> str:
-    """`text` as a string of Turtle."""
+    """Returns `text` as a Turtle string."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", " ") + '"'
 
 
 def plugin(uri: str, titles: Sequence[str], quality: int) -> str:
-    """The description of a plugin whose bundle has basses of these titles; it begins in that quality."""
+    """Describes a plugin whose bundle has basses of these titles and which begins in this quality."""
     strings = uri == STRINGS
     ports = [
         'a lv2:InputPort , atom:AtomPort ; lv2:symbol "midi" ; lv2:name "MIDI" ;'
@@ -193,7 +193,7 @@ def plugin(uri: str, titles: Sequence[str], quality: int) -> str:
 
 
 def preset(uri: str, short: str, title: str, number: int | None = None, quality: int = 0) -> str:
-    """A preset: the bass called `short`, with every parameter as usual; `number` is its place in the bundle."""
+    """Returns a preset: the bass `short`, with default parameters; `number` is its index in the bundle."""
     values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"} | {"quality": quality}
     if number is not None:
         values["bass"] = number
@@ -207,7 +207,7 @@ def preset(uri: str, short: str, title: str, number: int | None = None, quality:
 
 
 def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
-    """The manifest of a bundle that has the presets of these basses, and the plugins themselves if it has a binary."""
+    """Returns the manifest of a bundle with presets for these basses, and with the plugins if there is a `binary`."""
     made = ""
     if binary:
         kind = WINDOWS[binary.rpartition(".")[2]]
@@ -221,10 +221,10 @@ def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
 
 
 def write_preset(short: str, title: str, folder: Path) -> None:
-    """Writes a bundle that holds nothing but a preset: a bass in the user's folder, for the menu of hosts.
+    """Writes a bundle with a preset alone, which puts a bass from the user's folder into hosts' preset menus.
 
-    Written to ~/.lv2/livebass-SHORT.lv2 it makes an instrument file that `export instrument` wrote appear in Ardour and
-    jalv, with its short name, as others may have its title. Raises ValueError for a name that does not fit,
+    Written to ~/.lv2/livebass-SHORT.lv2, it makes an instrument file from `export instrument` appear in Ardour and
+    jalv. The short name is included because others may have the same title. Raises ValueError for an unsuitable name,
     OutputError.
     """
     checked_name(short)

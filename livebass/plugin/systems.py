@@ -13,18 +13,18 @@ from livebass.compiling import ARM, X86, emitter
 
 @dataclass(frozen=True)
 class System:
-    """A system: an operating system on a kind of processor."""
+    """An operating system on a kind of processor."""
 
     name: str
     triple: str  # LLVM's name
     zig: str  # ziglang's
     wheel: str  # platform tag of a wheel
     machine: str  # kind of processor, of emitter.LEVELS
-    ending: str  # of shared libraries
+    ending: str  # extension of shared libraries
 
     @property
     def levels(self) -> list[str]:
-        """The levels of processor, the lowest first."""
+        """The processor levels, lowest first."""
         return [name for name, level in emitter.LEVELS.items() if level.machine == self.machine]
 
 
@@ -48,7 +48,7 @@ SYSTEMS = {
     )
 }  # fmt: skip
 OPERATING = {"linux": "linux", "darwin": "macos", "win32": "windows"}  # by sys.platform
-FOLDERS = {  # of the user's plugins, by the first part of a system's name and the format
+FOLDERS = {  # the user's plugin folders, by the first part of a system's name and by format
     "linux": {"lv2": "~/.lv2", "clap": "~/.clap", "vst3": "~/.vst3"},
     "macos": {kind: f"~/Library/Audio/Plug-Ins/{kind.upper()}" for kind in ("lv2", "clap", "vst3")},
     "windows": {
@@ -60,7 +60,7 @@ FOLDERS = {  # of the user's plugins, by the first part of a system's name and t
 
 
 def this_system() -> System:
-    """The system that this process runs on. Raises ValueError if no plugins are built for it."""
+    """Returns the system of this process. Raises ValueError if no plugins are built for it."""
     machine = platform.machine().lower()
     kind = "x86_64" if machine in X86 else "aarch64" if machine in ARM else machine
     operating = OPERATING.get(sys.platform, sys.platform)
@@ -71,12 +71,12 @@ def this_system() -> System:
 
 
 def folder_of_plugins(system: System, kind: str) -> str:
-    """The folder of the user in which hosts on `system` look for plugins of a format, as one writes it there."""
+    """Returns the user folder where hosts on `system` look for plugins of a format, in that system's notation."""
     return FOLDERS[system.name.partition("-")[0]][kind]
 
 
 def own_folder_of_plugins(kind: str) -> Path:
-    """The folder of this user in which hosts on this system look for plugins of a format. Raises OSError."""
+    """Returns the folder of this user where hosts on this system look for plugins of a format. Raises OSError."""
     written = folder_of_plugins(this_system(), kind)
     found = os.path.expanduser(os.path.expandvars(written))
     if not os.path.isabs(found):

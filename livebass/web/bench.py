@@ -1,7 +1,7 @@
-"""The bench of a page: which sliders a bass has there, and what the page shows and saves with them.
+"""The page's bench: the sliders of a bass, and the data with which the page shows and saves them.
 
-The sliders are rows of techniques.py. The kernels make what they change (kernels/bass/change.py); the page shows what a
-value comes to, and writes the values into links and presets.
+The sliders are rows of techniques.py. The kernels build the changed bass (kernels/bass/change.py); the page shows the
+resulting values and writes the slider values into links and presets.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from livebass.units import DIMENSIONS
 
 @dataclass(frozen=True)
 class Source:
-    """The preset that a bass of a page was made of, and keys at the top that were given in place of its own."""
+    """The preset that a page's bass was made from, and the top-level keys given in place of the preset's own."""
 
     preset: str
     given: Mapping[str, Any] = field(default_factory=dict)
 
 
 def bench(bass: Instrument, source: Source) -> dict[str, Any] | None:
-    """Returns what the page must know to change a bass; None for a bass that no preset like its source can be."""
+    """Returns the data the page needs to change a bass; None if no preset like its source can describe the bass."""
     same = load_preset(source.preset, **source.given)
     if replace(same, player=bass.player, effects=bass.effects) != bass:
         return None
@@ -47,7 +47,7 @@ def bench(bass: Instrument, source: Source) -> dict[str, Any] | None:
 
 
 def head(bass: Instrument, same: Instrument, source: Source) -> dict[str, dict[str, str]]:
-    """What a preset like the source says to be the bass as it is here: keys and values as TOML, by section."""
+    """Returns the keys and values (TOML, by section) that turn a preset like the source into this bass."""
     made = {"": {name: toml(value) for name, value in source.given.items()}}
     for section, own, other in (("player", bass.player, same.player), ("effects", bass.effects, same.effects)):
         kinds = {name: row.kind for name, row in rows(type(own)).items()}
@@ -58,7 +58,7 @@ def head(bass: Instrument, same: Instrument, source: Source) -> dict[str, dict[s
 
 
 def toml(value: Any, kind: str = "") -> str:
-    """A value as a preset writes it; of a dimension, in SI, with the unit that is 1 there."""
+    """Formats a value for a preset; a quantity with a dimension is in SI and gets its SI unit."""
     if kind in DIMENSIONS:
         return f'"{value!r} {next(unit for unit, size in DIMENSIONS[kind].units.items() if size == 1.0)}"'
     if isinstance(value, tuple | list):
@@ -67,7 +67,7 @@ def toml(value: Any, kind: str = "") -> str:
 
 
 def sliders(bass: Instrument) -> Iterator[dict[str, Any]]:
-    """The sliders that change this bass; each with its number, its name here, and what the bass has."""
+    """Yields the sliders that change this bass, each with its number, its name here and the bass's own value."""
     pickups = () if bass.output.kind == "displacement" else bass.output.pickups
     own = own_values(bass)
     for number, (symbol, row) in enumerate(SLIDER_ROWS.items()):
@@ -95,7 +95,7 @@ def changes(bass: Instrument, symbol: str) -> bool:
 
 
 def own_values(bass: Instrument) -> dict[str, tuple[float, str]]:
-    """What the bass has of that which sliders change, of its lowest string, with units."""
+    """Returns the bass's own values of the slider quantities, for its lowest string, with units."""
     string, neck, player = bass.strings[0], bass.necks[0], bass.player
     x, gaps = neck.fret_positions, [-1e3 * height for height in neck.fret_heights]
     middle = len(x) // 2
@@ -125,7 +125,7 @@ def own_values(bass: Instrument) -> dict[str, tuple[float, str]]:
 
 
 def called(pickup: Pickup, bass: Instrument) -> str:
-    """The name of a pickup among those of its bass."""
+    """Names a pickup among its bass's pickups."""
     if pickup.strings:
         return f"Pickup under {' '.join(pickup.strings)}"
     others = [p.position for p in bass.output.pickups if p is not pickup]

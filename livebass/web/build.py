@@ -1,6 +1,6 @@
-"""The kernels as a WebAssembly module: from the wheel, from the user's directory, or compiled once.
+"""Provides the kernels as a WebAssembly module: from the wheel, from the user's directory, or compiled once.
 
-The module imports nothing. It exports its memory, the table of functions, and the entries that a page calls or whose
+The module imports nothing. It exports its memory, its function table, and the entries that the page calls or whose
 addresses kernels take.
 """
 
@@ -20,25 +20,25 @@ BUILT = store.BUILT / f"kernels-{store.digest()}-{LEVEL}.wasm"
 
 
 def kept() -> Path | None:
-    """The module that may be in the user's directory; None if there can be none."""
+    """Returns the module's path in the user's directory; None if nothing can be kept there."""
     place = store.directory(f"kernels-{store.digest()}")
     return place / f"{LEVEL}.wasm" if place else None
 
 
 def cached() -> bool:
-    """True if the module need not be compiled first."""
+    """True if the module is already compiled."""
     there = kept()
     return store.whole(BUILT) is not None or (there is not None and store.whole(there) is not None)
 
 
 def module() -> bytes:
-    """Returns the module; compiles it first if need be. Raises OSError."""
+    """Returns the module; compiles it first if necessary. Raises OSError."""
     built = store.whole(BUILT)
     return store.kept_or_made(kept(), lambda: linked(compiled_for(LEVEL))) if built is None else built
 
 
 def linked(kernels: bytes) -> bytes:
-    """Returns the module of an object file of kernels. Raises OSError."""
+    """Links the kernels' object file into the module. Raises OSError."""
     try:
         return linking.linked(kernels, [f"lb_{entry.name}" for entry in ENTRIES], STACK)
     except linking.LinkError as error:

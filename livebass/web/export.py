@@ -1,7 +1,7 @@
 """Writes the page: a folder for a web server, or one HTML file that also plays from a disk.
 
-The page asks no other server for anything, and its content security policy forbids it to. It asks for the files of a
-folder with their digest, so that a browser's cache cannot mix two exports.
+The page loads nothing from other servers; its content security policy forbids it. It requests a folder's files with
+their digest, which keeps a browser's cache from mixing two exports.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
 SOURCES = ("app.js", "style.css", "worker.js", "worklet.js")
 TITLE, DATA = "<title>livebass</title>", '<script type="application/json" id="page">'
-HEAD = 1 << 16  # bytes of a page that hold both
-BODY = 0.3  # m from the saddle that the page shows beside some frets: pickups and the right hand
+HEAD = 1 << 16  # bytes at a page's start; they hold both
+BODY = 0.3  # m from the saddle, shown beside some frets: pickups and the right hand
 TIERS = {"live": LIVE, "studio": STUDIO}
-SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the page calls by keys ...
+SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the page calls with keys ...
 CONTROLLED = {b.symbol for b in BUTTONS if b.value}  # ... and by controllers
 Sources = Mapping[str, Source]  # by short name of a bass
 NONE: Sources = {}
-# On a page from a disk, the audio thread is a data: address and the worker a blob: address
+# A page on a disk loads its audio thread from a data: address and its worker from a blob: address
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
     " connect-src 'self'; img-src data:",
@@ -56,10 +56,9 @@ def export_page(
 ) -> Path:
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
-    sources: the presets that the basses were made from, for the bench. A bass that is not there was made from the
-    preset of its short name. The folder appears complete, over an older page, or not at all. The page begins with the
-    first bass.
-    Raises ValueError for names or basses that do not fit, OutputError, OSError where the module cannot be built.
+    sources: the presets that the basses were made from, for the bench; by default, each bass's is the preset of its
+    short name. The folder replaces an older page completely, or nothing is written. The page begins with the first
+    bass. Raises ValueError for unsuitable names or basses, OutputError, OSError if the module cannot be built.
     """
     files = page_files(basses, quality, sources)
     if single:
@@ -79,7 +78,7 @@ def is_page(entries: list[Path]) -> bool:
 
 
 def is_single_page(file: Path) -> bool:
-    """True if this is a page in one file that livebass wrote, of any version."""
+    """True if this is a page in one file, written by any version of livebass."""
     with suppress(OSError):
         if file.is_file():
             with file.open("rb") as opened:
@@ -89,7 +88,7 @@ def is_single_page(file: Path) -> bool:
 
 
 def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = NONE) -> dict[str, bytes]:
-    """The files of the page in a folder, by their paths; `sources` as for `export_page`."""
+    """Returns the files of a page in a folder, by path; `sources` as for `export_page`."""
     made = instrument_files(basses)
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
@@ -109,12 +108,12 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
 
 
 def shell() -> dict[str, bytes]:
-    """The script and the style of every page."""
+    """Returns the script and the style that every page has."""
     return {"app.js": joined("main.js").encode(), "style.css": text("style.css").encode()}
 
 
 def with_html(files: dict[str, bytes], page: dict[str, Any]) -> dict[str, bytes]:
-    """Adds the HTML of a page to its files; `page` is the page's data."""
+    """Adds the HTML with the data `page` to a page's files."""
     known = {"version": __version__, "digest": digest_of(files)} | page
     return files | {INDEX: html(known, POLICIES[False]).encode()}
 
@@ -140,7 +139,7 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def shown(name: str, bass: Instrument) -> dict[str, Any]:
-    """Returns a bass's texts, strings and frets for the page, which cannot read them from the instrument file."""
+    """Returns the data of a bass, such as strings and frets, that the page cannot read from the instrument file."""
     return {
         "name": name,
         "title": bass.name,
@@ -162,7 +161,7 @@ def shown(name: str, bass: Instrument) -> dict[str, Any]:
 
 
 def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]:
-    """Returns the paper's plucks for the page (lengths in m), if the bass is the paper's own preset, unchanged."""
+    """Returns the paper's plucks for the page (lengths in m) if the bass is the paper's unchanged preset."""
     if source != Source(PRESET):
         return []
     return [
@@ -180,7 +179,7 @@ def shown_cases(bass: Instrument, source: Source | None) -> list[dict[str, Any]]
 
 
 def shown_string(string: String, neck: Neck) -> dict[str, Any]:
-    """Returns the numbers of a string for the page: lengths in m, its gauge in mm."""
+    """Returns a string's data for the page: lengths in m, its gauge in mm."""
     return {
         "name": string.name,
         "note": string.open_note,
@@ -192,14 +191,14 @@ def shown_string(string: String, neck: Neck) -> dict[str, Any]:
 
 
 def shown_pickup(pickup: Pickup, bass: Instrument) -> dict[str, Any]:
-    """Returns where a pickup is, m from the saddle, and which strings it senses, by number."""
+    """Returns a pickup's place, m from the saddle, its aperture, and the numbers of the strings it senses."""
     names = [s.name for s in bass.strings]
     strings = [names.index(name) for name in pickup.strings] or list(range(len(names)))
     return {"position": pickup.position, "aperture": pickup.aperture, "strings": strings}
 
 
 def single_page(files: dict[str, bytes]) -> bytes:
-    """The page in one file: scripts and style in it, everything else packed."""
+    """Returns the page in one file: script and style inline, everything else packed."""
     style, script = files["style.css"].decode(), files["app.js"].decode()
     packed = {
         name: base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
@@ -220,7 +219,7 @@ def single_page(files: dict[str, bytes]) -> bytes:
 
 
 def html(page: dict[str, Any], policy: str) -> str:
-    """The HTML with the page's data and its policy."""
+    """Returns the HTML with the page's data and its policy."""
     data = json.dumps(page, separators=(",", ":"), ensure_ascii=False).replace("<", "\\u003c")
     return (
         text("index.html")
@@ -232,7 +231,7 @@ def html(page: dict[str, Any], policy: str) -> str:
 
 
 def digest_of(files: dict[str, bytes]) -> str:
-    """The digest of files and their names."""
+    """Returns a digest of files and their names."""
     whole = hashlib.sha256()
     for name, data in sorted(files.items()):
         whole.update(f"{name}\n{len(data)}\n".encode() + data)
@@ -240,5 +239,5 @@ def digest_of(files: dict[str, bytes]) -> str:
 
 
 def policy_source(source: str) -> str:
-    """The source expression of a policy that allows this one script or style."""
+    """Returns the policy's source expression that allows this script or style."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()}'"

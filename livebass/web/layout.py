@@ -1,4 +1,4 @@
-"""Tells the JavaScript of a page how the kernels are laid out: records, numbers and entries, from the kernels."""
+"""Tells the page's JavaScript the layout of the kernels' records, their numbers and their entries."""
 
 from __future__ import annotations
 
@@ -55,8 +55,8 @@ NUMBERS = {
     "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY,
 }  # fmt: skip
-# Of each way to play: its switch, if it has one; the performer's field that its controller moves, if it has one; and
-# whether that field is a channel's
+# For each way to play: its switch, if any; the performer's field that its controller moves, if any; and whether that
+# field belongs to a channel
 WAYS = {
     b.symbol: (
         TECHNIQUE_ROWS[b.symbol].number if b.symbol in TECHNIQUE_ROWS else NO_SWITCH,
@@ -75,7 +75,7 @@ ENTRIES: tuple[Entry, ...] = (
 
 
 def layout() -> str:
-    """A line of JavaScript that defines LAYOUT.
+    """Returns a line of JavaScript that defines LAYOUT.
 
     Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "i4", "f8", "f4", "u1".
     """
@@ -85,9 +85,9 @@ def layout() -> str:
 
 
 def record(of: np.dtype[np.void]) -> dict[str, Any]:
-    """A record's bytes and its fields; the kind of one that is a record itself, or a row of them, is empty.
+    """Returns a record's bytes and its fields; a field that is a record or an array of records has an empty kind.
 
-    Fields of a record in it are called "record.field".
+    Fields of an inner record are called "record.field".
     """
     assert of.fields
     fields: dict[str, list[Any]] = {}

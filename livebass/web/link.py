@@ -1,4 +1,4 @@
-"""Checks links to a page before it is made, by the rules of static/bench.js (`fromLink`) and static/app.js (cases)."""
+"""Checks links before the page is made, by the rules of static/bench.js (`fromLink`) and static/cases.js."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OLDER = "the link is of an earlier version, whose sliders counted otherwise: set
 def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str, Source]) -> None:
     """Raises ValueError, one line, for a link that a page with `basses`, by short name, cannot follow.
 
-    link: "case=b", "like=slap&action=-0.5", or a page's address with either behind its #.
+    link: "case=b", "like=slap&action=-0.5", or a page's address with either after its #.
     """
     said = parse_qsl(link.rpartition("#")[2], keep_blank_values=True)
     if not said:

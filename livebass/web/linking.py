@@ -1,8 +1,8 @@
-"""Links one object file of WebAssembly into a module, as `wasm-ld` would: no linker needs to be installed for the page.
+"""Links one WebAssembly object file into a module, as `wasm-ld` would: the page needs no installed linker.
 
-The format is that of https://github.com/WebAssembly/tool-conventions/blob/main/Linking.md. An object file is a module
-whose code and data have numbers that the linker sets: its relocations. It imports its memory, stack pointer and table,
-which the module gets as its own. Functions that no export reaches are left out.
+https://github.com/WebAssembly/tool-conventions/blob/main/Linking.md describes the format. An object file is a module
+with numbers in its code and data that the linker sets: its relocations. It imports memory, stack pointer and table; the
+linked module has its own. Functions that no export reaches are left out.
 """
 
 from __future__ import annotations
@@ -13,36 +13,36 @@ from typing import NamedTuple
 
 MAGIC = b"\0asm\x01\0\0\0"
 CUSTOM, TYPE, IMPORT, FUNCTION, TABLE, MEMORY, GLOBAL, EXPORT, CODE, DATA = 0, 1, 2, 3, 4, 5, 6, 7, 10, 11  # sections
-OF_FUNCTION, OF_DATA, OF_GLOBAL, OF_TABLE = 0, 1, 2, 5  # kinds of symbols
+OF_FUNCTION, OF_DATA, OF_GLOBAL, OF_TABLE = 0, 1, 2, 5  # symbol kinds
 SYMBOLS, SEGMENTS = 8, 5  # parts of the section "linking"
-UNDEFINED, NAMED = 0x10, 0x40  # flags of symbols
+UNDEFINED, NAMED = 0x10, 0x40  # symbol flags
 FUNCTION_INDEX, ADDRESS, SIGNED_ADDRESS, ADDRESS_32, TYPE_INDEX, GLOBAL_INDEX, TABLE_NUMBER = 0, 3, 4, 5, 6, 7, 20
 TO_ADDRESSES = (ADDRESS, SIGNED_ADDRESS, ADDRESS_32)  # relocations that have an addend
-FUNCREF, I32, END, CONST_I32 = 0x70, 0x7F, 0x0B, 0x41  # of WebAssembly
-PAGE, PADDED = 65536, 5  # bytes: of memory; of a number that a linker sets
-STACK_POINTER, HEAP_BASE = 0, 1  # the globals of the module
+FUNCREF, I32, END, CONST_I32 = 0x70, 0x7F, 0x0B, 0x41  # WebAssembly codes
+PAGE, PADDED = 65536, 5  # bytes in a memory page; in a number that a linker sets
+STACK_POINTER, HEAP_BASE = 0, 1  # the module's globals
 
 
 class LinkError(ValueError):
-    """An object file is not what this linker can link; one line."""
+    """This linker cannot link an object file; the message is one line."""
 
 
 class Relocation(NamedTuple):
     kind: int
-    at: int  # in its section
-    to: int  # number of a symbol, or of a type
+    at: int  # place in its section
+    to: int  # number of a symbol or type
     addend: int
 
 
 class Symbol(NamedTuple):
     kind: int
     name: str
-    where: int  # number of the function, or of the data segment; -1: it is defined elsewhere
+    where: int  # number of the function or data segment; -1: defined elsewhere
     offset: int  # in the segment
 
 
 class Reader:
-    """Reads the numbers and names of a section from `at` on."""
+    """Reads numbers and names of a section, from `at` on."""
 
     def __init__(self, data: bytes, at: int = 0) -> None:
         self.data, self.at = data, at
@@ -52,7 +52,7 @@ class Reader:
         return self.data[self.at - 1]
 
     def number(self, signed: bool = False) -> int:
-        """A number in LEB128."""
+        """Reads a number in LEB128."""
         value = shift = 0
         while True:
             byte = self.byte()
@@ -62,7 +62,7 @@ class Reader:
                 return value - (1 << shift) if signed and byte & 0x40 else value
 
     def bytes(self) -> bytes:
-        """A length and so many bytes."""
+        """Reads a length and that many bytes."""
         size = self.number()
         self.at += size
         return self.data[self.at - size : self.at]
@@ -76,8 +76,8 @@ class Object(NamedTuple):
 
     types: bytes
     types_of: list[int]  # by function
-    bodies: list[tuple[int, bytes]]  # of functions: where in the section of code, and the code
-    segments: list[tuple[int, bytes]]  # of data, likewise
+    bodies: list[tuple[int, bytes]]  # of functions: place in the code section, and the code
+    segments: list[tuple[int, bytes]]  # of data: place in the data section, and the data
     alignments: list[int]  # of segments, bytes
     symbols: list[Symbol]
     of_code: list[Relocation]
@@ -85,10 +85,10 @@ class Object(NamedTuple):
 
 
 def linked(data: bytes, exports: Sequence[str], stack: int) -> bytes:
-    """Returns the module of the object file `data`, with a stack of `stack` bytes at the beginning of its memory.
+    """Links the object file `data` into a module with a stack of `stack` bytes at the beginning of its memory.
 
     It exports the functions `exports`, "memory", "__indirect_function_table" and "__heap_base", where free memory
-    begins. Raises LinkError for an object that needs others, or lacks one of `exports`.
+    begins. Raises LinkError for an object that needs other imports, or lacks one of `exports`.
     """
     found = read(data)
     functions = {s.name: s.where for s in found.symbols if s.kind == OF_FUNCTION and s.where >= 0}
@@ -180,7 +180,7 @@ def read(data: bytes) -> Object:
 
 
 def check_imports(section: Reader) -> None:
-    """Raises LinkError for imports but the memory, the stack pointer and the table."""
+    """Raises LinkError for imports other than the memory, the stack pointer and the table."""
     usual = {"__linear_memory", "__stack_pointer", "__indirect_function_table"}
     for _ in range(section.number()):
         section.name()
@@ -197,13 +197,13 @@ def check_imports(section: Reader) -> None:
 
 
 def placed(section: Reader) -> tuple[int, bytes]:
-    """Reads a length and so many bytes; returns where they begin, and them."""
+    """Reads a length and that many bytes; returns their place and the bytes."""
     data = section.bytes()
     return section.at - len(data), data
 
 
 def read_linking(section: Reader) -> tuple[list[Symbol], list[int]]:
-    """Reads the symbols, and the alignments of segments (bytes)."""
+    """Reads the symbols and the segments' alignments (bytes)."""
     symbols, alignments = list[Symbol](), list[int]()
     if section.number() != 2:
         raise LinkError("its format is of another version")
@@ -242,7 +242,7 @@ def read_relocation(section: Reader) -> Relocation:
 
 
 def reachable(found: Object, begin: list[int]) -> set[int]:
-    """The functions that those of `begin` call, directly or not, and they themselves."""
+    """Returns the functions `begin` and all functions that they call, directly or not."""
     calls: dict[int, list[int]] = {}
     for k, (at, body) in enumerate(found.bodies):
         within = between(found.of_code, at, at + len(body))
@@ -257,19 +257,19 @@ def reachable(found: Object, begin: list[int]) -> set[int]:
 
 
 def between(relocations: list[Relocation], begin: int, end: int) -> list[Relocation]:
-    """Those of the relocations that are from `begin` to `end`."""
+    """Returns the relocations from `begin` to below `end`."""
     first = bisect_left(relocations, begin, key=lambda r: r.at)
     return relocations[first : bisect_left(relocations, end, key=lambda r: r.at)]
 
 
 def related(at: int, data: bytes, relocations: list[Relocation], value: Callable[[Relocation], int]) -> bytes:
-    """`data`, which begins `at` in its section, with the values that its relocations ask for."""
+    """Returns `data`, which begins `at` in its section, with its relocations applied."""
     made = bytearray(data)
     for relocation in between(relocations, at, at + len(data)):
         number, place = value(relocation), relocation.at - at
         if relocation.kind == ADDRESS_32:
             made[place : place + 4] = number.to_bytes(4, "little")
-        else:  # below 2^31: a signed number of PADDED bytes is the same
+        else:  # below 2^31, PADDED signed bytes are the same
             made[place : place + PADDED] = bytes(
                 (number >> 7 * k) & 0x7F | 0x80 * (k < PADDED - 1) for k in range(PADDED)
             )
@@ -277,12 +277,12 @@ def related(at: int, data: bytes, relocations: list[Relocation], value: Callable
 
 
 def aligned(place: int, alignment: int) -> int:
-    """The first place from `place` on that is a multiple of `alignment`."""
+    """Returns the first multiple of `alignment` from `place` on."""
     return -(-place // alignment) * alignment
 
 
 def leb(number: int) -> bytes:
-    """A number, 0 or more, in unsigned LEB128."""
+    """Encodes a number, 0 or more, in unsigned LEB128."""
     made = bytearray()
     while number > 0x7F:
         made.append(number & 0x7F | 0x80)
@@ -291,23 +291,23 @@ def leb(number: int) -> bytes:
 
 
 def constant(number: int) -> bytes:
-    """The code of a number below 2^31, 0 or more."""
+    """Returns code for a constant from 0 to below 2^31."""
     signed = leb(number)
-    if signed[-1] & 0x40:  # would be the sign
+    if signed[-1] & 0x40:  # it would be read as the sign
         signed = signed[:-1] + bytes([signed[-1] | 0x80, 0])
     return bytes([CONST_I32]) + signed + bytes([END])
 
 
 def sized(data: bytes) -> bytes:
-    """`data` behind its length."""
+    """Returns `data` after its length."""
     return leb(len(data)) + data
 
 
 def vector(items: Sequence[bytes]) -> bytes:
-    """`items` behind their number."""
+    """Returns `items` after their number."""
     return leb(len(items)) + b"".join(items)
 
 
 def exported(name: str, kind: int, index: int) -> bytes:
-    """An export."""
+    """Encodes an export."""
     return sized(name.encode()) + bytes([kind]) + leb(index)

@@ -1,8 +1,8 @@
-"""Joins the JavaScript modules of the page into one script that leaves no name in the global scope.
+"""Joins the page's JavaScript modules into one script that leaves no name in the global scope.
 
-Each module becomes a function that returns its exports; it runs after the modules that it imports. Modules import by
+Each module becomes a function that returns its exports; it runs after the modules that it imports. Modules import with
 lines such as `import {name, ...} from "./file.js";`, `import * as name from "./file.js";` or `import "./file.js";`.
-They export functions, classes and constants, where these are declared, and must not import one another in a circle.
+They export functions, classes and constants at their declarations, and must not import one another in a circle.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ STATIC = Path(__file__).parent / "static"
 IMPORT = re.compile(r'^import (?:(?:\* as (?P<all>\w+)|\{(?P<names>[\w$, ]+)\}) from )?"\./(?P<file>[\w.]+)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:const|class|(?:async )?function\*?) (?P<name>[\w$]+))", re.M)
 UNJOINED = re.compile(r"^(?:import|export)\b.*", re.M)
-MADE = {"layout.js": layout, "rule.js": rule}  # modules made by Python: how kernels are laid out, how MIDI is read
+MADE = {"layout.js": layout, "rule.js": rule}  # modules made by Python: the kernels' layout, the rules of MIDI files
 NONE: Mapping[str, str] = {}
 
 
 def joined(entry: str, more: Mapping[str, str] = NONE) -> str:
-    """Returns a classic script: an expression whose value is what the module `entry` exports.
+    """Returns a classic script: an expression whose value is the exports of the module `entry`.
 
-    `more` holds modules beside those of the page, by file name. Raises ValueError for modules that cannot be joined.
+    `more` holds modules besides the page's own, by file name. Raises ValueError for modules that cannot be joined.
     """
     parts: dict[str, str] = {}
     exports: dict[str, list[str]] = {}
@@ -52,7 +52,7 @@ def joined(entry: str, more: Mapping[str, str] = NONE) -> str:
 
 
 def text(name: str) -> str:
-    """A file of the page."""
+    """Reads a file of the page."""
     return (STATIC / name).read_text("utf-8")
 
 
@@ -61,11 +61,11 @@ def _names(found: re.Match[str]) -> list[str]:
 
 
 def _taken(found: re.Match[str]) -> str:
-    """The line of a script in place of an import."""
+    """Returns the script line that replaces an import."""
     names = found["all"] or (f"{{{found['names']}}}" if found["names"] else "")
     return f"const {names} = {_variable(found['file'])};\n" if names else ""
 
 
 def _variable(file: str) -> str:
-    """The name of what a module exports."""
+    """Names the variable for a module's exports."""
     return "$" + file.removesuffix(".js").replace(".", "_")

@@ -1,4 +1,4 @@
-"""Tells the page by which numbers, words and encodings MIDI files are read: those of Python's reader."""
+"""Gives the page the numbers, words and encodings of Python's reader of MIDI files."""
 
 from __future__ import annotations
 
@@ -53,5 +53,5 @@ RULE = {
 
 
 def rule() -> str:
-    """A line of JavaScript that defines RULE."""
+    """Returns a line of JavaScript that defines RULE."""
     return f"const RULE = {json.dumps(RULE, separators=(',', ':'))};\n"

@@ -1,6 +1,6 @@
-"""Serves the page on this machine alone: its files, from memory, at a port of 127.0.0.1. [threads of their own]
+"""Serves the page to this machine alone: its files, from memory, on a port of 127.0.0.1. [threads of their own]
 
-Whoever asks for another host's name is refused: a page of that name would come from elsewhere, and read what is here.
+Requests for another host's name are refused: they come from pages of other sites, which must not read this one.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ KINDS = {
     "html": "text/html; charset=utf-8", "js": "text/javascript; charset=utf-8", "css": "text/css; charset=utf-8",
     "wasm": "application/wasm",
 }  # fmt: skip
-PATIENCE = 10.0  # s, for a browser that says nothing
+PATIENCE = 10.0  # s, for a silent browser
 Streams = Mapping[str, Callable[[], Iterator[bytes]]]
 NO_STREAMS: Streams = {}
 
 
 class PageLost(OSError):
-    """The port cannot be opened; one line."""
+    """The port cannot be opened; the message is one line."""
 
 
 def check_port(port: int) -> None:
-    """Raises PageLost if nothing can be served at `port` of this machine now; 0 is any that is free."""
+    """Raises PageLost if nothing can be served on `port` of this machine now; 0: any free port."""
     with socket.socket() as trial:
         trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
         with _opening(port):
@@ -43,7 +43,7 @@ def check_port(port: int) -> None:
 
 @contextmanager
 def _opening(port: int) -> Iterator[None]:
-    """Turns the system's error within the block into a PageLost about `port`."""
+    """Turns an OSError in the block into a PageLost about `port`."""
     try:
         yield
     except OSError as error:
@@ -51,15 +51,15 @@ def _opening(port: int) -> Iterator[None]:
 
 
 def is_under(root: str, path: str) -> bool:
-    """True if a path begins with `root`; in a time that does not tell by how much."""
+    """True if a path begins with `root`; the time taken does not reveal how much of it matches."""
     return hmac.compare_digest(path[: len(root)].encode(), root.encode())
 
 
 class PageServer:
-    """Serves `files`, by their paths, until it is closed; `port` 0: any that is free. Raises PageLost.
+    """Serves `files`, by path, until it is closed; `port` 0: any free port. Raises PageLost.
 
-    A path of `streams` is answered by what that yields, for as long as it does. With a `token` all paths begin with it,
-    and nobody who does not know it gets anything.
+    A path in `streams` is answered with all that its iterator yields. With a `token` all paths begin with it; requests
+    without it get nothing.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class PageServer:
 
     @property
     def address(self) -> str:
-        """Where a browser on this machine finds the page."""
+        """The page's address for a browser on this machine."""
         return f"http://{HOST}:{self._server.server_port}{self._root}"
 
     def close(self) -> None:

@@ -1,8 +1,8 @@
-"""The page that watches the bass of `livebass play`: its files, and the stream of what the strings do.
+"""The page that watches the bass of `livebass play`: its files, and a stream of the strings' motion.
 
-A message of the stream is two lengths, uint32 little-endian, and behind them so many bytes of JSON and of SIGHTs. Its
-JSON has the frame, contacts and notes as static/see.js takes them; with another bass than before also what the page
-shows of it. Messages come as often as a screen shows pictures while a string sounds, else once a second.
+A message of the stream is two lengths, uint32 little-endian, then that many bytes of JSON and of SIGHTs. The JSON has
+the frame, contacts and notes as static/see.js takes them and, after a change of bass, the page's data for the new bass.
+Messages come 60 times a second while a string sounds, else once a second.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from livebass.model.instrument import Instrument
 from livebass.web.export import page_data, shell, shown, with_html
 
 EVERY = 1 / 60  # s, between two pictures
-QUIET = 1.0  # s, between two messages of a bass that is silent
+QUIET = 1.0  # s, between two messages of a silent bass
 LENGTHS = struct.Struct("<II")
 STREAM = "watch"  # its place beside the page
 
 
 def watch_files(bass: Instrument) -> dict[str, bytes]:
-    """The files of the page, by their paths; it begins with `bass`."""
+    """Returns the page's files, by path; it begins with `bass`."""
     page = page_data([_shown(bass)]) | {"watching": STREAM}
     return with_html(shell(), page)
 
 
 def _shown(bass: Instrument) -> dict[str, Any]:
-    """What the page shows of a bass: nothing there can be changed."""
+    """Returns the page's data of a bass; the page cannot change it."""
     return shown(bass.name, bass) | {"bench": None, "cases": []}
 
 
 def stream(synth: Callable[[], Synth | None]) -> Iterator[bytes]:
-    """Yields what the bass of a synth does, or nothing new, every EVERY seconds; `synth` returns the one that plays."""
+    """Yields a message about the playing synth's bass, or no bytes, every EVERY seconds; `synth` returns that synth."""
     onlooker: Onlooker | None = None
     told, sounded, sent = True, False, 0.0
     while True:

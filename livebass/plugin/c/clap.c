@@ -1,7 +1,7 @@
 /* The CLAP plugin: ports, events, parameters, state and presets of an instance. process() allocates nothing, but
    offline it may load a bass.
 
-   There are two: one with a mono output, one with an output a string. Instruments lie in the folder that holds the file
+   There are two plugins: one with a mono output, one with an output per string. Instruments lie beside the file
    livebass.clap (macOS: in its Contents/Resources), or in the user's directory. */
 #include "clap_abi.h"
 #include "editor.h"
@@ -11,13 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MONO "org.livebass.bass" /* for ever: sessions know them */
+#define MONO "org.livebass.bass" /* must never change: sessions use them */
 #define APART "org.livebass.strings"
 #define PROVIDER "org.livebass.presets"
 enum { TAIL = 12 /* s */, ROOM = 1 << 16 };
-enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
+enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
 
-static char folder[CLAP_PATH]; /* of the instruments that came with the plugin */
+static char folder[CLAP_PATH]; /* with the plugin's own instruments */
 
 typedef struct {
     clap_plugin plugin; /* first: hosts know its address */
@@ -25,12 +25,12 @@ typedef struct {
     const clap_host_log *log;
     const clap_host_thread_pool *pool;
     const clap_host_params *params;
-    int apart; /* has an output a string */
+    int apart; /* has one output per string */
     int asked; /* on_main_thread() will be called */
-    int overload, bass, quality; /* the host was told so last, or has said so */
+    int overload, bass, quality; /* as the host knows them */
     lb_editor *editor;
     int width, height; /* of the window, pixels (Cocoa: points) ... */
-    double scale;      /* ... and its scale; 0: that of the system */
+    double scale;      /* ... and its scale; 0: the system's */
     lb_instance instance;
 } clap;
 
@@ -49,13 +49,13 @@ static void ask(void *owner) {
 
 /* --- strings side by side --- */
 
-/* Lets the host's threads call `help`, and waits for them; a host that declines does nothing. */
+/* Lets the host's threads call `help`, and waits for them; the host may decline. */
 static void share(int64_t owner, int64_t strings) {
     const clap *c = (const clap *)(intptr_t)owner;
     c->pool->request_exec(c->host, (uint32_t)strings);
 }
 
-/* Plays any string, whatever the task. */
+/* Plays any string; the task's number does not matter. */
 static void help(const clap_plugin *p, uint32_t task) {
     lb_help(of(p)->instance.synth);
 }
@@ -92,7 +92,7 @@ static void stop_processing(const clap_plugin *p) {}
 
 static void reset(const clap_plugin *p) { lb_reset_instance(&of(p)->instance); }
 
-/* Says that another bass may have other switches. */
+/* Tells the host that another bass may have other switches. */
 static void tell_names(const clap *c) {
     const clap_host_note_names *names = c->host->get_extension(c->host, CLAP_NOTE_NAMES);
     if (names) names->changed(c->host);
@@ -133,7 +133,7 @@ static void take(clap *c, const clap_event *e) {
     else if (x->expression == CLAP_BRIGHTNESS) lb_express_place(i, e->time, x->key, x->note_id, x->value);
 }
 
-/* True if event `x` is the brightness of the note that event `e` starts in the same frame: it places that very note. */
+/* True if event `x` is the brightness of the note that event `e` starts in the same frame: it places that note. */
 static int places(const clap_event *e, const clap_event *x) {
     const clap_note *n = (const clap_note *)e;
     const clap_note_expression *b = (const clap_note_expression *)x;
@@ -152,14 +152,14 @@ static void take_all(clap *c, const clap_in_events *in) {
             if (places(e, in->get(in, j)))
                 lb_express_place(&c->instance, e->time, n->key, -1,
                                  ((const clap_note_expression *)in->get(in, j))->value);
-        int placed = 0; /* by a note before it */
+        int placed = 0; /* an earlier note has used it */
         for (uint32_t j = k; e->type == CLAP_NOTE_EXPRESSION && !placed && j && in->get(in, j - 1)->time == e->time; j--)
             placed = places(in->get(in, j - 1), e);
         if (!placed) take(c, e);
     }
 }
 
-/* Tells the host of a value that has changed by itself. */
+/* Tells the host of a value that it did not change. */
 static void tell_value(const clap_out_events *out, uint32_t id, double value) {
     const clap_param_value v = {
         .head = {sizeof v, 0, CLAP_CORE_EVENTS, CLAP_PARAM_VALUE, 0},
@@ -168,7 +168,7 @@ static void tell_value(const clap_out_events *out, uint32_t id, double value) {
     if (out) out->try_push(out, &v.head);
 }
 
-/* Tells the host of what is done in the window. */
+/* Tells the host of changes made in the window. */
 static void tell_moves(clap *c, const clap_out_events *out) {
     static const uint16_t types[] = {[LB_BEGIN] = CLAP_GESTURE_BEGIN, [LB_END] = CLAP_GESTURE_END};
     for (lb_move m; out && lb_take_move(&c->instance.moves, &m);) {
@@ -198,7 +198,7 @@ static int32_t process(const clap_plugin *p, const clap_process *b) {
     if (!i->synth) return CLAP_PROCESS_ERROR;
     lb_begin_block(i);
     take_all(c, b->in_events);
-    c->bass = (int)lb_value(i, LB_BASS); /* the host has set this one itself */
+    c->bass = (int)lb_value(i, LB_BASS); /* the host has set it itself */
     for (uint32_t k = 0; k < b->output_count && k < LB_STRINGS; k++)
         if (b->outputs[k].data32 && b->outputs[k].channels) {
             outs[k] = b->outputs[k].data32[0];
@@ -258,7 +258,7 @@ static bool param_info(const clap_plugin *p, uint32_t index, clap_param_info *in
     const lb_parameter *known = &lb_parameters[index];
     snprintf(info->module, sizeof info->module, "%s", known->group);
     info->id = index;
-    const int built = lb_is_slider((int)index); /* taken from the next block on, or later */
+    const int built = lb_is_slider((int)index); /* it takes effect from the next block on, or later */
     info->flags = known->kind >= 0 || built ? CLAP_PARAM_AUTOMATABLE : 0;
     if (known->whole) info->flags |= CLAP_PARAM_STEPPED;
     if (known->points || index == LB_BASS) info->flags |= CLAP_PARAM_ENUM;
@@ -302,14 +302,14 @@ static void flush(const clap_plugin *p, const clap_in_events *in, const clap_out
     tell_moves(of(p), out); /* not while process() runs */
 }
 
-/* Tells the host that values have changed by themselves. [main thread] */
+/* Tells the host that values have changed. [main thread] */
 static void tell_values(const clap *c) {
     const clap_host_params *params = c->host->get_extension(c->host, CLAP_PARAMS);
     if (params) params->rescan(c->host, CLAP_RESCAN_VALUES);
     tell_names(c);
 }
 
-/* --- pages of parameters for the knobs of hosts and keyboards: each group, eight at a time --- */
+/* --- parameter pages for the knobs of hosts and keyboards: the parameters of each group, eight per page --- */
 
 static const char *const groups[] = {LB_GROUPS};
 enum { GROUPS = sizeof groups / sizeof *groups };
@@ -385,7 +385,7 @@ static uint32_t switch_count(const clap_plugin *p) {
     return count;
 }
 
-/* A key below the bass's notes that switches a technique. */
+/* Names a key below the bass's notes that switches a technique. */
 static bool switch_name(const clap_plugin *p, uint32_t index, clap_note_name *name) {
     const lb_instance *i = &of(p)->instance;
     const int key = lb_switch_key(i, &index);
@@ -406,18 +406,18 @@ static uint32_t latency(const clap_plugin *p) { return 0; }
 
 static uint32_t tail(const clap_plugin *p) { return (uint32_t)(TAIL * of(p)->instance.rate); }
 
-/* Takes a bass and its own value of every parameter; returns 0 if no bass has that name. */
+/* Chooses a bass, with the usual value of every parameter; returns 0 if no bass has that name. */
 static int take_bass(lb_instance *i, const char *name) {
     const int bass = name ? lb_shelf_find(i->shelf, name) : -1;
     if (bass < 0) return 0;
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (lb_is_of_sides(k)) lb_set_value(i, k, lb_parameters[k].usual);
     lb_set_value(i, LB_BASS, bass);
-    __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
+    __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass was already playing */
     return 1;
 }
 
-/* Takes a preset: the bass `key`, or the sound in a file. */
+/* Loads a preset: the bass `key`, or the sound in a file. */
 static bool preset(const clap_plugin *p, uint32_t kind, const char *location, const char *key) {
     clap *c = of(p);
     lb_instance *i = &c->instance;
@@ -465,7 +465,7 @@ static void destroy_window(const clap_plugin *p) {
     c->scale = 0;
 }
 
-/* Before the window has a parent. */
+/* The host calls this before it gives the window a parent. */
 static bool set_scale(const clap_plugin *p, double scale) {
     clap *c = of(p);
     if (c->editor || !(scale >= 0.5 && scale <= 4) || !strcmp(LB_WINDOWS, "cocoa")) return false;
@@ -514,7 +514,7 @@ static bool set_parent(const clap_plugin *p, const clap_window *parent) {
     return c->editor != 0;
 }
 
-static bool set_transient(const clap_plugin *p, const clap_window *parent) { /* for those that float */
+static bool set_transient(const clap_plugin *p, const clap_window *parent) { /* for floating windows */
     return false;
 }
 
@@ -528,7 +528,7 @@ static bool hide(const clap_plugin *p) {
     return of(p)->editor != 0;
 }
 
-/* Asks the host to take what was done in the window, and to play it. [the window's thread] */
+/* Asks the host to take changes made in the window, and to play them. [the window's thread] */
 static void moved(void *owner) {
     const clap *c = owner;
     if (c->params) c->params->request_flush(c->host);
@@ -576,7 +576,7 @@ static bool provider_init(const clap_preset_provider *p) {
     if (!to->declare_location(to, &here)) return false;
     if (!lb_users_folder(own) || !to->declare_filetype(to, &sounds)) return true;
     const clap_preset_location there = {CLAP_USER_CONTENT, "livebass", CLAP_LOCATION_FILE, own};
-    to->declare_location(to, &there); /* a host may refuse a folder that is not there yet */
+    to->declare_location(to, &there); /* a host may refuse a folder that does not exist yet */
     return true;
 }
 
@@ -590,7 +590,7 @@ static void describe(const clap_preset_receiver *to) {
     to->add_feature(to, "bass");
 }
 
-/* A sound in a file, by the file's name. */
+/* Describes the sound in a file, with the file's name as its name. */
 static bool provide_sound(const char *path, const clap_preset_receiver *to) {
     char name[LB_PATH];
     lb_kept kept;

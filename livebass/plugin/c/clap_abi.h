@@ -1,4 +1,4 @@
-/* The part of the C interface of CLAP 1.2 that clap.c uses: layouts and numbers as its specification has them. */
+/* The part of CLAP 1.2's C interface that clap.c uses: layouts and numbers are the specification's. */
 #ifndef LB_CLAP_ABI_H
 #define LB_CLAP_ABI_H
 #include <stdbool.h>
@@ -189,7 +189,7 @@ typedef struct {
 
 typedef struct {
     char name[CLAP_NAME];
-    int16_t port, key, channel; /* -1: every one */
+    int16_t port, key, channel; /* -1: all */
 } clap_note_name;
 
 typedef struct {
@@ -249,7 +249,7 @@ typedef struct {
 
 typedef struct {
     const char *api;
-    uintptr_t handle; /* a window of X11, an HWND, an NSView * */
+    uintptr_t handle; /* an X11 window, an HWND, an NSView * */
 } clap_window;
 
 typedef struct {
@@ -296,7 +296,7 @@ typedef struct {
     bool (*request_exec)(const clap_host *, uint32_t tasks);
 } clap_host_thread_pool;
 
-enum { CLAP_CONTROLS = 8 }; /* of a page */
+enum { CLAP_CONTROLS = 8 }; /* per page */
 typedef struct {
     char section[CLAP_NAME];
     uint32_t id;

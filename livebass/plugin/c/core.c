@@ -1,4 +1,4 @@
-/* Holds what the kernels work on: files, pools that basses share, basses, synths. Nothing here computes sound. */
+/* Holds the kernels' data: files, pools that basses share, basses, synths. Nothing here computes sound. */
 #define LB_TABLES
 #include "core.h"
 #include "files.h"
@@ -15,14 +15,14 @@
 
 #define LINE 64      /* bytes in a cache line */
 #define MESSAGES 4096 /* in each ring */
-#define AT_ONCE 48 /* most parameters and bends that are taken at once ... */
-#define EACH 16    /* ... besides one in so many frames */
+#define AT_ONCE 48 /* most parameters and bends taken at once ... */
+#define EACH 16    /* ... plus one per so many frames */
 _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
-#define BENCH ".bench" /* of the file beside it, from which a changed bass is made */
+#define BENCH ".bench" /* ending of the file beside it that a changed bass needs */
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
-/* Memory that begins on a cache line; 0 if there is none. */
+/* Allocates memory that begins on a cache line; 0 if there is none. */
 static void *new_lines(int64_t bytes) {
     LB_MAY_WAIT();
     char *raw = malloc((size_t)bytes + LINE + sizeof(void *));
@@ -44,7 +44,7 @@ static void free_lines(void *place) {
 /* --- the processor --- */
 
 #if defined(__x86_64__) || defined(_M_X64)
-/* By hand: __builtin_cpu_supports knows nothing in libraries that zig links. */
+/* __builtin_cpu_supports does not work in libraries that zig links. */
 static void cpuid(uint32_t leaf, uint32_t out[4]) {
     __asm__("cpuid" : "=a"(out[0]), "=b"(out[1]), "=c"(out[2]), "=d"(out[3]) : "a"(leaf), "c"(0));
 }
@@ -90,7 +90,7 @@ typedef struct pool {
     void *memory;
 } pool;
 
-static pool *pools; /* all of this process, under the lock */
+static pool *pools; /* all in this process, under the lock */
 
 struct lb_bass {
     LB_BUILDING building;
@@ -137,8 +137,8 @@ static int read_file(file *f, const char *path, const lb_kernels *kernels, char 
     return 0;
 }
 
-/* Replaces the file of a bass by the one that the sliders make of it; 0 after writing one line into `error`: then the
-   bass keeps its own. */
+/* Replaces a bass's file by its changed file for the sliders' values; 0 after writing one line into `error`: then the
+   file stays. */
 static int change_file(file *f, const char *path, const double *sliders, const lb_kernels *kernels, char *error,
                        size_t room) {
     char beside[LB_PATH];
@@ -181,7 +181,7 @@ static int is_changed(const double *built) {
     return built && k < LB_BUILT;
 }
 
-/* The pool of a file in a tier, its own or one that others use already; 0 if it cannot be made. */
+/* Returns the pool of a file in a tier, new or already shared; 0 if it cannot be made. */
 static pool *take_pool(const file *f, int tier, double rate, const lb_kernels *kernels) {
     LB_POOL work = {.file = ADDRESS(f->words), .tier = tier, .rate = rate};
     pool *found;
@@ -259,7 +259,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
         building->operators[k] = ADDRESS(b->pools[k]->memory);
     }
     kernels->measure_bass(ADDRESS(building));
-    /* The address of this struct stands in front: a synth gives back nothing but the address of the bass. */
+    /* This struct's address precedes the bass: a synth gives back only the bass's address. */
     char *memory = new_lines(LINE + building->bytes);
     if (!memory) {
         snprintf(error, room, "%s: no memory for it", path);
@@ -280,7 +280,7 @@ void lb_free_bass(lb_bass *b) {
     free(b);
 }
 
-/* What a synth takes as the address of a bass ... */
+/* The address of a bass for a synth ... */
 static int64_t address_of(const lb_bass *b) { return b->building.memory; }
 
 /* ... and the bass at that address. */
@@ -309,7 +309,7 @@ static int read_clock(int which, int64_t time[2]) {
     return 0;
 }
 
-/* Without a clock strings neither run ahead nor are relieved. Offline no host's threads help, either. */
+/* Without a clock, strings neither run ahead nor are relieved. Offline, the host's threads do not help either. */
 static void set_clock(lb_synth *s) {
     s->record.team.pool = s->offline ? 0 : s->pool;
     s->record.adaptive = s->relief;
@@ -318,7 +318,7 @@ static void set_clock(lb_synth *s) {
 
 /* --- synths --- */
 
-/* Makes the record as new, with a bass to begin with, 0: none; parameters stay. */
+/* Resets the record, with a bass to begin with, 0: none; keeps the parameters. */
 static void make_new(lb_synth *s, const lb_bass *b) {
     LB_SYNTH *r = &s->record;
     double parameters[LB_PLAYED_PARAMETERS];
@@ -327,7 +327,7 @@ static void make_new(lb_synth *s, const lb_bass *b) {
                            ADDRESS(s->kernels->process));
     memcpy(r->parameters, parameters, sizeof parameters);
     s->busy = 0;
-    r->ceiling = INFINITY; /* hosts take what is beyond full scale, and may turn it down */
+    r->ceiling = INFINITY; /* hosts accept levels beyond full scale, and may turn them down */
     r->next_bass = b ? address_of(b) : 0;
     s->ahead = b && b->building.ahead;
     set_clock(s);
@@ -348,7 +348,7 @@ lb_synth *lb_new_synth(double rate, const lb_kernels *kernels) {
     return s;
 }
 
-/* Frees the basses of a synth but one. */
+/* Frees a synth's basses except one. */
 static void free_others(lb_synth *s, const lb_bass *but) {
     const LB_SYNTH *r = &s->record;
     const int64_t all[] = {r->bass, r->next_bass, r->old_bass, r->faded_bass};
@@ -411,8 +411,8 @@ static void push(lb_synth *s, int64_t offset, int kind, int number, double value
     s->kernels->push_event(s->record.midi_ring[LB_RINGS - 1], MESSAGES, s->record.frame + offset, kind, number, value);
 }
 
-/* Sends an event that is no note, if `number`, without a channel in it, is below `end`. The kernels take
-   LB_MOST_MESSAGES in a chunk: with more of these, notes behind them would be late, and in the end find no room. */
+/* Sends an event that is no note, if `number`, without its channel, is below `end`. The kernels take LB_MOST_MESSAGES
+   per chunk: with more of these events, notes after them would be late and finally lost. */
 static int control(lb_synth *s, int64_t offset, int kind, int number, int end, double value) {
     const int64_t frame = s->record.frame + offset;
     if (number < 0 || (number & LB_NUMBER) >= end) return 1;
@@ -433,7 +433,7 @@ int lb_bend_string(lb_synth *s, int64_t offset, int string, double semitones) {
     return control(s, offset, LB_KIND_STRING_BEND, string, LB_STRINGS, semitones);
 }
 
-/* The number of a key of a channel, for events. */
+/* Encodes a channel's key for events. */
 static int of_channel(int channel, int key) { return key < 0 ? key : key | (channel + 1) << LB_VALUE_BIT; }
 
 int lb_bend_note(lb_synth *s, int64_t offset, int channel, int key, double semitones) {
@@ -497,7 +497,7 @@ static void *help(void *helper) {
     return 0;
 }
 
-/* Starts one thread; returns 0 if the system does not let it have real-time priority. */
+/* Starts one thread; returns 0 if the system refuses it real-time priority. */
 static int start_helper(lb_synth *s) {
     const struct sched_param priority = {.sched_priority = LB_PRIORITY};
     struct lb_helper *h = calloc(1, sizeof *h);
@@ -535,7 +535,7 @@ int lb_set_helpers(lb_synth *s, int count) {
 
 int lb_is_still(const lb_synth *s) {
     const LB_SYNTH *r = &s->record;
-    const int settled = fabs(r->gain - r->gain_target) <= 1e-13 * r->gain_target; /* as near as rounding lets it */
+    const int settled = fabs(r->gain - r->gain_target) <= 1e-13 * r->gain_target; /* as close as rounding allows */
     return settled && s->kernels->is_still(ADDRESS(r)) != 0;
 }
 
@@ -566,7 +566,7 @@ typedef struct {
     LB_PLAYER player;
     int known;                      /* the player is */
     int quality;                    /* a value of LB_QUALITY */
-    uint8_t switches[LB_KEY_COUNT]; /* of each key: 1 + the place in lb_switches, 0 for a note's */
+    uint8_t switches[LB_KEY_COUNT]; /* for each key: 1 + its index in lb_switches; 0: a note */
 } place;
 struct lb_shelf {
     int count;
@@ -604,7 +604,7 @@ static void find_switches(place *p, const LB_KEY_MAP *map) {
                 p->switches[key] = (uint8_t)(k + 1);
 }
 
-/* Adds the file of a name, unless it is there already or does not fit. */
+/* Adds the file with this name, unless it is already there or does not fit. */
 static void add(lb_shelf *s, const char *folder, const char *name) {
     const size_t length = strlen(name);
     if (s->count == LB_MOST_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
@@ -626,7 +626,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     s->count++;
 }
 
-/* Adds the files that the list of a folder names, a line each; behind a name there may be the quality to begin in. */
+/* Adds the files in a folder's list, one per line; the initial quality may follow a name. */
 static void add_listed(lb_shelf *s, const char *folder) {
     char line[PATH];
     FILE *in = snprintf(line, sizeof line, "%s/instruments.txt", folder) < PATH ? lb_open_file(line, "rb") : 0;
@@ -646,9 +646,9 @@ static int by_name(const void *a, const void *b) { return strcmp(((const place *
 
 static void add_own(void *shelf, const char *folder, const char *name) { add(shelf, folder, name); }
 
-/* Tells basses of one title apart: all but the first get their name behind it, in brackets. bundle.py does the same. */
+/* Makes titles unique: all but the first of a title get their name after it, in brackets. bundle.py does the same. */
 static void tell_apart(lb_shelf *s) {
-    for (int k = s->count - 1; k > 0; k--) { /* backwards: the titles before are as the files have them */
+    for (int k = s->count - 1; k > 0; k--) { /* backwards: earlier titles are still the files' */
         place *p = &s->places[k];
         int other = 0;
         while (other < k && strcmp(s->places[other].title, p->title)) other++;

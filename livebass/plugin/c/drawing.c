@@ -1,4 +1,4 @@
-/* What the parts of the picture draw with. */
+/* Drawing functions for the parts of the picture. */
 #include "drawing.h"
 
 void lb_label(lb_picture *p, lb_sheet *s, const part *box, double units, uint32_t colour, const char *text,

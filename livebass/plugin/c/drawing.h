@@ -1,4 +1,4 @@
-/* What the parts of the picture share: colours, measures, what is kept, and where places of the neck are drawn. */
+/* Shared by the parts of the picture: colours, measures, state, and where places of the neck are drawn. */
 #ifndef LB_DRAWING_H
 #define LB_DRAWING_H
 #include "paint.h"
@@ -21,7 +21,7 @@ enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
 #define MIDDLE 12.5
 #define LARGE 20.0
 
-enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes that are drawn */
+enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes drawn */
 enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
 static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
@@ -31,7 +31,7 @@ enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, 
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
-    uint64_t drawn;    /* what its state was as it was drawn; 0: it is to be drawn */
+    uint64_t drawn;    /* its state when last drawn; 0: it must be drawn */
 } part;
 
 typedef struct { /* a string at one look */
@@ -45,14 +45,14 @@ struct lb_picture {
     const theme *t;
     lb_sheet sheet, ground;
     double scale, seconds;
-    uint64_t laid_out; /* what the parts' places were made of */
+    uint64_t laid_out; /* the layout state of the parts' places */
     part parts[MOST_PARTS];
     int count, board; /* parts; the place of the neck among them */
-    int page, pages, listing, scrolled; /* listing: the basses are listed in place of the neck, and sounds behind them */
-    int columns;                   /* of the list that have no room, at its end */
-    int sounds, doomed, lists;     /* how many; the one that the next press deletes, -1: none; lists that were read so far */
-    int pasting;                   /* the text of the clipboard is wanted */
-    char notice[MOST_TEXT];        /* stands in place of the title ... */
+    int page, pages, listing, scrolled; /* listing: basses, then sounds, are listed in place of the neck */
+    int columns;                   /* at the list's end, without room */
+    int sounds, doomed, lists;     /* how many; the one the next press deletes, -1: none; lists read so far */
+    int pasting;                   /* the clipboard's text is wanted */
+    char notice[MOST_TEXT];        /* replaces the title ... */
     double noticed;                /* ... and since when */
     uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
     double values[LB_PARAMETERS];
@@ -60,7 +60,7 @@ struct lb_picture {
     int hovered, held; /* parts; -1: none */
     double grabbed, from; /* place and value where a slider was grabbed */
     int string, key; /* the note that the pointer plays; string -1: none */
-    uint8_t toggled[LB_KEY_COUNT]; /* keys of switches that are held by hand */
+    uint8_t toggled[LB_KEY_COUNT]; /* switch keys held by hand */
     /* looks */
     LB_LOOK both[2];
     int which;
@@ -71,9 +71,9 @@ struct lb_picture {
     quad *sines; /* DRAWN rows of STRIDE */
     int zoom;
     double level, told_load, told_at;
-    int lively; /* the last picture had something that moves */
-    uint64_t still; /* what else there was on the neck */
-    /* the neck: x of nut and saddle, pixels a metre along it; its middle, and half its width at nut and saddle */
+    int lively; /* the last picture had something moving */
+    uint64_t still; /* state of everything else on the neck */
+    /* the neck: x of nut and saddle, pixels per metre along it; its middle, and half its width at nut and saddle */
     double nut, saddle, metre, middle, half[2];
 };
 
@@ -85,7 +85,7 @@ static inline double x_of(const lb_picture *p, double metres) { return p->nut + 
 
 static inline double part_along(const lb_picture *p, double x) { return (x - p->nut) / (p->saddle - p->nut); }
 
-/* Half the width of the neck at x. */
+/* Half the neck's width at x. */
 static inline double half_at(const lb_picture *p, double x) {
     return p->half[0] + (p->half[1] - p->half[0]) * fmax(part_along(p, x), -0.02);
 }
@@ -130,45 +130,45 @@ void lb_copy_area(const lb_picture *, lb_area);
 /* --- of neck.c --- */
 
 void lb_note_name(int key, char text[16]);
-/* The fret at which a string is held, 0: open, -1: it is not. */
+/* The fret at which a string is held; 0: open; -1: not held. */
 int lb_fret_held(const lb_picture *, int string);
-/* The name of a note, as high as its lane lets it be. */
+/* Draws a note's name as high as its lane allows. */
 void lb_draw_name(lb_picture *, lb_sheet *, double x, double y, const char *text, int lit);
-/* What a neck at rest is drawn of, as one number that is not 0. */
+/* The state of a neck at rest, as one number that is not 0. */
 uint64_t lb_neck_state(const lb_picture *);
 /* Draws the neck at rest onto the ground. */
 void lb_draw_neck(lb_picture *, const part *);
-/* Reads the looks that are new. */
+/* Reads the new looks. */
 void lb_read_looks(lb_picture *);
-/* Draws what moves on the neck, if it has changed or if `all` is drawn; returns where. */
+/* Draws the neck's moving parts, if they have changed or if `all` is drawn; returns where. */
 lb_area lb_draw_lively(lb_picture *, int all);
 
 /* --- of layout.c --- */
 
 extern const char *const lb_groups[];
-enum { LET_RING = 100, PLAYED_ON }; /* lamps besides those of actions: the pedal, and the string that keys call */
-/* The number of basses: with one, its parameter has two values of the same name. */
+enum { LET_RING = 100, PLAYED_ON }; /* lamps besides the actions': the pedal, and the string that keys choose */
+/* The number of basses: if there is one, its parameter has two values of the same name. */
 int lb_basses(const lb_picture *);
 int lb_key_of(const lb_picture *, int action); /* the key that switches it; -1: none */
 void lb_lamp_name(const lb_picture *, int lamp, int with_key, char text[64]);
 void lb_tab_name(const lb_picture *, int page, char text[MOST_TEXT]);
-/* A number for what the places of the parts depend on. */
+/* A number for everything that the parts' places depend on. */
 uint64_t lb_layout_state(const lb_picture *);
 void lb_lay_out(lb_picture *);
 
-/* --- of parts.c: what the kinds of parts do --- */
+/* --- of parts.c: actions of the kinds of parts --- */
 
-typedef struct { /* what the pointer does: way 1: the wheel goes up, -1: down */
+typedef struct { /* the pointer's action: way 1: the wheel goes up, -1: down */
     double x, y;
     int modifiers, way;
 } hand;
 typedef struct {
-    void (*draw)(lb_picture *, const part *);                    /* onto the ground; 0: it is drawn with what moves */
-    void (*state)(const lb_picture *, const part *, uint64_t *); /* mixes in what it shows besides the pointer */
+    void (*draw)(lb_picture *, const part *);                    /* onto the ground; 0: drawn with the moving parts */
+    void (*state)(const lb_picture *, const part *, uint64_t *); /* mixes in all it shows, except the pointer */
     void (*press)(lb_picture *, const part *, const hand *);
     void (*drag)(lb_picture *, const part *, const hand *);
     void (*wheel)(lb_picture *, const part *, const hand *);
-    int pointer; /* its shape over the part; LB_POINTER_ACROSS: the part's number is a parameter that the pointer moves */
+    int pointer; /* its shape over the part; LB_POINTER_ACROSS: it moves the parameter with the part's number */
 } lb_kind;
 extern const lb_kind lb_kinds[KINDS];
 void lb_change(const lb_picture *, int parameter, double value); /* at once */

@@ -64,7 +64,7 @@ static const lb_switch *switched(void *instance, int key) {
     return bass < lb_shelf_count(i->shelf) ? lb_shelf_switch(i->shelf, bass, key) : 0;
 }
 
-/* Tells the host which values are others than before. */
+/* Tells the host which values have changed. */
 static void tell_changes(lb_instance *i, const double before[LB_PARAMETERS]) {
     for (int k = 0; k < LB_PARAMETERS; k++)
         for (int phase = LB_BEGIN; lb_value(i, k) != before[k] && phase <= LB_END; phase++)

@@ -1,4 +1,4 @@
-/* Files and folders, of Windows and of the others. */
+/* Files and folders, on Windows and elsewhere. */
 #include "files.h"
 
 #include <stdlib.h>
@@ -14,7 +14,7 @@
 #endif
 
 enum { MOST_NUMBERS = 9999 };
-enum { MOVED, TAKEN, REFUSED }; /* what becomes of a file that is to get a name: the name is another's */
+enum { MOVED, TAKEN, REFUSED }; /* results of naming a file; TAKEN: another file has the name */
 
 const char *lb_file_name(const char *path) {
     const char *name = path;
@@ -81,7 +81,7 @@ int lb_users_folder(char folder[LB_PATH]) {
     return home && *home && snprintf(folder, LB_PATH, "%s%s", home, within) < LB_PATH;
 }
 
-/* Makes a folder and those above it, where they are missing. */
+/* Makes a folder and any missing folders above it. */
 static void make_folder(const char *path) {
     char part[LB_PATH];
     for (size_t k = 1; k < LB_PATH && path[k - 1]; k++) {
@@ -94,7 +94,7 @@ static void make_folder(const char *path) {
 
 static int is_written(FILE *f) { return !fflush(f) && !fsync(fileno(f)); }
 
-/* By a link: rename would put it over another's file. Not all disks have links. */
+/* Links first: rename would replace another's file. Not all disks have links. */
 static int move(const char *from, const char *to) {
     struct stat there;
     if (!link(from, to)) {
@@ -108,7 +108,7 @@ static int move(const char *from, const char *to) {
 static unsigned long process_number(void) { return (unsigned long)getpid(); }
 #endif
 
-/* Hands on the name of a file without its ending, if that is what it ends in. */
+/* Passes on a file's name without its ending, if it has this ending. */
 static void take_entry(const char *folder, const char *ending, const char *entry,
                        void (*take)(void *, const char *, const char *), void *to) {
     char name[LB_FILE_NAME];
@@ -140,7 +140,7 @@ void lb_each_file(const char *folder, const char *ending, void (*take)(void *to,
 #endif
 }
 
-/* Writes a file; returns 0, and leaves none, if that cannot be done. */
+/* Writes a file; on failure returns 0 and leaves no file. */
 static int write_file(const char *path, const void *bytes, size_t count) {
     FILE *out = lb_open_file(path, "wb");
     if (!out) return 0;

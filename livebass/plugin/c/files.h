@@ -4,18 +4,18 @@
 #include <stddef.h>
 #include <stdio.h>
 
-enum { LB_PATH = 1200, LB_FILE_NAME = 160 }; /* bytes of paths, and of names without their endings */
+enum { LB_PATH = 1200, LB_FILE_NAME = 160 }; /* bytes in paths, and in names without endings */
 
 FILE *lb_open_file(const char *path, const char *how); /* as fopen: "rb" or "wb" */
 int lb_remove_file(const char *path);                  /* 0: it stays */
-const char *lb_file_name(const char *path); /* what stands behind the last / or \ of it */
+const char *lb_file_name(const char *path); /* the part after its last / or \ */
 /* The user's folder of instruments and sounds; returns 0 if there is none. */
 int lb_users_folder(char folder[LB_PATH]);
-/* Calls `take` with the name, without its ending, of each file in a folder that ends so. */
+/* Calls `take` for each file with this ending in a folder, with its name without the ending. */
 void lb_each_file(const char *folder, const char *ending, void (*take)(void *to, const char *folder, const char *name),
                   void *to);
-/* Writes a file whole, or not at all, into a folder, which is made if missing, under the first name that is free: `stem`
-   with 1, 2 ... behind it, which becomes `name`. Returns 0 if that cannot be done. */
+/* Writes a file whole, or not at all, into a folder, which is made if missing, under the first free name: `stem`
+   followed by 1, 2 ...; `name` becomes that name. Returns 0 on failure. */
 int lb_write_numbered(const char *folder, const char *stem, const char *ending, const void *bytes, size_t count,
                       char name[LB_FILE_NAME]);
 #endif

@@ -1,10 +1,10 @@
-/* What a hand does in the window, on its way to the host and to the audio thread. */
+/* Passes actions in the window on to the host and to the audio thread. */
 #include "instance.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { SPARE = 32 }; /* moves that only ends may take */
+enum { SPARE = 32 }; /* places that only ends of moves may take */
 
 void lb_put_move(lb_moves *m, int parameter, int phase, double value) {
     const uint32_t put = m->put, used = put - __atomic_load_n(&m->taken, __ATOMIC_ACQUIRE);
@@ -39,7 +39,7 @@ int lb_take_touch(lb_touches *t, lb_touch *to) {
 
 static void let_go(lb_synth *s, int key) { lb_send(s, 0, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3); }
 
-/* Ends the first `count` notes of those that wait. */
+/* Ends the first `count` waiting notes. */
 static void end_first(lb_synth *s, lb_taps *t, int count) {
     for (int k = 0; k < count; k++) let_go(s, t->keys[k]);
     t->count -= count;
@@ -53,7 +53,7 @@ void lb_end_taps(lb_synth *s, lb_taps *t) {
     end_first(s, t, count);
 }
 
-/* They end in the order in which they were let go: notes that are bound end after the next one has begun. */
+/* Notes end in the order of their release: a bound note ends after the next one has begun. */
 static void end_later(lb_synth *s, lb_taps *t, int key) {
     const int64_t due = t->began[key] + (int64_t)(LB_SHORTEST * s->record.rate);
     const int64_t before = t->count ? t->due[t->count - 1] : s->record.frame;
@@ -71,11 +71,11 @@ void lb_play_touch(lb_synth *s, lb_taps *taps, const lb_touch *t) {
         end_later(s, taps, t->key);
         return;
     }
-    int last = taps->count; /* of those that wait, if the key is struck again */
+    int last = taps->count; /* up to the key's own end, if it is struck again */
     while (last && taps->keys[last - 1] != t->key) last--;
     end_first(s, taps, last);
     taps->began[t->key] = s->record.frame;
-    if (t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string); /* else of the keyboard, or it switches */
+    if (t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string); /* else from the keyboard, or a switch */
     lb_send(s, 0, (const uint8_t[]){0x90, t->key, t->velocity}, 3);
 }
 
@@ -85,6 +85,6 @@ void lb_move_value(lb_instance *i, int parameter, double value, int phase) {
     if (phase == LB_MOVE) lb_set_value(i, parameter, value);
     lb_put_move(&i->moves, parameter, phase, lb_value(i, parameter));
     for (int p = LB_BEGIN; parameter == LB_BASS && lb_value(i, LB_QUALITY) != quality && p <= LB_END; p++)
-        lb_put_move(&i->moves, LB_QUALITY, p, lb_value(i, LB_QUALITY)); /* it has followed: LV2 hears it from here alone */
+        lb_put_move(&i->moves, LB_QUALITY, p, lb_value(i, LB_QUALITY)); /* it followed: LV2 learns of it only here */
     i->moved(i->owner);
 }

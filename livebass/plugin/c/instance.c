@@ -1,4 +1,4 @@
-/* An instance from its beginning to its end: its bass, its threads, and the blocks that it plays. */
+/* An instance from beginning to end: its bass, its threads, and the blocks it plays. */
 #include "instance.h"
 #include "lock.h"
 
@@ -11,7 +11,7 @@ enum { LINE = 1600 };
 
 /* --- the bass --- */
 
-/* What the audio thread knows of the host's notes and of taps is as new. */
+/* Resets the audio thread's knowledge of the host's notes and of taps. */
 static void begin_audio(lb_instance *i) {
     lb_forget_notes(i);
     memset(&i->audio.taps, 0, sizeof i->audio.taps);
@@ -45,7 +45,7 @@ static int64_t seed_of(const lb_instance *i) {
     return seed;
 }
 
-/* Which bass is wanted, and how, as one word; how it is built as a checksum. */
+/* The wanted bass and its settings as one word; its slider values as a checksum. */
 static int64_t wish(const lb_instance *i) {
     uint64_t sum = 0;
     for (int k = 0; k < LB_BUILT; k++) {
@@ -62,14 +62,14 @@ static int64_t wish(const lb_instance *i) {
 
 static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n(&i->loaded, __ATOMIC_ACQUIRE); }
 
-/* Loads the bass that is wanted; the log says why if that fails. If no other bass plays, one that cannot be built as
-   wanted is loaded unchanged. */
+/* Loads the wanted bass; the log reports failures. If no bass plays and the wanted one cannot be built, loads it
+   unchanged. */
 static lb_bass *load(lb_instance *i) {
     char why[LINE];
     double built[LB_BUILT];
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
     const int number = (int)lb_value(i, LB_BASS), tier = (int)lb_value(i, LB_QUALITY) ? LB_STUDIO : LB_LIVE;
-    if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only one */
+    if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only bass */
     const char *path = lb_shelf_path(i->shelf, number);
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
     for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, LB_ACTION + k);
@@ -79,7 +79,7 @@ static lb_bass *load(lb_instance *i) {
     return i->synth ? 0 : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, i->kernels, why, sizeof why);
 }
 
-/* How many threads of its own shall play strings: none where the host has some, or renders. */
+/* How many of its own threads should play strings: none if the host has some, or renders. */
 static int wanted_helpers(const lb_instance *i) {
     return i->pool || __atomic_load_n(&i->resting, __ATOMIC_RELAXED) || __atomic_load_n(&i->offline, __ATOMIC_RELAXED) ? 0 : (int)lb_value(i, LB_CORES) - 1;
 }
@@ -137,7 +137,7 @@ void lb_rest_instance(lb_instance *i) {
 }
 
 void lb_serve(lb_instance *i) {
-    enter(); /* the main thread may be here while a host renders offline in another */
+    enter(); /* the main thread may be here while the host renders offline in another */
     lb_free_bass(__atomic_exchange_n(&i->done, 0, __ATOMIC_ACQ_REL));
     if (i->synth && wants_other(i)) {
         lb_bass *b = load(i);
@@ -165,7 +165,7 @@ void lb_begin_block(lb_instance *i) {
     for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &i->audio.taps, &t);
 }
 
-/* Asks for another bass if one is wanted; hands over basses that are ready, and those that are done. */
+/* Requests another bass if one is wanted; passes on ready basses, and basses to free. */
 static void change_bass(lb_instance *i) {
     lb_synth *s = i->synth;
     int busy = __atomic_load_n(&i->done, __ATOMIC_ACQUIRE) != 0;
@@ -177,11 +177,11 @@ static void change_bass(lb_instance *i) {
     if (busy || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED)) {
         if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
             lb_serve(i);
-            if (busy) lb_free_bass(lb_take_faded(s)); /* another one that has faded since */
+            if (busy) lb_free_bass(lb_take_faded(s)); /* another has faded since */
         } else i->ask(i->owner);
     }
     if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
-    __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* one that would be changed before it began */
+    __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* it would be replaced before it began */
     lb_bass *b = lb_changing(s) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);
     if (b) lb_change_bass(s, b);
 }
@@ -193,7 +193,7 @@ int lb_may_sleep(const lb_instance *i) {
     return lb_is_still(i->synth);
 }
 
-/* Chooses the bass of a program change that was played, as `play` does; one of none that is here changes nothing. */
+/* Chooses the bass of a program change, as `play` does; a program without a bass here changes nothing. */
 static void answer_program(lb_instance *i) {
     const LB_SYNTH *r = &i->synth->record;
     if (r->program_count == i->audio.programs) return;

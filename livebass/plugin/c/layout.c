@@ -1,4 +1,4 @@
-/* Where everything is in the picture. */
+/* Lays out the picture's parts. */
 #include "drawing.h"
 
 #include <stdio.h>
@@ -19,7 +19,7 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
     return q;
 }
 
-static int is_listed(int k) { return k != LB_BASS && k != LB_QUALITY; } /* those are in the header */
+static int is_listed(int k) { return k != LB_BASS && k != LB_QUALITY; } /* these are in the header */
 
 const char *const lb_groups[] = {LB_GROUPS};
 enum { GROUP_COUNT = sizeof lb_groups / sizeof *lb_groups };
@@ -35,7 +35,7 @@ static void lay_out_header(lb_picture *p, double width) {
     const double room = right - px(p, 236 + 6 + SAVE_WIDTH + 6) - left, wide = fmin(fmin(px(p, 330), width * 0.36), room);
     add(p, WORDMARK, 0, px(p, EDGE), y, px(p, 100), h);
     add(p, PREVIOUS, 0, left, y, h, h);
-    add(p, TITLE, 0, left + h + px(p, 2), y, wide - 2 * h - px(p, 4), h); /* each clears a little around itself */
+    add(p, TITLE, 0, left + h + px(p, 2), y, wide - 2 * h - px(p, 4), h); /* each clears a small margin */
     add(p, NEXT, 0, left + wide - h, y, h, h);
     if (p->face.save) add(p, SAVE, 0, left + wide + px(p, 6), y, px(p, SAVE_WIDTH), h);
     add(p, OVERLOAD, 0, right - px(p, 82), y, px(p, 82), h);
@@ -43,8 +43,8 @@ static void lay_out_header(lb_picture *p, double width) {
     add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
 }
 
-/* Puts groups into pages, each in columns of its own, as many cells as there are rows; those of this page are added. A
-   group goes on on the next page if at least half of it has room on the one before. */
+/* Puts groups into pages, each group in its own columns of `rows` cells; adds this page's groups. A group continues on
+   the next page if at least half of it fits on the one before. */
 static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     const double units = width / p->scale - EDGE;
     const double fitting = fmax(floor(units / USUAL_CELL), fmin(floor(units / LEAST_CELL), 4));
@@ -73,7 +73,7 @@ static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     p->pages = page < MOST_PAGES ? page + 1 : MOST_PAGES;
 }
 
-/* The names of its groups. */
+/* Writes the names of a page's groups. */
 void lb_tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
     *text = 0;
     for (int g = 0; g < GROUP_COUNT; g++)
@@ -98,7 +98,7 @@ static void lay_out_tabs(lb_picture *p, double width, double top) {
     const double room = right - px(p, p->face.paste ? 174 : p->face.undo ? 118 : 58) - px(p, EDGE + 4 * p->pages);
     double x = px(p, EDGE), all = 0;
     for (int k = 0; k < p->pages; k++) all += tab_width(p, k);
-    for (int k = 0; k < p->pages; k++) { /* where there is no room for all, each is narrower */
+    for (int k = 0; k < p->pages; k++) { /* without room for all, each is narrower */
         const double wide = tab_width(p, k) * fmin(1, room / all);
         add(p, TAB, k, x, top, wide, px(p, TABS - 4));
         x += wide + px(p, 4);
@@ -118,7 +118,7 @@ static const char *switch_name(int action) {
     return 0;
 }
 
-/* Lamps that are always there: of what controllers and parameters do, too. */
+/* Lamps that are always shown: controllers and parameters switch them, too. */
 static const int always[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_PALM_MUTE, LB_SWITCH_LEGATO,
                              LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LET_RING};
 static int is_always(int lamp) {
@@ -160,10 +160,10 @@ static void lay_out_lamps(lb_picture *p, double width, double top) {
     }
 }
 
-/* Column by column: basses, then, from a new column on, sounds. Where there is no room for all, the last place is for
-   the button that goes on by a column. */
+/* Lays out basses column by column and, from a new column on, sounds. If not all fit, the last place has the button
+   that scrolls by a column. */
 static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
-    enum { MOST_PLACES = MOST_PARTS / 2, MOST_ROWS = MOST_PLACES / 2 }; /* what is laid out behind the list needs parts, too */
+    enum { MOST_PLACES = MOST_PARTS / 2, MOST_ROWS = MOST_PLACES / 2 }; /* parts after the list need places, too */
     const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_ROWS);
     const int fitting = MOST_PLACES / rows, columns = (int)fmin(fmax(w / px(p, 200), 1), fitting), room = rows * columns;
     const int count = lb_basses(p), first = (count + rows - 1) / rows * rows; /* place of the sounds' heading */
@@ -179,7 +179,7 @@ static void lay_out_list(lb_picture *p, double x, double y, double w, double h) 
     }
 }
 
-/* The rows of cells that a height has room for. */
+/* The rows of cells that fit into a height. */
 static int rows_of(const lb_picture *p, double height) {
     return height >= px(p, 560) ? 4 : height >= px(p, 350) ? 3 : 2;
 }

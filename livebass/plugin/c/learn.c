@@ -1,12 +1,12 @@
-/* MIDI learn: controllers that move parameters of an instance, in place of what the key map says. */
+/* MIDI learn: controllers that move parameters of an instance instead of acting as in the key map. */
 #include "instance.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { CONTROLLER = 0xB0, MIDDLE = 64, MOST = 127, VOLUME_LAW = 40 /* dB for ten times as much */ };
+enum { CONTROLLER = 0xB0, MIDDLE = 64, MOST = 127, VOLUME_LAW = 40 /* dB for a factor of ten */ };
 _Static_assert(LB_PARAMETERS <= 64, "a bit each of `moved`");
-static const uint8_t reserved[] = {LB_RESERVED}; /* controllers that come in sequences: no knob's */
+static const uint8_t reserved[] = {LB_RESERVED}; /* controllers that come in sequences, not from knobs */
 
 static int may_learn(int parameter) {
     return parameter >= 0 && parameter < LB_PARAMETERS && lb_parameters[parameter].kind >= 0;
@@ -29,8 +29,8 @@ int lb_learned_by(const lb_instance *i, int controller) {
     return __atomic_load_n(&i->learned.of[controller], __ATOMIC_RELAXED) - 1;
 }
 
-/* What a controller's value stands for, as those that the kernels learn (value_at of kernels/player/parameters.py): the
-   gain of a volume controller, names in equal parts, the middle as 0 where a parameter has both signs. */
+/* The parameter value for a controller's value, as in the kernels (value_at of kernels/player/parameters.py): gain as a
+   volume controller, names in equal parts, the middle as 0 if a parameter has both signs. */
 static double value_of(const lb_instance *i, int parameter, int seven) {
     const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
     if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;

@@ -1,4 +1,4 @@
-/* The thread that loads basses, of Windows and of the others. */
+/* The thread that loads basses, on Windows and elsewhere. */
 #include "loader.h"
 
 #ifdef _WIN32

@@ -1,4 +1,4 @@
-/* A thread that loads the basses of an instance, for hosts that have none for that. */
+/* A thread that loads an instance's basses, for hosts without one for that. */
 #ifndef LB_LOADER_H
 #define LB_LOADER_H
 #include "instance.h"
@@ -11,7 +11,7 @@
 
 typedef struct {
     lb_instance *instance;
-    int on; /* the thread is there, and shall go on */
+    int on; /* the thread runs and must continue */
 #ifdef _WIN32
     HANDLE thread;
     SRWLOCK lock;
@@ -26,7 +26,6 @@ typedef struct {
 /* [main thread] */
 void lb_start_loader(lb_loader *, lb_instance *);
 void lb_stop_loader(lb_loader *); /* may be off */
-/* Makes the thread call lb_serve. No lock is taken: should the signal be lost, the next block asks again.
-   [audio thread] */
+/* Makes the thread call lb_serve. Takes no lock: if the signal is lost, the next block asks again. [audio thread] */
 void lb_ask_loader(lb_loader *);
 #endif

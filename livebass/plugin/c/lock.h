@@ -1,4 +1,4 @@
-/* One lock for each file that includes this. [not the audio thread] */
+/* A lock of its own for each file that includes this. [not the audio thread] */
 #ifndef LB_LOCK_H
 #define LB_LOCK_H
 #include "thread.h"

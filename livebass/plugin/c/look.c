@@ -1,14 +1,14 @@
-/* Looks at a synth for windows: written by the audio thread, read by others, each with a sequence counter. */
+/* Looks at a synth for windows, each with a sequence counter: the audio thread writes them, others read them. */
 #include "look.h"
 
 #include <math.h>
 
-/* Words of a look with so many strings. */
+/* Words in a look with `strings` strings. */
 static size_t words(int64_t strings) {
     return (offsetof(LB_LOOK, string) + (size_t)strings * sizeof(LB_STRING_LOOK)) / sizeof(uint64_t);
 }
 
-/* Copies words that another thread may write or read meanwhile. */
+/* Copies words that another thread may be writing or reading. */
 static void copy(uint64_t *to, const uint64_t *from, size_t count) {
     for (size_t k = 0; k < count; k++)
         __atomic_store_n(&to[k], __atomic_load_n(&from[k], __ATOMIC_RELAXED), __ATOMIC_RELAXED);
@@ -34,7 +34,7 @@ int lb_read_look(const lb_look *l, int before, LB_LOOK *to) {
     if (__atomic_load_n(&l->seen[at], __ATOMIC_ACQUIRE) != whole) return 0;
     const LB_LOOK *from = &l->looks[at];
     const int64_t strings = __atomic_load_n(&from->strings, __ATOMIC_RELAXED);
-    if (strings < 0 || strings > LB_STRINGS) return 0; /* is being written */
+    if (strings < 0 || strings > LB_STRINGS) return 0; /* being written */
     copy((uint64_t *)to, (const uint64_t *)from, words(strings));
     __atomic_thread_fence(__ATOMIC_ACQUIRE);
     return __atomic_load_n(&l->seen[at], __ATOMIC_RELAXED) == whole;
@@ -48,7 +48,7 @@ static void look(lb_look *l, const lb_synth *s) {
 }
 
 void lb_begin_looks(lb_look *l, const lb_synth *s) {
-    l->now.bass = 0; /* a new one may be where the old one was */
+    l->now.bass = 0; /* a new bass may have the old one's address */
     l->peak = 0;
     look(l, s);
 }

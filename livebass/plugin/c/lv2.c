@@ -1,9 +1,9 @@
 /* The LV2 plugins: ports, MIDI, state and worker of an instance. run() allocates nothing and opens no file, but
    freewheeling it may load a bass.
 
-   There are two: one with a mono output, one with an output a string. The bundle holds instrument files, NAME.lbass, and
-   instruments.txt, their names, a line each; they and the user's own (lb_open_shelf) are the values of the port `bass`.
-   The first one is loaded by instantiate(); others by the host's worker, or when a state is restored. */
+   There are two: one with a mono output, one with one output per string. The bundle holds instrument files, NAME.lbass,
+   and instruments.txt with their names, one per line; these and the user's own (lb_open_shelf) are the values of the
+   port `bass`. instantiate() loads the first; the host's worker loads others, or restore() does. */
 #include "lv2_ports.h"
 
 #include <math.h>
@@ -25,27 +25,27 @@ enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 typedef struct {
     lb_instance instance;
     int asked;    /* the worker will call lb_serve */
-    int restored; /* a state said what to play: the ports `bass` and `quality` count once they move */
+    int restored; /* a state set bass and quality: their ports count once they move */
     int running;  /* the audio thread is in run() ... */
-    int held;     /* ... and must stay out, as restore() changes what plays */
+    int held;     /* ... and must stay out while restore() changes the bass */
     int outputs;
     const lv2_sequence *midi;
     float *outs[LB_STRINGS];
     const float *controls[CONTROLS];
-    float seen[LB_PARAMETERS]; /* what the ports said last; NaN: not looked at yet */
-    float *overload;           /* the strings that are relieved */
+    float seen[LB_PARAMETERS]; /* the ports' last values; NaN: not read yet */
+    float *overload;           /* number of relieved strings */
     lv2_sequence *shown;       /* looks, for a window */
-    uint64_t looks;            /* that were sent */
-    double watched;            /* s until there is no window, unless it says again that there is one */
-    lb_sides sides[2];         /* the one that counts, and the next: save() may read while run() is called */
-    int sides_at, sides_asked; /* the window is to be told of them */
+    uint64_t looks;            /* looks sent */
+    double watched;            /* s until the window counts as closed, unless it reports again */
+    lb_sides sides[2];         /* the present and the next: save() may read during run() */
+    int sides_at, sides_asked; /* sides_asked: send them to the window */
     uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom;
     uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side;
-    uint32_t key_aside[LB_PARAMETERS]; /* of the other side's values; 0: it has none of its own */
+    uint32_t key_aside[LB_PARAMETERS]; /* for the other side's values; 0: it has none of its own */
     const lv2_schedule *worker;
     const lv2_log *log;
-    const lv2_midnam_host *names; /* takes notice of the names of other key switches */
-    int named;                    /* the bass whose switches they are */
+    const lv2_midnam_host *names; /* receives notice of new key switch names */
+    int named;                    /* the bass with these names */
 } plugin;
 
 static void complain(void *owner, const char *line) {
@@ -54,7 +54,7 @@ static void complain(void *owner, const char *line) {
     else fprintf(stderr, "livebass: %s\n", line);
 }
 
-/* A host that takes no job is asked again in the next block. */
+/* If the host takes no job, the next block asks again. */
 static void ask(void *owner) {
     plugin *p = owner;
     const uint8_t job = 0;
@@ -130,8 +130,8 @@ static void connect_port(void *handle, uint32_t port, void *data) {
     else if (port == first_control + CONTROLS + 1) p->shown = data;
 }
 
-/* A host is not to call run() while it calls restore(), as no state:threadSafeRestore is declared, but Ardour does, for
-   presets: then nothing plays meanwhile. Returns 0 if the audio thread must stay out. */
+/* Hosts must not call run() during restore(), as no state:threadSafeRestore is declared, but Ardour does, for presets:
+   then nothing plays meanwhile. Returns 0 if the audio thread must stay out. */
 static int begin_run(plugin *p) {
     __atomic_store_n(&p->running, 1, __ATOMIC_SEQ_CST);
     if (!__atomic_load_n(&p->held, __ATOMIC_SEQ_CST)) return 1;
@@ -140,7 +140,7 @@ static int begin_run(plugin *p) {
 }
 static void end_run(plugin *p) { __atomic_store_n(&p->running, 0, __ATOMIC_SEQ_CST); }
 
-/* Keeps the audio thread out, once it is through with its block, and lets it in again. */
+/* Keeps the audio thread out after its present block. */
 static void hold(plugin *p) {
     __atomic_store_n(&p->held, 1, __ATOMIC_SEQ_CST);
     while (__atomic_load_n(&p->running, __ATOMIC_SEQ_CST)) rest();
@@ -158,7 +158,7 @@ static void deactivate(void *handle) {
     lb_rest_instance(&p->instance);
 }
 
-/* Takes the values that the host has moved. A choice that does not exist changes nothing. */
+/* Takes the values that the host has moved. An invalid choice changes nothing. */
 static void follow_ports(plugin *p) {
     lb_instance *i = &p->instance;
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -192,7 +192,7 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
     if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->instance.synth, &p->instance.audio.taps, &touch);
 }
 
-/* Writes an empty sequence of looks; returns the bytes that its head takes. */
+/* Writes an empty sequence of looks; returns the bytes in its head. */
 static uint32_t clear_looks(const plugin *p) {
     const uint32_t head = sizeof(lv2_sequence) - sizeof(lv2_atom);
     p->shown->atom = (lv2_atom){head, p->sequence};
@@ -200,7 +200,7 @@ static uint32_t clear_looks(const plugin *p) {
     return head;
 }
 
-/* Counts the time until there is no window, unless it says again that there is one. */
+/* Counts down the time until the window counts as closed, unless it reports again. */
 static void watch(plugin *p, uint32_t frames) {
     lb_look *look = &p->instance.look;
     const int watched = p->watched > 0;
@@ -208,7 +208,7 @@ static void watch(plugin *p, uint32_t frames) {
     p->watched = watched ? p->watched - frames / p->instance.rate : 0;
 }
 
-/* Sends a window what is to be seen, or A and B if it asks for them, if there is one and something new. */
+/* Sends an open window the newest look, or A and B if it asks for them. */
 static void send_look(plugin *p) {
     const lb_look *look = &p->instance.look;
     if (!p->shown) return;
@@ -241,7 +241,7 @@ static void send_midi(plugin *p) {
     }
 }
 
-/* Plays nothing. */
+/* Writes silence. */
 static void be_silent(const plugin *p, uint32_t frames) {
     for (int k = 0; k < p->outputs; k++)
         if (p->outs[k]) memset(p->outs[k], 0, frames * sizeof *p->outs[k]);
@@ -296,7 +296,7 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     return store(to, p->key_bass, state.bass, strlen(state.bass) + 1, p->string, LV2_PLAIN);
 }
 
-/* A whole number of a state; `otherwise` if it has none. */
+/* Reads a whole number from a state; `otherwise` if it has none. */
 static int64_t kept(const plugin *p, lv2_retrieve get, void *from, uint32_t key, int64_t otherwise) {
     size_t size = 0;
     uint32_t type = 0, flags = 0;
@@ -305,7 +305,7 @@ static int64_t kept(const plugin *p, lv2_retrieve get, void *from, uint32_t key,
     return otherwise;
 }
 
-/* Reads A and B of a state. Only values that differ from a new instance's are in it. */
+/* Reads A and B from a state. It has only values that differ from a new instance's. */
 static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *sides) {
     sides->side = kept(p, get, from, p->key_side, 0) == 1;
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -320,7 +320,7 @@ static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *
     }
 }
 
-/* The bass is loaded while the one before plays on; then the synth starts again with it. */
+/* Loads the bass while the old one plays on; then resets the synth with it. */
 static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, const lv2_feature *const *features) {
     plugin *p = handle;
     lb_instance *i = &p->instance;
@@ -331,7 +331,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     snprintf(state.bass, sizeof state.bass, "%s", name);
     state.seed = kept(p, get, from, p->key_seed, 0);
-    for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* those of the ports: the host restores them */
+    for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* the host restores the ports */
     state.values[LB_QUALITY] = kept(p, get, from, p->key_quality, LB_LIVE) == LB_STUDIO;
     read_sides(p, get, from, &state.sides);
     lb_take_kept(i, &state);
@@ -344,14 +344,14 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     return LV2_SUCCESS;
 }
 
-/* The name of this instance's key switches among others. */
+/* A name that tells this instance's key switches from others'. */
 static char *midnam_model(void *handle) {
     char *text = malloc(NAME);
     if (text) snprintf(text, NAME, "livebass %p", handle);
     return text;
 }
 
-/* Prints behind the n characters that a text of MIDNAM has; returns how many more it has then. */
+/* Prints after the n characters of a text of MIDNAM; returns how many it adds. */
 __attribute__((format(printf, 3, 4))) static size_t print(char *text, size_t n, const char *form, ...) {
     va_list arguments;
     va_start(arguments, form);
@@ -360,7 +360,7 @@ __attribute__((format(printf, 3, 4))) static size_t print(char *text, size_t n, 
     return written < 0 || (size_t)written >= MIDNAM - n ? 0 : (size_t)written;
 }
 
-/* What the keys of the bass switch, as a MIDI Name Document. */
+/* The bass's key switches as a MIDI Name Document. */
 static char *midnam(void *handle) {
     static const char *const head =
         "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"

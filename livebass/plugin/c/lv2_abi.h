@@ -1,4 +1,4 @@
-/* What this plugin uses of the interface of LV2 (lv2plug.in): names and layouts, in our words. */
+/* The part of LV2's interface (lv2plug.in) that this plugin uses: names and layouts, in our words. */
 #ifndef LB_LV2_ABI_H
 #define LB_LV2_ABI_H
 #include <stdbool.h>
@@ -98,7 +98,7 @@ typedef struct {
 /* work:schedule and work:interface */
 #define LV2_SCHEDULE "http://lv2plug.in/ns/ext/worker#schedule"
 #define LV2_WORKER "http://lv2plug.in/ns/ext/worker#interface"
-enum { LV2_SUCCESS = 0, LV2_UNKNOWN = 1 }; /* statuses of work and of state */
+enum { LV2_SUCCESS = 0, LV2_UNKNOWN = 1 }; /* statuses of work and state */
 typedef int (*lv2_respond)(void *handle, uint32_t size, const void *data);
 typedef struct {
     void *handle;

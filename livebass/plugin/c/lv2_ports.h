@@ -1,15 +1,15 @@
-/* What the LV2 plugin and its window, which may be in another process, know of each other. */
+/* Shared by the LV2 plugin and its window, which may be in another process. */
 #ifndef LB_LV2_PORTS_H
 #define LB_LV2_PORTS_H
 #include "instance.h"
 #include "lv2_abi.h"
 
 #define URI "urn:livebass:bass"
-/* Ports: MIDI, the outputs, the parameters in the order of their numbers, freewheeling; overload and looks, outputs. */
+/* Ports: MIDI, the outputs, the parameters by number, freewheeling; then two outputs, overload and looks. */
 enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
-/* Atoms. LOOK_ATOM: an LB_LOOK, to the window; to the plugin WATCH_ATOM: a window is open, for another WATCHED seconds, an
-   int32 that is not 0 if it does not know the sides yet, and TOUCH_ATOM: an lb_touch. SIDES_ATOM: an lb_sides, which the
-   plugin's state keeps, to the window that asks and from the one that changes them. */
+/* Atoms. To the window, LOOK_ATOM: an LB_LOOK. To the plugin, WATCH_ATOM: a window is open for another WATCHED seconds,
+   an int32 that is not 0 if it does not know the sides yet; and TOUCH_ATOM: an lb_touch. SIDES_ATOM: an lb_sides, kept
+   in the plugin's state, to a window that asks for it and from one that changes it. */
 #define LOOK_ATOM URI "#look"
 #define WATCH_ATOM URI "#watch"
 #define TOUCH_ATOM URI "#touch"

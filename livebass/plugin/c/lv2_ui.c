@@ -1,4 +1,4 @@
-/* The window of the LV2 plugin. It speaks to it by its ports alone: values, and atoms (lv2_ports.h). */
+/* The window of the LV2 plugin. They communicate only through ports: values, and atoms (lv2_ports.h). */
 #include "editor.h"
 #include "lv2_ports.h"
 
@@ -15,9 +15,9 @@ typedef struct {
     const lv2_ui_touch *touch;
     double scale;
     uint32_t outputs, event_transfer, look, watch, touched, sides_atom;
-    time_t told;    /* when the plugin was told last that there is a window */
-    lb_sides sides; /* that the plugin knows ... */
-    int32_t asks;   /* ... if it has said so */
+    time_t told;    /* time of the last report that there is a window */
+    lb_sides sides; /* as the plugin knows them ... */
+    int32_t asks;   /* ... unless it must still be asked */
 } ui;
 
 static void complain(void *owner, const char *line) {
@@ -53,7 +53,7 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->asks = 1;
     u->instance.owner = u;
     u->instance.complain = complain;
-    u->instance.moved = nothing; /* `idle` asks */
+    u->instance.moved = nothing; /* `idle` looks for moves */
     u->scale = lb_system_scale();
     const int width = (int)(LB_WIDTH * u->scale), height = (int)(LB_HEIGHT * u->scale);
     if (lb_open_instance(&u->instance, folder)) {
@@ -83,7 +83,7 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
     if (!format && port >= first && port < first + LB_PARAMETERS && size == sizeof(float)) {
         float value;
         memcpy(&value, data, sizeof value);
-        const double quality = lb_value(&u->instance, LB_QUALITY); /* which follows a bass that is chosen here alone */
+        const double quality = lb_value(&u->instance, LB_QUALITY); /* it follows a bass only if chosen here */
         lb_set_value(&u->instance, (int)(port - first), value);
         if (port - first == LB_BASS) lb_set_value(&u->instance, LB_QUALITY, quality);
     }
@@ -97,7 +97,7 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
     if (atom->type == u->sides_atom && atom->size == sizeof u->sides) {
         memcpy(&u->sides, atom + 1, sizeof u->sides);
         lb_write_sides(&u->instance, &u->sides);
-        lb_read_sides(&u->instance, &u->sides); /* within limits */
+        lb_read_sides(&u->instance, &u->sides); /* clamped */
         u->asks = 0;
     }
 }

@@ -1,4 +1,4 @@
-/* The neck in the picture: at rest, with its body, and what moves on it: strings, lights, names, the pluck point. */
+/* The neck in the picture: at rest, with the body; and its moving parts: strings, lights, names, the pluck point. */
 #include "drawing.h"
 
 #include <stdio.h>
@@ -6,8 +6,8 @@
 enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
 enum { STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
 enum { SUN = 0xFFD98E3C, SUN_DARK = 0xFFB8631F, RIM = 0xFF6E1F12, RIM_DARK = 0xFF1A0D0A };
-#define FARTHEST 0.1f /* m that a string may be from its rest; what is no number is drawn at rest */
-#define SHINE 2.4f /* of a blur, over the part of the time that the string is there */
+#define FARTHEST 0.1f /* m, the farthest a string may be from rest; NaN is drawn at rest */
+#define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
 
 static const char *const notes[] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
 void lb_note_name(int key, char text[16]) {
@@ -52,7 +52,7 @@ static double body_begin(const lb_picture *p) {
     return x_of(p, l->place[l->frets] - 0.045);
 }
 
-/* How far a place is from the middle between two others, where it is 0, to them, 1; its fourth power. */
+/* The fourth power of a place's distance from the middle between two others: 0 in the middle, 1 at them. */
 static double towards(double x, double from, double to) {
     const double way = (2 * x - from - to) / (to - from);
     return way * way * way * way;
@@ -74,7 +74,7 @@ static void draw_body(lb_picture *p, const part *q) {
         }
 }
 
-/* The number of a fret, under it. */
+/* Draws a fret's number under it. */
 static void draw_number(lb_picture *p, int fret, double x) {
     char text[8];
     const double size = px(p, 9.5);
@@ -90,7 +90,7 @@ static void draw_fret(lb_picture *p, double x, double half) {
     lb_box(s, x - px(p, 0.9), p->middle - half, px(p, 0.9), 2 * half, 0xB0FFFFFF);
 }
 
-/* The mark of a fret in the board: a dot, or two; without frets one at the edge. */
+/* Draws a fret's mark in the board: a dot, or two; without frets, a dot at the edge. */
 static void draw_mark(lb_picture *p, int fret, double x, double half) {
     const LB_LOOK *l = look_of(p);
     const int in_octave = fret % 12;
@@ -127,7 +127,7 @@ static void draw_board(lb_picture *p) {
     lb_box(s, p->nut + px(p, 1), p->middle - half, px(p, 2), 2 * half, 0x50000000);
 }
 
-/* A pickup: where strings beside each other have it at the same place, it is one. */
+/* Draws a pickup: adjacent strings with it at the same place share one. */
 static void draw_pickup(lb_picture *p, int k) {
     const LB_LOOK *l = look_of(p);
     lb_sheet *s = &p->ground;
@@ -198,7 +198,7 @@ uint64_t lb_neck_state(const lb_picture *p) {
 
 /* --- looks --- */
 
-/* The slot of a string that sounds louder; 0: it is silent. */
+/* A string's loudest slot; 0: it is silent. */
 static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
     const LB_SLOT_SIGHT *found = 0;
     double most = -1;
@@ -235,7 +235,7 @@ static double within(double v, double least, double greatest) {
     return v > least ? (v < greatest ? v : greatest) : least;
 }
 
-/* Holds within its bounds what a look from elsewhere may have. */
+/* Clamps the values of a look from another process. */
 static void bound(LB_LOOK *l) {
     if (l->strings < 0 || l->strings > LB_STRINGS) l->strings = 0;
     l->frets = l->frets < 0 ? 0 : l->frets >= LB_PLACES ? LB_PLACES - 1 : l->frets;
@@ -277,15 +277,15 @@ void lb_read_looks(lb_picture *p) {
 
 /* --- what moves on the neck --- */
 
-/* Half the thickness of a string, of steel of usual tension; somewhat more, as the neck is drawn wider than it is. */
+/* Half a string's thickness, for steel at usual tension; somewhat enlarged, as the neck is drawn too wide. */
 static double thickness(const lb_picture *p, int string) {
     const double speed = look_of(p)->string[string].speed;
     return fmax(0.14 / fmax(speed, 20) * p->metre, px(p, 0.7));
 }
 
-enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; pixels of a column that a blur may cover */
+enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; most pixels of a column in a blur */
 
-/* A column of the array that is drawn from above to below. */
+/* A column of the array, drawn from top to bottom. */
 typedef struct {
     uint32_t *first; /* its pixel of row 0 */
     int width, top, foot;
@@ -293,7 +293,7 @@ typedef struct {
 
 static uint32_t *pixel(const column *c, int y) { return c->first + (ptrdiff_t)y * c->width; }
 
-/* A stroke around y, in `tones` from its upper edge to its lower one. */
+/* Draws a stroke around y, in `tones` from its upper edge to its lower one. */
 static void stroke(const column *c, float y, float half, const uint32_t *tones) {
     const int from = (int)(y - half - 0.5f), to = (int)(y + half + 1.5f);
     const float shades = (TONES - 1) / (2 * half + 1);
@@ -306,7 +306,7 @@ static void stroke(const column *c, float y, float half, const uint32_t *tones) 
     }
 }
 
-/* Says that a stroke was between two heights for a part of the time. */
+/* Adds a stroke that was between two heights for a fraction of the time. */
 static void smear(float *sums, float from, float to, float share) {
     const int first = (int)from, last = (int)to;
     sums[first] += share * (1 - (from - (float)first));
@@ -315,7 +315,7 @@ static void smear(float *sums, float from, float to, float share) {
     sums[last + 1] -= share * (to - (float)last);
 }
 
-/* The blur of a string that went through heights y over its rest, in this column and, with `wide` 2, in the next. */
+/* Draws the blur of a string at heights y above its rest, in this column and, with `wide` 2, in the next. */
 static void blur(const column *c, int wide, float rest, float half, const float *y, int count) {
     float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
     for (int k = 1; k < count; k++) {
@@ -341,7 +341,7 @@ static void blur(const column *c, int wide, float rest, float half, const float 
     }
 }
 
-/* A shape as columns go along it. */
+/* A shape, read column by column. */
 typedef struct {
     const float *u;
     float at, step; /* nodes */
@@ -355,12 +355,12 @@ static float next_height(walk *w) {
     return w->u[node] + (w->u[node + 1] - w->u[node]) * (at - (float)node);
 }
 
-/* The newest shape of a string, or that so many before. */
+/* A string's newest shape, or the one `before` shapes earlier. */
 static const shape *shape_of(const lb_picture *p, int string, int before) {
     return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
 }
 
-/* Draws a string as it is, over where it has been since the last picture. */
+/* Draws a string over its blur since the last picture. */
 static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *tones) {
     const int most = p->shaped < LB_LOOKS ? (int)p->shaped : LB_LOOKS, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
     const float half = (float)thickness(p, string), limit = (float)(1.9 * p->half[0] / (double)strings_of(p));
@@ -415,7 +415,7 @@ static void draw_lights(lb_picture *p, lb_sheet *s) {
         }
 }
 
-/* The names of the notes where fingers hold them. */
+/* Draws the notes' names where fingers hold them. */
 static void draw_names(lb_picture *p, lb_sheet *s) {
     const LB_LOOK *l = look_of(p);
     char text[16];
@@ -449,7 +449,7 @@ static void draw_pluck(lb_picture *p, lb_sheet *s) {
     lb_text(s, left + px(p, 6), y + px(p, 4), px(p, SMALL), 0xFFFFFFFF, text, wide);
 }
 
-/* How far the meter is, 0 to 1. */
+/* The meter's reading, 0 to 1. */
 static double meter_part(const lb_picture *p) { return fmin(fmax((p->level - FLOOR_DB) / -FLOOR_DB, 0), 1); }
 
 static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
@@ -471,7 +471,7 @@ static void draw_motion(lb_picture *p, lb_sheet *s) {
     lb_text(s, q->x, q->y + px(p, 11), px(p, 9.5), p->hovered == p->board + 2 ? p->t->ink : p->t->soft, text, 200);
 }
 
-/* What moves on the neck, besides strings and lights. */
+/* The state of the neck's other moving parts, besides strings and lights. */
 static uint64_t still_state(const lb_picture *p) {
     const LB_LOOK *l = look_of(p);
     uint64_t hash = 1;

@@ -1,4 +1,4 @@
-/* The notes of a host: one table by channel and key, with the id that the host gave each. [audio thread] */
+/* A host's notes: one table by channel and key, with the host's id of each. [audio thread] */
 #include "instance.h"
 
 #include <math.h>
@@ -6,7 +6,7 @@
 
 enum { UNKNOWN, LET_GO, HELD };                       /* states of a note */
 enum { NOTE_OFF = 0x80, NOTE_ON = 0x90, MODE = 0xB0 }; /* MIDI, of the first channel */
-enum { ALL_SOUND_OFF = 120, ALL_NOTES_OFF = 123 };    /* the first controllers that end sounds, and notes */
+enum { ALL_SOUND_OFF = 120, ALL_NOTES_OFF = 123 };    /* first of the controllers that end sounds, and notes */
 
 static int is_channel(int channel) { return channel >= 0 && channel < LB_CHANNELS; }
 
@@ -22,7 +22,7 @@ void lb_forget_notes(lb_instance *i) {
 
 /* --- expressions --- */
 
-/* Sends an expression of note n; in a flood the synth takes it in the next block. */
+/* Sends an expression of note n; in a flood the synth gets it in the next block. */
 static void express(lb_instance *i, int64_t offset, int n, int what, double amount) {
     lb_note *note = &i->audio.notes[n];
     const int told = what == LB_EXPRESS_BEND ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount)
@@ -40,10 +40,10 @@ void lb_tell_notes(lb_instance *i) {
             if (i->audio.notes[n].untold[what]) express(i, 0, n, what, i->audio.notes[n].amounts[what]);
 }
 
-/* --- which notes are meant --- */
+/* --- selecting notes --- */
 
-/* Writes the notes that are meant into `found` and returns their number. An id counts where no key is given. Of a key or
-   an id that nobody holds on its channel, all channels that hold it are meant, or else the note that was let go. */
+/* Writes the selected notes into `found` and returns their number. An id counts only without a key. If no note with
+   this key or id is held on its channel, selects it on all channels that hold it, or else the released note. */
 static int find(const lb_instance *i, lb_named named, int16_t found[LB_NOTES]) {
     const int by_id = named.key < 0 && named.id >= 0, attempts = by_id || named.key >= 0 ? 3 : 1;
     const int low = named.key < 0 ? 0 : named.key, high = named.key < 0 ? LB_KEYS - 1 : named.key;
@@ -65,7 +65,7 @@ static int find(const lb_instance *i, lb_named named, int16_t found[LB_NOTES]) {
 
 static void begin(lb_instance *i, int channel, int key, int32_t id) {
     for (int n = 0; n < LB_NOTES && id >= 0; n++)
-        if (i->audio.notes[n].id == id) i->audio.notes[n].id = -1; /* of a note that is over */
+        if (i->audio.notes[n].id == id) i->audio.notes[n].id = -1; /* from a finished note */
     i->audio.notes[channel * LB_KEYS + key] = (lb_note){.id = id, .state = HELD};
 }
 
@@ -110,7 +110,7 @@ void lb_choke_note(lb_instance *i, int64_t offset, lb_named named) {
         return;
     }
     for (int k = 0, count = find(i, named, found); k < count; k++) {
-        release(i, offset, found[k], 0.5); /* it may be a key that switches */
+        release(i, offset, found[k], 0.5); /* it may be a switch key */
         lb_cut_note(i->synth, offset, found[k] / LB_KEYS, found[k] % LB_KEYS);
     }
 }

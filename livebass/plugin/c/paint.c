@@ -1,5 +1,5 @@
-/* Shapes and letters with smooth edges. A letter is an outline that is filled anew each time: exact areas of pixels,
-   summed along rows. */
+/* Shapes and letters with smooth edges. Each letter is filled from its outline every time: exact pixel areas, summed
+   along rows. */
 #include "paint.h"
 #include "glyphs.h"
 
@@ -26,7 +26,7 @@ lb_area lb_joined(lb_area a, lb_area b) {
                      a.y1 > b.y1 ? a.y1 : b.y1};
 }
 
-static uint32_t opacity(uint32_t colour) { return (colour >> 24) + (colour >> 31); } /* in 256 */
+static uint32_t opacity(uint32_t colour) { return (colour >> 24) + (colour >> 31); } /* of 256 */
 
 uint32_t lb_mixed(uint32_t a, uint32_t b, double part) {
     const uint32_t p = (uint32_t)(256 * fmin(fmax(part, 0), 1));
@@ -77,7 +77,7 @@ void lb_box(lb_sheet *s, double x, double y, double w, double h, uint32_t colour
     lb_shade(s, x, y, w, h, colour, colour);
 }
 
-static float cover_of(double distance) { /* from the edge, negative within */
+static float cover_of(double distance) { /* from the edge; negative inside */
     return (float)fmin(fmax(0.5 - distance, 0), 1);
 }
 
@@ -127,10 +127,10 @@ void lb_glow(lb_sheet *s, double x, double y, double rx, double ry, uint32_t col
 /* --- letters --- */
 
 enum { MOST_SIZE = 96, ROOM = 160, STEPS = 6, CURVE = 5 };
-#define NARROW 0.93 /* than the font is */
+#define NARROW 0.93 /* of the font's width */
 
-/* An outline, as what each of its edges adds to all pixels on its right: the sum along a row is how much of a pixel is
-   within. A row is looked at on STEPS lines. */
+/* An outline, stored as each edge's contribution to all pixels on its right: the sum along a row is the part of a pixel
+   inside. Each row is sampled on STEPS lines. */
 typedef struct {
     int wide, tall;
     float sums[ROOM][ROOM];
@@ -150,7 +150,7 @@ static void edge(outline *o, double x0, double y0, double x1, double y1) {
     }
 }
 
-/* A curve from a to b that b's tangents cross at c. */
+/* Adds a curve from a to b; the tangents at both ends cross at c. */
 static void curve(outline *o, const double a[2], const double c[2], const double b[2]) {
     double from[2] = {a[0], a[1]};
     for (int k = 1; k <= CURVE; k++) {
@@ -187,7 +187,7 @@ static void contour(outline *o, int first, int count, const double scale[2], con
     }
 }
 
-/* Letters are as high as makes the small ones whole pixels high: their edges are sharp. */
+/* Scales letters to give small ones a height in whole pixels, which keeps their edges sharp. */
 static void scales(double size, double scale[2]) {
     const double high = GLYPH_X_HEIGHT * size / GLYPH_EM;
     scale[0] = NARROW * size / GLYPH_EM;
@@ -218,7 +218,7 @@ static void draw_letter(lb_sheet *s, int letter, double x, int y, const double s
     }
 }
 
-/* The next letter of a text, as a number of the font's, and goes on behind it; -1 at the end. */
+/* Returns a text's next letter as its number in the font, and moves past it; -1 at the end. */
 static int next_letter(const char **text) {
     const uint8_t *p = (const uint8_t *)*text;
     uint32_t code = *p;

@@ -1,11 +1,11 @@
-/* The parts of the picture: a table says what each kind draws, shows and does. */
+/* The parts of the picture: a table defines what each kind draws, shows and does. */
 #include "drawing.h"
 
 #include <stdio.h>
 
-#define NOTICE 4.0 /* s for which a notice is seen */
+#define NOTICE 4.0 /* s that a notice stays */
 
-/* The pointer is over a part, or holds it. */
+/* True if the pointer is over a part, or holds it. */
 static int is_hot(const lb_picture *p, const part *q) { return q - p->parts == p->hovered; }
 static int is_held(const lb_picture *p, const part *q) { return q - p->parts == p->held; }
 
@@ -36,7 +36,7 @@ static void mix_value(const lb_picture *p, const part *q, uint64_t *hash) { mix(
 
 static void mix_bass(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->values[LB_BASS]); }
 
-/* The next value of a stepper, or the one before; round and round. */
+/* Sets a stepper's next value, or its previous one, cyclically. */
 static void step(lb_picture *p, int k, int way) {
     const double least = lb_parameters[k].least, range = most_of(p, k) - least + 1, at = value_of(p, k) + way - least;
     lb_change(p, k, least + at - range * floor(at / range));
@@ -64,7 +64,7 @@ static void button(lb_picture *p, const part *q, int lit, int hot) {
     lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 6), px(p, 1), lit ? t->accent : t->edge);
 }
 
-/* An arrow in a box, up (0), right (1), down (2) or left (3). */
+/* Draws an arrow in a box: up (0), right (1), down (2) or left (3). */
 static void arrow(lb_picture *p, const part *q, int way, uint32_t colour) {
     static const int ways[4][2] = {{0, -1}, {1, 0}, {0, 1}, {-1, 0}};
     const double x = q->x + q->w / 2, y = q->y + q->h / 2, r = px(p, 4), dx = ways[way][0] * r, dy = ways[way][1] * r;
@@ -72,7 +72,7 @@ static void arrow(lb_picture *p, const part *q, int way, uint32_t colour) {
         lb_line(&p->ground, x + dx / 2, y + dy / 2, x - dx / 2 - side * dy, y - dy / 2 + side * dx, px(p, 1.8), colour);
 }
 
-/* "0.42 (74 % of the string)": what is in brackets says more, where there is no room for both. */
+/* Shortens "0.42 (74 % of the string)" to the more telling part in brackets if both do not fit. */
 static void shorten(lb_picture *p, char *text, double room) {
     char *open = strstr(text, " (");
     const size_t end = strlen(text);
@@ -89,7 +89,7 @@ static void draw_heading(lb_picture *p, const part *q, const char *name) {
     lb_label(p, &p->ground, q, 9.0, p->t->accent, text, 0);
 }
 
-/* A row of the list: `lit` is the one that plays; a doomed one asks before it is deleted. */
+/* Draws a row of the list: the playing one is `lit`; a doomed one asks before it is deleted. */
 static void draw_row(lb_picture *p, const part *q, const char *text, int lit, int hot, int doomed) {
     const theme *t = p->t;
     const uint32_t face = doomed ? t->hot : lit ? t->accent : t->raised;
@@ -112,7 +112,7 @@ static void draw_arrow(lb_picture *p, const part *q) {
 
 static void press_arrow(lb_picture *p, const part *q, const hand *h) { step_bass(p, q->kind == NEXT ? 1 : -1); }
 
-/* True while a notice stands in place of the title. */
+/* True while a notice replaces the title. */
 static int is_noticed(const lb_picture *p) {
     return *p->notice && p->seconds >= p->noticed && p->seconds < p->noticed + NOTICE;
 }
@@ -163,13 +163,13 @@ static void mix_overload(const lb_picture *p, const part *q, uint64_t *hash) { m
 
 static void draw_neck(lb_picture *p, const part *q) {
     lb_draw_neck(p, q);
-    p->lively = 1; /* what moves goes over it */
+    p->lively = 1; /* moving parts go over it */
     p->still = 0;
 }
 
 static void mix_neck(const lb_picture *p, const part *q, uint64_t *hash) { *hash ^= lb_neck_state(p); }
 
-/* The string and the fret at a place of the neck. */
+/* Finds the string and the fret at a place on the neck. */
 static int string_at(const lb_picture *p, double x, double y, int *fret) {
     const LB_LOOK *l = look_of(p);
     const double strings = (double)l->strings, at = (1 - (y - p->middle) / half_at(p, x)) * strings / 2;
@@ -187,7 +187,7 @@ void lb_end_note(lb_picture *p) {
     p->string = -1;
 }
 
-/* Plays the note under the pointer, unless it sounds; the one before ends after it has begun: they are bound. */
+/* Plays the note under the pointer, unless it sounds already; the old note ends after the new one begins: legato. */
 static void play_at(lb_picture *p, double x, double y) {
     int fret = 0;
     const int string = string_at(p, x, y, &fret), before = p->string, key_before = p->key;
@@ -200,7 +200,7 @@ static void play_at(lb_picture *p, double x, double y) {
     if (before >= 0) p->face.note(p->face.owner, 0, before, key_before, 0);
 }
 
-/* The value of PLUCK_POSITION that plucks at a place, as the performer reads it. */
+/* The performer's PLUCK_POSITION for a place. */
 static double pluck_value(const lb_picture *p, double x) {
     const LB_LOOK *l = look_of(p);
     const double place = (x - p->nut) / p->metre / l->string[0].length - l->usual;
@@ -261,7 +261,7 @@ static void draw_lamp(lb_picture *p, const part *q) {
     const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
     const theme *t = p->t;
     lb_lamp_name(p, lamp, q->number % 2, text);
-    if (hot && lb_key_of(p, lamp) >= 0) lb_note_name(lb_key_of(p, lamp), text); /* its key, where both have no room */
+    if (hot && lb_key_of(p, lamp) >= 0) lb_note_name(lb_key_of(p, lamp), text); /* only its key, if both do not fit */
     char *gap = strstr(text, "  ");
     lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
     if (gap) *gap = 0;
@@ -273,7 +273,7 @@ static void draw_lamp(lb_picture *p, const part *q) {
 
 static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, lamp_is_on(p, q->number / 2)); }
 
-/* Presses the key of a lamp's switch: one that acts while it is held stays down until the next press. */
+/* Presses the key of a lamp's switch; a key that acts while held stays down until the next press. */
 static void press_lamp(lb_picture *p, const part *q, const hand *h) {
     const int lamp = q->number / 2, key = lamp < LET_RING ? lb_key_of(p, lamp) : -1;
     if (key < 0) return;
@@ -298,7 +298,7 @@ static void press_tab(lb_picture *p, const part *q, const hand *h) { p->page = q
 
 static void draw_head(lb_picture *p, const part *q) { draw_heading(p, q, lb_groups[q->number]); }
 
-/* The track of a slider. */
+/* Finds a slider's track. */
 static void track_of(const lb_picture *p, const part *q, double *x, double *y, double *w) {
     *x = q->x + px(p, 5);
     *y = q->y + px(p, 25);
@@ -310,7 +310,7 @@ static double place_on_track(const lb_picture *p, int k, double v) {
     return range > 0 ? fmin(fmax((v - least) / range, 0), 1) : 0;
 }
 
-/* The MIDI controller that moves a parameter, as `lb_face.controller` says. */
+/* The MIDI controller that moves a parameter, as from `lb_face.controller`. */
 static int controller_of(const lb_picture *p, int k) {
     return p->face.learn ? p->face.controller(p->face.owner, k) : LB_NO_CONTROLLER;
 }
@@ -323,7 +323,7 @@ static void draw_cell_text(lb_picture *p, const part *q) {
     else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
     const double size = px(p, SMALL), y = q->y + px(p, 14), wide = lb_text_width(size, text);
     lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? p->t->ink : p->t->soft, text, q->w);
-    if (lb_parameters[q->number].points) return; /* a stepper's value is in its box */
+    if (lb_parameters[q->number].points) return; /* a stepper has its value in its box */
     const double room = q->w - wide - px(p, 8);
     if (controller == LB_WAITS) snprintf(text, sizeof text, "move a controller");
     else text_of(p, q->number, p->values[q->number], text);
@@ -460,7 +460,7 @@ void lb_paste(lb_picture *p, const char *text) {
     notice(p, why ? "The clipboard " : "Taken from the clipboard", why ? why : "");
 }
 
-/* Takes it over; the right button deletes it with its second press. */
+/* Loads a sound; the right button deletes it with its second press. */
 static void press_sound(lb_picture *p, const part *q, const hand *h) {
     const int sound = q->number;
     if (!(h->modifiers & LB_RIGHT) && p->doomed != sound) {

@@ -1,7 +1,7 @@
 /* The picture in the plugin's window: header, neck, lamps, and a panel of parameters by group.
 
-   What seldom changes is drawn into the ground, part by part, as each part's state changes; the neck's strings, lights
-   and notes go over it with each look. */
+   Parts that seldom change are drawn into the ground, each when its state changes; the neck's strings, lights and notes
+   go over it with each look. */
 #include "drawing.h"
 
 #include <stdio.h>
@@ -47,7 +47,7 @@ void lb_free_picture(lb_picture *p) {
     free(p);
 }
 
-/* A number that is not 0, for what a part shows now. */
+/* A number, not 0, for everything a part shows now. */
 static uint64_t part_state(const lb_picture *p, int k) {
     const part *q = &p->parts[k];
     const lb_kind *kind = &lb_kinds[q->kind];
@@ -57,7 +57,7 @@ static uint64_t part_state(const lb_picture *p, int k) {
     return hash | 1;
 }
 
-/* Takes the array to draw into; returns 0 if there is no memory. */
+/* Sets the array to draw into; returns 0 if there is no memory. */
 static int take_sheet(lb_picture *p, uint32_t *pixels, int width, int height) {
     const lb_area all = {0, 0, width, height};
     if (p->sheet.width != width || p->sheet.height != height || !p->ground.pixels) {
@@ -103,7 +103,7 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     int all = 0;
     if (p->laid_out != lb_layout_state(p)) {
         all = 1;
-        let_go(p); /* parts get other numbers */
+        let_go(p); /* parts get new numbers */
         lb_lay_out(p);
         p->laid_out = lb_layout_state(p);
         changed = (lb_area){0, 0, width, height};

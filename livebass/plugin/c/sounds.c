@@ -1,4 +1,4 @@
-/* Sounds of the user: each a file of its own, in the folder of the user's own instruments. */
+/* The user's sounds: one file each, in the folder of the user's own instruments. */
 #include "lock.h"
 #include "text.h"
 
@@ -9,7 +9,7 @@ enum { LINE = 1600, MOST_SOUNDS = 4096, MOST_BYTES = 1 << 15, TITLE = LB_FILE_NA
 
 struct lb_sound {
     char name[LB_FILE_NAME];
-    int old; /* its file is of an earlier version */
+    int old; /* its file is from an earlier version */
 };
 
 /* The path of a sound's file; returns 0 if there is no room for it. */
@@ -40,7 +40,7 @@ const char *lb_read_sound(const lb_kernels *kernels, const char *path, lb_kept *
     return why;
 }
 
-/* Takes the number of the bass of one that was read; `why`: what is wrong with it. Returns that, or that its bass is not
+/* Finds the bass of a sound that was read with the fault `why` (0: none). Returns that fault, or that the bass is not
    on the shelf. */
 static const char *known(const lb_instance *i, const char *why, lb_kept *to) {
     if (why) return why;
@@ -60,10 +60,10 @@ static int read_named(const lb_instance *i, const char *name, int old, lb_kept *
 
 static void set(lb_instance *i, const lb_kept *kept) {
     lb_set_values(i, kept->values, 0);
-    __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass played already */
+    __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass was already playing */
 }
 
-/* Takes one over that was read; returns what is wrong with it. */
+/* Loads a sound that was read; returns its fault. */
 static const char *take(lb_instance *i, const char *why, lb_kept *kept) {
     if (!(why = known(i, why, kept))) {
         lb_keep_values(i);
@@ -84,13 +84,13 @@ const char *lb_take_text(lb_instance *i, const char *text) {
     lb_kept kept;
     const char *why = take(i, lb_parse_text(text, &kept), &kept);
     if (why) snprintf(line, sizeof line, "the clipboard %s", why);
-    if (why) i->complain(i->owner, line); /* the window may have no room for all of it */
+    if (why) i->complain(i->owner, line); /* the window may cut it */
     return why;
 }
 
 /* --- the list --- */
 
-/* As file managers sort: numbers in names by what they are. */
+/* Sorts as file managers do: numbers in names by value. */
 static int by_name(const void *one, const void *other) {
     const char *a = one, *b = other; /* a sound begins with its name */
     while (*a && *b) {
@@ -109,7 +109,7 @@ static int by_name(const void *one, const void *other) {
 static void add(lb_instance *i, const char *name, int old) {
     lb_kept kept;
     if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, old, &kept)) return;
-    if (i->window.sound_count % 64 == 0) { /* there is no room for more */
+    if (i->window.sound_count % 64 == 0) { /* no room for more */
         lb_sound *more = realloc(i->window.sounds, (size_t)(i->window.sound_count + 64) * sizeof *more);
         if (!more) return;
         i->window.sounds = more;
@@ -153,14 +153,14 @@ void lb_forget_sounds(lb_instance *i) {
 
 /* --- one of them --- */
 
-/* The title of a bass as a name of a file, for any system. */
+/* Makes a file name for any system from a bass's title. */
 static void name_file(const char *title, char stem[TITLE]) {
     size_t n = 0;
     for (; title[n] && n < TITLE - 1; n++)
         stem[n] = (unsigned char)title[n] < ' ' || strchr("<>:\"/\\|?*\x7F", title[n]) ? '-' : title[n];
-    while (n && title[n] && (title[n] & 0xC0) == 0x80) n--; /* no letter is cut */
+    while (n && title[n] && (title[n] & 0xC0) == 0x80) n--; /* cuts no letter */
     stem[n] = 0;
-    if (*stem == '.') *stem = '-'; /* it would not be seen */
+    if (*stem == '.') *stem = '-'; /* else it would be hidden */
 }
 
 int lb_save_sound(lb_instance *i, char *name, size_t room) {
@@ -170,7 +170,7 @@ int lb_save_sound(lb_instance *i, char *name, size_t room) {
     const int bass = values[LB_BASS] < lb_shelf_count(i->shelf) ? (int)values[LB_BASS] : 0;
     name_file(lb_shelf_title(i->shelf, bass), stem);
     const size_t count = lb_write_text(lb_shelf_name(i->shelf, bass), values, text);
-    enter(); /* of one process one at a time */
+    enter(); /* one at a time per process */
     const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, "." LB_SOUND_ENDING, text, count, made);
     leave();
     if (good) snprintf(name, room, "%s", made);

@@ -1,8 +1,9 @@
-/* On Windows a stack grows by the page below it that is touched. So the compiler has functions whose frame is a page or
-   more call this with its size in rax: it touches every page of the frame to be, from above, and changes no register. */
+/* On Windows a stack grows by a page when the page below it is touched. Functions with a frame of a page or more
+   therefore call this with its size in rax: it touches every page of the new frame from above and keeps all
+   registers. */
 #if defined _WIN32 && defined __x86_64__
 
-enum { PAGE = 4096, SAVED = 3 * 8 }; /* bytes: a page; what lies below the frame: the return address, rcx, rax */
+enum { PAGE = 4096, SAVED = 3 * 8 }; /* bytes: a page; below the frame: return address, rcx, rax */
 
 __attribute__((naked)) void frame_is_touched(void) __asm__("___chkstk_ms");
 

@@ -1,4 +1,4 @@
-/* What an instance keeps of its values: A and B, what Undo brings back, and the state of sessions. */
+/* An instance's kept values: A and B, Undo, and the state of sessions. */
 #include "instance.h"
 #include "lock.h"
 
@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define MAGIC "LBSTATE\n"
-enum { PLAIN = 1, WITH_LEARNED, WITH_SIDES, LINE = 1600 }; /* versions: each is written where the one before has no room */
+enum { PLAIN = 1, WITH_LEARNED, WITH_SIDES, LINE = 1600 }; /* versions: each only if the one before lacks room */
 
 /* --- A and B, undo: the lock keeps the two sides together --- */
 
@@ -61,7 +61,7 @@ void lb_keep_values(lb_instance *i) {
     leave();
 }
 
-/* Notes that the bass of a name is not there; "": all is. */
+/* Notes the name of a missing bass; "": none is missing. */
 static void note_missing(lb_instance *i, const char name[LB_STATE_NAME]) {
     enter();
     if (name[0]) memcpy(i->missing_name, name, LB_STATE_NAME);
@@ -71,7 +71,7 @@ static void note_missing(lb_instance *i, const char name[LB_STATE_NAME]) {
 
 void lb_set_values(lb_instance *i, const double values[LB_PARAMETERS], int all) {
     enter();
-    lb_set_value(i, LB_BASS, values[LB_BASS]); /* the quality may follow: who sets all has that, too */
+    lb_set_value(i, LB_BASS, values[LB_BASS]); /* quality may follow; `all` sets it too */
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (k != LB_BASS && (all || lb_is_of_sides(k))) lb_set_value(i, k, values[k]);
     leave();
@@ -93,7 +93,7 @@ static uint64_t checksum(const lb_kernels *kernels, const void *bytes, size_t co
     return kernels->checksum((int64_t)(intptr_t)bytes, (int64_t)(count / 8));
 }
 
-/* How many bytes a state of a version has with so many parameters, the checksum too. */
+/* The bytes in a state of a version with this many parameters, with the checksum. */
 static size_t size_of(int64_t version, size_t parameters) {
     const size_t learned = version >= WITH_LEARNED ? LB_CONTROLLERS : 0;
     const size_t sides = version >= WITH_SIDES ? 8 * (parameters + 1) : 0;
@@ -107,12 +107,12 @@ static size_t seal(const lb_instance *i, lb_state *s) {
     return count + sizeof sum;
 }
 
-/* The name of the bass that is chosen. */
+/* The chosen bass's name. */
 static const char *name_of(const lb_instance *i, double bass) {
     return lb_shelf_name(i->shelf, bass < lb_shelf_count(i->shelf) ? (int)bass : 0);
 }
 
-/* True if there is anything to keep of A and B. [under the lock] */
+/* True if A and B have anything to keep. [under the lock] */
 static int has_sides(const lb_instance *i) {
     int k = 0;
     while (k < LB_PARAMETERS && i->sides.aside[k] == lb_parameters[k].usual) k++;
@@ -136,7 +136,7 @@ size_t lb_save_state(lb_instance *i, lb_state *s) {
     return seal(i, s);
 }
 
-/* Reads numbers that `count` parameters of a state have; returns 0 if one is none. */
+/* Reads the values of a state's `count` parameters; returns 0 if one is not a number. */
 static int read_values(double to[LB_PARAMETERS], const uint8_t *from, int64_t count) {
     int good = 1;
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -172,7 +172,7 @@ const char *lb_parse_state(const lb_kernels *kernels, const void *bytes, size_t 
 void lb_take_kept(lb_instance *i, lb_kept *kept) {
     char line[LINE];
     const int number = lb_shelf_find(i->shelf, kept->bass), missing = number < 0;
-    if (missing && !(i->missing && !strcmp(i->missing_name, kept->bass))) { /* hosts may bring a state several times */
+    if (missing && !(i->missing && !strcmp(i->missing_name, kept->bass))) { /* hosts may load a state several times */
         snprintf(line, sizeof line, LB_NOT_INSTALLED, kept->bass);
         i->complain(i->owner, line);
     }

@@ -1,4 +1,4 @@
-/* A sound as text: a preset that says `like` and sliders, as plugins and the page save it, and the link of a page. */
+/* A sound as text: a preset with `like` and sliders, as plugins and the page save it, or a page's link. */
 #include "text.h"
 
 #include <stdarg.h>
@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NUMBER = 40, MOST_DIGITS = 17 }; /* bytes of a number; digits that tell every double apart */
+enum { NUMBER = 40, MOST_DIGITS = 17 }; /* bytes in a number; digits that distinguish all doubles */
 
-/* Says what is wrong; returns it. */
+/* Writes the fault into `to`; returns it. */
 static const char *wrong(lb_kept *to, const char *form, ...) {
     va_list more;
     va_start(more, form);
@@ -19,7 +19,7 @@ static const char *wrong(lb_kept *to, const char *form, ...) {
 
 static int is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/* Puts `to` into the place of `from`, the decimal points of files and of the host's language. */
+/* Replaces the decimal point `from` by `to`: files and the host's language may differ. */
 static void swap_point(char *text, char from, char to) {
     char *at = strchr(text, from);
     if (at) *at = to;
@@ -31,7 +31,7 @@ static char host_point(void) {
     return half[1];
 }
 
-/* Reads a whole text as a decimal number; returns 0 if it is none. */
+/* Reads a whole text as a decimal number; returns 0 if it is not one. */
 static int read_number(const char *text, double *to) {
     char copy[NUMBER], *end;
     *to = 0;
@@ -42,7 +42,7 @@ static int read_number(const char *text, double *to) {
     return end != copy && !*end;
 }
 
-/* Writes a number with as few digits as tell it apart. */
+/* Writes a number with the fewest digits that identify it. */
 static void write_number(char to[NUMBER], double value) {
     double read;
     for (int digits = 1; digits <= MOST_DIGITS; digits++) {
@@ -52,7 +52,7 @@ static void write_number(char to[NUMBER], double value) {
     }
 }
 
-/* Takes the value of a parameter; returns what is wrong with it. */
+/* Takes a parameter's value; returns its fault. */
 static const char *take_value(lb_kept *to, const char *symbol, const char *text) {
     int k = 0;
     while (k < LB_PARAMETERS && !(lb_is_of_sides(k) && !strcmp(lb_parameters[k].symbol, symbol))) k++;
@@ -68,7 +68,7 @@ static const char *take_value(lb_kept *to, const char *symbol, const char *text)
     return 0;
 }
 
-/* Takes the name of the bass, which may be the path of a preset. */
+/* Takes the bass's name, which may be a preset's path. */
 static const char *take_bass(lb_kept *to, const char *name) {
     name = lb_file_name(name);
     snprintf(to->bass, sizeof to->bass, "%s", name);
@@ -81,7 +81,7 @@ static const char *take_bass(lb_kept *to, const char *name) {
 
 static int hex(char c) { return is_digit(c) ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1; }
 
-/* Decodes what an address encodes, in place. */
+/* Decodes an address's escapes, in place. */
 static void decode(char *text) {
     char *to = text;
     for (; *text; text++) {
@@ -113,7 +113,7 @@ static const char *read_link(char *text, lb_kept *to) {
 
 /* --- presets --- */
 
-/* Cuts white space and what is behind a `#` outside of quotes off a line; returns where it begins. */
+/* Cuts white space and unquoted `#` comments off a line; returns its beginning. */
 static char *trimmed(char *line) {
     int quoted = 0;
     char *end = line;
@@ -170,7 +170,7 @@ static size_t add(char *text, size_t end, const char *form, ...) {
     return end + (size_t)count < LB_MOST_TEXT ? end + (size_t)count : LB_MOST_TEXT - 1;
 }
 
-/* Adds the parameters that are moved, of the sliders or of all others, as a section. */
+/* Adds the changed parameters, either sliders or all others, as a section. */
 static size_t add_section(char *text, size_t end, const char *name, const double *values, int sliders) {
     char number[NUMBER];
     for (int k = 0, first = 1; k < LB_PARAMETERS; k++) {

@@ -1,11 +1,11 @@
-/* What checks the thread rules, in builds for tests. */
+/* Checks the thread rules in builds for tests. */
 #include "thread.h"
 
 #ifdef LB_CHECK_THREADS
 #include <stdio.h>
 #include <stdlib.h>
 
-static _Thread_local int real_time; /* this thread is within a block; its address names the thread */
+static _Thread_local int real_time; /* this thread is within a block; its address identifies the thread */
 
 static void stop(const char *function, const char *why) {
     fprintf(stderr, "livebass: %s: %s\n", function, why);

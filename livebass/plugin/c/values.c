@@ -1,4 +1,4 @@
-/* The values of an instance's parameters, and what they are in words. */
+/* An instance's parameter values, and their texts. */
 #include "instance.h"
 
 #include <math.h>
@@ -47,7 +47,8 @@ void lb_set_value(lb_instance *i, int parameter, double value) {
     __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
-/* Offline the bass is changed where the value is, within the block (lb_play_block); without places all so far at once. */
+/* Offline, changes the bass at the value's frame within the block (lb_play_block); if there is no room for it, applies
+   all earlier ones at once. */
 static void turn_at(lb_instance *i, int64_t offset, int parameter, double value) {
     for (int k = 0; i->audio.turn_count == LB_TURNS && k < LB_TURNS; k++)
         lb_set_value(i, i->audio.turns[k].parameter, i->audio.turns[k].value);
@@ -67,7 +68,7 @@ void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value
         __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
-/* Writes what a value that is relative comes to with this bass, in brackets; nothing where it says all itself. */
+/* Writes a relative value's result for this bass, in brackets; nothing if the value says it all. */
 static void add_real_value(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const int bass = (int)lb_value(i, LB_BASS);
     const LB_PLAYER *p = bass < lb_shelf_count(i->shelf) ? lb_shelf_player(i->shelf, bass) : 0;
@@ -87,7 +88,7 @@ static void add_real_value(const lb_instance *i, int parameter, double value, ch
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
-    if (!p->whole) value = rint(100 * value) / 100 + 0.0; /* as its text is read back: that has the same text again */
+    if (!p->whole) value = rint(100 * value) / 100 + 0.0; /* rounded like its text, which then reads back the same */
     if (parameter == LB_BASS) {
         const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
         snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));

@@ -1,8 +1,8 @@
 /* The VST3 plugin: one object with nine interfaces, around an instance. process() allocates nothing but offline.
 
-   Instruments lie in the bundle's folder Contents/Resources, or in the user's directory. A thread of each active object
-   loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host's points of parameters, and its
-   notes, come in lists of their own; the synth gets them in the order of their frames. */
+   Instruments lie in the bundle's folder Contents/Resources, or in the user's directory. Each active object has a
+   thread that loads basses. VST3 knows no MIDI controllers: each is a hidden parameter. The host sends parameter points
+   and notes in separate lists; the synth gets them in the order of their frames. */
 #define _GNU_SOURCE
 #include "loader.h"
 #include "vst3_abi.h"
@@ -23,11 +23,11 @@
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
-enum { OVERLOAD = 500 }; /* id of the parameter, read only, that says how many strings are relieved */
-enum { SEMITONES = 240 };     /* of the range of tuning */
+enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
+enum { SEMITONES = 240 };     /* in the tuning's range */
 enum { PROGRAMS = 1 }; /* the list of instruments */
 
-static const vst3_id classes[] = { /* for ever: sessions know them. Mono, and an output a string */
+static const vst3_id classes[] = { /* must never change: sessions use them. Mono, and one output per string */
     VST3_ID(0x6C697665u, 0x62617373u, 0x9D3F0C51u, 0x00000001u),
     VST3_ID(0x6C697665u, 0x62617373u, 0x9D3F0C51u, 0x00000002u),
 };
@@ -49,29 +49,29 @@ static const vst3_id interface_ids[] = {
 };
 enum { INTERFACES = sizeof interface_ids / sizeof *interface_ids };
 
-typedef struct { /* what a host holds of an interface */
+typedef struct { /* a host's handle for an interface */
     const void *table;
     struct vst3 *object;
 } face;
 typedef struct vst3 {
     face faces[INTERFACES];
     int32_t users;
-    int apart; /* has an output a string */
+    int apart; /* has one output per string */
     int stereo;
-    /* What the host's controls say: */
+    /* The host's control values: */
     double shown[LB_PARAMETERS], hidden[LB_HIDDEN];
-    int overload, quality; /* the host was told so last, or has said so */
+    int overload, quality; /* as the host knows them */
     int switched;          /* the bass whose key switches the host knows */
     vst3_handler **handler; /* the host's; 0: none */
-    int attached;           /* a view of it is in a window */
-    int timed;              /* its timer asks what was done in the window */
+    int attached;           /* one of its views is in a window */
+    int timed;              /* a host timer collects the window's moves */
     lb_instance instance;
     change changes[CHANGES];
     int change_count;
     lb_loader loader;
 } vst3;
 
-/* The object of an interface. */
+/* An interface's object. */
 static vst3 *of(const void *self) { return ((const face *)self)->object; }
 
 /* VST3 has no log. */
@@ -81,7 +81,7 @@ static void complain(void *owner, const char *line) {
 
 static void ask(void *owner) { lb_ask_loader(&((vst3 *)owner)->loader); }
 
-/* The folder of the instruments that came with the plugin: Contents/X/livebass -> Contents/Resources. */
+/* Finds the folder of the plugin's own instruments: Contents/X/livebass -> Contents/Resources. */
 static void find_folder(char *folder, size_t room) {
     char path[LINE] = "";
 #ifdef _WIN32
@@ -107,7 +107,7 @@ static void find_folder(char *folder, size_t room) {
 
 /* --- text --- */
 
-static void to_wide(vst3_text to, const char *from) { /* UTF-8; what UTF-16 needs two words for becomes ? */
+static void to_wide(vst3_text to, const char *from) { /* UTF-8; letters that take two words in UTF-16 become ? */
     int k = 0;
     while (*from && k < 127) {
         const uint8_t first = (uint8_t)*from++;
@@ -129,7 +129,7 @@ static void to_narrow(char *to, size_t room, const int16_t *from) {
     to[k] = 0;
 }
 
-/* --- values: hosts have them from 0 to 1 --- */
+/* --- values: from 0 to 1 in hosts --- */
 
 static double plain(const vst3 *v, uint32_t id, double x) {
     if (id >= LB_PARAMETERS) return x;
@@ -239,7 +239,7 @@ static vst3_result bus_info(void *self, int32_t media, int32_t direction, int32_
 
 static vst3_result routing(void *self, void *in, void *out) { return VST3_MISSING; }
 
-/* Buses that are not active have no memory: their strings are played into nothing. */
+/* Inactive buses have no memory: their strings' sound is discarded. */
 static vst3_result activate_bus(void *self, int32_t media, int32_t direction, int32_t index, uint8_t on) {
     return index >= 0 && index < bus_count(self, media, direction) ? VST3_OK : VST3_INVALID;
 }
@@ -288,7 +288,7 @@ static vst3_result get_state(void *self, vst3_stream **to) {
 static vst3_result set_arrangements(void *self, uint64_t *in, int32_t ins, uint64_t *out, int32_t outs) {
     vst3 *v = of(self);
     if (ins || outs != bus_count(self, VST3_AUDIO, VST3_OUTPUT)) return VST3_NO;
-    const int stereo = !v->apart && out[0] == VST3_SPEAKERS_STEREO; /* for hosts that know no mono: twice the same */
+    const int stereo = !v->apart && out[0] == VST3_SPEAKERS_STEREO; /* for hosts without mono: the same twice */
     for (int32_t k = 0; k < outs; k++)
         if (out[k] != VST3_SPEAKER_MONO && !stereo) return VST3_NO;
     v->stereo = stereo;
@@ -322,7 +322,7 @@ static vst3_result set_processing(void *self, uint8_t on) {
     return VST3_OK;
 }
 
-/* Returns 0 for a note, 1 for the expression of one, 2 for an event that nothing is played for. */
+/* Returns 0 for a note, 1 for a note's expression, 2 for any other event. */
 static int use_of(const vst3_event *e) {
     if (e->type == VST3_NOTE_ON || e->type == VST3_NOTE_OFF) return 0;
     if (e->type == VST3_NOTE_PRESSURE) return 1;
@@ -331,7 +331,7 @@ static int use_of(const vst3_event *e) {
     return e->type == VST3_NOTE_EXPRESSION && known ? 1 : 2;
 }
 
-/* A place for another change at a frame, number k of it; 0 if there are too many. */
+/* Returns a place for a frame's change number k; 0 if there are too many. */
 static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
     if (v->change_count == CHANGES) return 0;
     change *c = &v->changes[v->change_count];
@@ -342,23 +342,23 @@ static change *add(vst3 *v, int32_t offset, int kind, int32_t k) {
     return c;
 }
 
-/* The queue k of the points of a block, if it is of a parameter of ours, and its id; else 0. */
+/* Returns a block's queue of points number k, and its id, if the parameter is ours; else 0. */
 static vst3_queue **queue_of(const vst3_process_data *d, int32_t k, uint32_t *id) {
     vst3_queue **q = (*d->changes)->queue(d->changes, k);
     if (q) *id = (*q)->id(q);
     return q && (*id < LB_PARAMETERS || lb_find_hidden(*id) >= 0) ? q : 0;
 }
 
-/* The number of a point among those of its frame. A frame's points of one queue come one after the other, each with
-   those of the other queues; the selection of an RPN comes before its data, in whichever order the host has the two. */
+/* A point's number in its frame. If a queue has several points in a frame, each goes with the other queues' points of
+   the same turn; an RPN's selection always comes before its data, regardless of the host's order. */
 static int32_t number_of(const vst3 *v, uint32_t id, int repeat) {
     const int hidden = lb_find_hidden(id), controller = hidden < 0 ? -1 : lb_hidden_at(hidden).controller;
     const int selects = controller == RPN_LOW || controller == RPN_HIGH;
     return (2 * (repeat < MOST_REPEATS ? repeat : MOST_REPEATS) + !selects) * CHANGES + v->change_count;
 }
 
-/* Collects the host's notes; of their bends the last ones, while half of the places are free; then its points of
-   parameters. Are there more points than places left, it takes one in so many of each queue, and the last one. */
+/* Collects the host's notes; then their last bends, while half of the places are free; then its parameter points. If
+   these outnumber the places left, it takes every `step`-th of each queue, and its last. */
 static void collect(vst3 *v, const vst3_process_data *d) {
     vst3_event event;
     vst3_queue **q;
@@ -378,7 +378,7 @@ static void collect(vst3 *v, const vst3_process_data *d) {
     int64_t points = 0, places = CHANGES - v->change_count;
     for (int32_t k = 0; k < queues; k++)
         if ((q = queue_of(d, k, &id))) points += (*q)->count(q);
-    const int64_t thin = places - 2 * (int64_t)queues; /* a queue may take two more than its share: its first and its last */
+    const int64_t thin = places - 2 * (int64_t)queues; /* a queue may take two above its share: its first and last */
     const int64_t step = points <= places ? 1 : points / (thin > 1 ? thin : 1) + 1;
     for (int32_t k = 0; k < queues; k++) {
         if (!(q = queue_of(d, k, &id))) continue;
@@ -397,7 +397,7 @@ static void collect(vst3 *v, const vst3_process_data *d) {
     }
 }
 
-/* Sorts the changes by their frames, those of one frame as they came (Shell's sort: qsort may allocate). */
+/* Sorts the changes by frame, in order of arrival within a frame (Shell's sort: qsort may allocate). */
 static void sort(vst3 *v) {
     for (int gap = 701; gap; gap = gap == 2 ? 1 : gap * 4 / 9) {
         for (int k = gap; k < v->change_count; k++) {
@@ -427,7 +427,7 @@ static void express(vst3 *v, int64_t at, uint32_t type, int32_t id, double value
     else lb_express_place(i, at, -1, id, value);
 }
 
-/* Places the note of change k where an expression of the same frame, behind it, says. */
+/* Places the note of change k by a later expression in the same frame. */
 static void place_note(vst3 *v, int k) {
     const change *c = &v->changes[k];
     for (int j = k + 1; j < v->change_count && v->changes[j].order / PLACES == c->order / PLACES; j++) {
@@ -438,7 +438,7 @@ static void place_note(vst3 *v, int k) {
     }
 }
 
-/* True if change k is the brightness of a note that begins in its frame, which place_note has placed. */
+/* True if change k is the brightness of a note beginning in its frame: place_note has used it. */
 static int is_placed(const vst3 *v, int k) {
     const change *c = &v->changes[k];
     if (c->kind != VST3_NOTE_EXPRESSION || c->event.expression.type != VST3_BRIGHTNESS) return 0;
@@ -447,7 +447,7 @@ static int is_placed(const vst3 *v, int k) {
     return 0;
 }
 
-/* Sets a parameter, or moves the controller that a hidden one stands for. */
+/* Sets a parameter, or moves a hidden parameter's controller. */
 static void tell_value_of(vst3 *v, int64_t at, uint32_t id, double value) {
     lb_instance *i = &v->instance;
     const int hidden = lb_find_hidden(id);
@@ -474,7 +474,7 @@ static void tell(vst3 *v, const change *c) {
     else if (c->kind == VST3_NOTE_EXPRESSION) express(v, at, e->expression.type, e->expression.id, e->expression.value);
 }
 
-/* Tells the host a value, 0 to 1, of a parameter that has changed by itself; returns 0 if it does not hear it. */
+/* Tells the host a parameter's value, 0 to 1, that it did not change; returns 0 if the host does not take it. */
 static int tell_value(const vst3_process_data *d, uint32_t id, double value) {
     int32_t index;
     vst3_queue **q = d->output_changes ? (*d->output_changes)->add(d->output_changes, &id, &index) : 0;
@@ -483,7 +483,7 @@ static int tell_value(const vst3_process_data *d, uint32_t id, double value) {
 
 static void tell_changes(vst3 *v, const vst3_process_data *d) {
     const lb_instance *i = &v->instance;
-    const int overload = lb_overload(i->synth), quality = (int)lb_value(i, LB_QUALITY); /* it may follow the bass */
+    const int overload = lb_overload(i->synth), quality = (int)lb_value(i, LB_QUALITY); /* may follow the bass */
     for (int moved; (moved = lb_next_moved(&v->instance)) >= 0;)
         tell_value(d, (uint32_t)moved, normal(v, (uint32_t)moved, lb_value(i, moved)));
     if (overload != v->overload && tell_value(d, OVERLOAD, (double)overload / LB_STRINGS)) v->overload = overload;
@@ -507,7 +507,7 @@ static vst3_result process(void *self, vst3_process_data *d) {
         if (d->outputs[k].channels > 0 && d->outputs[k].data) outs[k] = d->outputs[k].data[0];
         d->outputs[k].silence = 0;
     }
-    if (d->frames <= 0) { /* the host wanted to tell parameters */
+    if (d->frames <= 0) { /* the host only sends parameters */
         lb_play_block(i, v->apart, outs, 0);
         return VST3_OK;
     }
@@ -529,14 +529,14 @@ static vst3_result nothing(void *self, void *x) { return VST3_OK; }
 
 static vst3_result nothing_to_end(void *self) { return VST3_OK; }
 
-static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the component keeps all */
+static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the component keeps everything */
     return VST3_OK;
 }
 
 static const char *const groups[] = {LB_GROUPS};
 enum { GROUPS = sizeof groups / sizeof *groups };
 
-/* The unit of a group of parameters. */
+/* The unit of a parameter group. */
 static int32_t group_of(const char *group) {
     for (int32_t k = 0; k < GROUPS; k++)
         if (!strcmp(groups[k], group)) return k + 1;
@@ -573,8 +573,8 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     to_wide(p->title, known->name);
     to_wide(p->unit_name, known->unit);
     p->usual = normal(v, p->id, lb_usual(&v->instance, index));
-    /* A value between 0 and 1 is another bass on a longer shelf; sessions name it. The rest must be automatable to be seen:
-       Ardour hides what is not, but for programs. */
+    /* The bass is not automatable: on a longer shelf the same value from 0 to 1 is another bass; sessions save its
+       name. Others must be: Ardour hides parameters that are not, except programs. */
     p->flags = index == LB_BASS || index == LB_CORES ? 0 : VST3_CAN_AUTOMATE;
     if (known->whole) p->steps = (int32_t)(lb_most(&v->instance, index) - known->least);
     if (known->points || index == LB_BASS) p->flags |= VST3_IS_LIST;
@@ -621,9 +621,9 @@ static vst3_result set_value(void *self, uint32_t id, double x) {
     if (hidden >= 0) v->hidden[hidden] = x;
     if (id >= LB_PARAMETERS) return hidden >= 0 || id == OVERLOAD ? VST3_OK : VST3_INVALID;
     v->shown[id] = plain(v, id, x);
-    if (v->instance.synth && id != LB_BASS) return VST3_OK; /* process() is told */
+    if (v->instance.synth && id != LB_BASS) return VST3_OK; /* process() gets it */
     lb_set_value(&v->instance, (int)id, v->shown[id]);
-    if (!v->instance.synth) /* the quality may follow the bass; else process() tells */
+    if (!v->instance.synth) /* quality may follow the bass; else process() tells it */
         v->quality = (int)(v->shown[LB_QUALITY] = lb_value(&v->instance, LB_QUALITY));
     if (id == LB_BASS) tell_switches(v);
     return VST3_OK;
@@ -660,7 +660,7 @@ static void tell_by_hand(void *owner) {
     tell_switches(owner);
 }
 
-/* Where no timer asks: with X11 in the window's own thread, which is not the main one. */
+/* Used without a timer; with X11, in the window's own thread, which is not the main thread. */
 static void moved(void *owner) {
     vst3 *v = owner;
     if (__atomic_load_n(&v->timed, __ATOMIC_RELAXED)) return;
@@ -734,7 +734,7 @@ static vst3_result has_pitch_names(void *self, int32_t list, int32_t program) {
                                                                                                        : VST3_NO;
 }
 
-/* What a key of an instrument switches. */
+/* Names the switch on an instrument's key. */
 static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t key, vst3_text out) {
     const int known = has_pitch_names(self, list, program) == VST3_OK && key >= 0 && key < LB_KEY_COUNT;
     const lb_switch *s = known ? lb_shelf_switch(of(self)->instance.shelf, program, key) : 0;
@@ -759,7 +759,7 @@ static vst3_result set_program_data(void *self, int32_t list, int32_t program, v
 /* --- the expressions of notes --- */
 
 static const struct {
-    uint32_t type, physical; /* what moves for it on a keyboard */
+    uint32_t type, physical; /* physical: its motion on a keyboard */
     const char *name;
     double usual;
 } known_expressions[] = {
@@ -769,14 +769,14 @@ static const struct {
 };
 enum { EXPRESSION_COUNT = sizeof known_expressions / sizeof *known_expressions };
 
-/* The place of a type in that list; -1: there is none. */
+/* A type's index in that list; -1: there is none. */
 static int find_expression(uint32_t type) {
     int k = EXPRESSION_COUNT - 1;
     while (k >= 0 && known_expressions[k].type != type) k--;
     return k;
 }
 
-/* Nothing of the host's transport is needed. */
+/* Needs nothing from the host's transport. */
 static uint32_t requirements(void *self) { return 0; }
 
 static vst3_result physical_mapping(void *self, int32_t bus, int16_t channel, vst3_physicals *asked) {

@@ -1,7 +1,7 @@
-/* The part of the binary interface of VST 3 that vst3.c uses: orders of functions, layouts, identifiers.
+/* The part of VST 3's binary interface that vst3.c uses: function order, layouts, identifiers.
 
-   An interface is a pointer to a table of functions, the first three of which are those of `vst3_unknown`; each takes
-   the address of that pointer. Structs are laid out as C does on 64-bit systems. */
+   An interface is a pointer to a table of functions, which begins with the three of `vst3_unknown`; each takes the
+   address of that pointer. Structs have C's layout on 64-bit systems. */
 #ifndef LB_VST3_ABI_H
 #define LB_VST3_ABI_H
 #include <stdint.h>
@@ -11,7 +11,7 @@ typedef uint8_t vst3_id[16];
 typedef int16_t vst3_text[128]; /* UTF-16 */
 
 #define VST3_BYTES(x) (x) >> 24 & 255, (x) >> 16 & 255, (x) >> 8 & 255, (x) & 255
-#ifdef _WIN32 /* identifiers as COM has them */
+#ifdef _WIN32 /* COM's identifiers */
 #define VST3_ID(a, b, c, d) \
     {(a) & 255, (a) >> 8 & 255, (a) >> 16 & 255, (a) >> 24 & 255, (b) >> 16 & 255, (b) >> 24 & 255, (b) & 255, \
      (b) >> 8 & 255, VST3_BYTES(c), VST3_BYTES(d)}
@@ -51,7 +51,7 @@ typedef struct {
     uint32_t (*take)(void *), (*drop)(void *);
 } vst3_unknown;
 
-/* --- what hosts give: an address of a pointer to these --- */
+/* --- from hosts: the address of a pointer to these --- */
 
 typedef struct {
     vst3_unknown unknown;
@@ -75,7 +75,7 @@ typedef struct {
 } vst3_changes;
 
 enum { VST3_SWITCHES_CHANGED = 1 << 10 }; /* flags of restart */
-typedef struct { /* of the controls: told of changes by hand */
+typedef struct { /* of the controls: receives changes by hand */
     vst3_unknown unknown;
     vst3_result (*begin)(void *, uint32_t id);
     vst3_result (*perform)(void *, uint32_t id, double value);
@@ -127,7 +127,7 @@ typedef struct {
 } vst3_view_scale;
 
 enum { VST3_NOTE_ON = 0, VST3_NOTE_OFF = 1, VST3_NOTE_PRESSURE = 3, VST3_NOTE_EXPRESSION = 4 };
-/* Of note expressions: 0 to 1, of the tuning -120 to 120 semitones */
+/* Note expressions, 0 to 1; for the tuning, -120 to 120 semitones */
 enum { VST3_TUNING = 2, VST3_VIBRATO = 3, VST3_BRIGHTNESS = 5 };
 typedef struct {
     int32_t bus, offset;
@@ -244,14 +244,14 @@ typedef struct {
     int32_t flags;
 } vst3_expression;
 
-enum { VST3_BEFORE_NOTES = 0 }; /* of key switches: pressed before a note, or while it begins */
+enum { VST3_BEFORE_NOTES = 0 }; /* key switches: pressed before a note, or as it begins */
 typedef struct {
     uint32_t type;
     vst3_text title, short_title;
     int32_t least, most, remapped, unit, flags; /* keys, -1: none */
 } vst3_switch;
 
-/* What moves on a keyboard, and the note expression that it is for. */
+/* Motions on a keyboard, and their note expressions. */
 enum { VST3_MOVED_X = 0, VST3_MOVED_Y = 1, VST3_PRESSED = 2 };
 typedef struct {
     uint32_t physical, expression;
@@ -261,10 +261,10 @@ typedef struct {
     vst3_physical *map;
 } vst3_physicals;
 
-/* Numbers of controllers beyond those of MIDI, for the mapping. */
+/* Controller numbers beyond MIDI's, for the mapping. */
 enum { VST3_PRESSURE = 128, VST3_BEND = 129, VST3_CONTROLLERS = 130 };
 
-/* --- tables of functions that a plugin gives --- */
+/* --- the plugin's tables of functions --- */
 
 typedef struct {
     vst3_unknown unknown;

@@ -1,15 +1,15 @@
-/* The hidden parameters: the controllers of the first channel, then what each channel has of its own, then the other
-   controllers of the other channels. */
+/* The hidden parameters: the first channel's controllers, then each channel's own wheel, pressure and place, then the
+   other channels' other controllers. */
 #include "vst3_midi.h"
 
 #include <stdio.h>
 
 enum { CONTROLLERS = 1000 };               /* id of controller 0 of the first channel */
 enum { CHANNELS = 2000 };                  /* id of the first channel's wheel: + channel * LB_OWN + way */
-enum { OTHERS = 3000, EACH = LB_OTHER + 1 }; /* + channel * EACH + controller, but for PLACED */
+enum { OTHERS = 3000, EACH = LB_OTHER + 1 }; /* + channel * EACH + controller, except PLACED */
 enum { FIRST_OWN = VST3_CONTROLLERS, FIRST_OTHER = FIRST_OWN + LB_CHANNELS * LB_OWN }; /* indices */
-enum { PLACED = 74 };                      /* the controller that is a place, of MPE */
-enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* controllers of the usual key map */
+enum { PLACED = 74 };                      /* MPE's controller for places */
+enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* controllers in the usual key map */
 static const int own[LB_OWN] = {VST3_BEND, VST3_PRESSURE, PLACED};
 static const char *const own_names[LB_OWN] = {"Pitch bend", "Pressure", "Plucking place"};
 

@@ -1,5 +1,5 @@
-/* The view of the VST3 plugin: a window in one of the host's. On Linux windows have a thread of their own, and the host's
-   run loop asks, as often as pictures come, whether there is anything to tell it. */
+/* The VST3 plugin's view: a window inside a host window. On Linux each window has its own thread, and the host's run
+   loop collects its changes as often as pictures come. */
 #include "vst3_view.h"
 #include "vst3_abi.h"
 
@@ -52,7 +52,7 @@ static void shut(view *v) {
     if (v->editor) *v->of.attached = 0;
     lb_close_editor(v->editor);
     v->editor = 0;
-    v->of.tell(v->of.owner); /* the end of what was held */
+    v->of.tell(v->of.owner); /* the end of a hold */
     stop_timer(v);
 }
 
@@ -107,7 +107,7 @@ static vst3_result removed(void *self) {
     return VST3_OK;
 }
 
-static vst3_result wheel(void *self, float way) { /* the window takes it itself */
+static vst3_result wheel(void *self, float way) { /* the window handles it itself */
     return VST3_NO;
 }
 
@@ -148,7 +148,7 @@ static vst3_result set_frame(void *self, void *frame) {
 
 static vst3_result can_resize(void *self) { return VST3_OK; }
 
-/* Takes the scale of the screen, and the size that goes with it; macOS has neither. */
+/* Sets the screen's scale, and the size for it; macOS has neither. */
 static vst3_result set_scale(void *self, float scale) {
     view *v = at(self, SCALE);
     if (!(scale >= 0.5f && scale <= 4) || !strcmp(PLATFORM, "NSView")) return VST3_NO;

@@ -1,15 +1,15 @@
-/* The window of the VST3 plugin, as its hosts hold it: an object with the interfaces of a view. */
+/* The VST3 plugin's window for hosts: an object with a view's interfaces. */
 #ifndef LB_VST3_VIEW_H
 #define LB_VST3_VIEW_H
 #include "editor.h"
 
-typedef struct { /* whose window it is; it lives as long */
+typedef struct { /* the window's owner; it outlives the window */
     void *owner;
     lb_instance *instance;
     void (*take)(void *owner), (*drop)(void *owner);
-    void (*tell)(void *owner); /* tells the host of what was done in the window. [the host's thread of windows] */
-    int *attached;             /* becomes 1 while one of its views is in a window: there is one at most */
-    int *timed;                /* becomes 1 while the host's timer calls that, else the window's own thread has to */
+    void (*tell)(void *owner); /* tells the host of changes made in the window. [the host's window thread] */
+    int *attached;             /* becomes 1 while one of its views is in a window: at most one is */
+    int *timed;                /* becomes 1 while the host's timer calls `tell`; else the window's own thread must */
 } lb_view_owner;
 
 /* Returns 0 if there is no memory. [main thread] */

@@ -1,6 +1,6 @@
-/* Windows of macOS: a view of a class of our own, made by the Objective-C runtime, which is opened with the first window,
-   as AppKit is; a timer of the main thread asks for pictures. Sizes are points; on a finer screen a picture has
-   two pixels a point. */
+/* Windows on macOS: a view of our own class, made by the Objective-C runtime; the first window opens the runtime and
+   AppKit. A timer on the main thread requests pictures. Sizes are in points; on a finer screen a picture has two pixels
+   per point. */
 #ifdef __APPLE__
 #include "window.h"
 
@@ -23,9 +23,9 @@ typedef struct {
     extent size;
 } box;
 
-enum { BITMAP = 2 << 12 | 6 }; /* 32 bits little-endian, the first of them skipped: 0xFFRRGGBB */
+enum { BITMAP = 2 << 12 | 6 }; /* 32 bits little-endian, first byte skipped: 0xFFRRGGBB */
 enum { SHIFT = 1 << 17, CONTROL = 1 << 18, OPTION = 1 << 19 };
-enum { TRACKING = 1 | 2 | 0x80 | 0x200 }; /* enters and leaves, moves; always; as much as is visible */
+enum { TRACKING = 1 | 2 | 0x80 | 0x200 }; /* enters and leaves, moves; always; the visible part */
 
 struct lb_window {
     id view, timer;
@@ -33,10 +33,10 @@ struct lb_window {
     uint32_t *pixels;
     int width, height; /* points */
     int across, down;  /* pixels */
-    double scale;      /* of the host, besides that of the screen */
+    double scale;      /* the host's, besides the screen's */
 };
 
-/* Functions of the runtime and of CoreGraphics. */
+/* Functions of the runtime and CoreGraphics. */
 static struct {
     void *ready;
     id (*send)(id, SEL);
@@ -93,7 +93,7 @@ static int find_cocoa(void) {
     return 1;
 }
 
-/* --- messages, by what they take and give --- */
+/* --- messages, by argument and result types --- */
 
 static id kind(const char *name) { return (id)c.class_named(name); }
 static id get(id to, const char *what) { return c.send(to, c.selector(what)); }
@@ -115,9 +115,9 @@ static lb_window *of(id view) {
     return w;
 }
 
-/* --- what the view does --- */
+/* --- the view's methods --- */
 
-/* Pixels a point on the screen where the view is. */
+/* Pixels per point on the view's screen. */
 static double density(const lb_window *w) {
     id window = get(w->view, "window");
     const double found = window ? number(window, "backingScaleFactor") : 1;
@@ -158,7 +158,7 @@ static void on_draw(id view, SEL name, box part) {
     void *data = c.new_provider(0, w->pixels, bytes * (size_t)w->down, 0);
     void *image = c.new_image((size_t)w->across, (size_t)w->down, 8, 32, bytes, colors, BITMAP, data, 0, false,
                               0);
-    c.translate(to, 0, w->height); /* the view counts downwards, images upwards */
+    c.translate(to, 0, w->height); /* y goes down in the view, up in images */
     c.stretch(to, 1, -1);
     c.draw_image(to, (box){{0, 0}, {w->width, w->height}}, image);
     c.release_image(image);
@@ -170,7 +170,7 @@ static id new_text(const char *text) {
     return ((id(*)(id, SEL, const char *))(void *)c.send)(kind("NSString"), c.selector("stringWithUTF8String:"), text);
 }
 
-/* The text of `what` of an object, for a name; 0: it has none. */
+/* The text that an object's method `what` returns for a name; 0: none. */
 static const char *text_of(id from, const char *what, const char *name) {
     id found = ((id(*)(id, SEL, id))(void *)c.send)(from, c.selector(what), new_text(name));
     return found ? ((const char *(*)(id, SEL))(void *)c.send)(found, c.selector("UTF8String")) : 0;
@@ -217,7 +217,7 @@ static void on_wheel(id view, SEL name, id event) {
 static BOOL yes(id view, SEL name) { return 1; }
 static BOOL yes_to(id view, SEL name, id event) { return yes(view, name); }
 
-/* A class of a name that no other version of the plugin in this process has. */
+/* Makes a class with a name that no other version of the plugin in this process uses. */
 static int make_class(void) {
     static const struct {
         const char *name;
@@ -277,7 +277,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
 
 void lb_close_window(lb_window *w) {
     if (!w) return;
-    get(w->timer, "invalidate"); /* lets go of the view */
+    get(w->timer, "invalidate"); /* releases the view */
     c.set_variable(w->view, "livebass", 0);
     get(w->view, "removeFromSuperview");
     get(w->view, "release");

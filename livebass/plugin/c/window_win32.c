@@ -1,4 +1,4 @@
-/* Windows of Windows: a child window whose messages the host's loop delivers, with a timer for its pictures. */
+/* Windows on Windows: a child window, with messages from the host's loop, and a timer for its pictures. */
 #ifdef _WIN32
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
@@ -23,7 +23,7 @@ struct lb_window {
 };
 
 static HINSTANCE module;
-static int windows; /* that are open: the class lasts as long */
+static int windows; /* open ones: the class lasts as long */
 
 static int make_room(lb_window *w, int width, int height) {
     uint32_t *pixels = calloc((size_t)width * (size_t)height, sizeof *pixels);
@@ -51,7 +51,7 @@ static void draw(lb_window *w) {
     ReleaseDC(w->window, to);
 }
 
-/* Gives the picture the text of the clipboard. */
+/* Gives the picture the clipboard's text. */
 static void paste(const lb_window *w) {
     char text[LB_MOST_TEXT] = "";
     const int open = OpenClipboard(w->window);
@@ -74,7 +74,7 @@ static void point(lb_window *w, int kind, double x, double y, int more) {
     SetCursor(w->cursors[w->pointer]);
 }
 
-/* Follows the pointer while a button is held, and to where it leaves. */
+/* Captures the pointer while a button is held. */
 static void hold(lb_window *w, int down) {
     w->pressed += down ? 1 : w->pressed > 0 ? -1 : 0;
     if (w->pressed) SetCapture(w->window);
@@ -157,7 +157,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
     w->cursors[LB_POINTER_USUAL] = LoadCursorW(0, (LPCWSTR)IDC_ARROW);
     w->cursors[LB_POINTER_HAND] = LoadCursorW(0, (LPCWSTR)IDC_HAND);
     w->cursors[LB_POINTER_ACROSS] = LoadCursorW(0, (LPCWSTR)IDC_SIZEWE);
-    if (!module) /* this library: its address is that of a function of it */
+    if (!module) /* this library, found by the address of one of its functions */
         GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
                            (LPCWSTR)(void *)&windows, &module);
     if (make_room(w, width, height) && (windows || register_class())) {

@@ -1,5 +1,5 @@
-/* Windows of X11. Nothing of it is known when this is compiled or linked: libX11 is opened with the first window, and
-   what is needed of its types is below. Each window has a connection and a thread of its own, which alone uses it. */
+/* Windows on X11. Compiling and linking need nothing from X11: the first window opens libX11, and the necessary types
+   are below. Each window has its own connection, and its own thread, which alone uses it. */
 #if !defined(_WIN32) && !defined(__APPLE__)
 #include "window.h"
 
@@ -37,7 +37,7 @@ typedef struct {
     int override_redirect;
     xid colormap, cursor;
 } xattributes;
-typedef struct { /* of a button, the pointer, and of it as it leaves */
+typedef struct { /* of a button, the pointer, and its leaving */
     int type;
     unsigned long serial;
     int send_event;
@@ -117,7 +117,7 @@ static struct {
     int (*Free)(void *);
 } x;
 
-/* Hosts have the functions that open libraries; without them there is no window, and no library is linked for them. */
+/* Hosts provide the functions that open libraries. No library is linked for them; without them there is no window. */
 extern void *dlopen(const char *, int) __attribute__((weak));
 extern void *dlsym(void *, const char *) __attribute__((weak));
 
@@ -152,22 +152,22 @@ struct lb_window {
     gc context;
     ximage image;
     uint32_t *pixels;
-    int shown, pointer, exposed, x, y; /* the size of `pixels`, as one word; the pointer's shape; where it was pressed last, */
-    unsigned long pressed;             /* and when, ms */
+    int shown, pointer, exposed, x, y; /* the size of `pixels`, as one word; the pointer's shape; its last press, */
+    unsigned long pressed;             /* and the time of that, ms */
     pthread_t thread;
     int stop;
     uint64_t wanted; /* size and scale, packed: set by the main thread */
 };
 
-/* Errors of our connections go no further: a host's handler may not know of them, and would end. A window that the host
-   has destroyed gives them. The handler of the process is left as it is: it may be another library's. */
+/* Catches errors on our connections, such as from a window that the host has destroyed: a host's handler may not know
+   them, and would exit. The process's handler stays: it may be another library's. */
 static int no_error(display *d, void *event, void *wire) { return 0; }
 
 static void keep_errors(lb_window *w) {
     for (int k = 1; k < 256; k++) x.ESetWireToError(w->display, k, no_error);
 }
 
-/* True if there is such a window: there is none in a parent that is none. */
+/* True if this window exists: an invalid parent has none. */
 static int exists(display *d, xid window) {
     xid root;
     int at[2];
@@ -179,14 +179,14 @@ static uint64_t packed(int width, int height, double scale) {
     return (uint64_t)(uint16_t)width << 32 | (uint64_t)(uint16_t)height << 16 | (uint16_t)lrint(scale * 256);
 }
 
-/* ms of a clock that does not jump. */
+/* A monotonic clock, ms. */
 static int64_t now_ms(void) {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
 }
 
-/* Makes room for a size; returns 0 without memory. */
+/* Allocates pixels for a size; returns 0 without memory. */
 static int make_room(lb_window *w, int width, int height) {
     uint32_t *pixels = calloc((size_t)width * (size_t)height, sizeof *pixels);
     if (!pixels) return 0;
@@ -222,7 +222,7 @@ static void press(lb_window *w, const xpointer *e) {
     }
 }
 
-/* Asks for the text of the clipboard, which comes as an event. */
+/* Requests the clipboard's text, which arrives as an event. */
 static void ask_for_text(lb_window *w, unsigned long time) {
     const xid clipboard = x.InternAtom(w->display, "CLIPBOARD", 0), text = x.InternAtom(w->display, "UTF8_STRING", 0);
     x.ConvertSelection(w->display, clipboard, text, x.InternAtom(w->display, "LIVEBASS_TEXT", 0), w->window, time);
@@ -230,7 +230,7 @@ static void ask_for_text(lb_window *w, unsigned long time) {
 }
 
 static void paste(lb_window *w, const xselection *e) {
-    unsigned char *text = 0; /* a zero follows what Xlib gives */
+    unsigned char *text = 0; /* Xlib adds a final zero */
     xid type;
     int format;
     unsigned long count, left;
@@ -252,7 +252,7 @@ static void take_events(lb_window *w) {
         else if (e.type == RELEASE && (e.pointer.button == 1 || e.pointer.button == 3))
             point(w, &e.pointer, LB_POINT_RELEASE, e.pointer.button == 3 ? LB_RIGHT : 0);
         else if (e.type == MOTION) point(w, &e.pointer, LB_POINT_MOVE, 0);
-        else if (e.type == LEAVE && !(e.pointer.state & 0x700)) /* it may be dragged out */
+        else if (e.type == LEAVE && !(e.pointer.state & 0x700)) /* it may be dragged outside */
             point(w, &e.pointer, LB_POINT_LEAVE, 0);
         else if (e.type == SELECTION) paste(w, &e.selection);
         else if (e.type == EXPOSE) w->exposed = 1;
@@ -327,7 +327,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
         w->cursors[LB_POINTER_HAND] = x.CreateFontCursor(w->display, HAND);
         w->cursors[LB_POINTER_ACROSS] = x.CreateFontCursor(w->display, ACROSS);
         x.MapWindow(w->display, w->window);
-        draw(w); /* at once: a host may show it before the thread runs */
+        draw(w); /* now: a host may show it before the thread runs */
         x.Sync(w->display, 0);
         if (exists(w->display, w->window) && !pthread_create(&w->thread, 0, live, w)) return w;
         x.FreeGC(w->display, w->context);
@@ -364,7 +364,7 @@ double lb_system_scale(void) {
 }
 
 int lb_is_dark(void) {
-    const char *theme = getenv("LIVEBASS_THEME"); /* X11 tells no theme */
+    const char *theme = getenv("LIVEBASS_THEME"); /* X11 has no theme */
     return !theme || strcmp(theme, "light");
 }
 #endif

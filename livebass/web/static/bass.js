@@ -1,4 +1,4 @@
-// The bass that is chosen: all of the page shows it, and the audio thread plays it.
+// The chosen bass: the whole page shows it, and the audio thread plays it.
 import {$, chosenBass} from "./page.js";
 import {keepLink, showBench} from "./benchview.js";
 import {sayEffects} from "./controls.js";

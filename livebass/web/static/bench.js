@@ -1,21 +1,21 @@
-// The bench: how far the sliders of a bass are moved, as links and presets say it. No DOM, and no physics: the kernels
-// make the bass (worker.js).
+// The bench: a bass's slider values, as in links and presets. It has no DOM and no physics: the kernels make the bass
+// (worker.js).
 const MOST_UNDONE = 100;
 export const SLOTS = ["A", "B"];
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const hundredths = value => Math.round(100 * value) / 100 + 0;
 
 export class Bench {
-  // `bass`: one of the page that has a bench.
+  // `bass`: one of the page's basses with a bench.
   constructor(bass) {
     this.bass = bass;
     this.of = bass.bench;
     this.controls = new Map(this.of.sliders.map(slider => [slider.symbol, slider]));
-    this.slots = {A: {}, B: {}}; // by symbol: values other than 0, which leaves the bass as its preset has it
+    this.slots = {A: {}, B: {}}; // by symbol: values other than 0; 0 keeps the preset's
     this.slot = "A";
-    this.before = []; // what `undo` brings back, the oldest first ...
-    this.after = []; // ... and what `redo` does
-    this.moving = undefined; // the symbol of a slider that is being moved: one step of undo
+    this.before = []; // states for `undo`, the oldest first ...
+    this.after = []; // ... and for `redo`
+    this.moving = undefined; // the symbol of the slider being moved: one step of undo
   }
 
   get values() { return this.slots[this.slot]; }
@@ -23,7 +23,7 @@ export class Bench {
 
   value(symbol) { return this.values[symbol] ?? 0; }
 
-  // What a slider comes to on this bass, in its `ownUnit`; undefined if that is no single number.
+  // A slider's result on this bass, in its `ownUnit`; undefined if that is not one number.
   comesTo(symbol, value) {
     const {own, unit} = this.controls.get(symbol);
     if (typeof own !== "number") return undefined;
@@ -31,7 +31,7 @@ export class Bench {
     return unit === "%" ? own * (1 + value / 100) : own + value + all;
   }
 
-  // The value with which a slider comes to a number.
+  // The slider value that gives the result `number`.
   toward(symbol, number) {
     const {own, unit} = this.controls.get(symbol);
     return hundredths(unit === "%" ? 100 * (number / own - 1) : number - own);
@@ -39,14 +39,14 @@ export class Bench {
 
   // --- changes ---
 
-  // Keeps what is there for `undo`.
+  // Keeps the present state for `undo`.
   keep() {
     this.before.push({slot: this.slot, values: {...this.values}});
     if (this.before.length > MOST_UNDONE) this.before.shift();
     this.after.length = 0;
   }
 
-  // Sets a value, within the limits; until `settle` further ones of the same symbol are the same step.
+  // Sets a value, within the limits; further values of the same symbol belong to the same step until `settle`.
   set(symbol, value) {
     if (this.moving !== symbol) this.keep();
     this.moving = symbol;
@@ -60,10 +60,10 @@ export class Bench {
     else delete this.values[symbol];
   }
 
-  // Ends the step of a slider.
+  // Ends a slider's step.
   settle() { this.moving = undefined; }
 
-  // Takes all values at once; others are as the preset has them.
+  // Sets all values at once; the others are the preset's.
   setAll(values) {
     this.settle();
     this.keep();
@@ -73,7 +73,7 @@ export class Bench {
 
   reset() { this.setAll({}); }
 
-  // Goes on with A or B.
+  // Switches to A or B.
   choose(slot) {
     this.settle();
     this.slot = slot;
@@ -92,16 +92,16 @@ export class Bench {
     return true;
   }
 
-  // Number and value of each slider that is moved, for the kernels.
+  // Number and value of each moved slider, for the kernels.
   moved() { return Object.entries(this.values).map(([symbol, value]) => [this.controls.get(symbol).number, value]); }
 
   // --- links and presets ---
 
-  // What a link says behind its #: the bass and the values that differ.
+  // A link's text after its #: the bass and the changed values.
   link() { return new URLSearchParams({like: this.bass.name, ...this.values}).toString(); }
 
-  // The name of the bass of a link and its values; no name: the link says nothing. Throws an Error, one line, for what
-  // it may not say. `benches`: those of all basses, by name.
+  // Returns a link's bass, by name, and its values; no name: the link is empty. Throws an Error, one line, for an
+  // invalid link. `benches`: the benches of all basses, by name.
   static fromLink(text, benches) {
     const said = [...new URLSearchParams(text.replace(/^#/, ""))];
     if (!said.length) return {};
@@ -112,7 +112,7 @@ export class Bench {
     return {name, values: Object.fromEntries(values.map(([symbol, value]) => [symbol, +value]))};
   }
 
-  // Throws an Error, one line, if a `link` or `preset` may not say a value of a symbol.
+  // Throws an Error, one line, if a `link` or `preset` may not have this value of a symbol.
   check(kind, symbol, value) {
     if (!this.controls.has(symbol)) throw new Error(`the ${kind} changes what this bass does not have: ${symbol.slice(0, 40)}`);
     const {least, most, unit} = this.controls.get(symbol);
@@ -120,7 +120,7 @@ export class Bench {
       throw new Error(`the ${kind} says ${symbol} = ${value.slice(0, 20)}: it must be from ${least} to ${most} ${unit}`.trimEnd());
   }
 
-  // The preset as a file: like the one of the page, and what differs.
+  // The preset as a file: `like` the page's, with the changed values.
   toml() {
     const {head, like} = this.of, said = [`like = ${JSON.stringify(like)}`];
     const section = (name, table) => {
@@ -134,8 +134,8 @@ export class Bench {
     return said.join("\n") + "\n";
   }
 
-  // The name of the bass of a preset that a page or a plugin saved, its values, and those of the plugin's other
-  // parameters. Throws an Error, one line, for any other preset.
+  // Returns the bass's name from a preset that a page or a plugin saved, its slider values, and the values of the
+  // plugin's other parameters. Throws an Error, one line, for any other preset.
   static fromToml(text, benches) {
     let section = "", bench;
     const found = {name: "", values: {}, played: {}};

@@ -1,4 +1,4 @@
-// The bench on the page: its sliders, stories and buttons; what they change is built by the worker and heard from the
+// The bench on the page: its sliders, stories and buttons. The worker builds the changed bass; it is heard from the
 // next note on.
 import {Bench, SLOTS} from "./bench.js";
 import {CONTROLS, moveControl} from "./controls.js";
@@ -11,9 +11,9 @@ import {workshop} from "./workshop.js";
 
 const GROUPS = ["Neck", "Strings", "Pickups", "Hand"];
 const HOLD_TO_RESET = 600; // ms
-const LONGEST_COPY = 250; // ms that the next bass waits for the last one to get to the audio thread
-const WIDE = "(min-width: 46.01rem)"; // where the bench is open from the beginning
-// What to try: what sliders are moved by, or come to, and what to play and hear. One is a bass of its own.
+const LONGEST_COPY = 250; // ms that the next bass waits for the last one to reach the audio thread
+const WIDE = "(min-width: 46.01rem)"; // here the bench is open at first
+// Things to try: slider values or results, and what to play and hear. One needs a fretless bass.
 /** @type {{name: string, fretless?: boolean, moved?: Record<string, number>, reached?: Record<string, number>, says: string, button?: HTMLButtonElement}[]} */
 export const STORIES = [
   {name: "A high fret", moved: {fret: 7, fret_height: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
@@ -22,12 +22,12 @@ export const STORIES = [
   {name: "Fretless", fretless: true, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
   {name: "Old strings", moved: {wear: 500}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone at once."},
 ];
-export const PRESET = /\.toml$/i; // names of files that takePreset takes
-export const benches = new Map(); // of the basses that have one, by name
+export const PRESET = /\.toml$/i; // names of files for takePreset
+export const benches = new Map(); // by the name of their bass
 export const bench = () => benches.get($("bass").value);
 export const sayBench = text => { $("bench-said").textContent = text; };
 
-// Makes the benches and all that does not depend on the bass; takes the link that the page was opened by.
+// Makes the benches and everything that does not depend on the bass; opens the page's link.
 export function makeBench() {
   for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass));
   for (const story of STORIES) {
@@ -52,7 +52,7 @@ export function makeBench() {
   $("save").onclick = saveBench;
   $("link").onclick = () => copyLink();
   const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches; };
-  wide.addEventListener("change", fold); // a phone is turned, say
+  wide.addEventListener("change", fold); // for example, a phone is turned
   fold();
   addEventListener("hashchange", takeLink);
   player.fileOf = async name => changedFile(name, await read(`basses/${name}.lbass`));
@@ -64,7 +64,7 @@ const fretlessBass = () => PAGE.basses.find(({fretless, bench}) => fretless && b
 
 // --- its sliders ---
 
-// Shows the sliders of the bass that is chosen.
+// Shows the chosen bass's sliders.
 export function showBench() {
   $("bench").hidden = !bench();
   $("bench-controls").replaceChildren();
@@ -80,7 +80,7 @@ export function showBench() {
   showValues();
 }
 
-// A slider of a row of the bench, with its name and value.
+// Makes a row of the bench: a slider with its name and value.
 function makeSlider({symbol, name, help, least, most, step}) {
   const row = document.createElement("div"), label = document.createElement("label"), value = document.createElement("output");
   const slider = document.createElement("input"), id = `bench-${symbol}`;
@@ -103,7 +103,7 @@ function makeSlider({symbol, name, help, least, most, step}) {
   return row;
 }
 
-// Gives the bench the value of a slider; `done`: at once, else until it is let go all is one step.
+// Passes a slider's value to the bench; `done`: a step of its own, else all is one step until the slider is released.
 function moveSlider(symbol, value, done) {
   onBench(() => {
     bench().set(symbol, value);
@@ -111,7 +111,7 @@ function moveSlider(symbol, value, done) {
   });
 }
 
-// A value as a text: what the slider comes to on this bass, or else by how much it is moved.
+// A value as text: the slider's result on this bass, or else its change.
 function benchText(symbol, value) {
   const {step, unit, ownUnit} = bench().controls.get(symbol), comes = bench().comesTo(symbol, value);
   const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
@@ -136,9 +136,9 @@ function showValues() {
   $("bench-count").textContent = count ? `${count} change${count === 1 ? "" : "s"}` : "";
 }
 
-// --- what is changed is heard ---
+// --- changes become sound ---
 
-// Carries out a change of the bench; shows it, and has the bass built that is wanted now.
+// Carries out a change on the bench, shows it, and starts building the new bass.
 export function onBench(act) {
   const before = bench().link();
   act();
@@ -151,10 +151,10 @@ export function onBench(act) {
   rebuild();
 }
 
-// A bass is being built; another one is to be built; a note began since the last one
+// A bass is being built; another one is wanted; a note began since the last one
 export const building = {now: false, wanted: false, struck: false};
 
-// Builds the bass as the bench has it, and hands it over; what is wished meanwhile comes next, and of that the newest.
+// Builds the bench's bass and hands it over; of the wishes that come meanwhile, only the newest is built next.
 function rebuild() {
   building.wanted = true;
   buildWanted();
@@ -165,22 +165,22 @@ async function buildWanted() {
   building.now = true;
   while (building.wanted && !mayRing()) {
     building.wanted = building.struck = false;
-    await player.prepare($("bass").value).built.catch(() => {}); // said where it is prepared
+    await player.prepare($("bass").value).built.catch(() => {}); // reported in prepare()
     if (player.node) await Promise.race([player.put(), new Promise(done => setTimeout(done, LONGEST_COPY))]); // none is taken in a pause
   }
   building.now = false;
 }
 
-// True while a slider moves under a note that rings out on a bass before: it would be cut by one more bass.
+// True while a slider moves and a note still rings on an earlier bass: one more bass would cut it.
 const mayRing = () => bench()?.moving !== undefined && player.names.size > 1 && !building.struck;
 
-// A note begins: it does not have to ring any longer, or is heard on the bass as it was; the next one is not.
+// A note begins: earlier notes need not ring on. This note may still play on the old bass; the next one does not.
 function struckSince() {
   building.struck = true;
   buildWanted();
 }
 
-// The instrument file of a bass as its bench changes it.
+// A bass's instrument file, changed by its bench.
 async function changedFile(name, file) {
   const own = benches.get(name);
   if (!own?.changed) {
@@ -192,7 +192,7 @@ async function changedFile(name, file) {
   return made.file;
 }
 
-// Draws crowns (m from the open strings) and pickups (m from the saddle) of a bass where they are.
+// Moves a bass's crowns (m from the open strings) and pickups (m from the saddle) to their changed places.
 function showChanged(own, {heights, places}) {
   const {bass} = own, {strings, pickups} = bass;
   own.usual ||= {heights: strings.map(string => string.heights), places: pickups.map(pickup => pickup.position)};
@@ -214,13 +214,13 @@ function tell({fretless = false, moved = {}, reached = {}, says}) {
   sayBench(says);
 }
 
-// Puts what differs from the preset into the address of the page.
+// Puts the changes from the preset into the page's address.
 export function keepLink() {
   const hash = bench()?.changed ? `#${bench().link()}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.href.split("#")[0]);
 }
 
-// Takes the bass and the values of the page's address; a link that cannot be followed is told, and changes nothing.
+// Takes bass and values from the page's address; an invalid link is reported and changes nothing.
 export function takeLink() {
   try {
     if (location.hash.startsWith("#case=")) return; // showLinked does
@@ -234,7 +234,7 @@ export function takeLink() {
   }
 }
 
-// Takes a preset that this page or a plugin saved.
+// Opens a preset that this page or a plugin saved.
 export async function takePreset(file) {
   try {
     const {name, values, played} = Bench.fromToml(await file.text(), benches);

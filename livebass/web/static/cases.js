@@ -1,4 +1,4 @@
-// The cases of the paper: plucks of its string by no player, seen slowly, and heard where sound is wished.
+// The paper's cases: plucks of its string without the player model, shown slowly, with sound if wanted.
 import {$, PAGE, chooseBass, makeButton, say} from "./page.js";
 import {player} from "./player.js";
 import {AFTER, BEFORE, showSlowly} from "./replay.js";
@@ -7,11 +7,11 @@ import {workshop} from "./workshop.js";
 
 const HEARD = 1.5; // s
 /** @type {{source?: AudioBufferSourceNode}} */
-export const heardCase = {}; // what sounds
+export const heardCase = {}; // the case that sounds
 
 export const paperBass = () => PAGE.basses.find(({cases}) => cases.length);
 
-// Shows a case on the bass as its bench has it.
+// Shows a case on the bass with its bench settings.
 export async function showCase(/** @type {Case} */ {apex, place, width, tier, says}, heard = true) {
   const {name} = /** @type {Bass} */ (paperBass());
   chooseBass(name);
@@ -34,7 +34,7 @@ export async function showCase(/** @type {Case} */ {apex, place, width, tier, sa
 
 const failed = (/** @type {Error} */ error) => say(`The case cannot be shown: ${error.message}`);
 
-// Shows the case that the address of the page names, if it names one; it is silent until somebody asks for sound.
+// Shows the case in the page's address, if there is one; it is silent until somebody asks for sound.
 export function showLinked() {
   const symbol = new URLSearchParams(location.hash.slice(1)).get("case");
   if (symbol === null) return;

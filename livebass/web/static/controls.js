@@ -1,4 +1,4 @@
-// Sliders, each of a parameter; its usual value leaves all as the bass has it.
+// Sliders, one per parameter; its usual value changes nothing on the bass.
 import {$, PAGE, chosenBass} from "./page.js";
 import {player} from "./player.js";
 
@@ -12,7 +12,7 @@ const TEXTS = {
 };
 export const CONTROLS = /** @type {ControlName[]} */ (Object.keys(TEXTS));
 
-// The strength of an effect; a knob at 0 leaves it as the bass has it.
+// An effect's strength; a knob at 0 keeps the bass's own.
 function knobText(/** @type {string} */ symbol, /** @type {number} */ value) {
   const all = value || chosenBass()?.effects[symbol];
   return all ? `${Math.round(100 * all)} %` : "off";
@@ -27,20 +27,20 @@ function sayControl(/** @type {ControlName} */ symbol) {
   $(symbol).ariaValueText = $(`${symbol}-text`).textContent = TEXTS[symbol](+$(symbol).value);
 }
 
-// Says how strong the effects of the chosen bass are.
+// Shows the strength of the chosen bass's effects.
 export function sayEffects() {
   sayControl("compression");
   sayControl("drive");
 }
 
-// Moves a slider, and tells the bass.
+// Moves a slider and tells the bass.
 export function moveControl(/** @type {ControlName} */ symbol, /** @type {number} */ value) {
   $(symbol).value = String(value);
   sayControl(symbol);
   tellParameter(symbol);
 }
 
-// Moves a slider to where a controller has moved its parameter.
+// Moves a slider to the value that a controller gave its parameter.
 export function showControl(/** @type {ControlName} */ symbol, /** @type {number} */ value) {
   const slider = $(symbol), within = Math.min(+slider.max, Math.max(+slider.min, value));
   if (Math.abs(within - +slider.value) <= +slider.step / 2 + 1e-9) return;

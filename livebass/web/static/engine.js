@@ -2,8 +2,8 @@
 import {LAYOUT} from "./layout.js";
 
 const PAGE_BYTES = 65536, MESSAGES = 4096;
-const CONTACTS = 512; // of a string, that it keeps until they are taken
-const EVENTS = 256; // that it was handed since it was still
+const CONTACTS = 512; // that a string keeps until they are taken
+const EVENTS = 256; // that a string received since it was still
 export const RECORDS = LAYOUT.records;
 export const N = LAYOUT.numbers;
 export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
@@ -23,14 +23,14 @@ export class Engine {
     this.synth = lines(this.x.__heap_base.value);
     this.rings = this.synth + lines(RECORDS.SYNTH.bytes);
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
-    this.sights = lines(this.sound + 8 * N.CHUNK); // what is drawn of each string
-    this.home = lines(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // where basses may begin
+    this.sights = lines(this.sound + 8 * N.CHUNK); // drawing data of each string
+    this.home = lines(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // basses may begin here
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
     this.soundAddress = BigInt(this.sound);
   }
 
-  // Makes memory up to the address `end`.
+  // Extends the memory to the address `end`.
   reserve(end) {
     const more = Math.ceil((end - this.memory.buffer.byteLength) / PAGE_BYTES);
     if (more > 0) this.memory.grow(more);
@@ -55,9 +55,9 @@ export class Engine {
 
   // --- basses ---
 
-  // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns where it ends and the
-  // address of the bass. An impulse response at that rate, a Float64Array, takes the place of the file's. Throws an
-  // Error for a file that cannot be played.
+  // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns its end and the
+  // bass's address. `response`, an impulse response at that rate, replaces the file's unless empty. Throws an Error for
+  // a file that cannot be played.
   build(file, tier, rate, at, response = new Float64Array(0)) {
     const x = this.x, size = file.byteLength;
     const samples = lines(at + size), pool = lines(samples + response.byteLength);
@@ -98,8 +98,8 @@ export class Engine {
     return {bass, end};
   }
 
-  // The impulse response in a Float64Array at a rate (Hz) without its silence, as a Float64Array; `normalized`: as loud
-  // as without it. Empty if all of it is silence. The memory must have no bass.
+  // Cuts the silence from an impulse response, a Float64Array at a rate (Hz); returns a Float64Array, empty if all is
+  // silence. `normalized`: the bass stays as loud as without the response. The memory must have no bass.
   cutResponse(samples, rate, normalized) {
     const at = this.home;
     this.reserve(at + samples.byteLength);
@@ -110,7 +110,7 @@ export class Engine {
 
   // --- the synth ---
 
-  // Makes the synth as new, without a bass, at a rate (Hz).
+  // Resets the synth, without a bass, at a rate (Hz).
   begin(rate) {
     this.x.lb_fill_synth(this.synthAddress, BigInt(this.rings), BigInt(MESSAGES), rate, -1n, 1,
                          BigInt(this.numbers.process));
@@ -120,37 +120,37 @@ export class Engine {
   field(name) { return this.get("SYNTH", this.synth, name); }
   setField(name, value) { this.set("SYNTH", this.synth, name, value); }
 
-  // Sends a MIDI message for a frame of the synth, or N.NOW; false: there is no room for it.
+  // Sends a MIDI message for a frame of the synth, or N.NOW; returns false if there is no room for it.
   send(frame, status, first = 0, second = 0) {
     const ring = BigInt(this.get("SYNTH", this.synth, "midi_ring"));
     return Number(this.x.lb_push_message(ring, BigInt(MESSAGES), BigInt(frame), BigInt(status), BigInt(first),
                                          BigInt(second))) === 1;
   }
 
-  // Moves a controller on every channel: for notes of whatever channel.
+  // Moves a controller on every channel, for notes of all channels.
   sendEverywhere(frame, controller, value) {
     for (let channel = 0; channel < N.CHANNELS; channel++) this.send(frame, 0xb0 | channel, controller, value);
   }
 
-  // Sends an event of a kind other than MIDI.
+  // Sends an event that is not MIDI.
   tell(frame, kind, number, value) {
     const ring = BigInt(this.get("SYNTH", this.synth, "midi_ring"));
     this.x.lb_push_event(ring, BigInt(MESSAGES), BigInt(frame), BigInt(kind), BigInt(number), value);
   }
 
-  // Sets a parameter of the playing, by its number.
+  // Sets a playing parameter, by number.
   setParameter(number, value) { this.tell(N.NOW, N.PARAMETER, number, value); }
 
-  // Sets a knob of the effects, by its number.
+  // Sets a knob of the effects, by number.
   setEffect(number, value) { this.tell(N.NOW, N.EFFECT, number, value); }
 
-  // --- what the strings do ---
+  // --- the strings' motion ---
 
-  // The address of the VOICE of string `i`.
+  // The address of string `i`'s VOICE.
   voice(bass, i) { return this.get("BASS", bass, "string", i) + RECORDS.STRING.fields.voice[0]; }
 
-  // Adds to `list` the contacts that began since the last time: string, fret (over a board, m from the nut), frame and
-  // speed (m/s). `taken` counts the contacts of each string so far.
+  // Adds to `list` the contacts that began since the last call: string, fret (over a board, m from the nut), frame and
+  // speed (m/s). `taken` counts each string's contacts so far.
   takeContacts(bass, taken, list) {
     const began = this.get("BASS", bass, "frame");
     for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
@@ -166,8 +166,8 @@ export class Engine {
     }
   }
 
-  // Adds to `list` the notes that began since the last time: string, fret, and the frame at which a finger lets go or a
-  // string is struck. `told` holds for each string the frame from which its events are kept, and how many were taken.
+  // Adds to `list` the notes that began since the last call: string, fret, and the frame of the finger's release or the
+  // strike. `told` holds for each string the frame from which its events are kept, and how many were taken.
   takeNotes(bass, told, list) {
     for (let i = 0; i < this.get("BASS", bass, "strings"); i++) {
       const from = this.get("TOLD", this.get("VOICE", this.voice(bass, i), "told"), "from_frame"), [before, taken] = told[i] || [];
@@ -175,7 +175,7 @@ export class Engine {
     }
   }
 
-  // The same of string `i`, from its event `first` on; returns how many it was handed.
+  // Does this for string `i`, from its event `first` on; returns the number of events it received.
   takeNotesOf(bass, i, first, list) {
     const began = this.get("BASS", bass, "frame"), strikes = [N.STRIKE_EVENT, N.THROW, N.HAMMER, N.PULL_OFF];
     const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count");
@@ -188,8 +188,8 @@ export class Engine {
     return count;
   }
 
-  // What string `i` was handed since it was still, to make its motion again: its TOLD and events, their number, and
-  // frame and fret of the last note; undefined: there was none, or more than are kept.
+  // Returns all that string `i` received since it was still, to repeat its motion: its TOLD and events, their number,
+  // and the last note's frame and fret; undefined: there were no events, or more than are kept.
   recall(bass, i) {
     const voice = this.voice(bass, i), count = this.get("VOICE", voice, "told_count"), notes = [];
     if (!count || count > EVENTS) return undefined;
@@ -199,8 +199,8 @@ export class Engine {
     return {told: this.memory.buffer.slice(at, at + size), count, string: i, frame: notes.at(-1) - this.get("BASS", bass, "frame")};
   }
 
-  // Makes the motion of a string of `bass`, which is as new, again by what `recall` returned, from `before` frames before
-  // its last note to `frames` after it. Returns what `motion` does.
+  // Repeats a string's motion on `bass`, a new one, from the data of `recall`, from `before` frames before its last
+  // note to `frames` after it. Returns the same as `motion`.
   again(bass, {told, count, string, frame}, before, frames) {
     const place = lines(this.memory.buffer.byteLength);
     this.reserve(place + told.byteLength);
@@ -209,9 +209,9 @@ export class Engine {
     return this.motion(bass, string, place + RECORDS.TOLD.bytes, count, frame, before, frames);
   }
 
-  // Makes the motion of the first string of `bass`, which is as new, after a finger that pulls it to `apex` (m) at
-  // `place` (m from the nut), over so much `width` (m) of it, and lets go. Returns what `motion` does, and in `sound` so
-  // many frames of what is heard from its first frame on.
+  // Makes the motion of the first string of `bass`, a new one: a finger, `width` (m) wide, pulls it to `apex` (m) at
+  // `place` (m from the nut) and lets go. Returns the same as `motion`, with `heard` frames of sound from the first
+  // frame on.
   pluck(bass, {apex, place, width}, before, frames, heard) {
     const event = lines(this.memory.buffer.byteLength);
     this.reserve(event + RECORDS.EVENT.bytes);
@@ -222,10 +222,10 @@ export class Engine {
     return this.motion(bass, 0, event, 1, this.get("VOICE", this.voice(bass, 0), "pull"), before, frames, heard);
   }
 
-  // Plays `count` events, at an address, to string `string` of `bass`; from `before` frames before a `frame` to `frames`
-  // after it returns {rows, slots, contacts, first, string, frame, sound}: amplitudes (m^1.5), SEEN for each of the
-  // frames; [length, stop, fret] of each; contacts as `takeContacts` lists them; the frame of the first; what is heard
-  // from there on, `heard` frames of it.
+  // Plays `count` events, at the address `events`, on string `string` of `bass`. From `before` frames before `frame` to
+  // `frames` after it, returns {rows, slots, contacts, first, string, frame, sound}: SEEN amplitudes (m^1.5) per frame;
+  // [length, stop, fret] per frame; contacts as in `takeContacts`; the first frame; the sound from there on, `heard`
+  // frames.
   motion(bass, string, events, count, frame, before, frames, heard = 0) {
     const x = this.x, strings = this.get("BASS", bass, "strings"), board = this.get("BASS", bass, "frets") + 1;
     const at = this.get("BASS", bass, "string", string), voice = this.voice(bass, string);
@@ -260,7 +260,7 @@ export class Engine {
     return {rows, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
   }
 
-  // Copies what is seen of the strings of a bass into `buffer`, an ArrayBuffer as large as that, or a new one.
+  // Copies the drawing data of a bass's strings into `buffer`, an ArrayBuffer of that size, or a new one.
   see(bass, buffer) {
     const size = this.get("BASS", bass, "strings") * RECORDS.SIGHT.bytes;
     this.x.lb_see_bass(BigInt(bass), BigInt(this.sights));

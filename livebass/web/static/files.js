@@ -1,10 +1,10 @@
-// The files of the page: in its folder on a server, or packed in the page itself.
+// The page's files: in its folder on a server, or packed in the page itself.
 import {PAGE} from "./page.js";
 
 // A function that uses a vector instruction
 const SIMD = [0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1, 8, 0, 65, 0, 253, 15, 253, 98, 11];
 
-// What the browser or the place of the page lacks to play; undefined: nothing.
+// Tells what the browser, or the page's place, lacks for playing; undefined: nothing.
 export function lacking() {
   if (!PAGE.files && location.protocol === "file:")
     return "A page in a folder needs a web server. To play from a disk, export it with --single.";
@@ -23,10 +23,10 @@ async function unpack(text) {
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 }
 
-// The address of a file of the page's folder. Its version keeps a browser's cache from mixing two exports.
+// The address of a file in the page's folder. Its version keeps a browser's cache from mixing two exports.
 const address = (/** @type {string} */ name) => `${name.split("/").map(encodeURIComponent).join("/")}?v=${PAGE.digest}`;
 
-// Reads a file, by its path.
+// Reads a file, by path.
 export async function read(/** @type {string} */ name) {
   if (PAGE.files) return unpack(PAGE.files[name]);
   const answer = await fetch(address(name));
@@ -36,7 +36,7 @@ export async function read(/** @type {string} */ name) {
 
 export const readText = async (/** @type {string} */ name) => new TextDecoder().decode(await read(name));
 
-// Addresses of scripts. A page from a disk may begin a worker from a blob: address and an audio thread from a data:
+// Addresses of scripts. A page on a disk may start a worker from a blob: address and an audio thread from a data:
 // address, but not the other way round.
 export const workerAddress = async (/** @type {string} */ name) => PAGE.files
   ? URL.createObjectURL(new Blob([await readText(name)], {type: "text/javascript"})) : address(name);

@@ -1,16 +1,16 @@
-// What hands press: keys, places of the neck, and strings that two hands hold and pluck.
+// Playing by hand: keys, places on the neck, and strings that two hands hold and pluck.
 import {$, chosenBass, isPressed, setPressed} from "./page.js";
 import {moveControl} from "./controls.js";
 import {player} from "./player.js";
 import {state} from "./state.js";
 import {LONG_PRESS, WAYS, isOn, letGoOfAll, numberOf} from "./techniques.js";
 
-const MOST_LATE = 2000; // ms: what was pressed longer before the sound ran is forgotten
-const SOON = 30; // ms after the sound runs, when it is played
-const IN_TIME = {late: 0, frameAt: (/** @type {number} */ time) => player.frameAt(time)}; // as all else is played
+const MOST_LATE = 2000; // ms: keys pressed earlier than this before the sound runs are forgotten
+const SOON = 30; // ms after the sound runs, when the others are played
+const IN_TIME = {late: 0, frameAt: (/** @type {number} */ time) => player.frameAt(time)}; // the usual clock
 
 /** @type {Map<string, PressedKey>} */
-export const held = new Map(); // what is pressed
+export const held = new Map(); // pressed keys
 
 const noteOn = (/** @type {PressedKey} */ {note, velocity}) => [0x90, note, velocity];
 const noteOff = (/** @type {PressedKey} */ {note}) => [0x80, note, 0];
@@ -18,7 +18,7 @@ const noteOff = (/** @type {PressedKey} */ {note}) => [0x80, note, 0];
 export const force = () => +$("force").value;
 
 /**
- * Presses what `id` tells apart, at `time` (ms). A finger that began early goes on as late, by a clock of its own.
+ * Presses a key identified by `id`, at `time` (ms). A finger that began early stays as late, with its own clock.
  * @param {string} id
  * @param {number} note
  * @param {number} force
@@ -38,7 +38,7 @@ export function press(id, note, force, time, cell, clock = IN_TIME) {
     sendLate(key.clock, time, noteOn(key), string);
   } else if (player.loading) {
     state.early.push(key);
-    player.sound().catch(() => { state.early = []; }); // said where it happened
+    player.sound().catch(() => { state.early = []; }); // reported where it happened
   }
 }
 
@@ -49,7 +49,7 @@ function lift(/** @type {PressedKey} */ key, /** @type {number} */ time) {
 }
 
 /**
- * Sends a message by a key's clock: what waited in the audio thread would hold up what is played meanwhile.
+ * Sends a message by a key's clock: waiting in the audio thread, it would hold up later notes.
  * @param {Clock} clock
  * @param {number} time
  * @param {number[]} midi
@@ -67,7 +67,7 @@ export function release(/** @type {string} */ id, time = performance.now()) {
   if (key) lift(key, time);
 }
 
-// Plays what was pressed while the sound began: from now on, each note after the other and as long as they were played.
+// Plays the keys that were pressed while the sound started: from now on, with their original spacing and lengths.
 function playEarly() {
   const oldest = performance.now() - MOST_LATE, keys = state.early.filter(({end = Infinity}) => end > oldest);
   state.early = [];
@@ -81,7 +81,7 @@ function playEarly() {
     const on = {time: key.begin, midi: noteOn(key), string: key.string};
     return key.end === undefined ? [on] : [on, {time: key.end, midi: noteOff(key), string: undefined}];
   });
-  messages.sort((a, b) => a.time - b.time || b.midi[0] - a.midi[0]); // of those at one time, new notes first
+  messages.sort((a, b) => a.time - b.time || b.midi[0] - a.midi[0]); // at equal times, new notes first
   for (const {time, midi, string} of messages) sendLate(clock, time, midi, string);
 }
 
@@ -90,24 +90,24 @@ export function letGo() {
   letGoOfAll();
 }
 
-// --- two hands: fingers on the frets hold strings down, and a finger over the body plucks them ---
+// --- two hands: fingers on the frets hold strings down, a finger over the body plucks them ---
 
 const PLUCK_SPEED = 30; // lanes a second, of the hardest pluck
-const AGAIN = 40; // ms, from which on a finger can pluck a string again
+const AGAIN = 40; // ms after which a finger can pluck a string again
 /** @type {Map<number, {string: number, fret: number}>} */
 const fingers = new Map(); // each finger on a fret, by its pointer
 /** @type {Map<number, RightFinger>} */
 const rights = new Map(); // fingers over the body, by pointer
 
 const hasTwoHands = () => isPressed($("hands"));
-const plucked = (/** @type {number} */ string) => `string${string}`; // what sounds by the right hand is held as this
+const plucked = (/** @type {number} */ string) => `string${string}`; // id of the right hand's sounding note
 /** @param {number} string @param {number} fret @returns {HTMLElement | null} */
 const cellOf = (string, fret) => $("neck").querySelector(`button[data-string="${string}"][data-fret="${fret}"]`);
 const cellThere = (/** @type {number} */ string, /** @type {number} */ fret) => cellOf(string, fret) || cellOf(string, 0);
 /** @returns {HTMLElement} */
 const part = (/** @type {string} */ name) => /** @type {HTMLElement} */ ($("neck").querySelector(name));
 
-// The fret at which the left hand holds a string: the highest; 0: it is open.
+// The fret at which the left hand holds a string: its highest; 0: open.
 const heldFret = (/** @type {number} */ string) =>
   Math.max(0, ...[...fingers.values()].filter(finger => finger.string === string).map(finger => finger.fret));
 
@@ -118,8 +118,8 @@ function pluck(/** @type {number} */ string, /** @type {number} */ force, /** @t
   press(plucked(string), chosenBass().strings[string].note + fret, force, time, cellThere(string, fret));
 }
 
-// A finger of the left hand came, moved or left: what sounds there goes on from the fret that is held now, hammered on or
-// pulled off. An open string rings on when it was so before; it ends when a finger lets go of it.
+// A left-hand finger came, moved or left: the sounding note continues at the present fret, hammered on or pulled off.
+// An open string rings on if it was open before; it ends when a finger lets go of it.
 function follow(/** @type {number} */ string, /** @type {number} */ time, lifted = false) {
   const key = held.get(plucked(string)), fret = heldFret(string);
   if (!key) return;
@@ -153,17 +153,17 @@ function showFingers() {
   for (const {string, fret} of fingers.values()) if (fret) cellOf(string, fret)?.classList.add("held");
 }
 
-// The right hand: a finger that comes down on a string that sounds stops it. A finger that goes across a string plucks
-// it there, the faster the harder. A finger that only taps plucks it, too, lower on the string harder.
+// The right hand: a finger that comes down on a sounding string stops it. A finger that crosses a string plucks it
+// there: the faster, the harder. A tap also plucks it: the lower on the string, the harder.
 
-// The string whose lane is at `y`, px from the top of the neck, and how far down in it, 0 to 1.
+// The string at `y`, px from the top of the neck, and how far down in its lane, 0 to 1.
 function laneAt(/** @type {number} */ y) {
   const {height} = part(".open").getBoundingClientRect(), count = chosenBass().strings.length;
   const row = Math.min(count - 1, Math.max(0, Math.floor(y / height)));
   return {string: count - 1 - row, down: y / height - row};
 }
 
-// Sets the place of the pluck to a finger's: the part of the body that it is at.
+// Sets the pluck's place to the finger's place on the body.
 function pluckAt(/** @type {number} */ x) {
   const body = part(".body"), {left, right} = body.getBoundingClientRect(), begin = Number(body.dataset.begin);
   const {pluck: [nearest, usual, farthest], strings: [{length}]} = chosenBass();
@@ -186,7 +186,7 @@ function rightMoves(/** @type {PointerEvent} */ e, /** @type {RightFinger} */ fi
   for (let string = 0; string < count; string++) {
     const middle = (count - 0.5 - string) * tall;
     const across = (finger.y - middle) * (y - middle) < 0;
-    // screens tell where a finger will be, and take it back
+    // screens predict a finger's place, and take it back
     if (!across || e.timeStamp - finger.plucked[string] < AGAIN) continue;
     finger.plucked[string] = e.timeStamp;
     const speed = Math.abs(y - finger.y) / tall / Math.max(1e-3, (e.timeStamp - finger.time) / 1000);
@@ -205,7 +205,7 @@ function rightUp(/** @type {PointerEvent} */ e, /** @type {RightFinger} */ finge
   pluck(string, 30 + 97 * down, e.timeStamp);
 }
 
-// A touch would stay with the element where it began: a finger may slide on.
+// Releases a touch from the element where it began: a finger may slide on.
 function loosen(/** @type {PointerEvent} */ e) {
   const target = /** @type {Element} */ (e.target);
   if (target.hasPointerCapture?.(e.pointerId)) target.releasePointerCapture(e.pointerId);
@@ -232,13 +232,13 @@ $("hands").onclick = () => {
 
 // --- neck and piano ---
 
-// Lower on a string, or on a key, is harder.
+// The force: lower on a string, or on a key, is harder.
 function forceAt(/** @type {HTMLElement} */ cell, /** @type {number} */ y) {
   const {top, height} = cell.getBoundingClientRect();
   return 30 + 97 * Math.min(1, Math.max(0, (y - top) / height));
 }
 
-// The cell where a finger is: browsers take a touch near an edge for a touch beyond it.
+// The cell under a finger: browsers may assign a touch near an edge to the wrong side.
 /** @returns {HTMLElement | null | undefined} */
 const cellAt = (/** @type {PointerEvent} */ {clientX, clientY}) =>
   document.elementFromPoint(clientX, clientY)?.closest("[data-note]");
@@ -258,17 +258,17 @@ for (const place of [$("neck"), $("piano")]) {
       return;
     }
     if (!key || !cell || cell === key.cell) return;
-    // along a string the new note comes before the old one's end: so it slides there, or is hammered on
+    // along a string the new note begins before the old one ends: it slides or is hammered on
     const along = cell.dataset.string === key.cell?.dataset.string;
     held.delete(id);
     if (!along) lift(key, e.timeStamp);
     press(id, Number(cell.dataset.note), forceAt(cell, e.clientY), e.timeStamp, cell, key.clock);
     if (along) lift(key, e.timeStamp);
   });
-  place.addEventListener("pointerup", e => { // browsers start the sound when a finger leaves, not when it comes down
+  place.addEventListener("pointerup", e => { // browsers allow sound when a finger leaves, not when it comes down
     if (player.loading && held.has("pointer" + e.pointerId) && !player.sounding) player.sound().catch(() => {});
   });
-  // a focused place plays by Space and Enter
+  // Space and Enter play a focused place
   place.addEventListener("keydown", e => {
     /** @type {HTMLElement | null} */
     const cell = /** @type {Element} */ (e.target).closest("[data-note]");

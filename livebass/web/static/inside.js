@@ -1,5 +1,5 @@
-// Opens the page to its tests, and to tools that measure it: an event "livebass" has a function as its detail, which is
-// called with what the modules export.
+// Opens the page to tests and measuring tools: an event "livebass" carries a function as its detail, which is called
+// with the modules' exports.
 import * as bass from "./bass.js";
 import * as benchview from "./benchview.js";
 import * as cases from "./cases.js";

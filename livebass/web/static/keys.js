@@ -1,4 +1,4 @@
-// The keys of the computer: a piano by letters, strokes and ways by numbers.
+// The computer's keys: letters play a piano, digits choose strokes and ways.
 import {$, NAMES, make, noteName, say} from "./page.js";
 import {force, press, release} from "./hands.js";
 import {state} from "./state.js";
@@ -9,17 +9,17 @@ const CODES = "KeyA KeyS KeyE KeyD KeyR KeyF KeyT KeyG KeyH KeyU KeyJ KeyI KeyK 
 /** @type {Record<string, "octave-down" | "octave-up">} */
 const OCTAVES = {KeyZ: "octave-down", KeyX: "octave-up"};
 const DIGITS = [1, 2, 3, 4, 5, 6, 7, 8, 9, 0].map(n => `Digit${n}`);
-const LOWEST = 4, HIGHEST = 76; // notes from which the keys may begin
+const LOWEST = 4, HIGHEST = 76; // range of the keys' first note
 
 // --- their letters ---
 
-// Letters that are printed on the player's keyboard, by code: Chromium tells them all, elsewhere each is known from the
-// first time it is pressed. Until then they are those of a US keyboard.
+// The letters printed on the player's keyboard, by code: Chromium tells them all; elsewhere each is learned when first
+// pressed, and until then is a US keyboard's.
 /** @type {Map<string, string>} */
 const letters = new Map();
 const letterOf = (/** @type {string} */ code) => letters.get(code) || (code === "Semicolon" ? ";" : code.slice(3));
 
-// Takes note of what a key prints; true if that is news. Names of keys, such as "Dead", do not count.
+// Learns a key's letter; true if it is new. Names of keys, such as "Dead", do not count.
 function learn(/** @type {string} */ code, /** @type {string | undefined} */ text) {
   const letter = text?.toUpperCase();
   if (letter?.length !== 1 || letter === letterOf(code)) return false;
@@ -80,7 +80,7 @@ addEventListener("keydown", e => {
   }
   const k = CODES.indexOf(e.code);
   if (k < 0 && !OCTAVES[e.code]) return;
-  e.preventDefault(); // a list of basses would choose by letters
+  e.preventDefault(); // else letters would choose from the list of basses
   if (!e.shiftKey && learn(e.code, e.key)) showKeys();
   if (k >= 0) press(e.code, state.octave + k, force(), e.timeStamp, $("piano").querySelectorAll("button")[k]);
   else $(OCTAVES[e.code]).click();

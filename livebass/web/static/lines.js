@@ -1,13 +1,13 @@
-// From the messages of a MIDI file to lines, as livebass/score/lines.py has them: a line is a channel of a port, or of a
-// track that shares its channel with others and has a program of its own. The channels of a zone are one instrument.
+// Sorts a MIDI file's messages into lines, as livebass/score/lines.py does: a line is a channel of a port, or of a
+// track that shares its channel but has its own program. The channels of a zone are one instrument.
 import {RULE} from "./rule.js";
 import {CONTROL, NOTE_OFF, NOTE_ON, PROGRAM, listOf} from "./smf.js";
 
 export const isNote = ({kind}) => kind === NOTE_ON || kind === NOTE_OFF;
 const sameBytes = (data, from, ...bytes) => bytes.every((byte, k) => data[from + k] === byte);
 
-// The messages of a file by lines, at a rate (Hz); those of a take stay as they are. Note-ons of velocity 0 become
-// note-offs. Throws an Error if it lasts too long.
+// A file's messages by line, at a rate (Hz); a take's stay as they are. Note-ons of velocity 0 become note-offs. Throws
+// an Error if it lasts too long.
 export class Lines {
   constructor(smf, rate, take) {
     const frame = frameOf(smf, rate), ports = [...new Set(smf.messages.map(m => m.port))].sort((a, b) => a - b);
@@ -18,14 +18,14 @@ export class Lines {
     for (const event of this.events) placeEvent(event, frame(event.tick), first.get(event.port) + event.channel);
     this.exclusive = smf.exclusive.filter(({port}) => first.has(port))
       .map(({tick, port, data}) => ({frame: frame(tick), first: first.get(port), data}));
-    this.zone = new Set(); // lines that are one instrument
+    this.zone = new Set(); // lines of one instrument
     this.remarks = [];
     this.endSoon(frame(smf.endTick), rate);
     if (take) this.zone = new Set(this.lines.keys());
     else this.sort(smf);
   }
 
-  // Sets the end, a frame: of the file, or of its last note if that is long before.
+  // Sets the end, a frame: the file's, or its last note's if that is much earlier.
   endSoon(end, rate) {
     const latest = (events, least) => events.reduce((latest, event) => Math.max(latest, event.frame), least);
     const last = latest(this.events.filter(isNote), 0), rest = last + RULE.longestRest * rate;
@@ -38,8 +38,8 @@ export class Lines {
     this.end = latest(this.events, 0) + (count(NOTE_ON) > count(NOTE_OFF) ? RULE.lastNote * rate : 0);
   }
 
-  // Finds the zone, and the lines of tracks that share a channel; leaves out controller 5, which foreign files mean
-  // otherwise.
+  // Finds the zone, and the lines of tracks that share a channel; drops controller 5, which has another meaning in
+  // foreign files.
   sort(smf) {
     this.findZone();
     this.remarks.push(...tuningsOf(smf));
@@ -51,7 +51,7 @@ export class Lines {
     this.events = endedByOthers(this.events);
   }
 
-  // The notes among `events`, with the programs that they have: {place, track, line, note, program, bank, drums}.
+  // The notes among `events`, with their programs: {place, track, line, note, program, bank, drums}.
   notes(events) {
     const programs = onlyPrograms(events), banks = new Map(), kits = new Kits(this), found = [];
     let ofZone = this.programOfZone(events, programs);
@@ -70,15 +70,15 @@ export class Lines {
     return found;
   }
 
-  // The program that all lines of the zone have which set one; undefined: there is no such.
+  // The program common to all lines of the zone that set one; undefined: none.
   programOfZone(events, programs) {
     const zones = new Set([...programs].filter(([line]) => this.zone.has(line)).map(([, program]) => program));
     const all = events.every(({kind, line}) => kind !== PROGRAM || !this.zone.has(line) || programs.has(line));
     return zones.size === 1 && all ? [...zones][0] : undefined;
   }
 
-  // The lines that modes make one instrument of. Modes are not believed where some notes of these lines have the
-  // program of a bass, and some another.
+  // Finds the lines that modes join into one instrument. Modes do not count if some notes on these lines have a bass
+  // program and others do not.
   findZone() {
     const modes = modesOf(this.events);
     this.zone = new Set([...modes.values()].flat());
@@ -90,7 +90,7 @@ export class Lines {
     this.events = this.events.filter((_, place) => !modes.has(place));
   }
 
-  // Sets tracks apart that share a channel and have programs of their own.
+  // Separates tracks that share a channel but have their own programs.
   setApart() {
     const {playing, programs} = tracksOf(this.events), own = new Map(); // the new line by "line track"
     for (const [line, tracks] of playing) {
@@ -102,7 +102,7 @@ export class Lines {
   }
 }
 
-// Makes an event of a message, in its place: there may be a million.
+// Turns a message into an event, in place: there may be a million.
 function placeEvent(event, frame, line) {
   event.frame = frame;
   event.line = line;
@@ -112,8 +112,8 @@ function placeEvent(event, frame, line) {
   }
 }
 
-// A function from tick to nearest frame, for ticks in any order, fastest in ascending order. It computes in integers,
-// so that it rounds as Python does.
+// Returns a function from tick to nearest frame, for ticks in any order; ascending order is fastest. It computes in
+// integers, to round as Python does.
 function frameOf(smf, rate) {
   const times = smf.ticksPerQuarter ? timesOf(smf) : undefined;
   const [over, under] = times ? [BigInt(smf.ticksPerQuarter) * 1000000n, 1n] : smf.ticksPerSecond.map(BigInt);
@@ -132,7 +132,7 @@ function frameOf(smf, rate) {
   };
 }
 
-// When each tempo begins: {tick, time, tempo}, the time in us times ticks a quarter note.
+// The start of each tempo: {tick, time, tempo}, with the time in us times ticks per quarter note.
 function timesOf({tempos}) {
   let last = {tick: 0, time: 0n, tempo: BigInt(RULE.tempo)};
   const times = [last];
@@ -143,7 +143,7 @@ function timesOf({tempos}) {
   return times;
 }
 
-// The program of each line that has one throughout.
+// The program of each line that keeps one throughout.
 function onlyPrograms(events) {
   const found = new Map();
   for (const {kind, line, a} of events)
@@ -151,7 +151,7 @@ function onlyPrograms(events) {
   return new Map([...found].filter(([, program]) => program !== undefined));
 }
 
-// Which lines play drums: channel 10, but for what banks and system exclusive messages say.
+// The lines that play drums: channel 10, unless banks and system exclusive messages change that.
 class Kits {
   constructor({lines, exclusive}) {
     this.lines = lines;
@@ -196,7 +196,7 @@ class Kits {
   }
 }
 
-// The places of messages that give channels a meaning, and which lines each.
+// The places of messages that give channels a meaning, and the lines of each.
 function modesOf(events) {
   const modes = new Map(), selected = new Map(), most = RULE.channels; // [high, low] of the RPN, by port
   const span = (from, to) => Array.from({length: Math.max(0, to - from)}, (_, k) => from + k);
@@ -217,7 +217,7 @@ function modesOf(events) {
   return modes;
 }
 
-// The tracks with notes of each line, ascending, and the programs by "line track".
+// The tracks with notes on each line, ascending, and the programs by "line track".
 function tracksOf(events) {
   const found = new Map(), programs = new Map();
   for (const {kind, track, line, a} of events) {
@@ -233,8 +233,8 @@ function tracksOf(events) {
   return {playing, programs};
 }
 
-// The event on its line or on its track's own. One of a track without notes is of all that share the channel; so are
-// programs, for tracks that have none of their own.
+// Returns the event on its line or on its track's own line. An event of a track without notes goes to all tracks on the
+// channel; a program also to tracks without their own.
 function copiesOf(event, playing, own, programs) {
   const {kind, track: from, line} = event;
   const tracks = (playing.get(line) || []).filter(track => own.has(`${line} ${track}`));
@@ -244,10 +244,10 @@ function copiesOf(event, playing, own, programs) {
     .map(track => ({...event, line: own.get(`${line} ${track}`)}));
 }
 
-export const keyOf = ({line, a}) => line * 128 + a; // of a note, among all lines
+export const keyOf = ({line, a}) => line * 128 + a; // identifies a note among all lines
 
-// The events, with note-offs on the lines whose notes they end: a note without a note-off of its own is ended by one of
-// the same key on another line, which ends nothing there.
+// Returns the events with note-offs on the lines of the notes they end: a note without a note-off is ended by one for
+// the same key on another line that ends nothing there.
 function endedByOthers(events) {
   const left = new Map(), wanting = new Map(), held = new Map(), channels = new Map(); // note-offs less note-ons; ...
   const add = (map, key, count) => map.set(key, (map.get(key) || 0) + count);
@@ -274,7 +274,7 @@ function endedByOthers(events) {
   });
 }
 
-// How many messages of controller 5 would bend a livebass.
+// Counts the messages of controller 5 that would bend notes in livebass.
 function bendsByPortamento(events) {
   const ready = new Set();
   let bends = 0;
@@ -286,7 +286,7 @@ function bendsByPortamento(events) {
   return bends;
 }
 
-// A line for each kind of tuning by system exclusive messages, which are not followed.
+// Returns one text line per kind of tuning by system exclusive messages, which livebass ignores.
 function tuningsOf({exclusive}) {
   const signed = cents => `${cents < 0 ? "-" : "+"}${roundedToEven(Math.abs(cents))}`;
   const tunings = [...new Set(exclusive.map(({data}) => centsOf(data)).filter(cents => cents))], lines = [];
@@ -298,10 +298,10 @@ function tuningsOf({exclusive}) {
   return lines;
 }
 
-// The nearest whole number, as Python writes it: of two as near the even one.
+// The nearest whole number, as in Python: a half rounds to even.
 export const roundedToEven = value => value % 1 === 0.5 ? 2 * Math.round(value / 2) : Math.round(value);
 
-// The cents of a master tuning: fine, coarse, of GS, of XG; 0: it is none.
+// The cents of a master tuning: fine, coarse, GS or XG; 0: another message.
 function centsOf(data) {
   const nibbles = bytes => bytes.reduce((value, byte) => value << 4 | byte & 0x0f, 0);
   if (data[0] === 0x7f && data[2] === 0x04 && data.length >= 6) {

@@ -1,4 +1,4 @@
-// The page: brings its parts together, begins, and draws what the strings do.
+// The page: joins its parts, starts them, and draws the strings' motion.
 import {$, PAGE, say} from "./page.js";
 import "./power.js";
 import "./meters.js";
@@ -21,11 +21,11 @@ import {see, showPitch} from "./view.js";
 import {watch} from "./watch.js";
 
 const PITCH_EVERY = 120; // ms
-const FULL = 0.7; // load of the audio thread from which pictures are shed, so that the sound has the machine
+const FULL = 0.7; // load of the audio thread at which pictures are dropped, to leave the machine to the sound
 const SHED = 100; // ms from one picture to the next then
-const last = {pitch: 0, picture: 0}; // when they were shown, ms
+const last = {pitch: 0, picture: 0}; // times of the last ones, ms
 
-// Looks at the sound that is heard now, as often as the screen shows it; nothing is drawn while nothing changes.
+// Shows the sound heard now, at the screen's rate; draws nothing while nothing changes.
 function look(/** @type {number} */ now) {
   requestAnimationFrame(look);
   const {analyser, sounding} = player;
@@ -48,7 +48,7 @@ function look(/** @type {number} */ now) {
 
 function begin() {
   $("power").disabled = false;
-  player.start().catch(() => {}); // said where it happened
+  player.start().catch(() => {}); // reported where it happened
   showLinked();
 }
 

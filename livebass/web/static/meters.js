@@ -1,4 +1,4 @@
-// The meters: level, load, faults, and the frets that the player holds down.
+// The meters: level, load, faults, and the frets held down.
 import {$} from "./page.js";
 import {player} from "./player.js";
 import {state} from "./state.js";

@@ -1,4 +1,4 @@
-// Keyboards and basses that the browser hears by MIDI, and the button that ends all notes.
+// MIDI keyboards and basses connected to the browser, and the button that ends all notes.
 import {$} from "./page.js";
 import {letGo} from "./hands.js";
 import {player} from "./player.js";

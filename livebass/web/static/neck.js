@@ -4,17 +4,17 @@ import {state} from "./state.js";
 import {see} from "./view.js";
 
 const LEAST_FRET = {finger: 30, mouse: 20}; // px
-const BODY_PART = 26; // %, of the width, where not all frets are shown
+const BODY_PART = 26; // % of the width, if not all frets are shown
 const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24]; // frets from the nut
 
 /** @type {{[key: string]: [number, number]}} */
 const MOVES = {ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowUp: [1, 0], ArrowDown: [-1, 0]}; // strings, frets
 
-// The first element of the neck by a selector.
+// The first element of the neck with a selector.
 /** @returns {HTMLElement} */
 const part = (/** @type {string} */ selector) => /** @type {HTMLElement} */ ($("neck").querySelector(selector));
 
-// How many frets fit, none narrower than a finger: all, with the rest of the string to scale, or some and less of it.
+// How many frets fit, none narrower than a finger: all, with the whole string to scale, or some and less of the rest.
 function fitting(/** @type {number} */ width, /** @type {number} */ frets) {
   const mouse = matchMedia("(min-width: 60rem)").matches && !matchMedia("(pointer: coarse)").matches;
   const least = mouse ? LEAST_FRET.mouse : LEAST_FRET.finger;
@@ -25,8 +25,8 @@ function fitting(/** @type {number} */ width, /** @type {number} */ frets) {
   return count;
 }
 
-// Draws the neck from its first fret that is shown. A cell's fret counts from the capo, as the bass does; what is shown
-// counts from the nut.
+// Draws the neck from its first visible fret. A cell's fret counts from the capo, as for the bass; displayed numbers
+// count from the nut.
 export function showNeck() {
   const bass = chosenBass(), neck = $("neck"), focused = neck.contains(document.activeElement);
   const count = fitting(neck.clientWidth - 64, bass.frets);
@@ -73,7 +73,7 @@ function inlayAt(/** @type {number} */ fret, /** @type {number} */ column) {
   return [dot, number];
 }
 
-// The rest of the strings, from `begin` (m from the nut) to the saddle: pickups, and the place of the right hand.
+// The rest of the strings, from `begin` (m from the nut) to the saddle: pickups, and the right hand's place.
 function bodyOf(/** @type {Bass} */ bass, /** @type {number} */ begin) {
   const body = make("div", {className: "body"}), end = bass.strings[0].length;
   body.dataset.begin = String(begin);
@@ -88,8 +88,7 @@ function bodyOf(/** @type {Bass} */ bass, /** @type {number} */ begin) {
   return body;
 }
 
-// A function from a place of a string (m from the nut) to where it is drawn (px). Frets that are not shown are at the
-// edges.
+// Returns a function from a place on a string (m from the nut) to its drawn place (px). Hidden frets are at the edges.
 function placing() {
   const at = $("strings").getBoundingClientRect().left, body = part(".body").getBoundingClientRect();
   /** @type {NodeListOf<HTMLElement>} */
@@ -114,7 +113,7 @@ function placing() {
   };
 }
 
-// Measures where the neck is, once it was drawn again.
+// Measures the neck's place after it was redrawn.
 export function layOut() {
   const strings = chosenBass().strings.length, tall = part(".open").getBoundingClientRect().height;
   see.layOut(placing(), i => (strings - 0.5 - i) * tall);

@@ -1,4 +1,4 @@
-// What every part of the page uses: its elements, what the export told it, and the bass that is chosen.
+// Shared by all parts of the page: its elements, the export's data, and the chosen bass.
 
 /** @type {GetElement} */
 export const $ = /** @type {any} */ (document.getElementById.bind(document));
@@ -19,7 +19,7 @@ export const bassCalled = name => /** @type {Bass} */ (PAGE.basses.find(bass => 
 
 for (const bass of PAGE.basses) $("bass").add(new Option(bass.title, bass.name));
 
-// The bass that is chosen; the one before may still ring.
+// The chosen bass; the one before may still ring.
 export const chosenBass = () => bassCalled($("bass").value);
 
 // Chooses another bass, as by hand.
@@ -52,7 +52,7 @@ export function setPressed(/** @type {Element} */ button, /** @type {boolean} */
   button.setAttribute("aria-pressed", String(on));
 }
 
-// Saves a file as the browser saves downloads.
+// Saves a file as a download.
 export function save(/** @type {Blob} */ blob, /** @type {string} */ name) {
   const link = make("a", {href: URL.createObjectURL(blob), download: name});
   link.click();

@@ -1,5 +1,5 @@
-// What plays: an audio thread of this browser. It is sent notes and changes, told which bass to play, and tells what it
-// does by events (tools/js/page.d.ts lists them as PlayerEvents).
+// The player: an audio thread in this browser. It receives notes, changes and the bass to play, and reports with events
+// (tools/js/page.d.ts lists them as PlayerEvents).
 import {read, workletAddress} from "./files.js";
 import {$, PAGE, say} from "./page.js";
 import {workshop} from "./workshop.js";
@@ -11,7 +11,7 @@ const FADES = 60; // ms
 export class WorkletPlayer {
   constructor() {
     this.ready = false; // it can begin to play
-    this.sounding = false; // it plays for somebody who wants to hear it
+    this.sounding = false; // somebody wants to hear it
     /** @type {AudioContext} */
     this.context = /** @type {any} */ (undefined);
     /** @type {AudioWorkletNode} */
@@ -20,7 +20,7 @@ export class WorkletPlayer {
     this.analyser = undefined;
     /** @type {Float64Array | undefined} */
     this.response = undefined; // the player's own impulse response at the context's rate; undefined: the bass's
-    this.fileOf = (/** @type {string} */ name) => read(`basses/${name}.lbass`); // the bench puts its own here
+    this.fileOf = (/** @type {string} */ name) => read(`basses/${name}.lbass`); // the bench replaces this
     this.began = 0; // frame of the context at which the audio thread began
     this.playing = ""; // the name of the bass that plays
     /** @type {Map<number, string>} */
@@ -34,18 +34,18 @@ export class WorkletPlayer {
     /** @type {Promise<void> | undefined} */
     this.starting = undefined;
     /** @type {Map<number, () => void>} */
-    this.copied = new Map(); // what to call when the audio thread has a bass
+    this.copied = new Map(); // functions to call when the audio thread has a bass
     /** @type {((data: any) => void) | undefined} */
     this.recalled = undefined;
     /** @type {number | undefined} */
     this.heard = undefined; // the address of the bass that plays
-    this.changes = 0; // of the playing, that the page has asked the audio thread for
+    this.changes = 0; // of the playing, requested from the audio thread
     /** @type {Map<string, Function[]>} */
     this.listeners = new Map();
   }
 
   /**
-   * Calls `listener` whenever this happens; listeners are called in the order in which they came.
+   * Calls `listener` on every event of this kind; listeners are called in the order they were added.
    * @template {keyof PlayerEvents} Kind
    * @param {Kind} kind
    * @param {(...told: PlayerEvents[Kind]) => void} listener
@@ -61,7 +61,8 @@ export class WorkletPlayer {
 
   // --- start and stop ---
 
-  // Does all that can be done before somebody asks for sound: browsers let a context be made then, but not run.
+  // Prepares everything possible before somebody asks for sound: until then browsers allow a context, but do not run
+  // it.
   load() {
     this.loading = this.prepareAll();
     this.loading.catch(() => { this.loading = undefined; });
@@ -70,8 +71,8 @@ export class WorkletPlayer {
 
   async prepareAll() {
     const context = this.context = new AudioContext({latencyHint: "interactive"});
-    context.suspend().catch(() => {}); // where it may run at once
-    context.onstatechange = () => { // a call came, say
+    context.suspend().catch(() => {}); // some browsers run it at once
+    context.onstatechange = () => { // for example, a phone call came
       if (this.sounding && context.state !== "running") this.silence();
     };
     this.wasm = await read("livebass.wasm");
@@ -81,8 +82,8 @@ export class WorkletPlayer {
     this.ready = true;
   }
 
-  // Makes all that plays, whether or not somebody wants to hear it. Browsers that keep the audio thread waiting for
-  // that wish go on from where they stand once it comes.
+  // Builds the player, whether or not somebody wants to hear it. Browsers that hold the audio thread back until then
+  // continue when somebody does.
   start() {
     this.starting ||= this.begin().catch(error => {
       this.starting = undefined;
@@ -104,8 +105,8 @@ export class WorkletPlayer {
     await this.put();
   }
 
-  // Starts, or goes on. Browsers let a context run only where a key, a button or a finger's end just asked for it:
-  // resume() waits for that, so every call asks again, at once.
+  // Starts or resumes. Browsers run a context only right after a key, a button or the end of a touch: resume() waits
+  // for that, so every call asks again, at once.
   async sound() {
     await Promise.all([this.start(), this.context.resume()]);
     if (this.sounding) return; // another call came first
@@ -128,7 +129,7 @@ export class WorkletPlayer {
   }
 
   /**
-   * A node that plays; with a `score` of [frame, status, data, data] and a `bass` at once, for offline contexts.
+   * Makes a playing node; offline, with a `score` of [frame, status, data, data] and a `bass` from the start.
    * @param {BaseAudioContext} context
    * @param {{channels?: number, score?: number[][], bass?: Built}} more
    */
@@ -142,7 +143,7 @@ export class WorkletPlayer {
 
   // --- basses ---
 
-  // Plays a bass, by its name, as soon as it is built.
+  // Plays a bass, by name, as soon as it is built.
   choose(/** @type {string} */ name) {
     if (this.ready) this.prepare(name);
     return this.node ? this.put() : undefined;
@@ -168,7 +169,7 @@ export class WorkletPlayer {
     return this.next;
   }
 
-  // Hands the bass that was prepared to the audio thread, once it is built; returns when it is there.
+  // Hands the prepared bass to the audio thread, once it is built; returns when it has arrived.
   async put() {
     const wanted = this.next;
     if (!wanted) return;
@@ -186,8 +187,8 @@ export class WorkletPlayer {
 
   // --- playing ---
 
-  // The frame of the audio that is computed at `time` (ms, as events have it), late enough for all to be as late.
-  // Undefined, at once, if the browser tells no time or, after a pause, one from before.
+  // The audio frame for an event at `time` (ms, as in events), delayed enough to give all events the same latency.
+  // Undefined, for at once, if the browser reports no time or, after a pause, an old one.
   frameAt(/** @type {number} */ time) {
     const {context} = this, {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
     if (!performanceTime) return undefined;
@@ -196,7 +197,7 @@ export class WorkletPlayer {
     return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
   }
 
-  // The frame that is heard now; browsers without a time for it hear what was computed last.
+  // The frame heard now; in browsers that report no time, the frame computed last.
   heardFrame() {
     const {context} = this, {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
     const time = performanceTime ? contextTime + (performance.now() - performanceTime) / 1000 : context.currentTime;
@@ -204,7 +205,7 @@ export class WorkletPlayer {
   }
 
   /**
-   * Sends a MIDI message. While nothing sounds, nothing is kept for later. A note may be meant for one string.
+   * Sends a MIDI message. Nothing is kept for later while the sound is off. A note may be meant for one string.
    * @param {number} time
    * @param {number[]} midi
    * @param {number | undefined} string
@@ -216,23 +217,23 @@ export class WorkletPlayer {
     this.node.port.postMessage({midi, string, frame});
   }
 
-  // Changes how the bass plays. The audio thread tells how it plays once it has carried out all changes.
+  // Changes the playing. The audio thread reports the playing once it has carried out all changes.
   change(/** @type {object} */ message) { this.node?.port.postMessage({...message, change: ++this.changes}); }
 
-  // Changes how the bass plays by a MIDI message, now; or by a controller on every channel.
+  // Changes the playing now, with a MIDI message; or with a controller on every channel.
   changeBy(/** @type {number[]} */ midi) { this.change({midi, frame: this.frameAt(performance.now())}); }
   changeEverywhere(/** @type {number[]} */ everywhere) {
     this.change({everywhere, frame: this.frameAt(performance.now())});
   }
 
-  // Tells the audio thread whether somebody looks, and gives back a buffer of what it saw.
+  // Tells the audio thread whether somebody watches; gives back one of its buffers.
   see(/** @type {boolean} */ seeing) { this.node?.port.postMessage({seeing}); }
   giveBack(/** @type {ArrayBuffer | undefined} */ spare) { if (spare) this.node?.port.postMessage({spare}, [spare]); }
 
-  // Begins to record, or ends it.
+  // Starts or stops recording.
   record(/** @type {boolean} */ on) { this.node.port.postMessage({record: on}); }
 
-  // What a string was handed since it was still: {recalled, bass}.
+  // Asks for all that a string received since it was still: {recalled, bass}.
   recall(/** @type {number} */ string) {
     return new Promise(done => {
       this.recalled = done;
@@ -240,7 +241,7 @@ export class WorkletPlayer {
     });
   }
 
-  // Takes a message of the audio thread.
+  // Takes a message from the audio thread.
   hear(/** @type {any} */ data) {
     const chosen = $("bass").value;
     if (data.copied || data.faded) this.hearBass(data);
@@ -265,7 +266,7 @@ export class WorkletPlayer {
     }
   }
 
-  // A bass got to the audio thread, or is silent there: its memory can be used again.
+  // A bass has reached the audio thread, or is silent there: its memory can be reused.
   hearBass(/** @type {{copied?: number, faded?: number}} */ {copied, faded}) {
     const there = /** @type {number} */ (copied || faded);
     this.copied.get(there)?.();

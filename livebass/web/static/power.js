@@ -12,6 +12,6 @@ player.on("sounds", showPower);
 player.on("silent", showPower);
 player.on("stopped", () => say(""));
 player.on("plays", name => say(`${bassCalled(name).title} plays.`));
-$("power").onclick = () => { // what goes wrong is said where it happens
+$("power").onclick = () => { // errors are reported where they happen
   (player.sounding ? player.stop() : player.sound()).catch(() => {});
 };

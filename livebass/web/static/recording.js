@@ -1,4 +1,4 @@
-// A recording of what is heard, as a WAV file.
+// Records the sound as a WAV file.
 import {$, save, say, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {wavOf} from "./song.js";

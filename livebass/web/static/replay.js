@@ -1,16 +1,16 @@
-// The last note again: its motion, made from what its string was handed, shown slowly and kept as a picture or a clip.
+// Replays the last note: its motion, repeated from its string's events, shown slowly and saved as a picture or a clip.
 import {$, PAGE, chosenBass, make, save, say} from "./page.js";
 import {player} from "./player.js";
 import {state} from "./state.js";
 import {enlarge, see} from "./view.js";
 import {workshop} from "./workshop.js";
 
-export const BEFORE = 0.005; // s that are shown before the release ...
+export const BEFORE = 0.005; // s shown before the release ...
 export const AFTER = 0.1; // ... and after it
 const POSTER = {width: 1600, height: 1000}; // px
 const CLIP = {rate: 30, shortest: 3, longest: 12}; // pictures a second; s
 
-// Asks the audio thread what the string was handed, and has the worker make its motion again from that.
+// Asks the audio thread for the string's events; the worker repeats the motion from them.
 async function showAgain() {
   const {recalled, bass} = await player.recall(see.note.string);
   if (!recalled) {
@@ -23,7 +23,7 @@ async function showAgain() {
   showSlowly(await workshop.ask({recalled, file: copy, ...how}, [copy, recalled.told]));
 }
 
-// Shows a motion that the worker made, slowly, from its beginning.
+// Shows a motion from the worker slowly, from its beginning.
 export function showSlowly(/** @type {Motion} */ made) {
   if (!see.replay) state.usualZoom = see.zoom;
   const {length} = see.show(made);
@@ -40,7 +40,7 @@ function setButtons(/** @type {boolean} */ on) {
   $("now").hidden = !on;
 }
 
-// Goes on by the time since the last picture, at the speed that was chosen; at the end it stays.
+// Advances by the time since the last picture, at the chosen speed; stops at the end.
 export function goOn(/** @type {number} */ now) {
   if (state.rolling && see.replay) {
     const frames = (now - state.lastLook) / 1000 * player.context.sampleRate / slowness();
@@ -91,7 +91,7 @@ function savePicture() {
   sheet.toBlob(blob => { if (blob) save(blob, fileName("png")); });
 }
 
-// Records the note from its beginning to its end, at the speed that was chosen or, if that would take too long, faster.
+// Records the note from beginning to end, at the chosen speed or, if that would take too long, faster.
 async function saveClip() {
   const {replay} = see, sheet = make("canvas", POSTER);
   const kind = ["video/mp4", "video/webm"].find(type => MediaRecorder.isTypeSupported(type));

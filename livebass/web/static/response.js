@@ -1,4 +1,4 @@
-// The player's own impulse response of a cabinet, from an audio file.
+// The player's own cabinet impulse response, from an audio file.
 import {$, isPressed, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {state} from "./state.js";
@@ -9,7 +9,7 @@ const LONGEST = 1; // s
 const SILENT = "has no sound that can be played";
 
 /**
- * Reads the impulse response in an audio file, at the browser's rate: its first channel that is not silent.
+ * Reads an impulse response from an audio file, at the browser's rate: the first channel that is not silent.
  * @param {File} file
  * @returns {Promise<ResponseFile>}
  */
@@ -24,7 +24,7 @@ async function readResponse(file) {
   return {name: file.name, samples: Float64Array.from(channels[channel]), channels: channels.length, channel};
 }
 
-// The response, cut, as loud as the bass is without it or, by the button, as the file has it.
+// Cuts the response; the bass stays as loud as without it or, with the button, gets the file's level.
 async function cut(/** @type {ResponseFile} */ {samples}) {
   const rate = player.context.sampleRate;
   /** @type {Float64Array} */
@@ -41,7 +41,7 @@ function textOf(/** @type {ResponseFile} */ {name, channels, channel}) {
   return `Through ${name}: ${channels} channels; ${which} is played.`;
 }
 
-// Builds the bass with the impulse response of an audio file, or without one of the player's own.
+// Builds the bass with an audio file's impulse response, or without one of the player's own.
 async function takeResponse(/** @type {ResponseFile | undefined} */ from) {
   player.response = from && await cut(from);
   state.responseFile = from;

@@ -1,5 +1,5 @@
-// Events in the order in which they are played, each note with its end, as livebass/score/score.py cleans them; and low
-// keys that are notes, as livebass/score/low_keys.py tells them from key switches.
+// Events in playing order, each note with its end, cleaned as in livebass/score/score.py; and low keys that are notes,
+// distinguished from key switches as in livebass/score/low_keys.py.
 import {isNote, keyOf, roundedToEven} from "./lines.js";
 import {RULE} from "./rule.js";
 import {NOTE_OFF, NOTE_ON, listOf} from "./smf.js";
@@ -7,7 +7,7 @@ import {NOTE_OFF, NOTE_ON, listOf} from "./smf.js";
 const noteOffOf = (line, channel, a, frame, b) =>
   ({tick: 0, frame, track: 0, port: 0, line, kind: NOTE_OFF, channel, a, b});
 
-// The events with exactly one note-off for each note; at one frame, controllers come first and note-ons last.
+// Returns the events with exactly one note-off per note; in each frame, controllers come first and note-ons last.
 export function cleaned(events, end, rate) {
   const strokes = new Map(), clean = [], brief = Math.max(1, roundedToEven(RULE.brief * rate));
   for (const event of events) {
@@ -22,7 +22,7 @@ export function cleaned(events, end, rate) {
   return clean.sort((a, b) => a.frame - b.frame || rank(a) - rank(b));
 }
 
-// The note-ons and the velocities of note-offs of one key, by frame: {frame, ons, offs}.
+// One key's note-ons and note-off velocities, by frame: {frame, ons, offs}.
 function momentsOf(strokes) {
   /** @type {{frame: number, ons: number, offs: number[]}[]} */
   const moments = [];
@@ -35,8 +35,8 @@ function momentsOf(strokes) {
   return moments;
 }
 
-// [frame, release velocity] at which the notes of one key end. A note-off ends the oldest note held, unless the key was
-// struck again since and another note-off is to come.
+// The [frame, release velocity] of the ends of one key's notes. A note-off ends the oldest held note, unless the key
+// was struck again since and another note-off follows.
 function noteEnds(strokes, end, brief) {
   const moments = momentsOf(strokes), ends = [];
   let held = 0, struck = 0;
@@ -61,7 +61,7 @@ function noteEnds(strokes, end, brief) {
   return ends;
 }
 
-// The events of a take as they are, and at frame `end` a note-off for each key that is still down.
+// A take's events unchanged, with a note-off at frame `end` for each key still down.
 export function endedTake(events, end) {
   const down = new Set(), at = Math.max(end, events.at(-1)?.frame || 0);
   for (const {kind, channel, a} of events) {
@@ -72,7 +72,7 @@ export function endedTake(events, end) {
   return [...events, ...offs.map(([channel, a]) => noteOffOf(channel, channel, a, at, RULE.release))];
 }
 
-// The events with a channel for each line: its own, or a free one if another line has that.
+// The events with one channel per line: its own, or a free one if another line has it.
 export function onChannels(events, {lines, zone}) {
   const channels = new Map(), all = Array.from({length: RULE.channels}, (_, channel) => channel);
   const order = [...new Set(events.map(event => event.line))].sort((a, b) => zone.has(b) - zone.has(a) || a - b);
@@ -91,8 +91,8 @@ export const middleOf = values => {
   return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 };
 
-// The events of a foreign file with the low keys that would switch on `bass`, {range, switches}, moved up by octaves, if
-// they are notes; or the same array.
+// Moves a foreign file's low keys, which would switch on `bass`, {range, switches}, up by octaves, if they are notes;
+// else returns the same array of events.
 export function withLowNotes(events, bass, rate) {
   const [lowest] = bass.range, switches = new Set(bass.switches);
   if (!areNotes(strokesOf(events), lowest, switches, rate)) return events;
@@ -103,7 +103,7 @@ export function withLowNotes(events, bass, rate) {
   });
 }
 
-// {begin, end, key} of each note, by its first frame; they end at `end` if nothing else ends them.
+// {begin, end, key} of each note, by first frame; without a note-off a note ends with the last event.
 function strokesOf(events) {
   const begun = new Map(), found = [], last = events.at(-1)?.frame || 0;
   for (const {kind, channel, a, frame} of events) {
@@ -118,7 +118,7 @@ function strokesOf(events) {
   return found.sort((a, b) => a.begin - b.begin || a.end - b.end || a.key - b.key);
 }
 
-// How many of the sorted `values` are less than `value`, or no more than it.
+// How many of the sorted `values` are less than `value`, or with `orSame` equal to it.
 function countBelow(values, value, orSame) {
   let from = 0, to = values.length;
   while (from < to) {
@@ -129,7 +129,7 @@ function countBelow(values, value, orSame) {
   return from;
 }
 
-// True if most low keys that switch look like notes: as long as the others, and each alone.
+// True if most low switch keys look like notes: as long as the others, and each alone.
 function areNotes(strokes, lowest, switches, rate) {
   const low = strokes.filter(({key}) => key >= RULE.low.deepest && key < lowest && switches.has(key));
   const others = strokes.filter(({key}) => !switches.has(key) || key >= lowest);

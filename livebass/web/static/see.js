@@ -1,20 +1,20 @@
-// Draws what the strings do: their shapes from their modes, and the frets that they hit. Pictures follow the sound
-// that is heard, not the sound that is computed. Without a sound nothing is drawn again.
+// Draws the strings: their shapes from their modes, and the frets that they hit. Pictures follow the sound that is
+// heard, not the sound that is computed. Without sound nothing is redrawn.
 const POINTS = 160; // steps of a drawn string
-const MOST_SIGHTS = 8; // that wait for their sound
-const NOTE_SPAN = 80; // ms of the picture of the last note
+const MOST_SIGHTS = 8; // waiting for their sound
+const NOTE_SPAN = 80; // ms in the last note's picture
 /** @type {[number, string][]} */
 const MARKS = [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]]; // of the spectrum
 const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum
-const FULL_SPEED = 4; // m/s of a string that hits a fret as hard as is drawn
-const FADE = 0.86; // of a flash from one picture to the next, 60 a second
-const HELD_FLASH = 300; // ms that a flash stays where motion is not wanted
-const LANE_PART = 0.48; // of the way to the next string, that a string is drawn away from its place
-const NARROW = 280; // px of a spectrum that has no room for all its names
-const SOME = 48; // frames from one shape to the next that is measured
+const FULL_SPEED = 4; // m/s of a string whose hit is drawn at full strength
+const FADE = 0.86; // of a flash from one picture to the next, at 60 per second
+const HELD_FLASH = 300; // ms that a flash stays if motion is not wanted
+const LANE_PART = 0.48; // of the distance to the next string: a string's greatest drawn displacement
+const NARROW = 280; // px, the width of a spectrum without room for all names
+const SOME = 48; // frames between measured shapes
 const MM = 1e-3;
 
-// The fundamental (Hz) of a sound, by McLeod's normalised square difference over the last samples; undefined: there is none.
+// A sound's fundamental (Hz), by McLeod's normalised square difference over the last samples; undefined: none.
 export function pitchOf(sound, rate) {
   const every = Math.max(1, Math.round(rate / 12000)), n = Math.floor(sound.length / every), x = new Float32Array(n);
   for (let k = 0; k < n; k++) {
@@ -47,7 +47,7 @@ export function pitchOf(sound, rate) {
 
 export class See {
   // `canvases`: neck, side, note, spectrum; `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out; `told` is
-  // called with a line for who cannot see, half a second after a note.
+  // called half a second after a note, with a line for people who cannot see.
   constructor(canvases, records, told) {
     /** @type {Record<string, HTMLCanvasElement>} */
     this.canvases = canvases;
@@ -66,7 +66,7 @@ export class See {
     /** @type {Bass} */
     this.bass = /** @type {any} */ (undefined);
     /** @type {DataView<ArrayBuffer> | undefined} */
-    this.view = undefined; // of the sight that is drawn
+    this.view = undefined; // of the drawn sight
     /** @type {Replay | undefined} */
     this.replay = undefined;
     /** @type {(place: number) => number} */
@@ -76,9 +76,9 @@ export class See {
     /** @type {{frame: number, buffer: ArrayBuffer}[]} */
     this.sights = []; // the oldest first
     /** @type {Hit[]} */
-    this.waiting = []; // contacts that are not heard yet
+    this.waiting = []; // contacts not heard yet
     /** @type {{string: number, fret: number, frame: number}[]} */
-    this.plucks = []; // notes that are not heard yet
+    this.plucks = []; // notes not heard yet
     /** @type {Map<string, {bright: number, since: number}>} */
     this.flashes = new Map(); // by "string fret"
     /** @type {SeenNote} */
@@ -88,7 +88,7 @@ export class See {
     this.parts = {neck, side, note}; // of a poster
     this.bins = new Float32Array(0); // of the spectrum
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
-    this.needed = true; // something must be drawn again
+    this.needed = true; // something must be redrawn
   }
 
   // Takes the strings, frets and pickups of another bass.
@@ -101,7 +101,7 @@ export class See {
     this.needed = true;
   }
 
-  // Takes what the audio thread saw at a frame; returns a buffer that it can use again, or undefined.
+  // Takes a sight of the audio thread at a frame; returns a buffer that it can reuse, or undefined.
   take({sight, frame, contacts, notes}) {
     for (let k = 0; k < notes.length; k += 3)
       this.plucks.push({string: notes[k], fret: notes[k + 1], frame: notes[k + 2]});
@@ -111,14 +111,14 @@ export class See {
     return this.sights.length > MOST_SIGHTS ? this.sights.shift()?.buffer : undefined;
   }
 
-  // The number in a field of a slot (`index`) of the sight that is drawn.
+  // A field of slot `index` of a string in the drawn sight.
   read(string, index, name) {
     if (!this.view) return 0;
     const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes + this.slot.fields[name][0];
     return this.slot.fields[name][1] === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
   }
 
-  // Calls draw({string, fret, length, u}) for each part of a string that sounds; u: m, (POINTS + 1), stop to saddle.
+  // Calls draw({string, fret, length, u}) for each sounding part of a string; u: m, (POINTS + 1), stop to saddle.
   eachString(draw) {
     if (this.replay) {
       const {rows, slots, at, string} = this.replay, k = Math.floor(at), [length, stop, fret] = slots.subarray(3 * k, 3 * k + 3);
@@ -137,7 +137,7 @@ export class See {
       }
   }
 
-  // u (m) of amplitudes `q` on a string of `length` m whose stop stands at `stop` m.
+  // u (m) from amplitudes `q` on a string of `length` m with its stop at `stop` m.
   shapeOf(q, modes, length, stop) {
     const scale = Math.sqrt(2 / length), {seen, sines, shape} = this;
     for (let k = 0; k <= POINTS; k++) {
@@ -150,8 +150,8 @@ export class See {
 
   // --- time ---
 
-  // Goes on to the frame that is heard now: the newest sight of it, the contacts until then. Returns the buffer of the
-  // sight before, which can be used again, or undefined.
+  // Advances to the frame heard now: its newest sight, the contacts until then. Returns the previous sight's buffer for
+  // reuse, or undefined.
   follow(frame, now) {
     let newest;
     const before = this.view?.buffer;
@@ -179,7 +179,7 @@ export class See {
     this.needed = true;
   }
 
-  // Flashes fade; where motion is not wanted they stay for a moment, and go.
+  // Fades the flashes; if motion is not wanted, they stay for a moment and disappear.
   fade(now) {
     for (const [key, flash] of this.flashes) {
       if (this.still.matches ? now - flash.since > HELD_FLASH : (flash.bright *= FADE) < 0.04) this.flashes.delete(key);
@@ -187,7 +187,7 @@ export class See {
     }
   }
 
-  // Says what the last note did, for who cannot see it.
+  // Describes the last note for people who cannot see it.
   tell() {
     this.note.said = true;
     const {contacts, string} = this.note, name = this.bass.strings[string].name;
@@ -197,9 +197,9 @@ export class See {
     return this.told(`${name} string: ${contacts.length} contact${contacts.length > 1 ? "s" : ""}, ${where} hit hardest.`);
   }
 
-  // --- the last note again ---
+  // --- replay of the last note ---
 
-  // Shows what `Engine.again` made, from its first frame on.
+  // Shows a motion made by `Engine.again`, from its first frame on.
   show(made) {
     /** @type {Hit[]} */
     const hits = [];
@@ -215,7 +215,7 @@ export class See {
     return replay;
   }
 
-  // Goes to frame `at` of the replay; what was hit on the way flashes.
+  // Goes to frame `at` of the replay; contacts on the way flash.
   goTo(at, now) {
     const r = this.replay, before = r?.at || 0;
     if (!r) return;
@@ -228,7 +228,7 @@ export class See {
     this.needed = true;
   }
 
-  // ms after the release, of the moment that is shown.
+  // The shown moment, ms after the release.
   get moment() { return this.replay ? 1000 * (this.replay.first + this.replay.at - this.replay.frame) / this.rate : 0; }
 
   leave() {
@@ -245,8 +245,8 @@ export class See {
             string: of("string"), shade: of("string-shade"), flash: of("flash")};
   }
 
-  // The context of a canvas as large as it is shown, cleared: [context, width, height, device pixels a pixel, and those
-  // of a pixel that grows with the page's text].
+  // A canvas's context, cleared, at its shown size: [context, width, height, device pixels per pixel, and per pixel
+  // that grows with the page's text].
   sheet(canvas) {
     const shown = canvas.isConnected, dpr = shown ? Math.min(2, devicePixelRatio || 1) : 2;
     const w = shown ? Math.max(1, Math.round(canvas.clientWidth * dpr)) : canvas.width;
@@ -257,15 +257,15 @@ export class See {
     return [g, w, h, dpr, shown ? dpr * parseFloat(getComputedStyle(document.documentElement).fontSize) / 16 : dpr];
   }
 
-  // Takes where the neck is: `place` maps a string's place (m from the nut) to CSS pixels, `lane` a string to the middle
-  // of its lane.
+  // Sets the neck's layout: `place` maps a place on a string (m from the nut) to CSS pixels, `lane` a string to the
+  // middle of its lane.
   layOut(place, lane) {
     this.place = place;
     this.lane = lane;
     this.needed = true;
   }
 
-  // Draws all pictures that are shown.
+  // Draws all visible pictures.
   draw(analyser) {
     if (!this.needed || !this.bass) return;
     this.needed = false;
@@ -277,7 +277,7 @@ export class See {
     if (analyser && shown(this.canvases.spectrum)) this.drawSpectrum(colour, analyser);
   }
 
-  // Draws neck, side and last note into a canvas of its own, with a line of text above: a picture to keep.
+  // Draws neck, side and last note into `canvas`, with a line of text above: a picture to save.
   poster(canvas, title) {
     const g = canvas.getContext("2d"), [w, h] = [canvas.width, canvas.height], colour = this.colours(), edge = w / 40;
     const {neck, side, note} = this.parts, of = this.canvases, tall = (h - 5 * edge) / 2;
@@ -306,7 +306,7 @@ export class See {
     }
   }
 
-  // The board with frets or without, and the pickups beyond it, as the page has them behind its strings.
+  // Draws the board, with or without frets, and the pickups beyond it, as behind the page's strings.
   drawBoard(g, left, top, width, height, place, {frets, length}) {
     const end = place(frets.at(-1) + 0.008);
     g.fillStyle = "#5d1c0c";
@@ -325,13 +325,13 @@ export class See {
     }
   }
 
-  // px from a string to the next one; on a neck of one string all `height` there is.
+  // px from one string to the next; with a single string, the whole `height`.
   gap(lane, height) {
     const many = this.bass.strings.length;
     return Math.abs(lane(0) - lane(many - 1)) / Math.max(1, many - 1) || height;
   }
 
-  // By how much the motion that is shown slowly can be enlarged on the neck, that it stays within its lane.
+  // The greatest zoom on the neck that keeps the slow motion within its lane.
   mostZoom() {
     if (!this.replay) return this.zoom;
     const {place, lane} = this, {rows, slots, length, string} = this.replay, scale = this.bass.strings[string].length;
@@ -341,7 +341,7 @@ export class See {
     return LANE_PART * this.gap(lane, this.canvases.neck.clientHeight) / (most * (place(scale) - place(0)) / scale);
   }
 
-  // Strings and flashes, over the board that the page has behind them.
+  // Draws strings and flashes over the page's board.
   drawNeck(colour, place, lane) {
     const [g, , h, dpr] = this.sheet(this.canvases.neck), {strings} = this.bass;
     const gap = this.gap(lane, h / dpr);
@@ -381,13 +381,13 @@ export class See {
     });
   }
 
-  // Where a contact is, m from the nut: at a fret, or at a place of a board.
+  // A contact's place, m from the nut: at a fret, or anywhere on a board.
   placeOf(string, fret) {
     const {frets} = this.bass.strings[string];
     return this.bass.fretless ? fret : frets[fret - 1];
   }
 
-  // The last string from the side over its crowns; an axis in mm.
+  // Draws the last string from the side over its crowns, with an axis in mm.
   drawSide(colour) {
     const [g, w, h, , px] = this.sheet(this.canvases.side), {string} = this.note, s = this.bass.strings[string];
     const below = Math.min(-1 * MM, ...s.heights) - 0.4 * MM, above = 4 * MM, left = 42 * px;
@@ -446,7 +446,7 @@ export class See {
     g.stroke();
   }
 
-  // What the last note hit, from its release on: time to the right, frets upwards.
+  // Draws the last note's hits from its release on: time to the right, frets upwards.
   drawNote(colour) {
     const [g, w, h, , px] = this.sheet(this.canvases.note), {string, frame, contacts} = this.note;
     const s = this.bass.strings[string], left = 30 * px, foot = 18 * px, count = s.frets.length;

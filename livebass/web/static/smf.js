@@ -1,5 +1,5 @@
-// Standard MIDI Files, as livebass/smf.py reads them: from bytes to messages with ticks. Damage that does not matter is
-// read with a warning; any other is an Error with track and byte.
+// Reads Standard MIDI Files as livebass/smf.py does: from bytes to messages with ticks. Harmless damage gives a
+// warning; other damage is an Error with track and byte.
 import {decodeTexts, shownName} from "./names.js";
 import {RULE} from "./rule.js";
 
@@ -12,7 +12,7 @@ export const PROGRAM = 0xc0;
 const PRESSURE = 0xd0;
 const NO_CHANNEL = -1;
 
-// The list that a Map has for a key; a new one if it has none.
+// A Map's list for a key; a new one if it has none.
 export function listOf(map, key) {
   if (!map.has(key)) map.set(key, []);
   return map.get(key);
@@ -23,7 +23,7 @@ export const plural = count => count > 1 ? "s" : "";
 // True if `word` stands at `at`.
 const standsAt = (data, word, at) => [...word].every((letter, k) => data[at + k] === letter.charCodeAt(0));
 
-// Where `word` stands first, wholly from `from` to `to`; -1: nowhere.
+// The first place of `word` that lies entirely from `from` to `to`; -1: nowhere.
 function findWord(data, word, from, to = data.length) {
   for (let at = from; (at = data.indexOf(word.charCodeAt(0), at)) >= 0 && at + word.length <= to; at++)
     if (standsAt(data, word, at)) return at;
@@ -32,7 +32,7 @@ function findWord(data, word, from, to = data.length) {
 
 const bigEndian = bytes => bytes.reduce((value, byte) => value * 256 + byte, 0);
 
-// True if a chunk may begin at `at`: a track, or four printable characters and a length that the file has.
+// True if a chunk may begin at `at`: a track, or four printable characters and a length that fits the file.
 function isChunk(data, at) {
   if (standsAt(data, "MTrk", at)) return true;
   const fits = at + CHUNK_HEAD <= data.length && at + CHUNK_HEAD + bigEndian(data.subarray(at + 4, at + CHUNK_HEAD)) <= data.length;
@@ -52,7 +52,7 @@ class ByteCursor {
     return new Error(`${this.place}, byte ${at}: ${what}`);
   }
 
-  // Moves past `count` bytes; returns where they begin. `what` they are is for the error.
+  // Moves past `count` bytes; returns their beginning. `what` names them in errors.
   skip(count, what) {
     if (this.at + count > this.end)
       throw this.fail(`${what} of ${count} bytes, ${this.end - this.at} left: the file is truncated or damaged`);
@@ -69,7 +69,7 @@ class ByteCursor {
     return this.data[this.skip(1, what)];
   }
 
-  // Reads a variable-length quantity, of at most 4 bytes.
+  // Reads a variable-length quantity of at most 4 bytes.
   number(what) {
     const start = this.at;
     for (let k = 0, value = 0; k < 4; k++) {
@@ -81,23 +81,23 @@ class ByteCursor {
   }
 }
 
-// What has been read of a track.
+// The contents of a track, as far as read.
 class SmfTrack {
   constructor(number) {
     this.number = number; // from 0
-    this.at = 0; // the byte behind what has been read
+    this.at = 0; // the next byte to read
     this.ended = false; // by its End of Track
-    this.tick = 0; // of what has been read last
+    this.tick = 0; // of the last event read
     this.port = 0;
     this.ports = new Set(); // that the track sets
     this.prefix = NO_CHANNEL;
     this.messages = []; // {tick, frame, track, port, line, kind, channel, a, b}; lines.js sets frame and line; no b: the
                         // message has one byte of data
     this.exclusive = []; // {tick, port, data}
-    this.tempos = []; // {tick, tempo}, us a quarter note
+    this.tempos = []; // {tick, tempo}, us per quarter note
     this.names = []; // {channel or NO_CHANNEL, kind of meta event, bytes}
     this.texts = [];
-    this.oddities = []; // [what, where {} is how many there are, and the byte]
+    this.oddities = []; // [text, with {} for their number, and the byte]
   }
 
   // Reads up to the End of Track, which may be missing.
@@ -166,11 +166,11 @@ class SmfTrack {
 const hexByte = byte => byte.toString(16).toUpperCase().padStart(2, "0");
 const byTick = lists => lists.length === 1 ? lists[0] : lists.flat().sort((a, b) => a.tick - b.tick);
 
-// The content of a Standard MIDI File, a Uint8Array. Ticks count from the start of the file.
+// The content of a Standard MIDI File, a Uint8Array. Ticks count from the file's start.
 export class Smf {
   constructor(data) {
-    this.warnings = []; // each a line about damage that did not matter
-    this.kind = this.count = 0; // of the file; how many tracks its header promises
+    this.warnings = []; // lines about harmless damage
+    this.kind = this.count = 0; // of the file; number of tracks in its header
     const file = this.readHeader(this.withoutRest(data)), odd = new Map(), tracks = this.readTracks(file, odd);
     this.warnOf(odd, tracks.length);
     const played = this.played(tracks);
@@ -178,12 +178,12 @@ export class Smf {
     this.tempos = byTick(played.map(track => track.tempos));
     this.exclusive = byTick(played.map(track => track.exclusive));
     this.endTick = played.reduce((end, track) => Math.max(end, track.tick), 0);
-    this.channelNames = new Map(); // by "track channel", both from 0, where a channel prefix says so
+    this.channelNames = new Map(); // by "track channel", both from 0, from channel prefixes
     this.texts = new Set(); // at tick 0, beside the names
     this.takeNames(played);
   }
 
-  // The file without what is around it: RIFF, or stray bytes before the header.
+  // The file without its surroundings: RIFF, or stray bytes before the header.
   withoutRest(data) {
     if (!data.length) throw new Error("the file is empty (0 bytes)");
     const inner = standsAt(data, "RIFF", 0) && standsAt(data, "RMID", 8) ? inRiff(data) : data;
@@ -193,7 +193,7 @@ export class Smf {
     return inner.subarray(start);
   }
 
-  // Reads the header; returns a cursor behind it.
+  // Reads the header; returns a cursor after it.
   readHeader(data) {
     const file = new ByteCursor(data, 4, data.length, "header"), size = bigEndian(file.take(4, "header length"));
     if (size < 6) throw new Error(`header, byte 4: header length ${size}, allowed: 6 or more`);
@@ -219,7 +219,7 @@ export class Smf {
     this.ticksPerSecond = [rate[0] * ticks, rate[1]];
   }
 
-  // Reads all tracks; `odd` takes the places of harmless oddities, by kind.
+  // Reads all tracks; `odd` collects the places of harmless oddities, by kind.
   readTracks(file, odd) {
     const tracks = [], behind = file.at;
     const note = (what, at) => listOf(odd, what).push(`${file.place}, byte ${at}`);
@@ -234,7 +234,8 @@ export class Smf {
     throw file.fail("no track chunk (MTrk) behind it: the file is damaged");
   }
 
-  // Moves to the next track chunk, past other chunks and stray bytes. False if there is none, or another file is first.
+  // Moves to the next track chunk, past other chunks and stray bytes. False if there is none, or another file comes
+  // first.
   seekTrack(file, number, note) {
     file.place = `track ${number} of ${Math.max(number, this.count)}`;
     const {data} = file;
@@ -262,7 +263,7 @@ export class Smf {
       this.warnings.push(`has ${tracks} tracks, not ${this.count} as its header says: plays all`);
   }
 
-  // The tracks to play: of patterns, which follow each other, the first with messages.
+  // The tracks to play; in a file of patterns, which follow each other, the first with messages.
   played(tracks) {
     if (this.kind !== 2 || tracks.length < 2) return tracks;
     const played = Math.max(0, tracks.findIndex(track => track.messages.length));
@@ -295,8 +296,8 @@ function inRiff(data) {
   throw new Error("RIFF file without a chunk of MIDI data: the file is truncated or damaged");
 }
 
-// Reads the track chunk at which `file` is, and leaves `file` behind it. A track ends with its chunk; where the chunk's
-// length cannot be right, at its End of Track, or where the next track begins.
+// Reads the track chunk at `file`'s place, and moves `file` past it. A track ends with its chunk or, if the chunk's
+// length cannot be right, at its End of Track or the next track's beginning.
 function readNextTrack(file, number) {
   const {data} = file, start = file.at + CHUNK_HEAD, end = start + bigEndian(data.subarray(start - 4, start));
   let track;
@@ -314,7 +315,7 @@ function readNextTrack(file, number) {
   return track;
 }
 
-// Reads a track from `start` whose chunk claims to reach to `end`, which cannot be right.
+// Reads a track from `start` whose chunk has a wrong end, `end`.
 function readToItsMark(file, start, end, number) {
   const {data} = file, following = findWord(data, "MTrk", start), limit = following >= 0 ? following : file.end;
   try {

@@ -1,18 +1,18 @@
-// A MIDI file on the page: its parts, which of them are the bass's, and their messages. The rule is that of
-// livebass/score/choosing.py and reading.py, so that the page plays what `livebass render` plays.
+// A MIDI file on the page: its parts, the bass's parts among them, and their messages. It follows
+// livebass/score/choosing.py and reading.py: the page plays the same as `livebass render`.
 import {Lines, isNote} from "./lines.js";
 import {isBass, isDrums, isOther} from "./names.js";
 import {RULE} from "./rule.js";
 import {cleaned, endedTake, middleOf, onChannels, withLowNotes} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
 
-const MOST_SONG = 4 << 20; // bytes of a file
-export const AUTO = "auto"; // what is chosen, among the parts that can be asked for
+const MOST_SONG = 4 << 20; // bytes in a file
+export const AUTO = "auto"; // the automatic choice, among the parts
 const NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass";
 const partKey = ({line, track}) => `${line} ${track}`;
 
-// The notes of a file by line and track, and which of them are chosen: {notes, why, elseWhy, alone, remark}. Those that
-// are `alone` are whole parts: others on their lines do not matter to them.
+// A file's notes by line and track, and the chosen ones: {notes, why, elseWhy, alone, remark}. `alone`: they are whole
+// parts; other parts on their lines do not matter.
 class Parts {
   constructor(smf, lines, notes) {
     this.smf = smf;
@@ -78,7 +78,7 @@ class Parts {
     return notes.every(note => note.drums);
   }
 
-  // True if notes without a program lie where a bass plays.
+  // True if notes without a program lie in a bass's range.
   isLow(notes) {
     const {lowest, highest, middle, most} = RULE.place, within = notes.filter(({note}) => note >= lowest && note <= highest);
     return notes.every(({program}) => program === undefined) && within.length >= most * notes.length &&
@@ -89,29 +89,29 @@ class Parts {
     return this.smf.channelNames.get(`${track} ${this.lines.lines[line].channel}`) || "";
   }
 
-  // The name of a note's part: its channel's, where the file names channels, or its track's.
+  // The name of a note's part: its channel's name, if the file has one, or its track's.
   nameOf(note) {
     return this.channelNameOf(note) || this.smf.names[note.track];
   }
 
-  // The name by which a part is called bass.
+  // The name that may call a part bass.
   bassName(note) {
     const name = this.nameOf(note), instrument = this.smf.instruments[note.track];
     return !isBass(name) && isBass(instrument) ? instrument : name;
   }
 
-  // True if a part is called bass: by its channel's name, or by that of a track in which it is `alone`.
+  // True if a part is called bass: by its channel's name, or by the name of a track in which it is `alone`.
   isCalledBass(note, alone) {
     return isBass(this.channelNameOf(note)) || (alone && isBass(this.bassName(note)));
   }
 
-  // The parts in the order of ports, channels and tracks. Keys in `switches` are no notes.
+  // The parts, sorted by port, channel and track. Keys in `switches` are not notes.
   listed(choice, switches) {
     const found = [...this.byKey.keys()].map(key => this.part(key, choice, switches));
     return found.sort((a, b) => a.port - b.port || a.channel - b.channel || a.track - b.track);
   }
 
-  // One part; numbers count from 1. How many of its notes are chosen, and why, by a `choice`.
+  // One part, with numbers from 1; how many of its notes a `choice` has, and why.
   part(key, choice = {notes: []}, switches = []) {
     const all = this.notesOf(key), keys = new Set(switches), notes = all.filter(({note}) => !keys.has(note));
     const places = choice.places ||= new Set(choice.notes.map(({place}) => place)), has = ({place}) => places.has(place);
@@ -126,7 +126,7 @@ class Parts {
     };
   }
 
-  // A part as a remark calls it.
+  // A part's description in a remark.
   told(key) {
     const {port, channel, name, drums, programs, notes, lowest, highest} = this.part(key);
     const kind = drums ? "drums" : programs.length ? `program ${programs.join(" ")}` : "no program";
@@ -136,7 +136,7 @@ class Parts {
 }
 
 export class Song {
-  // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz). Throws an Error with one line for what is none.
+  // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz). Throws an Error with one line for anything else.
   constructor(buffer, rate) {
     if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
     const smf = new Smf(new Uint8Array(buffer));
@@ -152,14 +152,15 @@ export class Song {
     this.length = end / rate; // s
   }
 
-  // What can be played on `bass`, {range, switches}: [value, text], first what is chosen where that is no part of the list.
+  // The choices on `bass`, {range, switches}: [value, text]; the automatic choice comes first if it is not a listed
+  // part.
   choices(bass) {
     const parts = this.partsOn(bass), played = parts.filter(part => part.chosen);
     const rows = parts.map(part => [this.isChoice(part) ? AUTO : part.key, rowOf(part)]);
     return played.length && !rows.some(([value]) => value === AUTO) ? [[AUTO, `All chosen: ${this.says()}`], ...rows] : rows;
   }
 
-  // The parts as they sound on `bass`: keys that switch are no notes.
+  // The parts as they sound on `bass`: switch keys are not notes.
   partsOn(bass) {
     const raised = !this.take && this.choice.notes.length && this.areLow(bass);
     return this.parts.listed(this.choice, raised ? [] : bass.switches);
@@ -170,13 +171,13 @@ export class Song {
     return withLowNotes(events, bass, this.rate) !== events;
   }
 
-  // True if all that is chosen is this part, wholly.
+  // True if the choice is exactly this whole part.
   isChoice({key}) {
     const {length} = this.parts.notesOf(key);
     return this.choice.notes.length === length && this.choice.notes.every(note => partKey(note) === key);
   }
 
-  // Which channels play, and why.
+  // Tells which channels play, and why.
   says() {
     const {notes, why} = this.choice;
     if (!notes.length) return `${NO_BASS}: choose a part`;
@@ -185,7 +186,7 @@ export class Song {
     return most ? `channels ${most} and ${channels.at(-1)} play (${why})` : `channel ${channels[0]} plays (${why})`;
   }
 
-  // The messages of what is asked for, a value of `choices`, on `bass` and without program changes: {frame, midi}.
+  // The messages of a value of `choices`, on `bass` and without program changes: {frame, midi}.
   messages(which, bass) {
     const choice = which === AUTO ? this.choice : {notes: this.parts.notesOf(which), alone: true};
     const sent = onChannels(this.chosenEvents(choice).filter(({kind}) => kind !== PROGRAM), this.lines);
@@ -193,11 +194,11 @@ export class Song {
     return played.map(({frame, kind, channel, a, b}) => ({frame, midi: b === undefined ? [kind | channel, a] : [kind | channel, a, b]}));
   }
 
-  // The events of the chosen notes and of their lines.
+  // The events of the chosen notes and their lines.
   chosenEvents({notes, alone = false}) {
     const {zone, events, end} = this.lines, chosen = new Set(notes.map(({line}) => line));
     const heard = new Set([...chosen, ...[...chosen].some(line => zone.has(line)) ? zone : []]); // controllers
-    if (alone && !this.take) { // other parts may share the line: their messages are not for these notes
+    if (alone && !this.take) { // other parts may share the line; their messages are not for these notes
       const keys = new Set(notes.map(partKey)), others = new Set([...this.parts.byKey.keys()].filter(key => !keys.has(key)));
       const own = events.filter(e => isNote(e) ? keys.has(partKey(e)) : heard.has(e.line) && !others.has(partKey(e)));
       return cleaned(own, end, this.rate);
@@ -216,7 +217,7 @@ function rowOf({port, channel, name, notes, switches, lowest, highest, why}) {
   return `${place}${name ? `, ${name}` : ""}: ${notes} note${notes === 1 ? "" : "s"}${keys}${range} (${why})`;
 }
 
-// 32 bits a sample, mono: a WAV file of blocks of Float32Array at a rate (Hz).
+// A mono WAV file, 32 bits per sample, of blocks of Float32Array at a rate (Hz).
 export function wavOf(blocks, rate) {
   const count = blocks.reduce((sum, block) => sum + block.length, 0), head = new DataView(new ArrayBuffer(58));
   const text = (at, name) => [...name].forEach((letter, k) => head.setUint8(at + k, letter.charCodeAt(0)));

@@ -1,13 +1,13 @@
-// A song from a MIDI file, which the bass of the page plays.
+// A song from a MIDI file, played on the page's bass.
 import {$, chosenBass, isPressed, say, setPressed} from "./page.js";
 import {PRESET, benches, takePreset} from "./benchview.js";
 import {player} from "./player.js";
 import {AUTO, Song} from "./song.js";
 import {state} from "./state.js";
 
-const AHEAD = 0.15, LOOK_EVERY = 30; // s of a song that are sent ahead; ms between looks
+const AHEAD = 0.15, LOOK_EVERY = 30; // s of a song sent ahead; ms between looks
 
-// Opens a MIDI file and chooses the part that is a bass.
+// Opens a MIDI file and chooses its bass part.
 export async function openSong(/** @type {File} */ file) {
   stopSong();
   const song = state.song = new Song(await file.arrayBuffer(), player.context.sampleRate);
@@ -19,13 +19,13 @@ export async function openSong(/** @type {File} */ file) {
   $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
 }
 
-// Opens a MIDI file, or a preset where there is a bench for it.
+// Opens a MIDI file, or a preset if there is a bench for it.
 function tryToOpen(/** @type {File} */ file) {
   if (PRESET.test(file.name) && benches.size) takePreset(file);
   else openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
 }
 
-// Lists the parts of the song for the bass that plays, whose key switches are no notes.
+// Lists the song's parts for the present bass; its key switches are not notes.
 export function showParts() {
   if (!state.song) return;
   const chosen = $("part").value;
@@ -34,7 +34,7 @@ export function showParts() {
   $("parts").hidden = $("part").options.length < 2;
 }
 
-// Plays the song, once the sound runs; whoever stops it or presses again before that hears nothing of it.
+// Plays the song once the sound runs; a stop or another press before that cancels it.
 async function rollSong() {
   /** @type {Roll} */
   const roll = state.rolls = {messages: [], sent: 0, from: 0};
@@ -57,7 +57,7 @@ function showRoll() {
   setPressed($("roll"), !!state.rolls);
 }
 
-// Takes the messages of the part that was chosen, from where the song is.
+// Takes the chosen part's messages, from the song's present place on.
 function takePart() {
   const {song, rolls} = state;
   putPart();
@@ -66,12 +66,12 @@ function takePart() {
   rolls.sent = rolls.messages.filter(({frame}) => frame < now).length;
 }
 
-// Puts the part on the bass that plays: low keys that switch on another may be notes on it. Its messages are as many.
+// Adapts the part to the present bass: switch keys of another may be notes on it. The number of messages stays.
 export function putPart() {
   if (state.song && state.rolls) state.rolls.messages = state.song.messages($("part").value, chosenBass());
 }
 
-// Sends what comes in the next moments; begins again at the end of a loop.
+// Sends the next moments' messages; starts again at the end of a loop.
 function sendSong() {
   const {song, rolls} = state;
   if (!song || !rolls) return;
@@ -91,7 +91,7 @@ function stopSong() {
   showRoll();
   if (rolls?.timer === undefined) return;
   clearInterval(rolls.timer);
-  setTimeout(() => player.change({panic: true}), 1000 * AHEAD); // what was sent ahead ends, too
+  setTimeout(() => player.change({panic: true}), 1000 * AHEAD); // also ends notes sent ahead
 }
 
 $("open").onclick = () => $("song-file").click();

@@ -1,4 +1,4 @@
-// How the bass is played: what plucks, and ways to play, each a button.
+// The playing techniques: strokes and ways to play, each a button.
 import {$, PAGE, chosenBass, make, setPressed} from "./page.js";
 import {showControl} from "./controls.js";
 import {player} from "./player.js";
@@ -6,11 +6,11 @@ import {state} from "./state.js";
 
 export const LONG_PRESS = 400; // ms
 
-// What plucks, by key switches
+// Strokes, by key switches
 export const STROKES = PAGE.buttons.filter(button => button.strikes)
   .map((stroke, k) => ({...stroke, button: chip("strokes", stroke.name, k + 1)}));
-// Ways to play, each by the value of a controller, or by the held key switch that MIDI has for it. A way is on while it
-// is latched, or held by a finger or a key; `told` is what the bass knows.
+// Ways to play, each set by a controller's value or a held key switch, as in MIDI. A way is on while it is latched, or
+// held by a finger or a key; `told` is its state in the bass.
 /** @type {Way[]} */
 export const WAYS = PAGE.buttons.filter(button => !button.strikes).map((way, k) => ({
   ...way, button: chip("ways", way.name, (k + STROKES.length + 1) % 10), holds: new Set(), latched: false, told: false,
@@ -27,7 +27,7 @@ function chip(place, name, digit) {
 
 export const isOn = (/** @type {Way} */ way) => way.latched || way.holds.size > 0;
 
-// The number of a technique's controller, or else of its key; undefined where the key map of the bass has none.
+// The number of a technique's controller, or else of its key; undefined if the bass's key map has none.
 export function numberOf(/** @type {PlayButton} */ {symbol, value}) {
   const {keys, controllers} = chosenBass();
   return value ? controllers[symbol] : keys[symbol];
@@ -35,7 +35,7 @@ export function numberOf(/** @type {PlayButton} */ {symbol, value}) {
 
 // --- ways ---
 
-// Tells the bass whether a way is on, if that is news and it can hear.
+// Tells the bass whether a way is on, if that has changed and the bass can take it.
 function tellWay(/** @type {Way} */ way) {
   const on = isOn(way), number = numberOf(way);
   if (on === way.told || !player.sounding || number === undefined) return;
@@ -96,14 +96,14 @@ export function pluckWith(/** @type {Stroke} */ chosen) {
 
 const strokeOf = (/** @type {string | undefined} */ symbol) => STROKES.find(one => one.symbol === symbol);
 
-// A bass begins with a stroke of its own.
+// A bass begins with its own stroke.
 export function takeOwnStroke(/** @type {Bass} */ bass) {
   showStroke(strokeOf(bass.stroke));
   state.toldStroke = state.stroke;
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
 }
 
-// A bass that was built again begins with its own stroke: tells it the player's.
+// A rebuilt bass begins with its own stroke: tells it the player's.
 function keepStroke() {
   const own = strokeOf(chosenBass().stroke);
   if (state.toldStroke !== state.stroke) return;
@@ -111,7 +111,7 @@ function keepStroke() {
   if (state.stroke && state.stroke !== own) tellStroke();
 }
 
-// Shows how the bass plays now, whatever made it so: the page, or key switches and controllers by MIDI.
+// Shows the present playing, set by the page or by key switches and controllers from MIDI.
 function showPlaying(/** @type {Playing} */ {on, pluckedWith, values}) {
   for (const way of WAYS) {
     const now = on[way.symbol];
@@ -141,7 +141,7 @@ for (const way of WAYS) {
     [since, before] = [e.timeStamp, way.latched];
     latch(way, true);
   };
-  // The end of a press, wherever: it switches off what was on, or what was held long.
+  // The end of a press, anywhere: switches off a way that was on, or was held long.
   button.onpointerup = button.onpointerleave = e => {
     if (since === undefined) return;
     if (before || e.timeStamp - since >= LONG_PRESS) latch(way, false);
@@ -151,11 +151,11 @@ for (const way of WAYS) {
     if (since !== undefined) latch(way, before);
     since = undefined;
   };
-  button.onclick = e => { if (!e.detail) latch(way, !way.latched); }; // by Enter, or by what reads the page to somebody
+  button.onclick = e => { if (!e.detail) latch(way, !way.latched); }; // by Enter, or by a screen reader
   button.oncontextmenu = e => e.preventDefault();
 }
 
-player.on("sounds", () => { // tells what was chosen while nothing sounded
+player.on("sounds", () => { // tells the choices made while nothing sounded
   WAYS.forEach(tellWay);
   if (state.stroke !== state.toldStroke) tellStroke();
 });

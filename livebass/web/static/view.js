@@ -12,7 +12,7 @@ export const see = new See(canvases, PAGE.sight, text => { $("seen").textContent
 player.on("started", () => { see.rate = player.context.sampleRate; });
 player.on("sight", data => player.giveBack(see.take(data)));
 
-// Enlarges motion on the neck so many times.
+// Enlarges motion on the neck `times` times.
 export function enlarge(/** @type {number} */ times) {
   $("zoom").value = String(times);
   see.zoom = times;
@@ -23,7 +23,7 @@ export function enlarge(/** @type {number} */ times) {
 $("zoom").oninput = () => enlarge(+$("zoom").value);
 enlarge(+$("zoom").value);
 
-// Shows the note that sounds, and by how many cents it is off.
+// Shows the sounding note and its error in cents.
 export function showPitch(/** @type {AnalyserNode} */ analyser) {
   const sound = new Float32Array(analyser.fftSize);
   analyser.getFloatTimeDomainData(sound);
@@ -36,7 +36,7 @@ export function showPitch(/** @type {AnalyserNode} */ analyser) {
   $("pitch").textContent = `${noteName(nearest)} ${off}, ${hertz.toFixed(1)} Hz`;
 }
 
-// Shows one picture where there is no room for three.
+// Chooses the picture shown if there is no room for three.
 export function choosePicture(/** @type {Picture} */ chosen) {
   for (const [id] of PICTURES) {
     $(`${id}-figure`).classList.toggle("chosen", id === chosen);

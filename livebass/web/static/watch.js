@@ -1,10 +1,10 @@
-// Watches the bass of `livebass play`, which plays elsewhere: this page only shows what its strings do.
+// Watches the bass of `livebass play`, which plays elsewhere: this page only shows its strings.
 import {$, PAGE, say} from "./page.js";
 import {showBass} from "./bass.js";
 import {state} from "./state.js";
 import {see} from "./view.js";
 
-// Follows the bass until `play` ends: its next start has another address.
+// Follows the bass until `play` ends; its next start has another address.
 export async function watch(/** @type {string} */ address) {
   document.body.classList.add("watching");
   $("neck").inert = true;
@@ -14,7 +14,7 @@ export async function watch(/** @type {string} */ address) {
   say("play has ended. Its next start with --watch prints another address.");
 }
 
-// Takes the messages of an answer until it ends: livebass/web/watch.py says how they are laid out.
+// Takes the messages of an answer until it ends; livebass/web/watch.py defines their layout.
 async function takeAnswer(/** @type {Response} */ answer) {
   if (!answer.ok || !answer.body) throw new Error(answer.statusText);
   const reader = answer.body.getReader(), decoder = new TextDecoder();

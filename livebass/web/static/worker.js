@@ -1,5 +1,5 @@
-// Builds basses in a memory of its own, each at addresses that are free in the audio thread, and hands their bytes
-// over: the audio thread only copies them.
+// Builds basses in its own memory, each at addresses that are free in the audio thread, and hands over their bytes: the
+// audio thread only copies them.
 import {Engine, N, RECORDS, lines} from "./engine.js";
 
 // The messages of a worker, which go to the page.
@@ -7,11 +7,11 @@ import {Engine, N, RECORDS, lines} from "./engine.js";
 const answer = /** @type {any} */ (postMessage);
 /** @type {WebAssembly.Module} */
 let module;
-let home = 0; // where basses may begin
-const taken = new Map(); // address of a bass: [where its memory begins, where it ends]
+let home = 0; // basses may begin here
+const taken = new Map(); // address of a bass: [begin of its memory, end]
 const sizes = new Map(); // of basses built before, by file, tier, rate and length of an impulse response
 
-// Where `size` bytes are free; beyond everything if the size is not known yet.
+// The place of `size` free bytes; beyond everything if the size is not known yet.
 function place(size) {
   const used = [...taken.values()].sort((a, b) => a[0] - b[0]);
   let at = home;
@@ -24,7 +24,7 @@ function place(size) {
 
 function build({id, name, file, tier, rate, response}) {
   const key = `${name} ${tier} ${rate} ${response?.length}`, at = place(sizes.get(key));
-  const engine = new Engine(module); // new: the memory of the last one was all this bass's
+  const engine = new Engine(module); // new: the last bass used all of the old memory
   const {bass, end} = engine.build(file, tier, rate, at, response);
   taken.set(bass, [at, end]);
   sizes.set(key, end - at);
@@ -33,7 +33,7 @@ function build({id, name, file, tier, rate, response}) {
   return [engine, bass];
 }
 
-// Plays for a while: browsers compile what is played often a second time, better, for all instances of a module.
+// Plays for a while: browsers recompile busy code better, for all instances of a module.
 function warm(engine, bass, rate, ms) {
   engine.begin(rate);
   engine.setField("next_bass", bass);
@@ -44,16 +44,16 @@ function warm(engine, bass, rate, ms) {
   }
 }
 
-// Makes the last note of a string again, or a pluck of the first string, on a bass as new.
+// Repeats a string's last note, or plucks the first string, on a new bass.
 function again({id, file, tier, rate, response, recalled, pluck, before, frames, heard}) {
   const engine = new Engine(module), {bass} = engine.build(file, tier, rate, home, response);
   const made = recalled ? engine.again(bass, recalled, before, frames) : engine.pluck(bass, pluck, before, frames, heard);
   answer({id, built: made}, [made.rows.buffer, made.slots.buffer, made.sound.buffer]);
 }
 
-// The instrument file of a bass whose own is `file`, as the sliders of its bench file change it; besides the heights of
-// its crowns (m from each open string) and the places of its pickups (m from the saddle). Throws an Error, one line, for
-// a neck that cannot be played. `names`: of the strings.
+// Returns the instrument file `file` as changed by the sliders, with its bench file; also the heights of the bass's
+// crowns (m from each open string) and its pickups' places (m from the saddle). Throws an Error, one line, for a neck
+// that cannot be played. `names`: of the strings.
 function change({change: values, file, bench, names}) {
   const engine = new Engine(module), get = (name, k) => engine.get("CHANGE", at, name, k);
   const given = lines(engine.home + RECORDS.CHANGE.bytes), beside = lines(given + file.byteLength), at = engine.home;

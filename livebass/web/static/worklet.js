@@ -1,25 +1,25 @@
-// The audio thread. There is no clock here but Date's milliseconds: summed over some quanta they tell the load, and the
-// synth is told it.
+// The audio thread. Its only clock is Date, in milliseconds: summed over some quanta, it gives the load, which the
+// synth is told.
 //
-// A board that is played hard costs many times the time there is, from one quantum to the next, and its coarse strings
-// a tenth of that. So a thread that falls behind relieves one string at once; one that falls behind again soon relieves
-// all that sound, and from then on every string as it begins to sound, until the playing has been soft for a while.
+// From one quantum to the next, hard playing on a board may cost many times the available time; coarse strings cost a
+// tenth of that. If the thread falls behind, it relieves one string at once; if soon again, all sounding strings, and
+// from then on every string as it begins to sound, until the playing has been soft for a while.
 import {Engine, N, RECORDS} from "./engine.js";
 import {LAYOUT} from "./layout.js";
 
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
-const PART = 32; // frames that are played at a time: a hard note on a board may take 0.1 s for the first quantum
+const PART = 32; // frames played at a time: a hard note on a board may take 0.1 s for the first quantum
 const BEHIND = 8; // ms that the thread may owe
-const AGAIN = 256; // parts within which it is behind "again": a busy machine holds a thread up only once
+const AGAIN = 256; // parts that count as "soon again": a busy machine holds a thread up only once
 const BUSY = 0.35; // load of hard playing
-const FADING = 0.985; // of the highest load, from report to report, where the playing is not hard
+const FADING = 0.985; // of the highest load, from report to report, if the playing is not hard
 const HARD = 1; // highest load down to which strings are relieved as they begin to sound
-const MOST_TOLD = 0.7; // of the highest load, which relieves no string
+const MOST_TOLD = 0.7; // most of the highest load that is told; it relieves no string
 const OVERLOAD = 2; // a load that relieves one string
-const MOST_AHEAD = 0.5; // s: what waits for its frame holds up what was sent after it
-const TAPE = 8192; // frames of a recording that are handed over at once
-const SEE_EVERY = 6; // quanta between two sights: 62 a second at 48 kHz
-const SLICE = 1 << 20; // bytes of a bass that are copied in one quantum
+const MOST_AHEAD = 0.5; // s: a message waiting for its frame holds up later ones
+const TAPE = 8192; // frames of a recording handed over at once
+const SEE_EVERY = 6; // quanta between two sights: 62 per second at 48 kHz
+const SLICE = 1 << 20; // bytes of a bass copied per quantum
 
 class LivebassProcessor extends AudioWorkletProcessor {
   constructor({processorOptions: o}) {
@@ -29,13 +29,13 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.engine.begin(sampleRate);
     this.busy = this.quanta = this.owed = this.settled = this.highest = 0; // ms; quanta; ms; ms; load
     this.sinceBehind = AGAIN;
-    this.changes = this.changed = 0; // of the playing, by the page: how many have come; frame of the last one
+    this.changes = this.changed = 0; // the page's changes of the playing: how many came; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
     this.seeing = false; // the page draws
-    this.tape = undefined; // what is recorded, until it is full: {samples, used}
+    this.tape = undefined; // the recording, until it is full: {samples, used}
     this.seen = 0; // bass that was seen last
     this.unseen = 0; // quanta since it was seen
-    this.spare = []; // buffers that the page gave back
+    this.spare = []; // buffers from the page
     this.contacts = [];
     this.notes = [];
     this.taken = []; // contacts of each string so far ...
@@ -68,7 +68,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     }
   }
 
-  // Sets a parameter. The gain is that of the page alone: a controller that has one of its own goes back to 0 dB.
+  // Sets a parameter. The page alone sets the gain: a controller's own gain goes back to 0 dB.
   setParameter(number, value) {
     const e = this.engine, performer = this.performer();
     e.setParameter(number, value);
@@ -77,7 +77,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
       if (e.get("PERFORMER", performer, "key_map.function", k) === N.CC_PARAMETER + number) e.send(N.NOW, 0xB0, k, 127);
   }
 
-  // Begins to copy a bass, and gives back a bass that was on its way.
+  // Begins to copy a bass, and gives back one that was on its way.
   take(bass) {
     if (this.coming) this.port.postMessage({faded: this.coming.bass});
     this.engine.reserve(bass.at + bass.image.byteLength);
@@ -85,7 +85,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.start === undefined) this.copy(Infinity); // nothing waits for this thread yet
   }
 
-  // Copies up to `most` bytes of the bass that comes; it plays from the next quantum on when all are there.
+  // Copies up to `most` bytes of the coming bass; once complete, it plays from the next quantum on.
   copy(most) {
     const c = this.coming, e = this.engine, end = Math.min(c.bytes.length, c.done + most);
     e.bytes.set(c.bytes.subarray(c.done, end), c.at + c.done);
@@ -96,10 +96,10 @@ class LivebassProcessor extends AudioWorkletProcessor {
     e.setField("next_bass", c.bass);
     this.port.postMessage({copied: c.bass});
     this.coming = undefined;
-    this.highest = 0; // of the bass before
+    this.highest = 0; // was the old bass's
   }
 
-  // Tells the page of a bass that is silent, so that its memory can be used again.
+  // Tells the page of a silent bass: its memory can be reused.
   clearAway() {
     const faded = this.engine.field("faded_bass");
     if (!faded) return;
@@ -107,13 +107,13 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.postMessage({faded});
   }
 
-  // The address of the performer of the bass that plays; 0: none plays.
+  // The address of the playing bass's performer; 0: none plays.
   performer() {
     const bass = this.engine.field("bass");
     return bass && this.engine.get("BASS", bass, "performer");
   }
 
-  // The frets that the player holds down, by string; -1: none.
+  // The frets held down, by string; -1: none.
   held() {
     const e = this.engine, player = this.performer(), found = [];
     for (let i = 0; player && i < e.get("PERFORMER", player, "strings"); i++)
@@ -121,8 +121,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     return found;
   }
 
-  // How the bass plays: techniques that are on, what it is plucked with, and the values of parameters, wherever they
-  // have come from.
+  // The present playing: active techniques, the stroke, and parameter values, whatever set them.
   playing() {
     const e = this.engine, player = this.performer();
     if (!player) return undefined;
@@ -151,13 +150,13 @@ class LivebassProcessor extends AudioWorkletProcessor {
     e.x.lb_relieve(e.synthAddress, Math.max(load, Math.min(this.highest, MOST_TOLD)), BigInt(n));
   }
 
-  // Changes up to `count` strings that sound to their coarse operators.
+  // Moves up to `count` sounding strings to their coarse operators.
   relieve(count) {
     const e = this.engine;
     for (let k = 0; k < count; k++) e.x.lb_relieve(e.synthAddress, OVERLOAD, 0n);
   }
 
-  // Relieves strings at once where the last n frames, which took `took` ms, call for it.
+  // Relieves strings at once if the last n frames, which took `took` ms, call for it.
   keepUp(took, n) {
     this.owed = Math.max(0, this.owed + took - 1000 * n / sampleRate);
     this.sinceBehind++;
@@ -172,20 +171,20 @@ class LivebassProcessor extends AudioWorkletProcessor {
     }
   }
 
-  // Plays n frames of the quantum into `out` from frame `at` on; relieves strings before the next ones.
+  // Plays n frames of the quantum into `out` from frame `at` on; then relieves strings if necessary.
   playPart(out, at, n) {
     const began = Date.now(), sound = this.engine.play(n);
     for (const channel of out) channel.set(sound, at);
     if (this.live) this.keepUp(Date.now() - began, n);
   }
 
-  // Begins to record what is heard, or ends it: the page gets the rest, and then the word that this was all.
+  // Starts or stops recording: at the end the page gets the rest, marked as the last part.
   record(on) {
     if (!on && this.tape) this.port.postMessage({taped: this.tape.samples.slice(0, this.tape.used), last: true});
     this.tape = on ? {samples: new Float32Array(TAPE), used: 0} : undefined;
   }
 
-  // Records a quantum; hands over what is full.
+  // Records a quantum; hands over a full tape.
   keepOnTape(tape, sound) {
     tape.samples.set(sound, tape.used);
     tape.used += sound.length;
@@ -195,7 +194,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.tape = {samples: new Float32Array(TAPE), used: 0};
   }
 
-  // Tells the page what the strings do, every SEE_EVERY quanta.
+  // Sends the page the strings' motion, every SEE_EVERY quanta.
   see() {
     const e = this.engine, bass = e.field("bass");
     if (!bass) return;

@@ -1,4 +1,4 @@
-// The worker that builds basses, beside the sound.
+// The worker that builds basses in the background.
 import {workerAddress} from "./files.js";
 
 class Workshop {
@@ -26,7 +26,7 @@ class Workshop {
   }
 
   /**
-   * Sends a message, and gives the worker what is `moved`; the promise is for its answer.
+   * Sends a message, and transfers `moved` to the worker; the promise is for its answer.
    * @param {object} message
    * @param {Transferable[]} moved
    * @returns {Promise<any>}
