@@ -54,8 +54,8 @@ class Coupled:
 
     def answers(self, q: Floats, v: Floats, seconds: float) -> Floats:
         """Amplitudes (m^1.5) of the second string's modes, (modes,), `seconds` after the first one had q and v.
-Root mean square over AROUND, after the motion forced by other partials has passed.
-        Root mean square over AROUND: what other partials force it to do has passed.
+
+        Root mean square over AROUND, after the motion forced by other partials has passed.
         """
         state = np.zeros(2 * self.size)
         state[: self.modes], state[self.size : self.size + self.modes] = q, v

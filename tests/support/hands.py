@@ -94,7 +94,7 @@ class Hands:
         return int(event["string"]), int(event["fret"])
 
     def tab(self, keys: Iterable[int], overlap: bool = False) -> str:
-        """The places of a line of keys, such as E0 A2; a note ends before the next begins, or (`overlap`) just after."""
+        """The places of keys, such as E0 A2; a note ends before the next begins, or just after (`overlap`)."""
         said, last = [], None
         for key in keys:
             if last is not None and not overlap:
