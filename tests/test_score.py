@@ -409,7 +409,7 @@ def test_a_header_that_promises_too_many_tracks_is_played_with_a_warning(tmp_pat
 
 
 def test_a_last_track_that_claims_too_much_is_played_with_a_warning(tmp_path: Path) -> None:
-    """It plays if its events end within the file; cut off within an event it is refused, as in "track cut off" above."""
+    """It plays if its events end within the file; cut off in mid-event it is refused, as in "track cut off" above."""
     data = smf(LINE, LINE)
     at = data.rindex(b"MTrk") + 4
     for claimed in (len(LINE) + 1, 2**32 - 1):

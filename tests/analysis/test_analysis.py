@@ -160,7 +160,7 @@ def test_the_shape_later(g_string: Speaking) -> None:
 
 
 def test_energy_of_a_triangle(g_string: Speaking) -> None:
-    """Without bending, T/2 int u_x^2 = T/2 apex^2 L / (a (L - a)); the modes add up to that plus their bending energy."""
+    """Without bending, T/2 int u_x^2 = T/2 apex^2 L / (a (L - a)); the modes add up to that plus their bending."""
     s, apex, a = g_string, 1e-3, 0.64
     q = modes.pluck_amplitudes(s, 4000, Pluck(apex, a, 1e-9))
     k = np.arange(1, 4001) * np.pi / s.length

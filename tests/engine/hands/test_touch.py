@@ -37,7 +37,7 @@ PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wi
 BASSES = {name: load_preset(name) for name in preset_names()}
 OVER_FRETS = [name for name, bass in BASSES.items() if not bass.over_board]
 POPPED = [name for name in OVER_FRETS if BASSES[name].player.stroke != "pick"]
-POP_OVER = 10.0  # dB, at most, of the peak of a straight-up pop over that of the loudest finger note, across
+POP_OVER = 10.0  # dB, at most, of the peak of a straight-up pop over the loudest finger note's, across
 FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string above a finger's, where it can
 # dB of a note's fundamental 9 ms after a finger takes its string: in front of the bridge pickup, and by it, where the
 # string gives a finger less to take
