@@ -290,7 +290,7 @@ print(sorted(SHARED.iterdir()))
 
 
 def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another server has a client of the same name at this moment; without a server livebass does not try again."""
+    """Another server has a client of that name at the moment; without a server there is no second try."""
     jack = pytest.importorskip("jack")
     opened: list[str] = []
     for status, failures in ((0x21, 2), (0x11, 0)):

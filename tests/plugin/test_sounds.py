@@ -70,7 +70,7 @@ def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Ho
 
 
 def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path, tmp_path: Path, own: Path) -> None:
-    """Its substitute's values are not saved for it."""
+    """Its substitute is not saved in its place."""
     other = shutil.copytree(folder, tmp_path / "other")
     (other / "slap.lbass").rename(other / "lost.lbass")
     (other / "instruments.txt").write_text("lost\n")

@@ -505,7 +505,7 @@ def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
 
 
 def test_the_line_of_rest_moves_over_a_millisecond() -> None:
-    """A hammer-on lowers it to the crown, too slowly to click, and fast enough to end before the note does."""
+    """A hammer-on lowers it to the crown: too slowly to click, and heard no longer than a note."""
     events = np.zeros(2, EVENT)
     events["kind"], events["fret"] = [PLUCK, HAMMER], [0, 5]
     events["apex"][0], events["place"][0], events["speed"][1] = 1e-3, 0.6, 2.5

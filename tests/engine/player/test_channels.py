@@ -248,7 +248,7 @@ def test_a_controller_for_a_parameter_is_the_whole_basss() -> None:
 
 @pytest.mark.parametrize("zone", [STRINGS_FROM_1, MPE], ids=["strings", "notes"])
 def test_while_channels_mean_something_the_others_are_for_the_whole_bass(zone: Sequence[Message]) -> None:
-    """No matter who played before or as the mode begins: a bend of one string becomes a bend of all."""
+    """A bend of one string then bends all, whoever played before, even as the mode begins."""
     hands = two()
     hands(*by(8, wheel(8191)))
     events = hands(*zone)

@@ -102,7 +102,7 @@ def test_a_key_and_a_controller_do_one_thing(keys: KeyMap) -> None:
 
 
 def test_the_second_map_is_an_octave_above_the_first() -> None:
-    """Except palm mute, whose key strokes use there."""
+    """Except palm mute, whose key belongs to strokes there."""
     above = {(key - 12, name, value) for key, name, value in MODO_12.keys}
     assert set(MODO.keys) - above == {(3, "palm_mute", 0)}
     assert {key: value for key, name, value in MODO.keys if name == "string"} == {
