@@ -35,9 +35,9 @@ from livebass.web import build as build_module
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 WORKER = os.environ.get("PYTEST_XDIST_WORKER")
-REAL = "LIVEBASS_REAL_TESTS"  # names the file in which workers tell the controller of pytest-xdist which tests are real
+REAL = "LIVEBASS_REAL_TESTS"  # names the file in which pytest-xdist's workers list the real tests for the controller
 NUMBERS = itertools.count()
-NICE = 10  # of a worker from its first test on that is not real
+NICE = 10  # of a worker from its first test that is not real
 
 
 def pytest_configure() -> None:
@@ -57,13 +57,13 @@ def pytest_sessionfinish() -> None:
         Path(os.environ[REAL]).unlink(missing_ok=True)
 
 
-# Names that a test, its fixtures or functions of its file use if it has a browser, a server, a host or a screen
+# Names used by a test, its fixtures or its file's functions if it has a browser, a server, a host or a screen
 REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_ardour", "needs_wine"}
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
-TIMED, WAITS = "timed", "waits"  # scopes of real tests: those that play in real time, and the others
-# Of one session one worker has a JACK server
+TIMED, WAITS = "timed", "waits"  # scopes of real tests: played in real time, and the others
+# Only one worker of a session has a JACK server
 IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
-# Products that tests need, by folder or file; a process makes them while the tests that need none are run
+# Products that tests need, by folder or file; a process makes them while other tests run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEEDED_PRODUCTS = {
     "plugin": ("tests/plugin/", "tests/cli/test_export.py"),
@@ -80,7 +80,7 @@ if "plugin" in sys.argv:
     from livebass.plugin import build, systems
     build.binary(systems.this_system())
 """
-# The order of files: those without kernels, then those that take longest, so that no worker is left with one at the end
+# The order of files: those without kernels, then the longest, so no worker is left with one at the end
 FIRST = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEXT = (
     "tests/preset/test_idle.py", "tests/engine/player/test_playing.py", "tests/engine/bass/test_tiers.py",
@@ -92,13 +92,13 @@ NEXT = (
 
 @cache
 def names_in(code: CodeType) -> frozenset[str]:
-    """The names that a function calls by, and the functions in it."""
+    """The names that a function calls by, and those of functions inside it."""
     inside = [names_in(constant) for constant in code.co_consts if isinstance(constant, CodeType)]
     return frozenset(code.co_names).union(*inside)
 
 
 def is_real(item: pytest.Item) -> bool:
-    """True if a test, a fixture of it or a function of its file that they call names one of REAL_PARTS."""
+    """True if a test, its fixtures or functions they call in its file name one of REAL_PARTS."""
     fixtures = [found[-1] for found in item._fixtureinfo.name2fixturedefs.values()]  # type: ignore[attr-defined]
     functions = [item.function, *(fixture.func for fixture in fixtures)]  # type: ignore[attr-defined]
     seen: set[str] = set()
@@ -115,14 +115,14 @@ def is_real(item: pytest.Item) -> bool:
 
 
 def scope_of(nodeid: str, real: bool) -> str:
-    """The scope that one worker takes whole: a file, or one of the two of real tests."""
+    """The scope that one worker takes whole: a file, or one of the two scopes of real tests."""
     if real:
         return TIMED if nodeid.startswith(IN_REAL_TIME) else WAITS
     return nodeid.split("::")[0]
 
 
 def turn_of(scope: str) -> int:
-    """Place of a scope in the order of all; equal ones keep theirs."""
+    """A scope's place in the overall order; equal ones keep theirs."""
     if scope in (TIMED, WAITS):
         return 0 if scope == TIMED else 1
     if scope.startswith(FIRST):
@@ -132,7 +132,7 @@ def turn_of(scope: str) -> int:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the tests with real parts, before any are chosen by mark, and puts all in order for several workers."""
+    """Marks the tests with real parts, before marks select any, and orders all tests for several workers."""
     one_of_each = {item.function: item for item in items}  # type: ignore[attr-defined]
     functions = {function for function, item in one_of_each.items() if is_real(item)}
     real = {item.nodeid for item in items if item.function in functions}  # type: ignore[attr-defined]
@@ -157,13 +157,13 @@ def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
 
 @cache
 def real_tests() -> frozenset[str]:
-    """The names of the tests with real parts, as the workers have found them."""
+    """The names of the tests with real parts, as the workers found them."""
     return frozenset(Path(os.environ[REAL]).read_text().splitlines())
 
 
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
 def pytest_xdist_node_collection_finished(ids: list[str]) -> None:
-    """Begins to make what the tests need, once all are known, in a process beside the workers."""
+    """Starts making the needed products, in a process beside the workers, once all tests are known."""
     begin_to_make(tuple(name for name, places in NEEDED_PRODUCTS.items() if any(i.startswith(places) for i in ids)))
 
 
@@ -174,7 +174,7 @@ def begin_to_make(products: tuple[str, ...]) -> subprocess.Popen[bytes]:
 
 @cache
 def have(product: str) -> None:
-    """Makes a product if need be: of several processes one does so, and the others wait for it."""
+    """Makes a product if needed: one of several processes makes it, and the others wait."""
     with suppress(OSError):
         if product == "module":
             build_module.module()
@@ -185,7 +185,7 @@ def have(product: str) -> None:
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Real tests go before those of other workers; what is compiled is there before a test begins."""
+    """Real tests go before other workers'; compiled code is ready before a test begins."""
     if not WORKER:
         return
     if not item.get_closest_marker("real") and not os.nice(0):
@@ -199,7 +199,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 @pytest.fixture(autouse=True)
 def nothing_remembered(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """`livebass play` neither reads nor writes the settings of the user."""
+    """`livebass play` neither reads nor writes the user's settings."""
     monkeypatch.setenv(
         "LIVEBASS_SETTINGS", str(tmp_path_factory.getbasetemp() / "none" / str(next(NUMBERS)) / "a.toml")
     )
@@ -227,7 +227,7 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
-    """A JACK server, ended by its process id whatever happens."""
+    """A JACK server, always ended by its process id."""
     if not shutil.which("jackd"):
         assert not NEEDED, "jackd is missing"
         pytest.skip("there is no jackd here")

@@ -1,4 +1,4 @@
-"""The public interface: its names, a score starts where the engine is, bad values are refused."""
+"""The public interface: its names, a score starts at the engine's frame, bad values are refused."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LINE = [(0.0, 0.1, 28, 100), (0.15, 0.1, 43, 60), (0.2, 0.05, 33, 127)]
 
 @pytest.fixture(scope="module")
 def bass() -> livebass.Instrument:
-    """Without a player's unevenness and noise: the same line sounds the same twice."""
+    """Without unevenness and noise: the same line sounds the same twice."""
     return without_noise("jazz-finger", unevenness=0.0)
 
 

@@ -62,7 +62,7 @@ def test_what_is_written_is_read(tmp_path: Path, kind: str, bits: str | None, er
 def test_same_sound_same_bytes(tmp_path: Path, kind: str, bits: str | None, _: float) -> None:
     first, second = tmp_path / f"a.{kind}", tmp_path / f"b.{kind}"
     save(first, bits)
-    time.sleep(1.1 if bits in ("float", None) else 0)  # the clock libsndfile would write has whole seconds
+    time.sleep(1.1 if bits in ("float", None) else 0)  # a timestamp by libsndfile would have whole seconds
     save(second, bits)
     assert first.read_bytes() == second.read_bytes()
 
@@ -268,7 +268,7 @@ def wav(rate: int = 48_000, subtype: str = "PCM_16", channels: int = 1) -> bytes
 
 
 def of_pipe(whole: bytes, riff: int, data: int, before: bytes = b"") -> bytes:
-    """A WAV file with other sizes in its head, and chunks before that of the sound."""
+    """A WAV file with other sizes in its header, and chunks before the sound."""
     at = whole.index(b"data")
     head = whole[:4] + riff.to_bytes(4, "little") + whole[8:at]
     return head + before + b"data" + data.to_bytes(4, "little") + whole[at + 8 :]
@@ -311,7 +311,7 @@ def test_what_libsndfile_writes_is_read(tmp_path: Path, format: str) -> None:
 
 @pytest.fixture
 def ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A program of that name that writes down its arguments, and a tone at HALF_RATE for any file but broken ones."""
+    """A fake ffmpeg that logs its arguments, and writes a tone at HALF_RATE for any file except broken ones."""
     folder = tmp_path / "bin"
     folder.mkdir()
     log = folder / "arguments"

@@ -1,4 +1,4 @@
-"""Errors about values out of their bounds are one sentence: the name, the rule, the value."""
+"""Each error about an out-of-bounds value is one sentence: the name, the rule, the value."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The library of kernels: damaged, kept nowhere, out of date; and functions that numba compiles."""
+"""The library of kernels: damaged, uncached, out of date; and functions compiled by numba."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ except ImportError:  # no POSIX
 
 @pytest.fixture(scope="module")
 def machine_code() -> bytes:
-    """The kernels for this processor, as they are kept."""
+    """The kernels for this processor, in their stored form."""
     library.library()
     kept = store.kept()
     data = store.whole(kept) if kept else None
     return data if data is not None else library.compiled_here()
 
 
-# Programs of kernels as LLVM takes them: of one function, and of one that calls the system's square root
+# Programs of kernels in LLVM's form: with one function, and with a call of the system's square root
 TOY = "define i64 @lb_read_word(ptr %at) {\n  %x = load i64, ptr %at\n  ret i64 %x\n}\n"
 ROOT = b"define i64 @lb_read_word(i64 %x) {\n  %y = call double @sqrt(double 4.0)\n  ret i64 %x\n}\n"
 ROOT += b"declare double @sqrt(double)\n"
@@ -48,13 +48,13 @@ ROOT += b"declare double @sqrt(double)\n"
 
 @pytest.fixture(scope="module")
 def toy() -> bytes:
-    """A kernel in place of all: it loads a hundred times as fast."""
+    """A tiny kernel in place of all: it loads a hundred times as fast."""
     return emitter.emit(TOY, store.level())[0]
 
 
 @pytest.fixture
 def compiled(toy: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[list[str]]:
-    """An empty cache in `tmp_path`. Has an item for each time that kernels were compiled, a toy here."""
+    """An empty cache in `tmp_path`. Has an item for each compilation of kernels, a toy here."""
     times: list[str] = []
 
     def at_once(progress: object = None) -> bytes:
@@ -171,7 +171,7 @@ def test_a_cache_that_cannot_be_written_to_is_in_the_temporary_directory(
 
 
 def test_what_no_version_has_used_for_months_is_deleted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """At the first use of a new version; what was used since, what is not livebass's and what a link leads to stays."""
+    """At the first use of a new version; recently used files, others' files and link targets stay."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     kinds = ("kernels", "objects", "plugin", "reference")
     old, used, others = ([f"{kind}-{digit * 16}" for kind in kinds] for digit in ("a", "b", "c"))
@@ -234,7 +234,7 @@ def test_nothing_is_loaded_from_a_directory_of_others(
     change: Callable[[Path], None],
     why: str,
 ) -> None:
-    """Wherever it lies; another that is the user's alone is taken instead. A line says so."""
+    """Wherever it lies; another one, owned by the user alone, is used instead. A line says so."""
     if kind == "temporary":
         (tmp_path / "file").touch()
         place = tmp_path / f"livebass-{os.getuid()}"
@@ -288,7 +288,7 @@ print(store.kept_or_made(Path(sys.argv[1]), make).decode())
 
 
 def making(place: Path) -> subprocess.Popen[str]:
-    """A process that needs what is kept at `place`, and makes it of the line that it is given."""
+    """A process that needs the product at `place`, and makes it from the line it is given."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     return subprocess.Popen([sys.executable, "-c", MAKING, str(place)], text=True, **pipes)  # type: ignore[call-overload, no-any-return]
 
@@ -358,7 +358,7 @@ print([round(part, 3) for part in told])
 
 
 def test_the_part_that_is_compiled_is_counted_in_functions(tmp_path: Path) -> None:
-    """Callees before callers; one that nothing calls is never compiled."""
+    """Callees come before callers; an uncalled function is never compiled."""
     (tmp_path / "parts.py").write_text(PARTS)
     done = subprocess.run(
         [sys.executable, tmp_path / "parts.py"], capture_output=True, text=True,
@@ -371,7 +371,7 @@ def test_the_part_that_is_compiled_is_counted_in_functions(tmp_path: Path) -> No
 def test_compiling_is_said_shown_and_no_part_of_the_time(
     machine_code: bytes, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, terminal: bool
 ) -> None:
-    """One line; in a terminal a bar besides, from the first sign of progress on."""
+    """One line; in a terminal also a bar, from the first sign of progress."""
     from click import progressbar
 
     from livebass.cli import main, render
@@ -422,7 +422,7 @@ def digest_of(package: Path) -> str:
 
 
 def test_the_name_goes_by_contents(tmp_path: Path) -> None:
-    """A copy elsewhere, or one that was installed again, has the same kernels; a changed one has not."""
+    """A copy elsewhere, or a reinstalled one, has the same kernels; a changed one does not."""
     copy = tmp_path / "livebass"
     shutil.copytree(Path(livebass.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
     for file in copy.rglob("*.py"):
@@ -448,7 +448,7 @@ def imports(source: Path) -> set[Path]:
 
 
 def test_the_name_goes_by_all_that_kernels_import() -> None:
-    """Also by files on the ground floor from which they take numbers."""
+    """Also by the ground-floor files from which they take numbers."""
     for source in store.sources():
         if store.PACKAGE / "compiling" not in source.parents:
             assert imports(source) <= set(store.sources()), source
@@ -493,7 +493,7 @@ print(json.dumps(lowering.compiled([globals()[name] for name in sys.argv[1:]])))
 
 
 def lowered(folder: Path, *names: str) -> dict[str, dict[str, str]]:
-    """What a process that compiles entries of SHARED, in this order, hands over."""
+    """The output of a process that compiles entries of SHARED, in this order."""
     (folder / "shared.py").write_text(SHARED)
     done = subprocess.run(
         [sys.executable, folder / "shared.py", *names], capture_output=True, text=True,
@@ -504,7 +504,7 @@ def lowered(folder: Path, *names: str) -> dict[str, dict[str, str]]:
 
 
 def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
-    """In one process or two, in any order; what two of them compiled is in it once, and LLVM takes it."""
+    """In one or two processes, in any order; a function compiled by both is in it once, and LLVM accepts it."""
     one = lowered(tmp_path, "first", "second", "third")
     two = [lowered(tmp_path, "third", "second"), lowered(tmp_path, "first")]
     program = lowering.linked([one])
@@ -515,7 +515,7 @@ def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
 
 
 def test_the_program_names_no_place() -> None:
-    """It is the same wherever numba and livebass are installed: an error of Python's would name its file."""
+    """It is the same wherever numba and livebass are installed: a Python error would name its file."""
     text = emitter.program()
     assert str(Path(numba.__file__).parent) not in text and "site-packages" not in text
     assert str(store.PACKAGE) not in text
@@ -577,7 +577,7 @@ print(b"lb_read_word" in library.compiled_for(store.level()), library.duration()
 
 
 def test_an_sdist_holds_the_program_and_compiles_without_numba(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """One that nothing else here could have made; what is installed from the sdist takes it from there."""
+    """The program could come from nowhere else here; an installation from the sdist takes it from there."""
     if store.program_built().exists():
         pytest.skip("this is an sdist itself")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
@@ -645,7 +645,7 @@ def test_what_has_no_kernels_is_said_in_a_line(tmp_path: Path, change: str, name
 
 
 def test_a_compiler_that_does_not_load_says_why(tmp_path: Path) -> None:
-    """It loads nothing from the working directory, whose files may be called like Python's."""
+    """It loads nothing from the working directory, whose files may have names of Python modules."""
     (tmp_path / "numba.py").write_text("raise ImportError('numba needs an older numpy')")
     here = tmp_path / "here"
     here.mkdir()
@@ -680,7 +680,7 @@ if __name__ == "__main__":
 
 
 def run(folder: Path, *, limit: int | None = None, **environment: object) -> tuple[str, str]:
-    """Returns the output of functions by numba and their line on stderr; no file may grow beyond `limit` bytes."""
+    """Returns the output of numba functions and their line on stderr; no file may grow beyond `limit` bytes."""
     (folder / "small.py").write_text(BY_NUMBA)
     places = {"NUMBA_CACHE_DIR": folder / "cache", "TMPDIR": folder, **environment}
     done = subprocess.run(
@@ -696,7 +696,7 @@ def run(folder: Path, *, limit: int | None = None, **environment: object) -> tup
 
 @pytest.fixture(scope="module")
 def by_numba(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of functions by numba that are compiled."""
+    """The folder of functions compiled by numba."""
     folder = tmp_path_factory.mktemp("by_numba")
     assert run(folder) == ("compiled", "")
     return folder
@@ -728,7 +728,7 @@ def test_numba_does_without_a_full_disk(tmp_path: Path, limit: int) -> None:
 
 @pytest.mark.slow
 def test_the_real_kernels_survive_damage(machine_code: bytes, tmp_path: Path) -> None:
-    """The machine code is damaged, the program that it is made of is not."""
+    """The machine code is damaged, but not the program it is made from."""
     program = store.directory(f"kernels-{store.digest()}")
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     kept = tmp_path / f"kernels-{store.digest()}" / f"{store.level()}.o"

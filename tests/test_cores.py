@@ -1,4 +1,4 @@
-"""Cores are counted that this process may use."""
+"""Counts the cores that this process may use."""
 
 from __future__ import annotations
 

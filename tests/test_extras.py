@@ -1,4 +1,4 @@
-"""The command that installs what is missing, for each way in which livebass came to be installed."""
+"""The command that installs missing parts, for each way of installing livebass."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_the_examples_of_the_readme_run(tmp_path: Path, monkeypatch: pytest.Monk
             exec(compile(code, "README.md", "exec"), names)
     assert names["sound"].shape[0] == 4 and names["moved"].contacts.fret.size
     assert names["plucks"].values("contacts").shape == (3,)
-    real = names["string"]  # of a real bass, by its recording
+    real = names["string"]  # of a real bass, from its recording
     assert real.law.fundamental == pytest.approx(98.0, rel=0.015) and 3.2e-5 < real.law.inharmonicity < 3.7e-5
     assert len(real.partials) >= 50
     assert np.nanmedian(names["pitch"].frequency_hz) > 50 and "nan" not in printed.getvalue()[-200:]
@@ -71,7 +71,7 @@ def test_help_begins_with_a_screen_that_names_everything() -> None:
 
 @pytest.mark.parametrize("name", livebass.__all__)
 def test_no_module_hides_a_public_name(name: str) -> None:
-    """A module of the same name would take its place once it is imported."""
+    """A module of the same name would replace it once imported."""
     assert name not in {module.name for module in pkgutil.iter_modules(livebass.__path__)}
 
 
@@ -169,7 +169,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
 
 @pytest.mark.parametrize("name", REFUSED)
 def test_bad_values_are_one_line(name: str, capfd: pytest.CaptureFixture[str]) -> None:
-    """A ValueError that says what is allowed; nothing is printed, nothing exits."""
+    """A ValueError that gives the allowed values; nothing is printed, nothing exits."""
     call, why = REFUSED[name]
     with pytest.raises(ValueError) as raised:
         call()
@@ -208,9 +208,9 @@ pitch: livebass.Pitch = livebass.fundamental(sound[0], 48000)
 
 @pytest.mark.slow
 def test_a_consumer_of_the_installed_wheel_is_checked(tmp_path: Path) -> None:
-    """mypy --strict believes the installed package's types and finds a wrong one."""
+    """mypy --strict trusts the installed package's types and finds a wrong one."""
     build = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "-w", str(tmp_path), str(ROOT)]
-    offline = ["--no-build-isolation"] if importlib.util.find_spec("hatchling") else []  # of the extra `test`
+    offline = ["--no-build-isolation"] if importlib.util.find_spec("hatchling") else []  # from the extra `test`
     subprocess.run([*build, *offline], check=True, timeout=300)
     venv.create(tmp_path / "env", with_pip=False)
     (site,) = (tmp_path / "env").glob("lib/python*/site-packages")

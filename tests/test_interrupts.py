@@ -1,4 +1,4 @@
-"""Signals at moments that are hard: while modules load, while kernels compile, while the interpreter ends."""
+"""Signals at difficult moments: while modules load, while kernels compile, while the interpreter ends."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def run(code: str, *arguments: object, **environment: object) -> subprocess.Comp
 
 
 def assert_interrupted(code: str, *arguments: object, **environment: object) -> None:
-    """Runs a program that ends as by Ctrl-C, with one line."""
+    """Runs a program that ends as after Ctrl-C, with one line."""
     done = run(code, *arguments, **environment)
     assert_one_clear_line(done.returncode, done.stderr, (130,))
 
@@ -61,7 +61,7 @@ def test_an_interrupt_that_is_lost_in_a_destructor_comes_again() -> None:
 
 
 def test_an_import_is_not_interrupted(tmp_path: Path) -> None:
-    """It may catch the exception, or turn it into another: the signal waits until the import is done."""
+    """It may catch or convert the exception, so the signal waits until the import is done."""
     (tmp_path / "fragile.py").write_text(
         "import os, signal, time\n"
         "try:\n"
@@ -75,7 +75,7 @@ def test_an_import_is_not_interrupted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("where", ["in the main thread", "in another"])
 def test_what_runs_aside_is_left_at_once(where: str) -> None:
-    """It notices nothing, and the program does not wait for it."""
+    """The side task notices nothing, and the program does not wait for it."""
     code = LOAD + (
         "from concurrent.futures import ThreadPoolExecutor\n"
         "from livebass.interrupts import aside\n"
@@ -104,7 +104,7 @@ def test_what_runs_aside_gives_its_result_and_its_error() -> None:
 
 
 def test_a_signal_lost_at_the_very_end_does_not_kill() -> None:
-    """It would come again by a timer, when its handler is gone."""
+    """A timer would send it again after its handler is gone."""
     code = LOAD + (
         "class Odd:\n"
         f"    def __del__(self): {INTERRUPT}; time.sleep(0.001)\n"
@@ -140,7 +140,7 @@ def test_the_process_that_compiles_ends_with_the_one_that_waits_for_it(tmp_path:
 
 
 def compilers(place: Path) -> list[int]:
-    """The processes that compile kernels for the cache `place`. Linux; elsewhere the test sees none."""
+    """The processes that compile kernels for the cache `place`. Linux only; elsewhere the test sees none."""
     found = []
     for status in Path("/proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):

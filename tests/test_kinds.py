@@ -1,4 +1,4 @@
-"""Kinds of files, told from their first bytes."""
+"""Kinds of files, recognized by their first bytes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tools/mutate.py`: what it finds in the kernels, that it changes a copy alone, and that one switch is for all."""
+"""`tools/mutate.py`: its finds in the kernels, its copy as the only thing it changes, and one switch for all."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def mutate() -> Any:
     spec = importlib.util.spec_from_file_location("mutate", ROOT / "tools" / "mutate.py")
     assert spec and spec.loader
     made = importlib.util.module_from_spec(spec)
-    sys.modules["mutate"] = made  # where its dataclass looks for its types
+    sys.modules["mutate"] = made  # its dataclass looks here for its types
     spec.loader.exec_module(made)
     return made
 
@@ -82,7 +82,7 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
 
 
 def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
-    """The program that is made of text, by digests for names, has one word for the number of the mutant."""
+    """The program made from text, with digests for names, has one word for the mutant's number."""
     tool, tree = mutate(), tmp_path / "tree"
     tool.copy_of_the_tree(tree, {})
     (tree / "livebass/kernels/machine/sample.py").write_text(KERNELS)

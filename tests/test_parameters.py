@@ -1,4 +1,4 @@
-"""No function has so many parameters that a call cannot be read."""
+"""No function has too many parameters for a readable call."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A number stands once: a row makes preset key, checks, default, record, filler and limits of files."""
+"""Each number is defined once: a row makes its preset key, checks, default, record, filler and file limits."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from livebass.preset import idle, keys
 from livebass.preset.keys import DATACLASSES, KEYS, allowed, checked
 from livebass.rows import BYTES, Limit, Word, choice, limits, number, record, rows, table, words
 
-NEXT = len(words(PlayerNumbers))  # the word that a new number takes
+NEXT = len(words(PlayerNumbers))  # the word of the next new number
 
 
 @dataclass(frozen=True, kw_only=True)
 class Longer(Player):
-    """A player with one number more."""
+    """A player with one more number."""
 
     nail_length: float = number(0.002, "length", "0 mm", "10 mm", "beyond the tip", word=NEXT, of="pluck")
     nails: int = number(4, "integer", "0", "5", "how many", word=NEXT + 1, file=(0, 9))

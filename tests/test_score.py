@@ -74,7 +74,7 @@ def test_smpte_time_ignores_the_tempo(tmp_path: Path, division: int, ticks_per_s
 
 
 def test_hours_do_not_drift(tmp_path: Path) -> None:
-    """10000 quarters of 333333 us: the last frame is right to one half."""
+    """10000 quarters of 333333 us: the last frame is right within one half."""
     ticks = (4_800_000).to_bytes(4)
     bits = int.from_bytes(ticks)
     delta = bytes([bits >> 21 & 0x7F | 0x80, bits >> 14 & 0x7F | 0x80, bits >> 7 & 0x7F | 0x80, bits & 0x7F])
@@ -192,7 +192,7 @@ def test_a_program_set_at_the_same_tick_by_a_later_track_counts(tmp_path: Path) 
 
 LINE = BASS + b"\x00\x90\x28\x64\x83\x60\x80\x28\x40" + END
 BAD = {
-    # name: (bytes, what the message says)
+    # name: (bytes, the message's text)
     "nothing": (b"", "empty"),
     "text": (b"hello, world", "not a Standard MIDI File"),
     "riff": (b"RIFF....RMIDlist", "RIFF file without a chunk of MIDI data"),
@@ -267,7 +267,7 @@ def test_damaged_files_give_a_score_or_a_clear_error(tmp_path: Path) -> None:
 
 
 def test_agrees_with_another_reader() -> None:
-    """The events of a random file are those that mido wrote."""
+    """The events of a random file equal those written by mido."""
     rng = random.Random(2)
     file = mido.MidiFile(type=1, ticks_per_beat=96)
     expected = []
@@ -348,7 +348,7 @@ def test_without_a_bass_program_a_track_called_bass_is_played(tmp_path: Path, na
 
 
 def test_letters_of_a_latin_word_do_not_tell_an_encoding() -> None:
-    """The bytes of a Latvian name are Japanese text, too: a word that begins in Latin letters is no evidence."""
+    """A Latvian name's bytes are Japanese text too: a word that begins in Latin letters proves nothing."""
     (name,) = decode(["Basgitāra".encode("cp1257")])
     assert name.startswith("Basgit") and name.endswith("ra") and is_bass(name)
     assert decode(["Ｂ. 베이스".encode("cp949"), "똠".encode("cp949")])[1] == "똠", "cp949 has more letters than EUC-KR"
@@ -409,7 +409,7 @@ def test_a_header_that_promises_too_many_tracks_is_played_with_a_warning(tmp_pat
 
 
 def test_a_last_track_that_claims_too_much_is_played_with_a_warning(tmp_path: Path) -> None:
-    """If its events end within the file; cut off within an event it is refused, as "track cut off" above is."""
+    """It plays if its events end within the file; cut off in mid-event it is refused, as in "track cut off" above."""
     data = smf(LINE, LINE)
     at = data.rindex(b"MTrk") + 4
     for claimed in (len(LINE) + 1, 2**32 - 1):
@@ -424,7 +424,7 @@ def test_a_last_track_that_claims_too_much_is_played_with_a_warning(tmp_path: Pa
 
 
 def guitar(*more: tuple[int, tuple[int, ...]], mode: tuple[tuple[int, int], ...] = ((126, 4),)) -> bytes:
-    """Notes of channels 1 to 4, which a mode on channel 1 makes one instrument, with what else there is."""
+    """Notes on channels 1 to 4, joined into one instrument by a mode on channel 1, and the events `more`."""
     rows: list[tuple[int, tuple[int, ...]]] = [(0, (0xB0, *message)) for message in mode]
     for channel, key in enumerate((43, 38, 33, 28)):
         rows += [
@@ -442,7 +442,7 @@ MPE = ((101, 0), (100, 6), (6, 3))  # channels 2 to 4 have notes, 1 is their mas
 def test_a_file_that_sets_a_mode_is_one_instrument(
     tmp_path: Path, mode: tuple[tuple[int, int], ...], programs: tuple[int, ...]
 ) -> None:
-    """With the program on its master, on any of its channels, or on none."""
+    """Its program is on its master, on any of its channels, or on none."""
     data = guitar(*[(0, (0xC0 | channel, 33)) for channel in programs], mode=mode)
     score = read(tmp_path, data)
     assert score.program == (33 if programs else None) and score.changes == []
@@ -462,7 +462,7 @@ def test_a_zone_may_have_the_channel_of_the_drums(tmp_path: Path) -> None:
 
 
 def test_a_mode_that_cannot_be_meant_is_left_out(tmp_path: Path) -> None:
-    """Parts of a band on its channels: some are basses, and some are not."""
+    """Its channels hold parts of a band: some are basses, and some are not."""
     for mode in (((126, 4),), MPE):
         data = guitar((0, (0xC0, 0)), (0, (0xC1, 33)), (0, (0xC2, 25)), (0, (0xC3, 33)), mode=mode)
         for channel, keys in (("auto", [38, 28]), ("all", [43, 38, 33, 28])):
@@ -490,7 +490,7 @@ def test_a_file_of_one_channel_sounds_the_same_on_any(tmp_path: Path) -> None:
 
 
 def test_the_programs_after_the_first_note_are_changes(tmp_path: Path) -> None:
-    """But not those before it, those that change nothing, and those without a note before the next."""
+    """Except those before it, those without effect, and those without a note before the next."""
     track = events(
         (0, (0xC0, 32)), (0, (0xC0, 33)), *note_of(0, 40, 10, 50), (60, (0xC0, 33)), *note_of(0, 41, 60, 90),
         (100, (0xC0, 35)), (110, (0xC0, 36)), *note_of(0, 42, 120, 130), (140, (0xC0, 37)), *note_of(0, 43, 240, 280),

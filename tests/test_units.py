@@ -1,4 +1,4 @@
-"""Units, notes, cents and decibels: texts that are read, and texts that are refused with a clear message."""
+"""Units, notes, cents and decibels: accepted texts, and texts refused with a clear message."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The release wheel of this system: its library of kernels, and livebass installed from it."""
+"""This system's release wheel: its library of kernels, and livebass installed from it."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ print(sorted({"numba", "llvmlite"} & set(sys.modules)), livebass.__file__)
 
 
 def test_it_plays_without_compiling_and_sounds_the_same(installed: Path, tmp_path: Path) -> None:
-    """Beside the object file that a checkout compiles: the same machine code, linked by another linker."""
+    """Compared with a checkout's compiled object file: the same machine code, linked by another linker."""
     found = {}
     for name, place in (("wheel", installed), ("checkout", ROOT)):
         env = os.environ | {"PYTHONPATH": str(place)}
@@ -104,7 +104,7 @@ sys.exit(status)
 
 @pytest.mark.parametrize("kind", ["lv2", "clap", "vst3", "instrument"])
 def test_it_exports_without_a_compiler(installed: Path, tmp_path: Path, kind: str) -> None:
-    """Nor does it write anything but the plugin: no program is on the PATH, and the user's directory is empty."""
+    """It also writes nothing but the plugin: no program is on the PATH, and the user's directory is empty."""
     (tmp_path / "home").mkdir()
     chosen = ["slap", "-o", "mine.lbass"] if kind == "instrument" else ["-p", "slap", "-p", "fretless"]
     done = subprocess.run(

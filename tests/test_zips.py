@@ -1,4 +1,4 @@
-"""The archives for those without Python: the same bytes each time, whole plugins, a binary for two processors."""
+"""The archives for users without Python: the same bytes each time, whole plugins, a binary for two processors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from livebass.techniques import SLIDER_ROWS
 
 ROOT = Path(__file__).parents[1]
 BUNDLES = {"LV2/livebass.lv2": lv2, "CLAP/livebass-clap": clap, "VST3/livebass.vst3": vst3}
-X86, ARM = 0x01000007, 0x0100000C  # of <mach/machine.h>
+X86, ARM = 0x01000007, 0x0100000C  # from <mach/machine.h>
 MAC = {
     "macos-x86_64": struct.pack("<III", 0xFEEDFACF, X86, 3) + b"x" * 50_000,
     "macos-arm64": struct.pack("<III", 0xFEEDFACF, ARM, 0) + b"a" * 9,
@@ -115,7 +115,7 @@ def test_a_binary_for_two_processors(zips: ModuleType) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="this system's archive is unpacked on Linux")
 def test_a_producers_first_ten_minutes(zips: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Unpack, copy to where the text says, find, load, look, play, change the action, save, load, automate, bounce."""
+    """Unpack, copy as the text says, find, load, look, play, change the action, save, load, automate, bounce."""
     needs_screen()
     name, home = this_system().name, tmp_path / "home"
     data, score = archive(zips, name, {name: binary(this_system())}), hard_score(notes=2)

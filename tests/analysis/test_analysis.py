@@ -1,4 +1,4 @@
-"""Measurements in sounds and motions, against closed forms."""
+"""Measurements of sounds and motions, against closed forms."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def test_the_shape_later(g_string: Speaking) -> None:
 
 
 def test_energy_of_a_triangle(g_string: Speaking) -> None:
-    """Without bending, T/2 int u_x^2 = T/2 apex^2 L / (a (L - a)); the modes add up to that and their bending."""
+    """Without bending, T/2 int u_x^2 = T/2 apex^2 L / (a (L - a)); the modes add up to that plus their bending."""
     s, apex, a = g_string, 1e-3, 0.64
     q = modes.pluck_amplitudes(s, 4000, Pluck(apex, a, 1e-9))
     k = np.arange(1, 4001) * np.pi / s.length
@@ -175,7 +175,7 @@ def test_energy_of_a_triangle(g_string: Speaking) -> None:
 
 
 def test_the_energy_a_solver_keeps() -> None:
-    """The lossless reference solution: its own discrete energy is the one of its initial amplitudes."""
+    """The lossless reference solution's own discrete energy equals the energy of its initial amplitudes."""
     trial = tiny(contact_rate=2e6, duration=2e-3, lossless=True)
     motion = solve(trial, energy_every=50)
     assert motion.energy_j is not None
@@ -184,7 +184,7 @@ def test_the_energy_a_solver_keeps() -> None:
 
 
 def test_contact_energy(g_string: Speaking) -> None:
-    """A string pressed 1 um into fret 12 alone: K dx / 2.5 * (1 um)^2.5."""
+    """A string pressed 1 um into fret 12 only: K dx / 2.5 * (1 um)^2.5."""
     s = g_string
     where = s.contact_fret.index(12)
     shape = modes.shapes(s, s.grid_points - 1, np.asarray(s.contact_position))

@@ -1,4 +1,4 @@
-"""T60 by octave: found in sounds whose decay is known, and what the presets have."""
+"""T60 by octave: found in sounds of known decay, and the T60 of the presets."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_known_decays(f0: float) -> None:
 
 
 def test_noise_is_no_decay() -> None:
-    """Noise and what does not decay are left out; the rest is as without them."""
+    """Noise and steady sounds are ignored; the remaining results are as without them."""
     t60 = 4.0 / np.arange(1, 21)
     rings = ringing(note(98.0, t60, noise_db=-50.0), RATE, 98.0)
     nu, found = rings.frequency, rings.t60
@@ -49,7 +49,7 @@ def test_noise_is_no_decay() -> None:
 
 
 def test_recordings_in_a_folder(tmp_path: Path) -> None:
-    """An open A and a C beside it; a click and a text are no notes."""
+    """An open A and a C beside it; a click and a text are not notes."""
     bass = load_preset("jazz-finger")
     for name, f0, t60 in (("a", 55.0, 8.0), ("c", 65.4, 4.0)):
         sound = note(f0, np.full(40, t60))
@@ -88,7 +88,7 @@ def test_stopped_notes_ring_as_long_as_real_ones(name: str, least: float, most: 
 
 @pytest.mark.parametrize("name", ["jazz-finger", "precision-finger"])
 def test_no_cliff_above_1500_hz(name: str) -> None:
-    """From octave to octave T60 falls to 0.4 or more; 0.3 is what it fell to beyond a plateau."""
+    """From octave to octave T60 falls at most to 0.4; beyond a plateau it once fell to 0.3."""
     _, stopped = heard(name)
     fall = stopped[HIGH:] / stopped[HIGH - 1 : -1]
     assert np.all(fall > 0.4) and stopped[-1] > 0.7, stopped

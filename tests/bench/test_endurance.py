@@ -1,4 +1,4 @@
-"""Endurance: minutes of dense playing while Python is busy. In a process of its own, which must end without a crash."""
+"""Endurance: minutes of dense playing while Python is busy, in a separate process that must not crash."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ endurance.endurance({seconds}, 1, lambda line: print(line, flush=True))
 
 
 def checks(seconds: float, warm_up: float, cycles: int) -> list[str]:
-    """The lines of the checks, of a process that has ended in order."""
+    """The lines of the checks, from a process that ended in order."""
     program = PROGRAM.format(seconds=seconds, warm_up=warm_up, cycles=cycles)
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, timeout=4 * PATIENCE, check=False
@@ -29,14 +29,14 @@ def checks(seconds: float, warm_up: float, cycles: int) -> list[str]:
 
 @pytest.mark.slow
 def test_endurance(server: SimpleNamespace) -> None:
-    """No NaN, no stuck note, no growing memory. Lost frames are left out: any other work on the machine costs some."""
+    """No NaN, no stuck note, no growing memory. Lost frames do not count: any other work on the machine costs some."""
     said = checks(6.0, 4.0, 2)
     assert len(said) == 7, said
     assert [line for line in said if line.startswith("FAILED: ") and "xruns" not in line] == []
 
 
 def test_a_short_run_ends_in_order(server: SimpleNamespace) -> None:
-    """All checks are made, and its JACK clients are closed while there is a server: closed later they crash."""
+    """All checks run, and its JACK clients close while a server exists: closed later they crash."""
     said = checks(2.0, 0.0, 1)
     assert len(said) == 7, said
     assert "frames that were NaN or far too large: 0" in "\n".join(said)

@@ -1,4 +1,4 @@
-"""`livebass bench live`: its rows, its table and its files. No test knows how fast the machine is."""
+"""`livebass bench live`: its rows, table and files. No test knows the machine's speed."""
 
 from __future__ import annotations
 
@@ -170,7 +170,7 @@ def test_the_script_gives_each_string_its_note() -> None:
 
 
 def test_each_hand_plays_on_every_string() -> None:
-    """Before the next one begins, all strings sound at the fret that it went to."""
+    """Before the next hand begins, all strings sound at the fret it chose."""
     script = worst_case(load_preset("jazz-finger"), RATE, 4, 0.3)
     synth = Synth(RATE, adaptive=False)
     live = LiveBass(even(load_preset("jazz-finger")), Quality("quick", 20, 192e3), RATE)
@@ -189,7 +189,7 @@ def test_each_hand_plays_on_every_string() -> None:
 def test_runs_are_alike() -> None:
     """A device plays the same sound the second time."""
     bass = even(load_preset("jazz-finger"))
-    smooth = tuple(replace(string, winding=0.0) for string in bass.strings)  # fingers scrape by chance
+    smooth = tuple(replace(string, winding=0.0) for string in bass.strings)  # fingers scrape at random
     bass = replace(bass, strings=smooth)
     script = worst_case(bass, RATE, 4, 0.3)
     synth = Synth(RATE, adaptive=False)
@@ -227,7 +227,7 @@ def test_strings_that_fit(loads: list[float], fits: int) -> None:
 
 
 def test_the_notes_that_are_compared_represent_all() -> None:
-    """Every preset and string in every dynamics, every fret to 19, three audio rates over strings that touch."""
+    """Every preset and string at every dynamic, every fret to 19, and three audio rates over touching strings."""
     notes = representative_notes()
     assert notes == representative_notes() and len(notes) >= 120
     for preset in preset_names():
@@ -246,7 +246,7 @@ def test_the_notes_that_are_compared_represent_all() -> None:
 
 @pytest.mark.parametrize("preset", ["slap", "slap-impulse"])
 def test_a_string_alone_is_played_as_on_its_bass(preset: str) -> None:
-    """The thumb strikes E and A; D and G are popped. A thumb with a mass is on the string at once, and sounds."""
+    """The thumb strikes E and A; D and G are popped. A thumb with mass touches the string at once, and sounds."""
     bass, live = even(load_preset(preset)), QUALITIES["live"]
     assert (bass.player.thumb_mass > 0) == (preset == "slap")
     for i, string in enumerate(bass.strings):
@@ -259,7 +259,7 @@ def test_a_string_alone_is_played_as_on_its_bass(preset: str) -> None:
 
 
 def test_the_plucks_of_a_note_differ_by_what_no_ear_tells() -> None:
-    """Each by its own force, in order; those of the null are others, as near to the note's own."""
+    """Each has its own force, in order; the null's plucks differ, and are as near to the note's own."""
     mine, others = forces(), forces(other=True)
     assert len(set(mine + others)) == 2 * PLUCKS == 12 and max(abs(x - 1) for x in mine + others) == pytest.approx(
         WITHIN
@@ -277,7 +277,7 @@ def test_the_plucks_of_a_note_differ_by_what_no_ear_tells() -> None:
 
 
 def test_one_wild_pluck_does_not_judge_a_note() -> None:
-    """Medians are compared, frame by frame, with a sign; the contacts of `wanted` make the group."""
+    """The medians compared are signed, frame by frame; the contacts of `wanted` define the group."""
     t, note = np.arange(RATE // 4) / RATE, replace(FEW[0], rate=RATE)
 
     def heard(*hertz: float) -> list[Heard]:
@@ -292,9 +292,9 @@ def test_one_wild_pluck_does_not_judge_a_note() -> None:
 
 
 def far_off(notes: list[Note], *qualities: Quality) -> list[tuple[float, float, float]]:
-    """How far qualities and, at the end, other plucks of `reference` are from it: mean, worst note, audible dB."""
+    """Distance from `reference` of each quality and, last, of its other plucks: mean, worst note, audible dB."""
     wanted = played(notes, QUALITIES["reference"])
-    touching = [bool(heard.contacts) for heard in wanted]  # near the body even hard ones may touch nothing
+    touching = [bool(heard.contacts) for heard in wanted]  # near the body even hard notes may touch nothing
     assert sum(touching) >= 0.6 * len(notes)
     notes, wanted = list(compress(notes, touching)), list(compress(wanted, touching))
     sounds = [played(notes, quality) for quality in qualities]
@@ -307,7 +307,7 @@ def far_off(notes: list[Note], *qualities: Quality) -> list[tuple[float, float, 
 
 
 def test_live_is_near_to_reference_and_a_coarse_quality_is_far() -> None:
-    """On two hard notes, beside what `reference` is beside itself; so few may miss the mean twice as far."""
+    """On two hard notes, compared with the spread of `reference`; so few may exceed the mean twofold."""
     notes = [
         Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap-impulse", 1, 2, "hard", 110, 44_100),
     ]  # fmt: skip
@@ -318,7 +318,7 @@ def test_live_is_near_to_reference_and_a_coarse_quality_is_far() -> None:
 
 
 def test_a_waveform_that_is_off_by_a_thousandth_is_60_db_away() -> None:
-    """A known error is found in every pluck, and each kind of string has its own row; soft and paper's notes none."""
+    """Every pluck shows a known error, each kind of string has its own row; soft notes and the paper's have none."""
     rng = np.random.default_rng(5)
     sounds = rng.standard_normal((3, 4800))
     louder = np.array([[1 + 1e-3], [1 + 1e-3], [1 - 1e-2]])
@@ -345,7 +345,7 @@ def test_a_waveform_that_is_off_by_a_thousandth_is_60_db_away() -> None:
 
 
 def test_where_contact_loses_the_waveform_of_live_is_that_of_reference() -> None:
-    """Over frets, by a thumb and over a board. A coarse quality is another sound, and so are frets without loss."""
+    """Over frets, by a thumb and over a board. A coarse quality sounds different, and so do lossless frets."""
     notes = [
         Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap", 1, 2, "hard", 110, 44_100),
         Note("upright", 3, 2, "hard", 127, RATE), Note("slap-impulse", 3, 3, "hard", 107, 96_000),
@@ -371,9 +371,9 @@ def test_a_quality_is_itself() -> None:
 
 @pytest.mark.slow
 def test_live_is_as_near_to_reference_as_promised() -> None:
-    """A sixth of the hard notes over frets, and one over a board: all of them take `bench live`.
+    """A sixth of the hard notes over frets, and one over a board: `bench live` takes them all.
 
-    Waveforms of one pluck each of all hard notes over frets that lose, and over boards that do.
+    Waveforms are of one pluck each of all hard notes over lossy frets and lossy boards.
     """
     hard = [note for note in representative_notes() if note.dynamics == "hard"]
     over = [load_preset(note.preset).over_board for note in hard]
@@ -392,7 +392,7 @@ def test_live_is_as_near_to_reference_as_promised() -> None:
 
 
 def test_the_characteristic_frequency_is_the_mean_of_power() -> None:
-    """Eq. 14 on two sines, of which one has half the amplitude: a quarter of the weight."""
+    """Eq. 14 on two sines, one at half the amplitude: a quarter of the weight."""
     t = np.arange(RATE // 4) / RATE
     sound = np.sin(2 * np.pi * 1000 * t) + 0.5 * np.sin(2 * np.pi * 6000 * t)
     expected = (1000 + 0.25 * 6000) / 1.25

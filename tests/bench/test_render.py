@@ -1,4 +1,4 @@
-"""`livebass bench render`: its rows, its table and its files. No test knows how fast the machine is."""
+"""`livebass bench render`: its rows, table and files. No test knows the machine's speed."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_all_is_measured_and_named(measured: tuple[dict[str, Any], list[str]]) -
         runs = row["runs"]
         assert len(runs) == (1 if key == "brute_force" else 2), key
         assert 0 < min(runs) == row["seconds_per_second"] <= row["median"] == statistics.median(runs), key
-        assert 0 < row["processor"] < 1.2 * max(runs) * row["cores"] + 0.02 / row["sound_s"], key  # one thread a core
+        assert 0 < row["processor"] < 1.2 * max(runs) * row["cores"] + 0.02 / row["sound_s"], key  # one thread per core
         assert 1 <= row["cores"] <= core_count() and row["sound_s"] > 0, key
 
 

@@ -1,4 +1,4 @@
-"""`livebass bench latency`, with a JACK server of the tests' own and without one."""
+"""`livebass bench latency`, with the tests' own JACK server and without one."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ def test_without_a_server_only_the_queue_is_measured(
 
 
 def test_latency_through_a_server(server: SimpleNamespace) -> None:
-    """The native client is exact to the sample, whatever else runs; PortAudio's notes come some blocks later.
+    """The native client is sample-exact under any load; PortAudio's notes come some blocks later.
 
-    Measured again if other work on the machine stopped the server or its clients meanwhile.
+    Repeats the measurement if other work on the machine stopped the server or its clients.
     """
     for _ in range(8):
         said: list[str] = []

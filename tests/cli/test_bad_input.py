@@ -132,7 +132,7 @@ def test_what_is_said_of_a_good_file_is_one_line_too(fake: type[FakeEngine], run
     [
         (["render", "."], "is a directory"),
         (["render", "none.mid"], "No such file"),
-        (["render", "file.wav"], "is a RIFF file, not a MIDI file"),  # and not the output, as which it would be taken
+        (["render", "file.wav"], "is a RIFF file, not a MIDI file"),  # not as the output, for which it might be taken
         (["render", "--note", "G2", "-o", "dir.wav"], "is a directory"),
         (["render", "--note", "G2", "-o", "none/out.wav"], "there is no directory"),
         (["render", "--note", "G2", "-o", "/dev/full", "--format", "wav"], "not a regular file"),
@@ -208,7 +208,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
     def small() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 
-    # The kernels' cache must be there before: its files are larger than the limit.
+    # The kernels' cache must exist first: its files exceed the limit.
     warm = command("render", "--note", "G2", "--duration", "0.1", "-q", "live", "-o", tmp_path / "warm.wav")
     assert warm.returncode == 0, warm.stderr
     (tmp_path / "warm.wav").unlink()
@@ -244,7 +244,7 @@ def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, a
             _, err = process.communicate(timeout=60)
         finally:
             process.kill()
-    # Of two signals that wait for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
+    # Of two signals waiting for the interpreter, it takes the lower number first: SIGINT before SIGTERM.
     assert process.returncode in ({status, 130} if again else {status}) and "Traceback" not in err
     assert not list(tmp_path.iterdir())
 
@@ -280,6 +280,6 @@ def test_all_presets_or_none(
 
 
 def test_a_place_is_tried_before_the_work() -> None:
-    """A file system that takes no files does not say so before somebody tries."""
+    """A file system that refuses files says so only on a try."""
     with pytest.raises(OutputError, match=r"/proc/out\.wav: (cannot be written|there is no directory)"):
         checked_place(Path("/proc/out.wav"))

@@ -1,4 +1,4 @@
-"""The command line as people use it, and the public interface."""
+"""The command line in normal use, and the public interface."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def test_examples_run(tmp_path: Path, script: str) -> None:
 
 
 def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> None:
-    """The program that it begins with chooses the preset, unless one is named; others leave the usual one."""
+    """Its first program chooses the preset, unless an option names one; unknown programs leave the default."""
     for number, (programs, options, expected) in enumerate(
         (
             (b"\x24", (), "slap"),
@@ -164,7 +164,7 @@ def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> N
 
 
 def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> None:
-    """From its frame on, with the controllers as they are; the strings of the one before ring out."""
+    """It changes at its frame, keeping the controllers; the old bass's strings ring out."""
     louder = b"\x00\xb0\x07\x40"
     (tmp_path / "a.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE, b"\x81\x70\xc0\x24", NOTE))
     (tmp_path / "b.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE))
@@ -178,7 +178,7 @@ def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> Non
         if name == "a":
             said, summary = err.splitlines()
             assert said.endswith("a.mid: program 37 at 0.5 s: played on slap from there") and ": 2 notes (" in summary
-    n = min(len(sounds["b"]), 24_000) - 960  # its end is faded out
+    n = min(len(sounds["b"]), 24_000) - 960  # its end fades out
     assert np.array_equal(sounds["a"][:n], sounds["b"][:n])
     rest, alone = sounds["a"][24_000:], sounds["c"]
     n = min(len(rest), len(alone)) - 960
@@ -193,7 +193,7 @@ def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> Non
 
 
 def test_key_switches_are_listed_and_notes_without_a_string_counted(run: Run, tmp_path: Path) -> None:
-    """Of a controller with six strings on a bass of four: its two lowest channels have none."""
+    """A controller with six strings plays a bass of four: its two lowest channels have no string."""
     mode, played = b"\x00\xb0\x7e\x06", b"\x00\x94\x28\x64\x00\x95\x28\x64\x00\x93\x1c\x64"
     (tmp_path / "six.mid").write_bytes(song(b"\x00\xc0\x21", mode, played))
     assert ": 1 note (0 transposed, 2 dropped)" in run("render", tmp_path / "six.mid", "-o", "six.wav", "-q", "live")[2]
@@ -294,7 +294,7 @@ def test_options_tune_as_the_keys_of_a_file_do(run: Run, tmp_path: Path) -> None
 
 
 def test_a_string_is_not_written_into_a_tuned_preset(run: Run, tmp_path: Path) -> None:
-    """It is measured as it sounds: the preset's keys would tune it once more."""
+    """The string is measured as it sounds: the preset's tuning keys would tune it once more."""
     text = cli_text(run, "presets", "show", "slap").replace("[neck]", "capo = 1\na4 = 442\n[neck]", 1)
     (tmp_path / "mine.toml").write_text(text)
     status, _, err = run("identify", tmp_path / "a.wav", "-p", tmp_path / "mine.toml", "-o", tmp_path / "new.toml")
@@ -369,7 +369,7 @@ def test_what_a_file_lacks_is_said_before_it_is_played(fake: type[FakeEngine], r
 def test_options_of_the_hands_reach_the_bass(
     run: Run, fake: type[FakeEngine], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Also of every preset of --all-presets; the techniques' phrases press the keys of the usual map."""
+    """Also for every preset of --all-presets; the techniques' phrases press the keys of the usual map."""
     played: list[Instrument] = []
 
     class Listening(fake):  # type: ignore[misc, valid-type]

@@ -1,4 +1,4 @@
-"""`livebass export lv2|clap|vst3|instrument`: bundles appear whole, and whatever is wrong is one line."""
+"""`livebass export lv2|clap|vst3|instrument`: bundles appear whole, and each error is one line."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
 
 @pytest.fixture(autouse=True)
 def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The working directory, empty; the user's data directory is in it."""
-    binary(this_system())  # built outside of what the tests restrict
+    """The working directory, empty except for the user's data directory."""
+    binary(this_system())  # built before the tests restrict the environment
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     if "NUMBA_CACHE_DIR" not in os.environ:
@@ -143,7 +143,7 @@ def test_the_usual_bass_comes_first(run: Run, elsewhere: Path) -> None:
 def test_help_names_every_system(run: Run, elsewhere: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SYSTEMS, "beos-ppc", this_system())
     for kind in BUNDLES:
-        told = " ".join(cli_text(run, "export", kind, "--help").split()).replace("- ", "-")  # lines break there
+        told = " ".join(cli_text(run, "export", kind, "--help").split()).replace("- ", "-")  # lines break at hyphens
         assert f"{', '.join(list(SYSTEMS)[:-1])} or beos-ppc. [default: this one]" in told
 
 
@@ -249,7 +249,7 @@ def test_bad_data_and_targets(run: Run, elsewhere: Path, kind: str, arguments: l
 )
 def test_bad_instruments(run: Run, elsewhere: Path, arguments: list[str], says: str) -> None:
     (elsewhere / "dir.lbass").mkdir()
-    (elsewhere / "data").touch()  # no directory
+    (elsewhere / "data").touch()  # not a directory
     own_preset(run, elsewhere / "two words.toml")
     before = sorted(elsewhere.rglob("*"))
     status, _, err = run("export", "instrument", *arguments)
@@ -285,7 +285,7 @@ def flip(data: bytes) -> bytes:
 
 @pytest.fixture
 def package(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """What comes with an installed package: the binary of this system, alone."""
+    """The contents of an installed package: only this system's binary."""
     folder = tmp_path_factory.mktemp("built")
     (folder / name_of(this_system())).write_bytes(store.sealed(binary(this_system())))
     monkeypatch.setattr(store, "BUILT", folder)

@@ -1,4 +1,4 @@
-"""The handbook: every page prints, and README and pages quote only commands, options, keys and files that exist."""
+"""The handbook: every page prints, and README and pages quote only existing commands, options, keys and files."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
 FIRST_SCREEN = 40  # lines
-WIDEST = 100  # characters of a line on a page: it is read in a terminal
+WIDEST = 100  # characters per line of a page, for terminals
 LARGEST_PICTURE = 150_000  # bytes
 OTHER_OPTIONS = {"--all", "--anew", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
 
@@ -105,7 +105,7 @@ def test_a_pager_is_used_in_a_terminal_only(run: Run, monkeypatch: pytest.Monkey
 
 
 def quoted(text: str) -> Iterator[tuple[str, bool]]:
-    """(command line, True if it stands in a block, to be run as it is) for each `livebass ...` of a Markdown text."""
+    """(command line, True if in a runnable block) for each `livebass ...` of a Markdown text."""
     fences = re.findall(r"^```sh\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
     blocks = [*"".join(fences).splitlines(), *re.findall(r"^ {4}(\S.*)", text, re.MULTILINE)]
     for line in blocks:
@@ -150,7 +150,7 @@ def check_studies(arguments: list[str]) -> None:
 
 
 def check_values(context: click.Context) -> None:
-    """Names among the values of a command that its parser takes as they are."""
+    """Checks the names in command values that the parser takes unchecked."""
     from livebass.preset.load import laboratory_names, preset_names
 
     values = context.params
@@ -172,7 +172,7 @@ def check_values(context: click.Context) -> None:
 
 
 def options(command: click.Command) -> Iterator[str]:
-    """Every option of `command` and of those below it."""
+    """Every option of `command` and its subcommands."""
     for parameter in command.params:
         yield from (*parameter.opts, *parameter.secondary_opts)
     if isinstance(command, click.Group):
@@ -189,7 +189,7 @@ def test_quoted_options_and_keys_exist(file: Path) -> None:
     named = {word for span in code for word in re.findall(r"(?<![\w-])--[a-z][a-z0-9-]*", span)}
     assert named <= {*options(program), *OTHER_OPTIONS, "--help"}
     known = {f"{key.section}.{key.name}" for key in (*KEYS, *PLUCK.values())}
-    sections = "|".join({key.split(".")[0] for key in known} - {""})  # keys of the top have no section
+    sections = "|".join({key.split(".")[0] for key in known} - {""})  # top-level keys have no section
     written = {match[0] for span in code for match in re.finditer(rf"(?<![\w.-])(?:{sections})\.[a-z]\w*", span)}
     assert written - {"neck.lift"} <= known
 
@@ -236,7 +236,7 @@ def test_the_first_screen_of_the_readme() -> None:
 
 
 def test_the_architecture_names_every_room_and_the_contract_has_its_floors() -> None:
-    """The table of floors in ARCHITECTURE.md, from the top down, beside the layers of pyproject.toml."""
+    """The table of floors in ARCHITECTURE.md, top down, beside the layers of pyproject.toml."""
     text = (ROOT / "ARCHITECTURE.md").read_text()
     floors = [re.findall(r"`(\w+)`", row.split("|")[2]) for row in re.findall(r"^\| [a-z].*\|.*\|$", text, re.M)]
     rooms = [folder.name for folder in (ROOT / "livebass").glob("[!_]*") if list(folder.glob("[!_]*.py"))]
@@ -248,7 +248,7 @@ def test_the_architecture_names_every_room_and_the_contract_has_its_floors() -> 
 
 
 def test_tables_follow_the_rows() -> None:
-    """Of techniques, controllers and waveforms: tools/tables.py writes them."""
+    """tools/tables.py writes the tables of techniques, controllers and waveforms."""
     for name, tables in messages.TABLES.items():
         text = (ROOT / name).read_text()
         assert all(f"\n\n{table()}\n\n" in text for table in tables), name
@@ -258,7 +258,7 @@ def test_tables_follow_the_rows() -> None:
 
 
 def test_readme_and_handbook_say_of_waveforms_what_was_measured() -> None:
-    """No other figure stands beside those of measured.py, and what the handbook says of them is true."""
+    """They quote no figures but those in measured.py, and the handbook's claims about them are true."""
     assert set(measured.WAVEFORMS) == set(measured.CALLED) == set(KINDS)
     said = re.findall(r"waveform of `reference` to (-\d+) dB \(boards (-\d+), pops (-\d+);", README.read_text())
     medians = [measured.WAVEFORMS[kind]["live"][0] for kind in ("frets with loss", "boards", "pops")]

@@ -1,6 +1,6 @@
-"""Names and places that nobody expects: every command works, or says one line that names the thing, and leaves nothing.
+"""Unexpected names and places: every command works, or names the culprit in one line, and leaves nothing behind.
 
-Most calls run in this process; those in which streams, limits or signals matter are processes of their own.
+Most calls run in this process; calls that depend on streams, limits or signals get their own.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def tone() -> bytes:
 
 @pytest.fixture(scope="module")
 def contents() -> dict[str, bytes]:
-    """A good file of each kind, by the ending of its name."""
+    """A good file of each kind, by extension."""
     scale = "x\n12\n" + "".join(f"{100 * k}.0\n" for k in range(1, 13))
     keys = key_map_text(load_key_map("modo-12"))
     texts = {".toml": preset_source("jazz-finger")[1], ".keys.toml": keys, ".scl": scale}
@@ -49,7 +49,7 @@ def contents() -> dict[str, bytes]:
 
 @pytest.fixture
 def there(fake: type[FakeEngine], contents: dict[str, bytes]) -> None:
-    """The files, by every name, in the current directory, and a folder with the name alone."""
+    """Puts the files, under every name, into the current directory, and a folder with the bare name."""
     for name in NAMES:
         os.mkdir(name)
         for end, data in contents.items():
@@ -57,7 +57,7 @@ def there(fake: type[FakeEngine], contents: dict[str, bytes]) -> None:
 
 
 def path_of(name: str) -> str:
-    """The name, so that no command takes it for an option."""
+    """The name in a form that no command takes for an option."""
     return f"./{name}" if name.startswith("-") else name
 
 
@@ -76,7 +76,7 @@ GOOD_CALLS: dict[str, tuple[list[str], list[str]]] = {  # arguments and the file
     "bass for plugins": (["export", "instrument", "X.toml", "-o", "X/bass.lbass"], ["X/bass.lbass"]),
     "claims": (["study", "claims", "neck-measured", "--plucks", "0", "--json", "X.json"], ["X.json"]),
 }
-SHORT = ("midi", "preset", "presets", "key map", "list")  # which run with all names, the others with one
+SHORT = ("midi", "preset", "presets", "key map", "list")  # these run with all names, the others with one
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ LOOPS = [
 
 @pytest.mark.parametrize("arguments", LOOPS, ids=" ".join)
 def test_a_link_to_itself(fake: type[FakeEngine], run: Run, arguments: list[str]) -> None:
-    """It is neither followed for ever nor replaced by what is written."""
+    """A command neither follows it for ever nor overwrites it."""
     os.symlink("loop", "loop")
     status, _, err = run(*arguments)
     assert_one_clear_line(status, err, (1,))
@@ -158,7 +158,7 @@ def test_a_link_to_itself(fake: type[FakeEngine], run: Run, arguments: list[str]
 
 
 def test_links_to_files(fake: type[FakeEngine], run: Run) -> None:
-    """What is written goes where a link leads; the other names of a file keep what it was."""
+    """Output goes to a link's target; a file's other names keep the old content."""
     Path("old.wav").write_bytes(b"old")
     os.link("old.wav", "hard.wav")
     os.symlink("target.wav", "dangling.wav")
@@ -171,7 +171,7 @@ def test_links_to_files(fake: type[FakeEngine], run: Run) -> None:
 def test_a_folder_that_is_read_only_is_said_before_the_work(
     fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of an older file there, too: it is replaced by another one, which its folder has to take."""
+    """Even if it holds an older file: a new file replaces that, and the folder must accept it."""
     Path("a.wav").touch()
     access = os.access
     monkeypatch.setattr(os, "access", lambda path, mode: Path(path).name == "a.wav" and access(path, mode))
@@ -200,7 +200,7 @@ def test_numbers_that_are_none(fake: type[FakeEngine], run: Run, arguments: list
 
 
 def test_text_that_is_written_has_escapes(tmp_path: Path) -> None:
-    """As JSON has them: who reads it gets the name back."""
+    """In JSON's form: readers get the name back."""
     with Transaction() as files:
         files.write_text(tmp_path / "a.json", f'"{NAME}"')
     assert json.loads((tmp_path / "a.json").read_bytes()) == NAME
@@ -219,7 +219,7 @@ ENVIRONMENTS = [
 
 @pytest.mark.parametrize("more", ENVIRONMENTS, ids=str)
 def test_streams_that_cannot_take_a_name(tmp_path: Path, more: dict[str, str]) -> None:
-    """Neither of a file nor of a track."""
+    """Neither a file's name nor a track's."""
     title = "caf\xe9 ベース".encode()
     data = song(b"\x00\xff\x03" + bytes([len(title)]) + title, BASS, NOTE)
     (tmp_path / f"{NAME}.mid").write_bytes(data)
@@ -234,7 +234,7 @@ def test_streams_that_cannot_take_a_name(tmp_path: Path, more: dict[str, str]) -
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A small disk, for root alone, who may mount one."""
+    """A small disk, only for root, who may mount one."""
     place = tmp_path / "disk"
     place.mkdir()
     if os.name != "posix" or os.getuid() or subprocess.run(
@@ -290,7 +290,7 @@ def test_no_home_and_no_place_for_temporary_files(tmp_path: Path, more: dict[str
 
 
 def test_few_files_may_be_open(tmp_path: Path) -> None:
-    """Then a line says so; no file is half there."""
+    """A line says so; no file is left half-written."""
 
     def few() -> None:
         resource.setrlimit(resource.RLIMIT_NOFILE, (5, 5))
@@ -301,7 +301,7 @@ def test_few_files_may_be_open(tmp_path: Path) -> None:
 
 
 def test_a_preset_goes_to_the_shell_in_its_own_bytes(tmp_path: Path, run: Run) -> None:
-    """TOML is UTF-8, whatever the terminal has."""
+    """TOML is UTF-8, whatever the terminal's encoding."""
     file = tmp_path / "a.toml"
     file.write_text('like = "slap"\nname = "caf\xe9"\n', "utf-8")
     line = [sys.executable, "-m", "livebass", "presets", "show", str(file)]

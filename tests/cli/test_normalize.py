@@ -1,4 +1,4 @@
-"""`render --normalize`: the loudness that was asked for, for mix and stems, and no peak beyond the ceiling."""
+"""`render --normalize`: the requested loudness for mix and stems, and no peak beyond the ceiling."""
 
 from __future__ import annotations
 

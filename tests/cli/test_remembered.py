@@ -1,4 +1,4 @@
-"""What `livebass play` remembers: the file, what of it is used, and options that do not go together."""
+"""The memory of `livebass play`: its file, the settings used from it, and options that exclude each other."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def file(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
 
 
 class FakeSession:
-    """A session that ends at once; `ran` has the settings of each."""
+    """A session that ends at once; `ran` holds the settings of each."""
 
     ran: list[Settings]
     ends_with: dict[str, Any]
@@ -95,7 +95,7 @@ def test_the_file_is_the_users(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_damaged_file_is_one_line_and_the_usual_settings(
     played: type[FakeSession], file: Path, run: Run, text: str
 ) -> None:
-    """The file stays as it is until it is forgotten."""
+    """The file stays unchanged until it is forgotten."""
     file.parent.mkdir()
     file.write_text(text)
     with pytest.raises(DamagedSettings) as caught:
@@ -121,7 +121,7 @@ def test_notes_without_a_string_are_counted_in_the_last_line(played: type[FakeSe
 def test_a_bass_that_a_file_chose_is_not_remembered(
     played: type[FakeSession], file: Path, run: Run, tmp_path: Path
 ) -> None:
-    """One that it changed to no more than the one that it began with; one that the player chose is."""
+    """Neither the bass it begins with nor a later one; a bass chosen by the player is."""
     (tmp_path / "song.mid").write_bytes(song(b"\x00\xc0\x20", NOTE, b"\x00\xc0\x24", NOTE))
     for ended, kept in (("upright", None), ("slap", None), ("muted", "muted")):
         played.ends_with = {"preset": ended}
@@ -282,7 +282,7 @@ def test_jacks_own_options_take_jack(played: type[FakeSession], file: Path, run:
 def test_a_library_that_logs_doubles_no_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As python-osc does; pytest has handlers of its own."""
+    """As python-osc does; pytest has its own handlers."""
     monkeypatch.setattr(logging.getLogger(), "handlers", [])
     with logged(Console(quiet=False), None):
         logging.debug("of a library")

@@ -1,4 +1,4 @@
-"""How commands say things: between words at a terminal's width, tables that fit, errors that name the option."""
+"""Output of commands: lines broken between words at a terminal's width, tables that fit, errors naming the option."""
 
 from __future__ import annotations
 

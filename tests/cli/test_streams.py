@@ -1,4 +1,4 @@
-"""Standard streams: sound and MIDI through pipes, streams that are closed; and what killed renders leave behind."""
+"""Standard streams: sound and MIDI through pipes, closed streams, and the remains of killed renders."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NOTE = ("render", "--note", "G2", "--duration", "0.1", *HOW)
 
 
 def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
-    """Runs a line of shell in `folder`, in which `livebass` is this one."""
+    """Runs a shell line in `folder`, with this `livebass` as the command."""
     text = f'livebass() {{ "{sys.executable}" -m livebass "$@"; }}\n{line}'
     return subprocess.run(["/bin/sh", "-c", text], cwd=folder, capture_output=True, timeout=300)
 
@@ -83,7 +83,7 @@ def test_closed_streams_cost_no_file(tmp_path: Path, closed: str) -> None:
 
 
 def test_nobody_need_read_what_is_said(tmp_path: Path) -> None:
-    """Nor does a closed pipe cost the files of a command that prints a table."""
+    """A closed pipe does not cost a table-printing command its files either."""
     done = shell(f"{{ livebass {' '.join(NOTE)} -o a.wav; echo $? > status; }} 2>&1 | true", tmp_path)
     assert (tmp_path / "a.wav").exists() and (tmp_path / "status").read_text() == "0\n"
     done = shell("livebass study claims a-no-contact --json claims.json | true", tmp_path)
@@ -116,7 +116,7 @@ def test_what_a_killed_render_left_is_removed_by_the_next(tmp_path: Path) -> Non
                 time.sleep(0.1)
             left = {file.name for file in tmp_path.iterdir()}
             assert len(left) == 5, left
-            # it lives: its files stay
+            # it is alive: its files stay
             assert command(*NOTE, "-o", out).returncode == 0
             assert {file.name for file in tmp_path.iterdir()} == left | {"long.wav"}
         finally:

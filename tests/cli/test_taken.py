@@ -1,4 +1,4 @@
-"""Takes that name their basses, through the command line: what is played, what is said, and what is not believed."""
+"""Takes that name their basses, on the command line: the sound, the messages, and the names not trusted."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PRESETS = ["paper-fretless", "jazz-finger", "flatwound", "slap"]  # General MIDI
 
 
 def take(*texts: tuple[int, str], of: str = TAKE) -> Path:
-    """Writes a take with a note a second, and texts (s, text), as take.mid; two of them change the program, too."""
+    """Writes a take with a note a second, and texts (s, text), as take.mid; two of them also change the program."""
     track = mido.MidiTrack([mido.MetaMessage("text", text=of)])
     events = [(0.0, mido.Message("program_change", program=33)), (9.0, mido.Message("program_change", program=36))]
     events += [(second, mido.MetaMessage("text", text=text)) for second, text in texts]
@@ -41,7 +41,7 @@ def take(*texts: tuple[int, str], of: str = TAKE) -> Path:
 
 @pytest.fixture
 def played(fake: type[FakeEngine], monkeypatch: pytest.MonkeyPatch) -> list[Instrument]:
-    """The basses that a render prepares: the first, and those that programs choose."""
+    """The basses that a render prepares: the first one and those chosen by programs."""
     found: list[Instrument] = []
     begin = fake.__init__
 
@@ -61,7 +61,7 @@ def played(fake: type[FakeEngine], monkeypatch: pytest.MonkeyPatch) -> list[Inst
 
 
 def test_each_bass_of_a_take_has_a_program(fake: type[FakeEngine]) -> None:
-    """Where other software has one for several, they are told apart."""
+    """Several basses with one program in other software stay distinct."""
     path = take(*((3 * k, text_of(name, {})) for k, name in enumerate([*PRESETS[:3], PRESETS[0]])))
     score = read_score(path, LEAST_RATE)
     assert [(bass.frame / LEAST_RATE, bass.preset) for bass in score.basses] == [
@@ -171,7 +171,7 @@ def test_a_take_of_more_basses_than_programs(played: list[Instrument], run: Run)
 
 
 def settings_of(run: Run, monkeypatch: pytest.MonkeyPatch, *arguments: object) -> Settings:
-    """What `play` would play by these arguments."""
+    """The settings `play` uses for these arguments."""
     found: list[Settings] = []
 
     class Session:
@@ -188,7 +188,7 @@ def settings_of(run: Run, monkeypatch: pytest.MonkeyPatch, *arguments: object) -
 def test_play_takes_the_basses_of_a_take_and_tells_them_on(
     fake: type[FakeEngine], run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """To the next take; the options of the command line change these and all others."""
+    """The next take gets them too; the options of the command line change these and all others."""
     path = take((0, text_of("paper-fretless", {"capo": "2"})), (3, text_of("flatwound", {"capo": "2"})))
     settings = settings_of(run, monkeypatch, "--file", path, "--a4", "441", "--wheel", "slide")
     assert settings.preset == "paper-fretless" and settings.programs == {33: "paper-fretless", 127: "flatwound"}
@@ -208,7 +208,7 @@ def test_play_takes_the_basses_of_a_take_and_tells_them_on(
 def test_every_option_that_changes_a_bass_is_told_and_taken(
     played: list[Instrument], run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As it was given: what `play` loads and what `render` makes of the text are the same bass."""
+    """In its original form: `play` loads the same bass that `render` builds from the text."""
     import soundfile
 
     from livebass.preset.keymap import key_map_text, load_key_map

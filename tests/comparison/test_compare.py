@@ -54,7 +54,7 @@ def test_shipped_notes_beside_a_preset(run: Run, tmp_path: Path) -> None:
 
 
 def test_two_real_basses_and_renders_of_ones_own(run: Run, tmp_path: Path) -> None:
-    """A copy as another bass is nowhere near zero from others, and at zero from its original."""
+    """A copy, taken as another bass, is far from the others, and at distance zero from its original."""
     other, mine = tmp_path / "other", tmp_path / "mine"
     shutil.copytree(GROWLY, other, ignore=shutil.ignore_patterns("E1*", "C3*"))
     mine.mkdir()
@@ -89,7 +89,7 @@ def test_files_without_a_pitch_are_named(run: Run, tmp_path: Path) -> None:
 
 
 def bad(folder: Path) -> dict[str, Path]:
-    """Recordings that cannot be used, by what is said of them."""
+    """Unusable recordings, by their error."""
     (folder / "empty").mkdir()
     noises = folder / "noises"
     noises.mkdir()

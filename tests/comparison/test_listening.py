@@ -1,4 +1,4 @@
-"""The players of a comparison's page: a real note and the nearest of another bass, equally loud, in a browser."""
+"""The players of a comparison's page: a real note and another bass's nearest, equally loud, in a browser."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OURS = {"E1_soft": (41.2, 0.2), "E1_hard": (41.2, 0.9), "A1_hard": (55.0, 0.02)}
 
 
 def note(pitch: float, level: float, bright: float) -> Any:
-    """A second of a plucked string, after some silence: partials that die away."""
+    """A second of a plucked string, after some silence: partials that decay."""
     t = np.arange(RATE) / RATE
     partials = [np.exp(-(1 + k / 4) * t) * np.sin(2 * np.pi * k * pitch * t) / k**bright for k in range(1, 12)]
     sound = np.sum(partials, axis=0)

@@ -1,4 +1,4 @@
-"""Figures of notes that are made to have them, and of sounds that have none."""
+"""Figures of notes built to have them, and of sounds without any."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def note(
     f0: float = F0, count: int = 24, t60: float = 8.0, cents: Callable[[Floats], Floats] | None = None,
     level: Callable[[int, Floats], Floats] | None = None, seconds: float = 3.0,
 ) -> Floats:  # fmt: skip
-    """A note of `count` partials, each 2 dB below the one before; `cents` by time, `level` by number and time."""
+    """A note of `count` partials, each 2 dB below the last; `cents` by time, `level` by number and time."""
     t = TIME[: round(seconds * RATE)]
     frequency = f0 * 2 ** ((cents(t) if cents else 0 * t) / 1200)
     turns = np.cumsum(frequency) / RATE
@@ -48,7 +48,7 @@ def test_decay_and_levels() -> None:
 
 @pytest.mark.parametrize("f0", [41.2, 65.4, 130.8])
 def test_glide_of_ten_cents(f0: float) -> None:
-    """Ten cents until 0.5 s, none later: each partial has them early and late."""
+    """Ten cents until 0.5 s, none later: each partial shows them early and late."""
     found = measure(note(f0, cents=lambda t: np.where(t < 0.5, 10.0, 0.0)), RATE, f0)
     for key in ("glide_early", "glide_late", *(f"glide_late_{j}" for j in range(1, 6))):
         assert found[key] == pytest.approx(10.0, abs=0.3), key
@@ -57,14 +57,14 @@ def test_glide_of_ten_cents(f0: float) -> None:
 
 
 def test_glide_that_fades() -> None:
-    """A glide that halves in the time between the two windows is half as far in the later one."""
+    """A glide that halves between the two windows measures half in the later one."""
     found = measure(note(cents=lambda t: 40 * 2 ** (-t / 0.1)), RATE, F0)
     assert 1.8 < found["glide_early"] / found["glide_late"] < 2.4
 
 
 @pytest.mark.parametrize("f0", [41.2, 49.0, 73.4, 98.0])
 def test_a_glide_is_that_of_its_times_whatever_the_pitch(f0: float) -> None:
-    """The windows of low notes are longer, and have the same middle: a glide that fades is as far in them."""
+    """Low notes have longer windows with the same middle: a fading glide measures the same there."""
 
     def cents(t: Floats) -> Floats:
         return 40 * np.exp(-t / 0.1)
@@ -75,7 +75,7 @@ def test_a_glide_is_that_of_its_times_whatever_the_pitch(f0: float) -> None:
 
 
 def test_beats_are_wobble() -> None:
-    """Partials that beat by 6 dB up and down are 6 / sqrt(2) off in the median; those without beats are not off."""
+    """Partials beating by 6 dB up and down deviate by 6 / sqrt(2) in the median; others by nothing."""
 
     def beating(j: int, t: Floats) -> Floats:
         return 10 ** (6 * np.sin(2 * math.pi * 4 * t + j) / 20) if j >= 5 else 1 + 0 * t
@@ -85,7 +85,7 @@ def test_beats_are_wobble() -> None:
 
 
 def test_noise_between_partials() -> None:
-    """White noise: each band has its share, whatever the partials; a note without noise has less than a floor."""
+    """White noise: each band has its share, whatever the partials; a clean note stays below a floor."""
     rng = np.random.default_rng(1)
     clean = note(130.8, t60=60.0)
     noise = 1e-3 * rng.normal(size=clean.size)
@@ -101,7 +101,7 @@ def test_noise_between_partials() -> None:
 
 
 def test_bands_and_centroids() -> None:
-    """Two partials of known levels: the bands over the fundamental and the centroid follow from them."""
+    """Two partials of known levels give the bands over the fundamental and the centroid."""
     sound = 0.3 * np.sin(2 * math.pi * 100 * TIME) + 0.03 * np.sin(2 * math.pi * 1000 * TIME)
     found = measure(sound, RATE, 100.0)
     assert found["band_700"] == pytest.approx(-20, abs=0.1) and found["growth"] == pytest.approx(-20, abs=0.1)
@@ -120,7 +120,7 @@ def test_fundamental_that_falls() -> None:
 
 
 def test_high_bands_that_fall() -> None:
-    """Noise of 2 to 8 kHz that falls by 20 dB in 0.1 s is so much lower 0.1 s after its peak, and twice that after."""
+    """Noise of 2 to 8 kHz that falls by 20 dB in 0.1 s is 20 dB lower 0.1 s after its peak, 40 dB after 0.2 s."""
     noise = np.random.default_rng(2).normal(size=TIME.size) * 10 ** (-TIME / 0.1)
     found = measure(noise + 1e-3 * note(), RATE, F0)
     assert found["high_100"] == pytest.approx(-20, abs=3) and found["high_200"] == pytest.approx(-40, abs=3)
@@ -128,7 +128,7 @@ def test_high_bands_that_fall() -> None:
 
 
 def test_thump_before_the_note() -> None:
-    """A burst of 63 Hz in the first 30 ms, 12 dB over a note of 1 kHz."""
+    """A burst at 63 Hz in the first 30 ms, 12 dB above a note of 1 kHz."""
     sound = 0.1 * np.sin(2 * math.pi * 1000 * TIME)
     sound[: round(0.03 * RATE)] += 0.4 * np.sin(2 * math.pi * 63 * TIME[: round(0.03 * RATE)])
     found = measure(sound, RATE, 100.0)
@@ -136,7 +136,7 @@ def test_thump_before_the_note() -> None:
 
 
 def test_what_a_short_note_does_not_tell() -> None:
-    """A note of 0.7 s has an attack, and neither levels after 1 s nor glides; the reason says what is needed."""
+    """A note of 0.7 s has an attack, but no levels after 1 s and no glides; the reason names the missing length."""
     found = measure(note(seconds=0.7), RATE, F0)
     assert math.isfinite(found["centroid_20"]) and math.isfinite(found["band_300"])
     for key in ("level_1s", "level_2s", "glide_early", "glide_late_3"):
@@ -145,7 +145,7 @@ def test_what_a_short_note_does_not_tell() -> None:
 
 
 def test_a_file_that_begins_within_the_note() -> None:
-    """Without an attack there are no figures of it, but those of the decay."""
+    """Without an attack it has only the decay figures."""
     sound = note(count=1)[round(1.003 / 65.4 * RATE) + 90 :]
     found = measure(sound, RATE, F0)
     for key in ("centroid_20", "thump", "snap", "fundamental_fall", "octave_62"):
@@ -166,7 +166,7 @@ def test_the_same_note_has_the_same_figures() -> None:
 
 
 def test_only_some_figures() -> None:
-    """They are the same as among all; a name that there is not is refused, with those there are."""
+    """The same as in a full run; an unknown name is refused with a list of the known ones."""
     sound = note()
     every, some = measure(sound, RATE, F0), measure(sound, RATE, F0, only=["centroid_20", "t60_100"])
     assert {"centroid_20", "t60_100"} <= set(some) < set(every)
@@ -194,13 +194,13 @@ def test_sounds_that_cannot_be_measured(sound: Floats, rate: float, pitch: float
 
 
 def test_partials_that_waver() -> None:
-    """`ringing` numbers the partials, and tells how far each is off its line."""
+    """`ringing` numbers the partials, and gives each one's deviation from its line."""
     found = ringing(note(130.8, count=12), RATE, 130.8)
     assert found.number.tolist() == list(range(1, 13)) and np.all(found.wobble < 0.05)
 
 
 def test_distances() -> None:
-    """None to itself, however loud; 6 dB in half of the bands is 3 dB off their mean, and none with bands free."""
+    """None to itself, however loud; 6 dB in half of the bands is 3 dB from their mean, and none with free bands."""
     sound = np.random.default_rng(3).normal(size=2 * RATE) * np.exp(-np.arange(2 * RATE) / RATE)
     assert distance(sound, 0.1 * sound, RATE) == pytest.approx(0, abs=1e-9)
     spectrum = np.fft.rfft(sound)

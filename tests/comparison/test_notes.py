@@ -1,4 +1,4 @@
-"""Notes found in files: their pitch is heard, their names tell the rest; notes rendered like them."""
+"""Notes found in files: pitch from the sound, the rest from the names; notes rendered to match."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ def test_names_tell_dynamic_technique_and_kind(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("names", "dynamics"),
     [
-        (("g_v20", "g_v100", "g_v127"), ["v20", "v100", "v127"]),  # in the order of numbers, not of letters
-        (("12_43_a", "34_43_b", "99_43_c"), ["12", "34", "99"]),  # what grows with the level, not the key
+        (("g_v20", "g_v100", "g_v127"), ["v20", "v100", "v127"]),  # by number, not by letter
+        (("12_43_a", "34_43_b", "99_43_c"), ["12", "34", "99"]),  # the parts that grow with the level, not the key
         (("one", "two", "three"), ["soft", "medium", "hard"]),  # by level alone
     ],
 )
@@ -88,7 +88,7 @@ def test_several_notes_in_a_file(tmp_path: Path) -> None:
 
 
 def test_a_note_that_is_stopped_tells_no_more_than_it_has(tmp_path: Path) -> None:
-    """A hand ends it after 1.5 s: nothing is told of 2 s, and the decay is that before the hand."""
+    """A hand ends it after 1.5 s: there are no figures at 2 s, and the decay is measured before the hand."""
     sound = tone(seconds=4.0)
     sound[round(1.5 * RATE) :] *= 10 ** (-3 * np.arange(sound.size - round(1.5 * RATE)) / RATE / 0.1)
     (found,) = measured([save(tmp_path, f=sound)])
@@ -97,7 +97,7 @@ def test_a_note_that_is_stopped_tells_no_more_than_it_has(tmp_path: Path) -> Non
 
 
 def test_release_over_the_note(tmp_path: Path) -> None:
-    """A knock of -12 dBFS over notes whose peak after 1 s is known."""
+    """A knock of -12 dBFS over notes of known peak after 1 s."""
     knock = np.sin(2 * math.pi * 500 * np.arange(RATE // 5) / RATE) * np.exp(-np.arange(RATE // 5) / RATE / 0.02)
     save(tmp_path, g_f=tone(seconds=2.0), g_rel=10 ** (-12 / 20) * knock / np.abs(knock).max())
     own = figures(basses("mine", measured([tmp_path]))[0])
@@ -106,7 +106,7 @@ def test_release_over_the_note(tmp_path: Path) -> None:
 
 
 def test_the_notes_that_are_shipped() -> None:
-    """Pitches in the octave of their names; what was measured on the whole library with another program."""
+    """Pitches in the octaves of their names; figures near another program's for the whole library."""
     notes = measured([GROWLY])
     pitches = {"E1": 41.2, "C2": 65.4, "C3": 130.8}
     for note in notes:
@@ -156,7 +156,7 @@ def test_velocities_are_spread_over_the_dynamics() -> None:
 
 
 def test_verdicts() -> None:
-    """Inside to the digits shown; else how far; slap and pop have ranges of their own or none."""
+    """Inside, to the digits shown; else the distance; slap and pop have their own ranges or none."""
     rows = {(row.key, row.when): row for row in ROWS}
     assert len(rows) == len(ROWS)
     level, fall = rows["level_1s", "soft"], rows["fundamental_fall", "hard"]
@@ -167,7 +167,7 @@ def test_verdicts() -> None:
 
 
 def test_how_far_outside() -> None:
-    """In units of the row, above positive; nothing where there is no range or no value."""
+    """In units of the row, positive above; None without a range or a value."""
     values = {("level_1s", "soft"): -4.4, ("wobble", "soft"): 0.2, ("thump", "hard"): 3.0, ("snap", "hard"): 20.0}
     found = {key: Figure(value) for key, value in values.items()} | {("level_2s", "soft"): Figure(math.nan, "short")}
     off = outside(found, "fingers")
@@ -186,7 +186,7 @@ def test_the_example_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_what_has_no_pitch_is_left_out_of_a_folder(tmp_path: Path) -> None:
-    """Noise among notes is named, and the notes are there; muted notes and harmonics are no plucked notes."""
+    """Noise among notes is named, and the notes are found; muted notes and harmonics are not plucked notes."""
     noise = 0.1 * np.random.default_rng(4).normal(size=RATE)
     save(tmp_path, g_f=tone(), hiss_f=noise, g_f_muted=tone(t60=0.2), g_f_harmonic=tone(196.0))
     left_out: list[str] = []

@@ -1,4 +1,4 @@
-"""Several basses in one score: one rings out while the next one plays, and one more change fades it out."""
+"""Several basses in one score: one rings out while the next plays, and a further change fades it out."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_the_bass_before_rings_out_and_the_one_before_that_is_faded_out() -> Non
 
 @pytest.mark.parametrize("size", [64, 777])
 def test_blocks_of_any_size_sound_the_same(size: int) -> None:
-    """To the rounding of what rings out and is over: its filters' last remains are 180 dB down."""
+    """Up to rounding in the basses that ring out: their filters' last remains are 180 dB down."""
     messages = [*LOW, (5000, 0xC0, 36, 0), (6000, 0xB0, 64, 0), (9000, 0x90, 28, 90), (20_000, 0xC0, 33, 0)]
     messages += [(21_000, 0xB0, 120, 0), (22_000, 0x90, 40, 90), (23_000, 0xC0, 1, 0), (24_000, 0xC0, 33, 0)]
     whole, _ = played(messages, 60_000, 60_000)
@@ -56,7 +56,7 @@ def test_blocks_of_any_size_sound_the_same(size: int) -> None:
 
 
 def test_a_bass_with_more_strings_comes_after_one_with_fewer() -> None:
-    """Its B string is the first of five; the E string of the bass before rings on until that plays an E."""
+    """Its B string is the first of five; the old E string rings on until the new bass plays an E."""
     five = without_noise("five-string")
     basses = Basses(Engine(JAZZ, LIGHT, RATE), {36: five})
     messages = [*LOW, (8000, 0xC0, 36, 0), (9000, 0x90, 23, 100)]

@@ -41,13 +41,13 @@ def fives(first: int, quick: int, end: int) -> list[Any]:
 
 @pytest.mark.parametrize("first", fives(0, 30, 130))
 def test_random_setups(first: int) -> None:
-    """Of five motions at most one is chaotic, and even that one is predictable for a tenth of its length."""
+    """Of five motions at most one is chaotic, and even that is predictable for a tenth of its length."""
     regular = [assert_agree(random_trial(seed), f"seed {seed}", least=0.1) for seed in range(first, first + 5)]
     assert sum(regular) >= 4
 
 
 def heard_across(trial: Trial, angle: float, apex: float, **friction: float) -> Trial:
-    """`trial` plucked at `angle` (rad), heard across 30 mm from the saddle, with other values of `friction`."""
+    """`trial` plucked at `angle` (rad), sensed across 30 mm from the saddle, with other values of `friction`."""
     speaking = dataclasses.replace(trial.speaking, **friction)
     return dataclasses.replace(oblique(trial, angle, apex), speaking=speaking, sensor_v=speaking.length - 0.03)
 
@@ -82,7 +82,7 @@ def test_energy_never_rises_with_losses(modes: int) -> None:
 
 
 def test_modal_states_are_those_of_the_displacement() -> None:
-    """Asking for states leaves the motion alone; summed at the sensor they are the displacement and its velocity."""
+    """Asking for states leaves the motion alone; their sum at the sensor is the displacement and its velocity."""
     trial = oblique(case_b(862, 84 * 96e3, 8e-3, 96e3), 0.6, 3.6e-3)
     asked = dataclasses.replace(trial, states=(0, 1, 333, 766, 767, 768))
     plain, motion = solve_trial(trial), solve_trial(asked)
@@ -93,7 +93,7 @@ def test_modal_states_are_those_of_the_displacement() -> None:
     seen = motion.states @ sensor
     for k, moved in enumerate((motion.displacement_m, motion.across_m)):
         assert np.abs(seen[:, k, 0] - moved[list(asked.states)]).max() < 1e-6 * np.abs(moved).max()
-        before, after = moved[332], moved[334]  # no contact has been: smooth enough to be differentiated
+        before, after = moved[332], moved[334]  # before any contact: smooth enough to differentiate
         assert seen[2, k, 1] == pytest.approx((after - before) * 96000 / 2, rel=0.02)
     with pytest.raises(ValueError, match="sample"):
         solve_trial(dataclasses.replace(trial, states=(10**6,)))

@@ -13,20 +13,20 @@ from livebass.engine.engine import Engine
 from livebass.score.score import score_of
 
 RATE = 48000
-EVENTS = 100_000  # in all presets together
+EVENTS = 100_000  # over all presets
 
 
 def loudest_note(bass: Engine) -> float:
-    """The peak of the strings' open notes and of a high one, as hard as they can be played."""
+    """The peak of the strings' open notes and a high one, played as hard as possible."""
     keys = [string.open_note for string in bass.instrument.strings]
     notes = [(0.3 * k, 0.2, key, 127) for k, key in enumerate([*keys, keys[-1] + bass.frets - 1])]
     return max(float(np.abs(block).max()) for block in bass.another().play(score_of(notes, RATE), 0.0))
 
 
 def assert_it_bears(preset: str, events: int, seed: int) -> None:
-    """Plays so many random messages; every frame of it is looked at.
+    """Plays `events` random messages, and checks every frame.
 
-    Boards at the contact rate of frets, at which they are five times as fast.
+    Boards run at the contact rate of frets, five times as fast.
     """
     bass = Engine(load_preset(preset), replace(QUALITIES["live"], modes=120, on_board=None), RATE)
     most, rng, sent = LOUDEST * loudest_note(bass), np.random.default_rng([*map(ord, preset), seed]), 0

@@ -1,6 +1,6 @@
-"""Laws of the engine, to the bit: blocks may be split anywhere, threads change nothing, same input, same file.
+"""Laws of the engine, to the bit: blocks split anywhere, threads change nothing, same input, same file.
 
-Further: nothing aliases, and the kernel cache notices a change in any kernel source.
+Also: nothing aliases, and the kernel cache notices a change in any kernel source.
 """
 
 from __future__ import annotations
@@ -66,11 +66,11 @@ def test_stems_add_up_to_the_mix(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("preset", "exact"), [("jazz-finger", False), ("paper-bass", True)])
 def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, exact: bool) -> None:
-    """Below 18 kHz nothing is folded down or lost: contacts are solved at the same 768 kHz for both rates.
+    """Below 18 kHz nothing folds down or is lost: contacts are solved at the same 768 kHz for both rates.
 
-    The tone circuit is left out, as its digital filter differs a little from rate to rate, and so is the tension that
-    follows the motion, once a frame. The frets of paper-bass lose nothing, so that its contacts let every difference
-    grow: what float32 rounds, another amount at each rate, to -47 dB. It is played in float64.
+    The tone circuit is left out, as its digital filter differs a little between rates, and so is the tension, which
+    follows the motion once a frame. The frets of paper-bass are lossless, so its contacts amplify every difference:
+    float32 rounds differently at each rate, to -47 dB. It is played in float64.
     """
     wire = np.array([1.0, 0, 0, 0])
     bass = without_noise(preset)
@@ -81,7 +81,7 @@ def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, exac
         engine = Engine(bass, quality, rate)
         for voice in engine.voices:
             voice.record["b"], voice.record["a"] = wire, wire
-        # hard plucks at times both rates have; no hands, which act once a frame
+        # hard plucks at times common to both rates; no hands, which act once a frame
         frames = np.arange(4) * (rate // 100)
         engine.send(frames, np.array([[0x90, key, 120] for key in (30, 35, 40, 45)], np.uint8))
         sound = engine.process(rate).sum(axis=0)
@@ -96,7 +96,7 @@ def test_what_48_khz_gives_is_what_192_khz_has_below_its_limit(preset: str, exac
 
 
 def test_every_file_that_compiles_is_in_the_key_of_the_cache() -> None:
-    """A change in any of `sources` has the kernels compiled again."""
+    """A change in any of `sources` recompiles the kernels."""
     compiles = re.compile(r"^from livebass\.compiling import .*\b(jit|entry|inlined|compiled)\b", re.MULTILINE)
     found = {path for path in store.PACKAGE.rglob("*.py") if compiles.search(path.read_text())}
     assert len(found) > 10 and found <= set(store.sources())

@@ -1,6 +1,6 @@
-"""The sound of the release, pinned: what every preset plays, hard, as one hash for each level of processor.
+"""The release's sound, pinned: every preset, played hard, as one hash per processor level.
 
-A change of the physics, of a preset or of the compiler changes them. If the change is meant, listen, and write the new
+A change of the physics, a preset or the compiler changes the hashes. If the change is meant, listen, then write the new
 ones: `python tests/engine/test_pinned.py` prints them for the level in LIVEBASS_LEVEL, or for this processor's.
 """
 
@@ -30,8 +30,8 @@ PINNED = json.loads((Path(__file__).parent / "pinned.json").read_text())
 TECHNIQUES = (
     "legato", "slide", "palm_mute", "ghost", "harmonic", "vibrato", "tap", "left_slap", "pick", "slap", "finger",
 )  # fmt: skip
-# Fields of the player for the performance of everything that hands can do, by preset: fingers, a nail, a thumb with a
-# mass, and a board. Their unevenness stays.
+# Fields of the player for a performance of all techniques, by preset: fingers, a nail, a thumb with a mass, and a
+# board. Their unevenness stays.
 PERFORMERS = {
     "jazz-finger": {"answering": "pedal", "ghost_below": 24},
     "precision-finger": {"stroke": "nail", "wheel": "slide", "velocity_curve": "soft"},
@@ -39,7 +39,7 @@ PERFORMERS = {
     "fretless": {"wheel": "slide", "out_of_range": "drop"},
 }
 BAR = 0.07  # s
-BACK = {1: 0, 5: 0, 7: 100, 9: 0, 11: 127, 64: 0, 65: 0, 68: 0, LEARNED: 120}  # values controllers go back to; else 64
+BACK = {1: 0, 5: 0, 7: 100, 9: 0, 11: 127, 64: 0, 65: 0, 68: 0, LEARNED: 120}  # values to return to; others: 64
 Messages = list[tuple[float, int, int, int]]  # s, status, first, second
 X86 = [level for level in emitter.LEVELS if level.startswith("x86")]
 
@@ -72,12 +72,12 @@ def bar_of(k: int, channels: tuple[int, int] = (0, 0)) -> Messages:
 
 
 def everything() -> Messages:
-    """A performance with each switch, controller, parameter and mode of the channels in turn, a bar or two each."""
+    """A performance with each switch, controller, parameter and channel mode in turn, a bar or two each."""
     played: Messages = []
     k = 0
 
     def bar(*messages: tuple[float, int, int, int], channels: tuple[int, int] = (0, 0)) -> None:
-        """Plays the next bar, with messages at parts of it."""
+        """Plays the next bar, with messages at fractions of it."""
         nonlocal k
         played.extend(bar_of(k, channels))
         played.extend((BAR * (k + part), *message) for part, *message in messages)  # type: ignore[misc]
@@ -89,7 +89,7 @@ def everything() -> Messages:
             if name in ("pick", "slap"):
                 bar((0.5, 0xD0, 90, 0))
     bar((0.0, 0x90, 19, 100), (0.0, 0x90, 27, 100), (0.5, 0x90, 17, 100), (0.9, 0x80, 17, 0), (0.95, 0x80, 19, 0))
-    for stroke in (13, 15):  # a pick's, down and up; then of fingers
+    for stroke in (13, 15):  # pick strokes, down and up; then fingers
         bar((0.0, 0x90, stroke, 1), (0.5, 0x80, stroke, 1))
     bar((0.0, 0x90, 25, 100), (0.0, 0xB0, 126, 1))  # one voice
     bar((0.2, 0xE0, 0, 30), (0.5, 0xE0, 127, 127), (0.95, 0xB0, 127, 0))
@@ -98,7 +98,7 @@ def everything() -> Messages:
     for number in (*controllers, 16):
         bar((0.0, 0xB0, number, 25), (0.02, 0xB0, number, 0), (0.3, 0xB0, number, 110))
         bar((0.5, 0xB0, number, BACK.get(number, 64)), (0.6, 0x90, 36, 0))
-    bar((0.0, 0xE0, 0, 64), (0.3, 0xB0, 126, 4), channels=(0, 1))  # a string a channel
+    bar((0.0, 0xE0, 0, 64), (0.3, 0xB0, 126, 4), channels=(0, 1))  # one string per channel
     for one, other in ((1, 1), (3, 2), (0, 5)):
         bend = (0.2, 0xE0 | one, 0, 80), (0.6, 0xE0 | other, 0, 40)
         bar(*bend, (0.3, 0xD0 | one, 80, 0), (0.0, 0xB0 | one, 74, 110), channels=(one, other))
@@ -117,7 +117,7 @@ def everything() -> Messages:
 
 
 def performed_hash(preset: str) -> str:
-    """SHA-256 of `everything` played on `preset` in the hands of PERFORMERS."""
+    """SHA-256 of `everything` played on `preset` by PERFORMERS."""
     bass = load_preset(preset)
     bass = replace(bass, player=replace(bass.player, keys=MODO_12, **PERFORMERS[preset]))  # type: ignore[arg-type]
     played = sorted(everything(), key=lambda message: message[0])

@@ -1,4 +1,4 @@
-"""Kernels as plain Python, for a debugger: the same contacts and the same note as compiled, but for rounding."""
+"""Kernels as plain Python, for a debugger: the same contacts and note as compiled, up to rounding."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from livebass.model.quality import Quality
 
 RATE = 24000
 FEW = Quality("few", 10, 96e3)
-ROUNDING = 1e-9  # of the largest: fused multiply-adds, and sums that LLVM reorders
+ROUNDING = 1e-9  # relative to the largest: fused multiply-adds, and sums reordered by LLVM
 
 
 def pluck() -> dict[str, list[float]]:
@@ -38,7 +38,7 @@ def pluck() -> dict[str, list[float]]:
 
 
 def note() -> dict[str, list[float]]:
-    """A note by the player, with its fingers, on a bass of one string and two frets."""
+    """A played note, with its fingers, on a bass of one string and two frets."""
     bass = without_noise("jazz-finger")
     neck = bass.necks[-1]
     neck = dataclasses.replace(neck, fret_positions=neck.fret_positions[:2], fret_heights=neck.fret_heights[:2])
@@ -49,7 +49,7 @@ def note() -> dict[str, list[float]]:
 
 
 def test_kernels_run_in_plain_python() -> None:
-    """The same in a process of its own, without the compiled library."""
+    """The same in a separate process, without the compiled library."""
     folder = Path(__file__).parent
     found = subprocess.run(
         [sys.executable, str(folder / "test_plain.py")],

@@ -1,4 +1,4 @@
-"""`simulate_to_directory`: the files that it writes, the values that it refuses, and what a broken run leaves."""
+"""`simulate_to_directory`: the files it writes, the values it refuses, and the remains of a broken run."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ KEYS = """
 
 
 def run(directory: Path, **changed: Any) -> str:
-    """Simulate `CASE` with some values changed."""
+    """Simulates `CASE` with some values changed."""
     asked = {**CASE, **changed}
     quality = Quality("of this test", None, asked.pop("contact_rate"))
     more = {name: asked.pop(name) for name in ("rate", "solver", "analyse", "shape_at") if name in asked}
@@ -183,7 +183,7 @@ def test_what_cannot_be_found_is_left_out(tmp_path: Path, monkeypatch: pytest.Mo
     run(tmp_path / "out", duration=0.06, analyse=True)
     with np.load(tmp_path / "out" / "result.npz") as result:
         found = set(result.files) - set(KEYS)
-    assert found == {"t60_s", "pitch_time_s", "pitch_hz", "pitch_aperiodicity"}  # brute force tells no states
+    assert found == {"t60_s", "pitch_time_s", "pitch_hz", "pitch_aperiodicity"}  # brute force gives no states
     run(tmp_path / "out", duration=0.005, analyse=True)
     with np.load(tmp_path / "out" / "result.npz") as result:
         assert set(result.files) - set(KEYS) == {"t60_s"}
@@ -244,7 +244,7 @@ def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The directory may be another disk, or its parent closed: only what is in it is touched."""
+    """The directory may be another disk, or its parent closed: only its contents are touched."""
     made: list[Path] = []
     opened = os.open
 
@@ -262,7 +262,7 @@ def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytes
 
 @pytest.mark.parametrize("solver", ["engine", "reference"])
 def test_wall_time_is_without_compilation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, solver: str) -> None:
-    """A solver compiles or loads its code in a first run, before the one that is timed."""
+    """A solver compiles or loads its code in a first, untimed run."""
     module = importlib.import_module(
         {"engine": "livebass.engine.solve", "reference": "livebass.reference.solver"}[solver]
     )

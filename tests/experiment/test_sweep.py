@@ -1,4 +1,4 @@
-"""`livebass study sweep` but for its processes: what a grid is, what is refused, what is measured, kept and drawn."""
+"""`livebass study sweep` without its processes: grids, refusals, measurements, kept results and plots."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_interrupted_before_the_first_point_it_leaves_no_folder(
 
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nobody answers in the tests that take this: less patience will do."""
+    """Tests with this get no answers, so less patience will do."""
     monkeypatch.setattr("livebass.experiment.workers.CONNECT", 2.0)
 
 
@@ -238,7 +238,7 @@ def test_what_is_heard_is_the_sensor_or_the_pickups() -> None:
     (work,) = (p.work for p in points("pluck.apex=2mm:2mm:1"))
     u, out = solve_trial(work.trial).displacement_m, heard(work.trial, work.output)
     change = np.diff(u) * work.output.gain
-    np.testing.assert_allclose(np.diff(out), change, atol=0.02 * np.abs(change).max())  # a DC blocker apart
+    np.testing.assert_allclose(np.diff(out), change, atol=0.02 * np.abs(change).max())  # up to a DC blocker
     near, far = (measured(p.work) for p in points("pickup.1.position=140mm:160mm:2", preset="jazz-finger"))
     differ = {name for name in QUANTITIES if near[name] != far[name] and not math.isnan(near[name])}
     assert differ == {"heard_peak", "heard_characteristic_frequency"}

@@ -30,7 +30,7 @@ SWEEP = (
 
 @contextmanager
 def sweeping(directory: Path, *more: str) -> Iterator[subprocess.Popen[str]]:
-    """The command, running; its process and its workers are gone in the end."""
+    """The running command; its process and workers are gone in the end."""
     line = [sys.executable, "-m", "livebass", *SWEEP, *more, "-o", str(directory)]
     process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     children: list[psutil.Process] = []
@@ -56,12 +56,12 @@ def gone(process: psutil.Process) -> bool:
     """True once a process has ended, collected by its parent or not."""
     try:
         return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:  # between the two questions
+    except psutil.NoSuchProcess:  # ended between the two calls
         return True
 
 
 def kept(directory: Path) -> dict[str, int]:
-    """The points there are, and when they were written, ns."""
+    """The existing points, and their write times, ns."""
     return {file.name: file.stat().st_mtime_ns for file in (directory / "points").glob("[!.]*.json")}
 
 
@@ -96,9 +96,9 @@ def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_p
         assert not psutil.wait_procs(workers, timeout=20)[1], "workers outlive their parent"
     before = kept(directory)
     assert 3 <= len(before) < COUNT and not (directory / "sweep.csv").exists()
-    (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as one killed in a write leaves it
+    (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as left by a kill during a write
     for left in (directory / "points").glob(".*"):
-        os.utime(left, (1, 1))  # a while ago
+        os.utime(left, (1, 1))  # some time ago
     with sweeping(directory) as process:
         assert f"{COUNT} points, {len(before)} found in" in finished(process)
     after = kept(directory)
@@ -155,7 +155,7 @@ def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: 
 
 
 class Deadly:
-    """Ends whoever unpickles it."""
+    """Ends any process that unpickles it."""
 
     def __reduce__(self) -> object:
         return os._exit, (3,)

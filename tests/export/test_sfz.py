@@ -45,7 +45,7 @@ from livebass.units import OFF, cents, decibels
 RATE = 48000
 TINY = Settings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)
 HEARD = 0.3  # s, of a note, for its level
-SAME_LEVEL = 2.0  # dB, for each note, besides what all have in common: each draws irregularities of its own
+SAME_LEVEL = 2.0  # dB, for each note, beyond the common offset: each draws its own irregularities
 SAME_LEVELS = 0.8  # dB, RMS of these
 CLEAR_STEP = 1.0  # dB
 SAME_PITCH = 6.0  # cents
@@ -123,7 +123,7 @@ def level(sound: np.ndarray, start: float, length: float = HEARD) -> float:
 
 
 def pitch(sound: np.ndarray, start: float, note: int) -> float:
-    """Hz, by the first three partials: the higher ones are stretched, and differ from one pluck to the next."""
+    """Hz, by the first three partials: the higher ones are stretched, and differ between plucks."""
     part = sound[round((start + 0.1) * RATE) : round((start + 0.45) * RATE)]
     expected = note_frequency(note)
     spectrum = np.fft.rfft(part * np.hanning(len(part)))
@@ -155,9 +155,9 @@ def test_a_phrase_through_sfizz_sounds_as_livebass_renders_it(slap: Written) -> 
 
 
 def test_a_released_note_ends_as_under_the_hand(slap: Written) -> None:
-    """In the 50 ms after its end a note falls as far in the sampler as in livebass, whose notes differ there.
+    """In the 50 ms after its end a note falls as far in the sampler as in livebass, where each note falls differently.
 
-    The knock of the hand is none of the samples'.
+    The samples leave out the hand's knock.
     """
     quiet = without_noise(slap.bass)
     for key in (28, 45):
@@ -171,7 +171,7 @@ def test_a_released_note_ends_as_under_the_hand(slap: Written) -> None:
 
 
 def test_a_sample_is_what_livebass_renders(slap: Written) -> None:
-    """But for the floor, which each note of a sampler would bring anew."""
+    """Except the floor, which every sampled note would add again."""
     bass = replace(slap.bass, player=replace(slap.bass.player, floor_noise=OFF))
     for sample in slap.pack.samples[:: len(slap.pack.samples) // 7]:
         note = single_note(sample.zone.note, sample.velocity, TINY.length, RATE)
@@ -222,7 +222,7 @@ def test_levels_go_on_from_layer_to_layer(slap: Written) -> None:
 
 @pytest.mark.parametrize("preset", preset_names())
 def test_a_key_is_on_the_string_that_the_player_chooses(preset: str) -> None:
-    """The string that sounds, of a bass at rest."""
+    """The string that sounds on a bass at rest."""
     bass = load_preset(preset)
     pack = Pack(
         bass, preset, replace(TINY, quality=replace(QUALITIES["live"], modes=20, contact_rate=96e3, on_board=None))
@@ -257,7 +257,7 @@ def test_layers_are_sampled_where_they_are_played(player: Player, layers: int) -
 
 @pytest.mark.parametrize("curve", ["linear", "soft", "hard", ((1.0, 60.0), (40.0, 70.0), (127.0, 127.0))], ids=str)
 def test_the_softest_notes_are_as_loud_as_the_velocity_curve_has_them(curve: Curve, tmp_path: Path) -> None:
-    """Those below the lowest sampled velocity, by its sample."""
+    """Those below the lowest sampled velocity use its sample."""
     bass = load_preset("jazz-finger")
     bass = replace(bass, player=replace(bass.player, velocity_curve=curve, unevenness=0.0))
     pack = Pack(bass, "soft", replace(TINY, layers=3))
@@ -279,7 +279,7 @@ def test_the_softest_notes_are_as_loud_as_the_velocity_curve_has_them(curve: Cur
 
 
 def test_samples_have_no_floor(slap: Written) -> None:
-    """Notes that sound together would add it up."""
+    """Simultaneous notes would add it up."""
     player = replace(slap.bass.player, floor_noise=-40.0)
     pack = Pack(replace(slap.bass, player=player), "slap", TINY)
     pack.engine.send(np.array([0]), np.array([[0x90, slap.bass.strings[0].open_note, 100]], np.uint8))
@@ -312,7 +312,7 @@ def test_hostile_texts_of_a_preset_stay_comments() -> None:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[int]:
-    """Samples of noise; an engine that is never made. Returns a list as long as samples were played."""
+    """Noise samples, and an engine that is never made. Returns a list with an entry per sample played."""
     count: list[int] = []
 
     def played(*_: object) -> np.ndarray:
@@ -412,7 +412,7 @@ def test_nothing_half_written(
                 count = len(quick)
             if count == 90:
                 signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-            if count >= 90:  # the main thread, which takes the signal, has time before the last sample is done
+            if count >= 90:  # the main thread takes the signal, and has time before the last sample
                 time.sleep(0.05)
             return np.zeros(100, np.float32)
 

@@ -1,4 +1,4 @@
-"""The law of v that `livebass identify` writes: found in what the engine renders, left out where there is none."""
+"""The law of v written by `livebass identify`: found in the engine's renders, left out where there is none."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ from livebass.preset.load import preset_source
 from livebass.score.score import single_note
 
 RATE = 48_000
-# A neck that takes as much from all modes up to 900 Hz; v, on one that is stiffer, loses less there.
+# This neck takes equally from all modes up to 900 Hz; v, on a stiffer one, loses less there.
 LEVEL = tuple((float(nu), 12e-3 * min(1.0, math.exp((900 - nu) / 150)), 0.0) for nu in range(10, 3000, 10))
 
 
 @cache
 def bass(stiffness: float, longer: float, neck: bool = True, angle: float = 0.8) -> Instrument:
-    """Jazz-finger, plucked aslant, whose E string has that law of v, and whose pickups sense most of v."""
+    """Jazz-finger, plucked aslant, whose E string has the given law of v, and whose pickups sense mostly v."""
     base = load_preset("jazz-finger")
     own = {"stiffness_across": stiffness, "longer_across": longer, "stop_across": 1.0}
     y = Admittance((), LEVEL) if neck else Admittance()
@@ -61,9 +61,9 @@ def heard(folder: Path, played: Instrument, by: Instrument | None = None) -> Ide
     quick([(4.0, 2e-3, 0.1e-3), (4.0, -2e-3, 0.1e-3), (9.0, 1e-3, 0.4e-3)], [(4.0, -2e-3, 0.1e-3)]),
 )
 def test_the_law_of_a_rendered_string_is_found(tmp_path: Path, stiffness: float, longer: float, near: float) -> None:
-    """From a bass whose v is as its u: stiffness within a fifth, length within 0.1 mm, and with its sign.
+    """Starting from a bass with v like u: stiffness within a fifth, signed length within 0.1 mm.
 
-    Lines that are nearer to each other than they are wide tell less: 0.4 mm.
+    Lines closer to each other than their width determine less: 0.4 mm.
     """
     result = heard(tmp_path, bass(stiffness, longer))
     own = result.own
@@ -74,7 +74,7 @@ def test_the_law_of_a_rendered_string_is_found(tmp_path: Path, stiffness: float,
     assert f"{own.longer * 1e3:+.2f} mm longer across" in table(result)
     two = [p for p in result.partials if p.v]
     ours = [result.string.measured_dampings[p.number - 1] for p in two]
-    assert abs(np.median(np.log(np.array(ours) / [p.u.damping for p in two]))) < 0.1  # u's own, not that heard
+    assert abs(np.median(np.log(np.array(ours) / [p.u.damping for p in two]))) < 0.1  # u's own, not the audible one
 
 
 def test_the_preset_beats_and_decays_as_the_string_did(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_single_lines_write_nothing(tmp_path: Path, case: str) -> None:
 
 
 def twins(law: float, longer: float, numbers: tuple[int, ...]) -> list[Found]:
-    """Partials of two lines on the neck LEVEL by that law, as the model has them."""
+    """Partials of two lines on the neck LEVEL by the given law, as in the model."""
     own = bass(law, longer)
     s = speaking(own.strings[0], own.necks[0], 0)
     both = [(modes.frequencies(s, 40, across=v), modes.dampings(s, 40, across=v)) for v in (False, True)]
@@ -136,7 +136,7 @@ def test_the_law_from_exact_lines() -> None:
 
 
 def test_lines_without_a_law_write_nothing() -> None:
-    """As often above as below, and no neck that could take from v what it does."""
+    """Above as often as below, and a neck that cannot take v's losses."""
     plain = bass(1.0, 0.0, False)
     found = twins(3.0, 0.0, (2, 3, 5, 8, 9, 12))
     for k, p in enumerate(found):
@@ -146,7 +146,7 @@ def test_lines_without_a_law_write_nothing() -> None:
 
 
 def test_both_lines_are_heard_as_the_partial_was() -> None:
-    """With the law of v of the preset, u of a single line is damped so that both decay as it did."""
+    """With the preset's law of v, u of a single line is damped to make both lines decay as the partial did."""
     own = bass(4.0, 2e-3)
     s = speaking(own.strings[0], own.necks[0], 0)
     found = [replace(p, v=None, damping=d) for p, d in zip(twins(4.0, 2e-3, (2, 5, 9)), (1.5, 2.0, 4.0), strict=True)]

@@ -1,4 +1,4 @@
-"""Doubts of `livebass identify`: clipping, other notes and partials no string has are said and left out."""
+"""Doubts of `livebass identify`: it reports and leaves out clipping, other notes and partials of no string."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_a_note_that_clips_to_its_end_is_refused(run: Run, tmp_path: Path) -> No
 @pytest.mark.parametrize("bits", [8, 12, 16, 24])
 @pytest.mark.parametrize("level", [0.01, 0.3, 1.0])
 def test_round_tops_are_not_clipping(bits: int, level: float) -> None:
-    """Whatever their height in steps of the file: a sine that does not decay, too, and a string."""
+    """Whatever their height in file steps, for a steady sine and for a string."""
     steps = 2.0 ** (bits - 1)
     slow = sine(41.2, 0.0, 1.0, 1.0)
     for sound in (slow, slow + 0.06 * sine(123.6, 0.0, 1.0, 1.0), note(paper_g(), 1.0)):
@@ -114,7 +114,7 @@ def test_noise_after_it(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("other", ["A", "D"])
 def test_two_notes_at_once(run: Run, tmp_path: Path, other: str) -> None:
-    """Both notes are refused; beside a take of the string alone the two are left out."""
+    """Both notes are refused; beside a take of the string alone only the two are left out."""
     both = note(paper_g()) + 0.7 * note(open_string("jazz-finger", other))
     save(tmp_path / "both.wav", both)
     save(tmp_path / "alone.wav", note(paper_g()))
@@ -128,7 +128,7 @@ def test_two_notes_at_once(run: Run, tmp_path: Path, other: str) -> None:
 
 
 def test_hum_and_strays_in_place_of_partials(run: Run, tmp_path: Path) -> None:
-    """A string plucked at a fifth has no partials 5, 10, 15: what sounds near them stays out of the preset."""
+    """A string plucked at a fifth has no partials 5, 10, 15: sounds near them stay out of the preset."""
     s = speaking(LAW_ONLY, g_neck(), 0)
     nu = modes.frequencies(s, 20)
     strays = sine(nu[4] + 2, 0.03, 0.01) + sine(nu[9] + 12, 1.0, 0.01) + sine(nu[14], 60.0, 0.1)

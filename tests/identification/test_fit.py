@@ -1,4 +1,4 @@
-"""Resonances of a neck from measured modes: known ones are found again, and the paper's saw-tooth is met."""
+"""Resonances of a neck from measured modes: it recovers known ones, and meets the paper's saw-tooth."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def paper() -> NeckFit:
 
 
 def on_a_neck(resonances: tuple[Resonance, ...], count: int = 24) -> String:
-    """Returns the G string as it would be measured on a neck with these resonances."""
+    """Returns the G string as it would measure on a neck with these resonances."""
     law = replace(g_string(), measured_frequencies=(), measured_dampings=())
     s = speaking(law, replace(g_neck(), admittance=Admittance(resonances)), 0)
     nu, sigma = frequencies(s, count).tolist(), dampings(s, count).tolist()
@@ -43,11 +43,11 @@ def test_known_resonances_are_found() -> None:
     for r in put:
         near = min(fit.resonances, key=lambda found: abs(found.frequency - r.frequency))
         assert near.frequency == pytest.approx(r.frequency, rel=0.02)
-        # Q and mass go together where no mode falls into the peak; the ratio is what the flanks tell
+        # Q and mass trade off if no mode is inside the peak; the flanks give their ratio
         assert near.quality * near.mass == pytest.approx(r.quality * r.mass, rel=0.4)
 
 
-@pytest.mark.slow  # the command gives back what ships, with these figures
+@pytest.mark.slow  # the command reproduces the shipped data, with these figures
 def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
     """At most 14 resonances explain 34 dampings between 0.14 and 5.5 1/s, and the frequencies with them."""
     law = np.sqrt(np.mean((paper.law / paper.damping - 1) ** 2))
@@ -57,7 +57,7 @@ def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
     assert all(1e-3 < r.mass < 10 for r in paper.resonances)
 
 
-@pytest.mark.slow  # the claims of the paper have the sign, too: tests/model/test_neck.py
+@pytest.mark.slow  # the paper's claims include the sign too: tests/model/test_neck.py
 def test_the_sign_of_eq_8_is_in_the_data(paper: NeckFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the sign as printed, and exp(+i omega t), the resonances explain the frequencies much worse."""
     monkeypatch.setattr("livebass.identification.fit.detuning", lambda *given: -detuning(*given))
@@ -74,7 +74,7 @@ def test_the_presets_have_that_neck(name: str) -> None:
 
 @pytest.mark.parametrize("name", quick(["paper-g", "paper-bass"], ["paper-g"]))
 def test_the_command_gives_back_what_ships(name: str) -> None:
-    """Its resonances to the letter, and the figures that preset and handbook state."""
+    """Its resonances to the letter, and the figures in preset and handbook."""
     tool = Path(__file__).parents[2] / "tools" / "fit_neck.py"
     done = subprocess.run([sys.executable, tool, name], capture_output=True, text=True, check=True, timeout=300)
     said = tomllib.loads(done.stdout)
@@ -89,16 +89,16 @@ def test_the_command_gives_back_what_ships(name: str) -> None:
         assert figure in done.stdout, done.stdout
 
 
-@pytest.mark.slow  # with the usual rounding, the command gives back what ships
+@pytest.mark.slow  # with the usual rounding, the command reproduces the shipped data
 def test_as_many_are_found_whatever_the_rounding(paper: NeckFit) -> None:
-    """Another last digit of the string leads elsewhere, but to 13 that do as well."""
+    """Another last digit of the string leads elsewhere, but to 13 that fit as well."""
     again = fit_neck(replace(g_string(), linear_density=np.nextafter(g_string().linear_density, 1)))
     for fit in (paper, again):
         assert len(fit.resonances) == 13 and fit.deviation < 0.065 and 160e-6 < fit.left < 200e-6
 
 
 def saw_tooth(neck: Admittance, sigma: np.ndarray) -> float:
-    """Returns the relative misfit, root mean square, of the law with `neck` to dampings of the first modes of the G."""
+    """Returns the relative rms misfit of the law with `neck` to the dampings of the G's first modes."""
     s = speaking(g_string(), g_neck(), 0)
     nominal = np.arange(1.0, sigma.size + 1) * s.string.nominal_fundamental
     law = np.pi * nominal * loss_factor(s, nominal)

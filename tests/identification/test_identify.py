@@ -1,4 +1,4 @@
-"""`livebass identify` and the functions behind it, on notes whose modes are known and on a real bass."""
+"""`livebass identify` and the functions behind it, on notes with known modes and on a real bass."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from livebass.preset.load import preset_source
 from livebass.units import cents
 
 RATE = 48_000
-# A recording, its string, its pitch, the inharmonicity that it has, how many partials are found at least
+# A recording, its string, its pitch, its inharmonicity, and the least number of partials found
 REAL = (
     ("picked-g.flac", "G", 98.0, (3.2e-5, 3.7e-5), 50), ("picked-e.flac", "E", 41.2, (1.1e-4, 1.6e-4), 45),
 )  # fmt: skip
@@ -67,7 +67,7 @@ def pluck(
 
 
 def noisy(sound: np.ndarray, ratio_db: float, seed: int = 1, lead: int = RATE // 4) -> np.ndarray:
-    """Adds white noise `ratio_db` below the sound's power, which begins `lead` samples before the sound."""
+    """Adds white noise `ratio_db` below the sound's power; it begins `lead` samples before the sound."""
     noise = np.random.default_rng(seed).normal(size=sound.size + lead)
     noise *= math.sqrt(float(np.mean(sound**2))) * 10 ** (-ratio_db / 20)
     noise[lead:] += sound
@@ -80,7 +80,7 @@ def save(path: Path, sound: np.ndarray, rate: int = RATE, subtype: str = "FLOAT"
 
 
 def errors(result: Identified, s: Speaking | None = None) -> tuple[dict[int, float], dict[int, float]]:
-    """Returns relative errors of frequencies and dampings by number of the partial."""
+    """Returns relative errors of frequencies and dampings by partial number."""
     s = s or paper_g()
     nu, sigma = modes.frequencies(s, 200), modes.dampings(s, 200)
     return (
@@ -92,11 +92,11 @@ def errors(result: Identified, s: Speaking | None = None) -> tuple[dict[int, flo
 @pytest.mark.parametrize(
     ("at", "ratio_db", "count", "frequency", "damping"),
     quick(
-        [  # the note, its noise, how many partials at least, and how well 30 of them, or those, are found
-            (0.02, 60, 78, 1e-6, 0.2e-2),  # asked for are 5e-4 and 5e-2
+        [  # the note, its noise, the least number of partials, and the accuracy of the first 30 (or all) of them
+            (0.02, 60, 78, 1e-6, 0.2e-2),  # required: 5e-4 and 5e-2
             (0.02, 40, 65, 5e-6, 1e-2),
             (0.02, 20, 36, 5e-5, 8e-2),
-            (0.64, 60, 70, 2e-5, 2e-2),  # where it is usually plucked: the high partials are weak, 27 is near a node
+            (0.64, 60, 70, 2e-5, 2e-2),  # the usual plucking place: the high partials are weak, 27 is near a node
             (0.64, 40, 52, 2e-4, 10e-2),
             (0.64, 20, 28, 2e-4, 30e-2),
         ],
@@ -118,7 +118,7 @@ def test_modes_of_the_measured_string(
 
 @pytest.mark.slow
 def test_the_uncertainty_of_one_take_is_that_of_its_noise() -> None:
-    """Of the 95 % intervals, about that many hold the true value."""
+    """About 95 % of the 95 % intervals contain the true value."""
     sound, s = pluck(seconds=3.0), paper_g()
     nu, sigma = modes.frequencies(s, 40), modes.dampings(s, 40)
     off = []
@@ -141,7 +141,7 @@ def test_dampings_from_a_tenth_to_a_hundred(damping: float) -> None:
 
 
 def test_a_band_by_itself() -> None:
-    """Without noise, the sines of a band are exact but for rounding and the filter's leakage."""
+    """Without noise, the sines of a band are exact except for rounding and the filter's leakage."""
     sound = ring([1.0, 0.3], [440.0, 447.0], [2.0, 5.0], 1.0)
     seen = components(band(sound, RATE, 441.0, 150.0))
     assert len(band(sound, RATE, 441.0, 150.0).samples) <= SAMPLES
@@ -207,7 +207,7 @@ def test_several_takes(tmp_path: Path) -> None:
 def test_rates_formats_and_channels(tmp_path: Path, rate: int, kind: str) -> None:
     left = noisy(pluck(seconds=3.0, rate=rate), 60, lead=rate // 4)
     left -= left.mean()
-    sound = np.stack([0.01 * np.roll(left, rate // 100), left + 0.2], axis=1)  # with an offset, as a sensor has it
+    sound = np.stack([0.01 * np.roll(left, rate // 100), left + 0.2], axis=1)  # with an offset, like a sensor's
     path = save(tmp_path / "g.wav", sound, rate, kind)
     assert np.allclose(read_recording(path).sound, left, atol=1e-4)
     assert np.allclose(read_recording(path, channel=1).sound, sound[:, 0], atol=1e-4)
@@ -218,9 +218,9 @@ def test_rates_formats_and_channels(tmp_path: Path, rate: int, kind: str) -> Non
 
 @pytest.mark.parametrize(
     ("law", "fundamental"), quick([("paper", 1e-5), ("hinged", 2e-5)], [("paper", 1e-5)])
-)  # the neck draws partials aside
+)  # the neck shifts partials
 def test_the_lowest_string(tmp_path: Path, law: str, fundamental: float) -> None:
-    """An E, whose periods are 24 ms, with neither string nor note given."""
+    """An E with 24 ms periods, with neither string nor note given."""
     bass = load_preset("jazz-finger")
     string = replace(bass.strings[0], stiffness_law=law, viscoelastic_angle=0.006, thermoelastic=6e-6)
     s = speaking(string, bass.necks[0], 0)
@@ -251,7 +251,7 @@ def test_a_stopped_note_ends_there(tmp_path: Path) -> None:
 
 
 def test_a_string_that_follows_the_laws() -> None:
-    """Its parameters of eqs. 8 to 11 are found, and nothing is left for the neck."""
+    """Its parameters of eqs. 8 to 11 are found, and nothing remains for the neck."""
     s, j = speaking(LAW_ONLY, g_neck(), 0), np.arange(1, 61)
     law = fit_law(j, modes.frequencies(s, 60), "paper")
     assert (law.fundamental, law.inharmonicity) == (pytest.approx(97.976), pytest.approx(3.5e-5))
@@ -269,7 +269,7 @@ def test_a_string_that_follows_the_laws() -> None:
 @pytest.mark.parametrize("law", STIFFNESS_LAWS)
 @pytest.mark.parametrize("base", STIFFNESS_LAWS)
 def test_which_law_the_partials_follow(law: str, base: str) -> None:
-    """Each law gives its own figures back, whatever the preset has; the other one is far off on a stiff string."""
+    """Each law returns its own figures, whatever the preset has; the other one is far off on a stiff string."""
     bass = load_preset("jazz-finger")
     string = replace(bass.strings[0], inharmonicity=2e-4, stiffness_law=law)
     s, j = speaking(string, bass.necks[0], 0), np.arange(1, 61)
@@ -281,7 +281,7 @@ def test_which_law_the_partials_follow(law: str, base: str) -> None:
 
 
 def test_few_partials_tell_no_law() -> None:
-    """The published modes of the G up to 20 or 10, drawn aside by the neck: the preset's law stays."""
+    """The published modes of the G up to 20 or 10, shifted by the neck: the preset's law stays."""
     for base in STIFFNESS_LAWS:
         string = replace(g_string(), stiffness_law=base)
         for count in (10, 20):
@@ -290,7 +290,7 @@ def test_few_partials_tell_no_law() -> None:
 
 
 def test_a_stiff_string_from_its_sound(run: Run, tmp_path: Path) -> None:
-    """Within 1 cent in f0 and 2 % in B; the preset that is written has the law, in its table too."""
+    """Within 1 cent in f0 and 2 % in B; the written preset has the law, in its table too."""
     bass = load_preset("jazz-finger")
     string = replace(bass.strings[0], inharmonicity=2e-4)
     s = speaking(string, bass.necks[0], 0)
@@ -318,7 +318,7 @@ def test_the_neck_takes_the_rest() -> None:
 
 
 def straight(folder: Path) -> Path:
-    """Jazz-finger plucked straight up: what is heard is u alone."""
+    """Jazz-finger plucked straight up, which sounds u alone."""
     text = re.sub("(?m)^(pluck_angle|angle_when_hard) = .*$", r'\1 = "0 deg"', preset_source("jazz-finger")[1])
     (folder / "straight.toml").write_text(text)
     return folder / "straight.toml"

@@ -1,4 +1,4 @@
-"""What a partial is made of: one line or two, a glide that all share, and how long it is heard."""
+"""The parts of a partial: one line or two, a common glide, and its audible length."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ NU, SIGMA = np.array(FREQUENCIES[:COUNT]), np.array(DAMPINGS[:COUNT])
 
 
 def tones(lines: list[tuple[float, float, float]], seconds: float = 4.0, ahead: Glide | None = None) -> np.ndarray:
-    """Returns a sum of damped sines (Hz, 1/s, amplitude), in a time of its own if they glide, with noise at -80 dB."""
+    """Returns a sum of damped sines (Hz, 1/s, amplitude), on a warped time if they glide, with noise at -80 dB."""
     t = np.arange(round(seconds * RATE)) / RATE
     string = t + ahead.ahead(t) if ahead else t
     sound = np.zeros(t.size)
@@ -39,7 +39,7 @@ def heard(folder: Path, sound: np.ndarray) -> Identified:
 
 
 def straight_line(lines: list[tuple[float, float, float]], down: float = 30.0) -> float:
-    """Returns the damping (1/s) of the straight line through the level of `lines`, from 0.1 s on, as long as heard."""
+    """Returns the damping (1/s) of a straight line through the audible level of `lines`, from 0.1 s on."""
     t = np.arange(0.1, 3.9, 1e-3)
     wave = sum(a * np.exp((2j * math.pi * nu - sigma) * t) for nu, sigma, a in lines)
     level = 20 * np.log10(np.abs(wave))
@@ -51,7 +51,7 @@ def straight_line(lines: list[tuple[float, float, float]], down: float = 30.0) -
     ("faster", "level", "apart"), quick([(5.0, -10, 0.1), (6.0, -20, 0.4), (3.0, 0, 0.3)], [(6.0, -20, 0.4)])
 )
 def test_the_t60_of_two_lines_is_that_heard(tmp_path: Path, faster: float, level: float, apart: float) -> None:
-    """The louder line dies at once; what is heard is mostly the other one."""
+    """The louder line dies at once; mostly the other one is heard."""
     slow = 10 ** (level / 20)
     pairs = {j: [(NU[j], faster, 1.0), (NU[j] + apart, 0.4, slow)] for j in (3, 6, 10)}
     lines = [line for j in range(COUNT) for line in pairs.get(j, [(NU[j], SIGMA[j], 1.0)])]
@@ -70,7 +70,7 @@ def test_the_t60_of_two_lines_is_that_heard(tmp_path: Path, faster: float, level
 
 
 def test_a_glide_is_no_second_line(tmp_path: Path) -> None:
-    """A string that begins 8 cents sharp: single lines with its own dampings, and the pitch to which it comes."""
+    """A string that starts 8 cents sharp: single lines with its own dampings, and the pitch it settles at."""
     glide = Glide(((0.003, 0.3), (0.0016, 0.9)))
     result = heard(tmp_path, tones([(nu, sigma, 1.0) for nu, sigma in zip(NU, SIGMA, strict=True)], ahead=glide))
     assert not any(p.v for p in result.partials) and result.across is None
@@ -82,7 +82,7 @@ def test_a_glide_is_no_second_line(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_two_lines_that_glide(tmp_path: Path) -> None:
-    """Both are told apart: those of one partial, and the glide of all."""
+    """It separates the two lines of a partial from the glide of all."""
     glide = Glide(((0.002, 0.5),))
     lines = [(nu, sigma, 1.0) for nu, sigma in zip(NU, SIGMA, strict=True)] + [(NU[4] + 0.8, 0.3, 0.4)]
     result = heard(tmp_path, tones(lines, ahead=glide))
@@ -101,5 +101,5 @@ def test_straightened_sound_is_that_of_a_steady_string() -> None:
     lines = [(NU[0], 0.5, 1.0), (NU[9], 1.0, 0.3)]
     take = Take("g.wav", 0.0, tones(lines, 2.0, glide), RATE)
     mine, steady = straightened(take, glide).sound, tones(lines, 2.1)
-    # amplitudes stay where they were, up to 2 ms later
+    # amplitudes stay in place, up to 2 ms later
     assert np.sqrt(np.mean((mine - steady[: mine.size])[RATE // 10 :] ** 2)) < 3e-3

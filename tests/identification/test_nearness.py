@@ -32,7 +32,7 @@ def note(bright: float, damping: float = 1.0) -> np.ndarray:
 
 
 def test_the_best_velocity_counts_and_loudness_does_not(tool: ModuleType) -> None:
-    """The distance is that of the product, over the span or over a recording that is shorter."""
+    """It is the product's distance, over the span or the length of a shorter recording."""
     near, far = note(1.1), note(1.5)
     recorded = shape(0.1 * note(1.0), RATE, 3.0)
     found = tool.nearness(tool.shapes({30: far, 90: near}), recorded)

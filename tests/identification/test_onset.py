@@ -1,4 +1,4 @@
-"""Pluck, pickups and tone are found from notes of basses whose values are known."""
+"""Pluck, pickups and tone found from notes of basses with known values."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ RATE, CONTACT_RATE = 48_000, 384_000
 
 
 def usual_bass() -> Instrument:
-    """A Jazz Bass that is plucked near the neck pickup, with a pot half open: what is sought lies on either side.
+    """A Jazz Bass plucked near the neck pickup, its pot half open: the sought values lie on either side.
 
-    Its neck takes less than that of `jazz-finger`, under which the levels of single partials say less.
+    Its neck takes less than `jazz-finger`'s, which would blur the levels of single partials.
     """
     bass = replace(load_preset("jazz-finger"), necks=load_preset("muted").necks)
     levels = (1.0, 0.8)
@@ -51,7 +51,7 @@ def other_bass(place: float, rounding: float, pickups: tuple[float, ...], tone: 
 
 
 def note_of(bass: Instrument, string: int) -> np.ndarray:
-    """A note of the open string, plucked softly, with noise at -80 dB before and under it."""
+    """A softly plucked note of the open string, with noise at -80 dB before and under it."""
     s = speaking(bass.strings[string], bass.necks[string], 0)
     at = bass.player.pluck_position * s.length
     trial = Trial(
@@ -92,7 +92,7 @@ def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
     assert [p.position for p in onset.pickups] == pytest.approx(pickups, abs=4e-3)
     levels = [p.level for p in onset.pickups]
     assert levels[1] / levels[0] == pytest.approx(0.8, rel=0.05)
-    # what dims high partials alike is told from the preset, and a doubt
+    # tone or rounding, which dim high partials alike: the preset decides, with a doubt
     known = abs(np.log((onset.tone + 0.02) / (tone + 0.02))) < 0.3 and onset.rounding == pytest.approx(
         rounding, rel=0.3
     )
@@ -100,7 +100,7 @@ def test_pluck_pickups_and_tone(case: str, tmp_path: Path) -> None:
 
 
 def test_a_finger_may_be_as_dark_as_a_tone(tmp_path: Path) -> None:
-    """The tone is all but closed; an open one under a wider finger is as dark, and the doubt has the truth."""
+    """The tone is almost closed; an open one under a wider finger is as dark, and the doubt states the truth."""
     onset = found("dark", tmp_path).onset
     assert onset is not None and onset.tone > 0.4
     assert any("a tone of 0.02 under a finger of 7 mm is as dark as" in doubt for doubt in onset.doubts)
@@ -108,7 +108,7 @@ def test_a_finger_may_be_as_dark_as_a_tone(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
-    """The preset that is written plays the note of the other bass, and keeps all else."""
+    """The written preset plays the other bass's note, and keeps everything else."""
     string, place, rounding, pickups, tone = CASES["near the bridge"]
     path, mine = tmp_path / "a.wav", tmp_path / "mine.toml"
     soundfile.write(path, note_of(other_bass(place, rounding, pickups, tone), string), RATE, subtype="FLOAT")
@@ -149,7 +149,7 @@ position = "90 mm"
 
 
 def test_a_preset_of_few_words_gets_them(run: Run, tmp_path: Path) -> None:
-    """One that leaves out coil, output and player."""
+    """A preset without coil, output and player."""
     _, place, rounding, pickups, tone = CASES["near the bridge"]
     path, small, mine = tmp_path / "a.wav", tmp_path / "small.toml", tmp_path / "mine.toml"
     soundfile.write(path, note_of(other_bass(place, rounding, pickups, tone), 1), RATE, subtype="FLOAT")
@@ -161,7 +161,7 @@ def test_a_preset_of_few_words_gets_them(run: Run, tmp_path: Path) -> None:
 
 
 def test_what_the_preset_cannot_have() -> None:
-    """A bass that is slapped, or heard by a displacement sensor, keeps its own."""
+    """A slapped bass, or one with a displacement sensor, keeps its own."""
     assert can_be_fitted(load_preset("jazz-finger"), "A")
     assert not can_be_fitted(load_preset("slap"), "A")
     assert not can_be_fitted(load_preset("paper-g"), "G")
@@ -169,7 +169,7 @@ def test_what_the_preset_cannot_have() -> None:
 
 @pytest.mark.slow
 def test_one_pickup_leaves_a_choice(tmp_path: Path) -> None:
-    """The comb of a lone pickup is that of the pluck: which is which is a doubt."""
+    """A lone pickup's comb looks like the pluck's: their assignment is a doubt."""
     bass = usual_bass()
     one = replace(bass, output=replace(bass.output, pickups=bass.output.pickups[:1]))
     played = replace(one, player=replace(one.player, pluck_position=1 - 0.1 / one.strings[1].length, rounding=2e-3))

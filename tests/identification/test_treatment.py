@@ -1,4 +1,4 @@
-"""What was done to a recording after the string is found, said with its evidence, and left out where that helps."""
+"""Effects added to a recording after the string: reported with their evidence, and left out where that helps."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from livebass.identification.result import Identified
 from livebass.identification.treatment import loop_of
 
 RATE, COUNT, SECONDS = 48_000, 20, 4.0
-FEW = 8  # modes, where only what is said counts
+FEW = 8  # modes, where only the messages count
 T = np.arange(round(SECONDS * RATE)) / RATE
 NU, SIGMA = np.array(FREQUENCIES[:COUNT]), np.array(DAMPINGS[:COUNT])
 
 
 @cache
 def string(noise: float = 1e-4) -> np.ndarray:
-    """The published modes of the G, all as loud at first, with noise."""
+    """The published modes of the G, all equally loud at first, with noise."""
     sound = sum(np.exp(-s * T) * np.sin(2 * np.pi * nu * T) for nu, s in zip(NU, SIGMA, strict=True))
     sound = np.asarray(0.5 * sound / np.abs(sound).max())
     return sound + np.random.default_rng(3).normal(scale=noise, size=T.size)
@@ -41,7 +41,7 @@ def faded(sound: np.ndarray, seconds: float = 1.0) -> np.ndarray:
 
 
 def compressed(sound: np.ndarray, threshold: float = -12.0, ratio: float = 4.0) -> np.ndarray:
-    """A compressor that follows the level within 50 ms and lets go below the threshold (dB below the loudest)."""
+    """A compressor that follows the level within 50 ms and releases below the threshold (dB below the loudest)."""
     window = np.hanning(round(0.1 * RATE))
     level = 10 * np.log10(np.convolve(sound**2, window / window.sum(), "same") + 1e-12)
     over = np.maximum(level - level.max() - threshold, 0.0)
@@ -75,7 +75,7 @@ def test_a_loop_left_out_leaves_the_dampings(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 1e-6, 1e-4, 1e-2])
 def test_strings_and_sines_are_no_loops(noise: float) -> None:
-    """They come back after a period, too, a lone sine after every one."""
+    """They repeat after a period too; a lone sine after every one."""
     rng = np.random.default_rng(1)
     for sound in (string(0.0), np.exp(-0.3 * T) * np.sin(2 * np.pi * 41.2 * T), np.sin(2 * np.pi * 50 * T)):
         assert loop_of(sound + rng.normal(scale=noise + 1e-7, size=T.size), RATE) is None

@@ -1,4 +1,4 @@
-"""The quality by what a machine carries: measured once, kept, told, and chosen by it."""
+"""Quality chosen by the machine's capacity: measured once, kept, reported, and used for the choice."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_of_several_basses_few_are_measured_at_once(monkeypatch: pytest.MonkeyPa
 
 
 def test_what_is_measured_is_the_work_of_a_bass(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The share is that of the worst block, the quickest of its runs; one far too slow is played once."""
+    """The share is taken from the quickest run of the worst block; a bass far too slow is played once."""
     blocks, asked = 7, []
 
     def times(*given: object) -> np.ndarray:

@@ -1,5 +1,5 @@
-"""What plays beside the synth, on a fake device: a score that pauses, loops and changes its tempo, learned controllers,
-the metronome, the tuner.
+"""Players beside the synth, on a fake device: a score that pauses, loops and changes tempo, learned controllers,
+metronome, tuner.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Message = tuple[int, int, int, int]  # frame, status, first, second
 
 
 def desk_and_device(score: Score | None = None, preset: str = "jazz-finger") -> tuple[Desk, Synth, FakeDevice]:
-    """A desk whose score rolls, and what plays it."""
+    """A desk whose score rolls, its synth and device."""
     desk = Desk()
     synth = Synth(RATE, adaptive=False, desk=desk)
     synth.keep_messages()
@@ -46,7 +46,7 @@ def desk_and_device(score: Score | None = None, preset: str = "jazz-finger") -> 
 
 
 def ended(desk: Desk, synth: Synth, device: FakeDevice) -> list[tuple[int, ...]]:
-    """The messages that end what sounds when the score is stopped."""
+    """The messages that end the sounding notes when the score stops."""
     desk.rolling = False
     synth.played()
     play(device, 64)
@@ -54,7 +54,7 @@ def ended(desk: Desk, synth: Synth, device: FakeDevice) -> list[tuple[int, ...]]
 
 
 def play(device: FakeDevice, frames: int, size: int = 64) -> Floats:
-    """So many frames, in blocks of `size` and a rest."""
+    """Plays `frames` frames, in blocks of `size` and a rest."""
     sizes = [size] * (frames // size) + [frames % size] * (frames % size > 0)
     return np.concatenate([device.block(n) for n in sizes])
 
@@ -65,7 +65,7 @@ def notes_of(synth: Synth) -> list[tuple[int, int]]:
 
 
 def tune(*keys: int, every: float = 0.1) -> Score:
-    """Notes `every` so many seconds, from 0 on."""
+    """Notes `every` seconds apart, from 0 on."""
     return score_of([(k * every, every / 2, key, 100) for k, key in enumerate(keys)], RATE)
 
 
@@ -81,7 +81,7 @@ def test_a_score_sounds_as_rendered(size: int) -> None:
 
 
 def test_a_pause_ends_what_the_score_holds_and_nothing_else() -> None:
-    """And the next note comes when the rest of its time has gone by."""
+    """The next note comes after the rest of its time."""
     desk, synth, device = desk_and_device(score_of([(0.0, 0.5, 33, 100), (0.2, 0.1, 40, 100)], RATE))
     synth.send(0x90, 50, 90)  # the player's
     play(device, LEADING + 4800)
@@ -109,7 +109,7 @@ def test_a_loop_comes_round_at_its_frame(size: int) -> None:
 
 
 def test_a_loop_at_another_tempo_keeps_its_time() -> None:
-    """A hundred turns, none of them a whole number of frames long, in blocks of any length."""
+    """A hundred turns of a fractional number of frames, in blocks of any length."""
     heard = []
     for size in (64, 1999):
         desk, synth, device = desk_and_device(tune(30, 31, 32))
@@ -120,12 +120,12 @@ def test_a_loop_at_another_tempo_keeps_its_time() -> None:
         heard.append([frame for frame, key in notes_of(synth) if key == 30])
     turns = np.array(heard[0])
     assert heard[0] == heard[1] and len(turns) > 70
-    assert np.abs(np.diff(turns) - round(0.10001 * RATE) / 0.77).max() < 2  # frames, of which each end is whole
+    assert np.abs(np.diff(turns) - round(0.10001 * RATE) / 0.77).max() < 2  # frames, each end rounded to a whole one
     assert abs((turns[-1] - turns[0]) / (len(turns) - 1) - round(0.10001 * RATE) / 0.77) < 0.03
 
 
 def test_nothing_a_player_does_to_a_score_leaves_a_note_behind() -> None:
-    """Random jumps, loops, tempos and pauses in blocks of any length: finite, and silent after a pause."""
+    """Random jumps, loops, tempos and pauses in blocks of any length: the sound is finite, and silent after a pause."""
     rng = np.random.default_rng(7)
     desk, synth, device = desk_and_device(demo_score(RATE, "slap"), "slap")
     for _ in range(150):
@@ -171,7 +171,7 @@ def test_the_tempo_moves_notes_and_not_their_pitch(tempo: float) -> None:
     frames, keys = zip(*notes_of(synth), strict=True)
     assert keys == (30, 31, 32)
     assert np.abs(np.diff(frames) - 4800 / tempo).max() <= 1
-    for size in (64, 1000):  # the length of blocks changes nothing
+    for size in (64, 1000):  # the block length changes nothing
         other, again, its_device = desk_and_device(tune(30, 31, 32))
         other.tempo = tempo
         play(its_device, round(LEADING / tempo) + RATE, size)
@@ -181,7 +181,7 @@ def test_the_tempo_moves_notes_and_not_their_pitch(tempo: float) -> None:
 
 
 def test_a_place_that_is_gone_to_has_its_controllers() -> None:
-    """The bend and the volume that were there last; RPNs and what comes later are not sent."""
+    """The last bend and volume before it; RPNs and later messages are not sent."""
     score = score_of(
         [(k / 10, 0.05, 30 + k, 100) for k in range(10)], RATE, bends=[(0.2, 0.5), (0.35, -0.5), (0.8, 1.0)]
     )
@@ -247,7 +247,7 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
 
 
 def test_a_take_with_learned_controllers_renders_as_it_sounded(tmp_path: Path) -> None:
-    """Each parameter that a learned controller moved, on whatever channel; and the controllers of the map."""
+    """A learned controller moved each parameter, on any channel; the map's controllers moved too."""
     desk, synth, device = desk_and_device()
     learned = {symbol: 20 + number for symbol, number in NUMBERS.items()}
     for symbol, controller in learned.items():
@@ -255,7 +255,7 @@ def test_a_take_with_learned_controllers_renders_as_it_sounded(tmp_path: Path) -
     heard = []
     with MidiRecorder(tmp_path / "take.mid", synth, "jazz-finger") as take:
         for k, (symbol, controller) in enumerate(learned.items()):
-            if symbol != "gain":  # moves the synth's own, whose ramp is another
+            if symbol != "gain":  # moves the synth's own gain, whose ramp differs
                 synth.receive(0xB2, controller, 10 + 15 * k)
             heard.append(device.block(1000))
             synth.receive(0x92, 40 + k, 100)
@@ -290,7 +290,7 @@ def test_a_take_keeps_a_learned_gain(tmp_path: Path) -> None:
 
 
 def test_another_bass_takes_over_keys_and_controllers() -> None:
-    """But for keys that mean something else in its map."""
+    """Except keys with another meaning in its map."""
     _, synth, device = desk_and_device()
     for key in (10, 3, 16):
         synth.send(0x90, key, 1)
@@ -339,7 +339,7 @@ def test_midi_learn_takes_the_control_that_moves(caplog: pytest.LogCaptureFixtur
     caplog.set_level("INFO", "livebass")
     desk, synth, device = desk_and_device()
     learn = MidiLearn(desk, ["tone", "dynamics"])
-    for controller in (101, 74, 21):  # RPN, which no knob sends, is passed over
+    for controller in (101, 74, 21):  # RPN, which no knob sends, is skipped
         synth.receive(0xB0, controller, 5)
         device.block(64)
         learn.turn()
@@ -408,7 +408,7 @@ def test_the_tuner_hears_the_note_and_how_far_it_is_off(key: int) -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger", "slap", "fretless", "six-string"])
 def test_the_tuner_reads_the_first_partial_of_a_hard_pluck(preset: str) -> None:
-    """Within 2 cents, where a period of the whole sound is up to 60 cents sharp or none; half a second after it."""
+    """Within 2 cents, half a second after it; the period of the whole sound is up to 60 cents sharp, or missing."""
     synth, device = synth_and_device(preset, adaptive=False)
     synth.start_recording()
     key_of = {pitch_class: key for key, name, pitch_class in MODO.keys if name == "string"}
@@ -457,7 +457,7 @@ def file_of(path: Path, *messages: tuple[float, tuple[int, ...]]) -> Score:
 
 
 def test_a_place_that_is_gone_to_has_its_mode_and_the_bends_of_its_channels(tmp_path: Path) -> None:
-    """As had it been played from the beginning; what was told already is not told again."""
+    """As if played from the beginning; what was sent already is not sent again."""
     score = file_of(
         tmp_path / "a.mid",
         (0.0, (0xC0, 33)), (0.0, (0xB0, 126, 4)), (0.0, (0xB0, 101, 0)), (0.0, (0xB0, 100, 0)), (0.0, (0xB0, 6, 7)),
@@ -498,7 +498,7 @@ def test_a_place_before_a_mode_is_in_none(tmp_path: Path) -> None:
 
 
 def test_a_place_that_is_gone_to_has_what_each_channel_has(tmp_path: Path) -> None:
-    """Wheels, controllers, pedals, ranges and tunings: as had it been played from the beginning, forth and back."""
+    """Wheels, controllers, pedals, ranges and tunings, forth and back, as if played from the beginning."""
 
     def rpn(channel: int, number: int, whole: int) -> list[tuple[int, ...]]:
         return [(0xB0 | channel, k, x) for k, x in ((101, 0), (100, number), (6, whole))]
@@ -546,7 +546,7 @@ def test_a_pause_lifts_the_pedal_of_every_channel(tmp_path: Path) -> None:
 
 
 def test_a_program_in_mid_file_is_sent_and_comes_back_with_the_loop(tmp_path: Path) -> None:
-    """But for a file that is played on one bass, which was asked for."""
+    """Except in a file played on one bass, as asked for."""
     score = file_of(
         tmp_path / "a.mid", (0.0, (0xC0, 33)), (0.0, (0x90, 40, 90)), (0.1, (0x80, 40, 0)), (0.2, (0xC0, 36)),
         (0.2, (0x90, 41, 90)), (0.3, (0x80, 41, 0)),

@@ -1,4 +1,4 @@
-"""Through PipeWire and PulseAudio, which the fixtures start with a null sink, in folders of their own, and end."""
+"""Sound through PipeWire and PulseAudio. Fixtures start and end them, with a null sink and their own folders."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_ta
 from livebass.analysis.sound import fundamental
 
 NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_DESKTOP"))
-LIFE = "900"  # s, at most, of a server
+LIFE = "900"  # s, longest life of a server
 
 
 @contextmanager
 def started(*command: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A server and what it starts, ended by the number of their group."""
+    """A server and its children, ended by their process group."""
     process = subprocess.Popen(
         ["timeout", LIFE, *command], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         start_new_session=True,
@@ -49,7 +49,7 @@ def end(process: subprocess.Popen[bytes]) -> None:
 
 
 def does(*command: str) -> bool:
-    """True if a command of the servers succeeds."""
+    """True if a command to the servers succeeds."""
     try:
         return subprocess.run(command, capture_output=True, timeout=20, check=False).returncode == 0
     except subprocess.TimeoutExpired:
@@ -63,7 +63,7 @@ def folder(*needed: str) -> Iterator[Path]:
         assert not NEEDED, f"missing: {missing}"
         pytest.skip(f"not here: {', '.join(missing)}")
     with ExitStack() as ends, pytest.MonkeyPatch.context() as environment:
-        here = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="lb-")))  # short: sockets' names have a limit
+        here = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="lb-")))  # short: socket names have a limit
         for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "PULSE_RUNTIME_PATH"):
             environment.setenv(name, str(here))
         for name in ("PULSE_SERVER", "PIPEWIRE_REMOTE", "PIPEWIRE_LATENCY", "DISPLAY", "DBUS_SESSION_BUS_ADDRESS"):
@@ -82,7 +82,7 @@ PULSEAUDIO = (
 
 @contextmanager
 def pipewire() -> Iterator[None]:
-    """PipeWire with its session manager, as yet without a PulseAudio server."""
+    """PipeWire with its session manager, without a PulseAudio server yet."""
     needed = ("pipewire", "wireplumber", "pipewire-pulse", "pw-jack", "pw-metadata", "pactl", "dbus-run-session")
     with folder(*needed), started("pipewire"):
         wait_for(lambda: does("pw-cli", "info", "0"))
@@ -92,14 +92,14 @@ def pipewire() -> Iterator[None]:
 
 @contextmanager
 def pulse(*command: str) -> Iterator[subprocess.Popen[bytes]]:
-    """A server of PulseAudio's kind."""
+    """A server of the PulseAudio kind."""
     with started(*command) as process:
         wait_for(lambda: does("pactl", "info"))
         yield process
 
 
 def steady_song(path: Path, seconds: int) -> Path:
-    """An A of 110 Hz, four times a second."""
+    """An A at 110 Hz, four times a second."""
     path.write_bytes(song(BASS, *[NOTE.replace(b"\x28", b"\x2d").replace(b"\x64", b"\x50")] * 4 * seconds))
     return path
 
@@ -112,7 +112,7 @@ def assert_in_tune(file: Path) -> None:
 
 
 def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
-    """The notes stay in tune, and the sound goes to where there are speakers. The period is the one asked for."""
+    """The notes stay in tune, the sound goes to the new speakers, and the period stays the one asked for."""
     log, tune = tmp_path / "log", steady_song(tmp_path / "song.mid", 600)
     says = partial(wait_for_log, log)
     arguments = ("--file", tune, "--record", tmp_path / "take.wav", "--log", log, "--block", 512, "--latency", "50ms")
@@ -142,7 +142,7 @@ def test_pipewire_changes_its_rate_and_its_sink(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("server", quick(["pulseaudio", "pipewire-pulse"], ["pipewire-pulse"]))
 def test_a_sound_server_that_ends_is_waited_for(server: str, tmp_path: Path) -> None:
-    """By PortAudio and alsa-lib, which would say much on stderr. The song goes on, and ends the session."""
+    """PortAudio and alsa-lib wait, and would print much on stderr. The song goes on, and ends the session."""
     log, take, tune = tmp_path / "log", tmp_path / "take.wav", steady_song(tmp_path / "song.mid", 6)
     command = PULSEAUDIO if server == "pulseaudio" else ("pipewire-pulse",)
     with folder("pulseaudio", "pactl") if server == "pulseaudio" else pipewire():
@@ -164,6 +164,6 @@ def test_a_sound_server_that_ends_is_waited_for(server: str, tmp_path: Path) -> 
 
 
 def real_time_threads(process: int) -> list[int]:
-    """The threads of a process that have real-time priority."""
+    """The threads of a process with real-time priority."""
     threads = [int(task.name) for task in Path(f"/proc/{process}/task").iterdir()]
     return [t for t in threads if os.sched_getscheduler(t) & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO]

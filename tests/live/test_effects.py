@@ -1,4 +1,4 @@
-"""Effects on the audio thread: bit for bit those of a render, to the frame, in any blocks; off they are not there."""
+"""Effects on the audio thread equal a render's bit for bit and frame for frame in any blocks; off they do nothing."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def synth_of(bass: Instrument) -> tuple[Synth, FakeDevice]:
 
 
 def played(bass: Instrument, events: list[Event] = [], sizes: tuple[int, ...] = (512,), frames: int = FRAMES) -> Floats:  # noqa: B006
-    """What a synth makes of SCORE and of events, in blocks of these sizes in turn."""
+    """The synth's sound of SCORE and of events, in blocks of `sizes` in turn."""
     synth, device = synth_of(bass)
     for frame, message in zip(SCORE.frames.tolist(), SCORE.messages.tolist(), strict=True):
         push_message(synth.rings[1].ctypes.data, RING, frame, *message)
@@ -82,7 +82,7 @@ def test_a_synth_plays_what_a_render_has(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ON)
 def test_the_floor_goes_through_the_effects_as_in_a_render(kind: str) -> None:
-    """The same bits in any blocks, through a rest, too."""
+    """The bits are the same in any blocks, and through a rest."""
     bass = behind(replace(SLAP, player=replace(SLAP.player, floor_noise=-30.0)), **ON[kind])
     wanted = rendered(bass)
     floor = wanted - rendered(behind(SLAP, **ON[kind]))

@@ -1,6 +1,6 @@
 """Random events in every quality, with helper threads.
 
-In all presets together there are LIVEBASS_EVENTS of them for each quality; before a release 100 000.
+All presets together get LIVEBASS_EVENTS events in each quality; 100 000 before a release.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Any input at all: the sound stays finite and within full scale, and panic ends it."""
+"""Any input: the sound stays finite and within full scale, and panic ends it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def assert_sane(synth: Synth, sound: np.ndarray) -> None:
 
 
 def assert_panic_silences(synth: Synth, device: FakeDevice) -> None:
-    while any(unread(ring) for ring in synth.rings):  # what was sent before comes first
+    while any(unread(ring) for ring in synth.rings):  # earlier messages come first
         device.block(512)
     synth.panic()
     device.block(RATE)
@@ -35,7 +35,7 @@ def assert_panic_silences(synth: Synth, device: FakeDevice) -> None:
 
 
 def random_messages(rng: np.random.Generator, count: int) -> list[list[int]]:
-    """(count, 3): mostly what a bass answers to, some of it not MIDI at all."""
+    """(count, 3): mostly messages a bass answers to, some not MIDI at all."""
     kinds = rng.choice([0x80, 0x90, 0x90, 0x90, 0xA0, 0xB0, 0xB0, 0xC0, 0xD0, 0xE0, 0xF0, 0x00], count)
     numbers = rng.choice([0, 6, 7, 11, 16, 32, 38, 64, 98, 100, 101, 120, 121, 123, 127], count)
     messages = np.stack([kinds | rng.integers(16, size=count), *rng.integers(-300, 300, (2, count))], axis=1)
@@ -45,7 +45,7 @@ def random_messages(rng: np.random.Generator, count: int) -> list[list[int]]:
 
 
 def test_a_hundred_thousand_messages() -> None:
-    """A thousand blocks with a hundred messages each, at frames of every kind."""
+    """A thousand blocks with a hundred messages each, at all sorts of frames."""
     synth, device = synth_and_device("slap", LIGHT)
     rng = np.random.default_rng(7)
     sent = 0
@@ -59,7 +59,7 @@ def test_a_hundred_thousand_messages() -> None:
 
 
 def test_what_rtmidi_hands_over() -> None:
-    """Lists of any length with any bytes, as its callback might get them."""
+    """Lists of any length with any bytes, as its callback might receive them."""
     synth, device = synth_and_device("jazz-finger", LIGHT)
     port = MidiPort.__new__(MidiPort)
     port.synth, port.delay = synth, 64
@@ -73,7 +73,7 @@ def test_what_rtmidi_hands_over() -> None:
 
 
 def test_everything_jumps_each_block() -> None:
-    """Gain, controllers, bend, pedal, programs, panic, and another bass as soon as one has faded out."""
+    """Gain, controllers, bend, pedal, programs, panic, and another bass whenever one has faded out."""
     synth, device = synth_and_device("slap", QUICK)
     basses = [LiveBass(load_preset(name), quality, RATE) for name in preset_names() for quality in (LIGHT, QUICK)]
     rng = np.random.default_rng(9)
@@ -98,7 +98,7 @@ def test_everything_jumps_each_block() -> None:
 
 
 def through_jack(periods: list[list[bytes]]) -> tuple[Synth, Floats]:
-    """The synth of a JACK client that got these messages in its periods, each at frame 0, and its sound."""
+    """The synth of a JACK client, after these messages, each at frame 0 of its period, and its sound."""
     with fake_jack() as server:
         output = JackOutput("livebass", lambda rate: Synth(rate), connect=False)
         output.synth.switch_to(LiveBass(load_preset("slap"), LIGHT, output.synth.rate))
@@ -122,7 +122,7 @@ def test_truncated_messages_through_jack_are_no_messages() -> None:
 
 
 def test_bytes_through_jack() -> None:
-    """Truncated, too long, without a status, system exclusive: the bass survives all of them."""
+    """Bytes truncated, too long, without a status, or system exclusive: the bass survives them all."""
     rng = np.random.default_rng(10)
     periods = []
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""Threads that play strings beside the audio thread: the same bits, whoever plays; a session starts and ends them."""
+"""Threads that play strings beside the audio thread: the same bits from any thread; a session starts and ends them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def helping() -> int:
 
 
 def played(preset: str, count: int, how: str, least: int) -> Floats:
-    """Wild playing of all strings with `count` helpers, which have played `least` strings at least."""
+    """Wild playing on all strings with `count` helpers, which have played at least `least` strings."""
     synth, device = synth_and_device(preset, QUICK, adaptive=False)
     run_ahead(synth, how)
     synth.start_helpers(count)
@@ -38,7 +38,7 @@ def played(preset: str, count: int, how: str, least: int) -> Floats:
                 kind = int(rng.choice([0x90, 0x90, 0x90, 0x80, 0xE0]))
                 synth.send(kind, first if kind != 0xE0 else 0, second, frame=synth.frame + frame)
             if k == 150:
-                synth.switch_to(LiveBass(without_noise("five-string"), QUICK, RATE))  # the one before rings out
+                synth.switch_to(LiveBass(without_noise("five-string"), QUICK, RATE))  # the old bass rings out
             sounds.append(device.block(BLOCKS[k % len(BLOCKS)]))
         end = time.monotonic() + PATIENCE
         while synth.helped < least and time.monotonic() < end:
@@ -95,7 +95,7 @@ def test_on_a_system_that_lacks_a_rest_there_are_none(monkeypatch: pytest.Monkey
 def test_a_session_has_one_a_core_that_is_left_and_a_string(
     cores: int | None, refused: str | None, wanted: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of three cores; without real-time priority only as asked for."""
+    """On three cores; without real-time priority only as asked for."""
     monkeypatch.setattr("livebass.live.rig.core_count", lambda: 3)
     monkeypatch.setattr("livebass.live.synth.make_realtime", lambda thread: refused)
     session = Session(Settings(without_noise("slap"), QUICK, cores=cores))

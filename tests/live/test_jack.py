@@ -1,4 +1,4 @@
-"""The live path through a real JACK server with the dummy driver, which the fixture starts and ends."""
+"""The live path through a real JACK server with the dummy driver, started and ended by a fixture."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.ring import unread
 
 RATE, PERIOD = JACK_RATE, JACK_PERIOD
-APART = ("unshare", "-rm", "sh", "-c", 'mount -t tmpfs tmpfs /dev/shm && exec "$@"', "sh")  # with a /dev/shm of its own
+APART = ("unshare", "-rm", "sh", "-c", 'mount -t tmpfs tmpfs /dev/shm && exec "$@"', "sh")  # with its own /dev/shm
 
 
 @contextmanager
@@ -74,10 +74,10 @@ def test_notes_come_out_at_their_frame_as_rendered(server: SimpleNamespace) -> N
 
 
 def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> tuple[np.ndarray, bool]:
-    """Returns what `bass` plays from the period of a note at `offset` on, up to the first that the listener lost.
+    """Returns the sound of `bass` from the period of a note at `offset` up to the listener's first lost period.
 
-    And True if other work on the machine has cost any client periods; in place of one that the bass loses the server
-    hands over the last one again.
+    Also returns True if other work on the machine cost any client periods. When the bass loses a period, the server
+    repeats the last one.
     """
     audio, midi = AudioProbe(keep=True), MidiProbe()
     try:
@@ -105,9 +105,9 @@ def heard_note(server: SimpleNamespace, bass: Any, offset: int) -> tuple[np.ndar
 
 
 def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) -> None:
-    """Counts the server's frames that the synth did not play, idle and with Python hogging the processor.
+    """Counts the server's frames not played by the synth, idle and with Python hogging the processor.
 
-    A Python callback loses most of them, each time; other work on the machine may cost any callback some, at times.
+    A Python callback loses most of them, each time; other work on the machine may cost any callback a few.
     """
     seconds = 2.0
 
@@ -170,7 +170,7 @@ def test_a_client_is_closed_if_nothing_can_be_played_at_its_rate(server: SimpleN
 
 
 def test_the_sound_of_portaudio_is_the_same(server: SimpleNamespace) -> None:
-    """PortAudio's JACK host, captured by another client; in a process of its own, as PortAudio looks for JACK once."""
+    """PortAudio's JACK host, captured by another client; in its own process, as PortAudio looks for JACK once."""
     program = f"""
 import os, sys
 import numpy as np
@@ -208,7 +208,7 @@ print("same" if same else "disturbed" if disturbed else f"differs by {{np.abs(he
 output.close()
 os._exit(0)
 """
-    for _ in range(20):  # a machine that does much else costs the server periods
+    for _ in range(20):  # other work on the machine costs the server periods
         done = subprocess.run(
             [sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE, check=False
         )
@@ -247,9 +247,9 @@ def test_without_a_server_it_says_so() -> None:
 
 
 def test_a_registry_full_of_dead_servers_holds_no_server_up() -> None:
-    """JACK's registry has room for eight. Their places and files are freed, and nothing else; nothing is left behind.
+    """JACK's registry holds eight servers. Dead servers' places and files are freed, nothing else, and nothing is left.
 
-    In a process with shared memory of its own: other servers may run here.
+    Runs in a process with its own shared memory, as other servers may run here.
     """
     if not shutil.which("jackd") or subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
         pytest.skip("there is no jackd here, or no shared memory of one's own")
@@ -290,7 +290,7 @@ print(sorted(SHARED.iterdir()))
 
 
 def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A client of the same name that another server has at this moment; but not without a server."""
+    """Another server has a client of that name at the moment; without a server there is no second try."""
     jack = pytest.importorskip("jack")
     opened: list[str] = []
     for status, failures in ((0x21, 2), (0x11, 0)):
@@ -319,9 +319,9 @@ IMPATIENT = "from livebass.live import guards; guards.PATIENCE = 5.0; from liveb
     "arguments", [("play", "--backend", "jack"), pytest.param(("devices",), marks=pytest.mark.slow)]
 )
 def test_a_jack_library_that_hangs_is_an_error(arguments: tuple[str, ...]) -> None:
-    """JACK's database as a server leaves it that ends while a client opens it: an open client waits for ever.
+    """A server that ends while a client opens JACK's database leaves it so; the client waits for ever.
 
-    Nothing here is slow but what hangs, so that less patience will do.
+    Only the hang is slow here, so less patience will do.
     """
     if subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
         pytest.skip("there is no shared memory of one's own")

@@ -1,4 +1,4 @@
-"""The synth on a fake device, which calls the native callback by its C pointer; no sound card is needed."""
+"""The synth on a fake device that calls the native callback by its C pointer; needs no sound card."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def test_a_score_sounds_as_rendered_bit_for_bit(sizes: list[int], ahead: str) ->
 
 @pytest.mark.parametrize("preset", ["slap-impulse", "slap", "jazz-finger"])
 def test_techniques_sound_the_same_on_strings_that_ran_ahead(preset: str) -> None:
-    """All key switches and controllers of techniques, each sent in its own block."""
+    """All the techniques' key switches and controllers, each sent in its own block."""
     score, total = busy_score(RATE), 2 * RATE
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     synth, device = synth_and_device(preset, adaptive=False)
@@ -67,7 +67,7 @@ def test_techniques_sound_the_same_on_strings_that_ran_ahead(preset: str) -> Non
 @pytest.mark.parametrize("angle", [0.0, 0.7])
 @pytest.mark.parametrize("preset", ["slap", "jazz-finger", "paper-bass", "fretless"])
 def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str, angle: float) -> None:
-    """Dense notes, bends, pedal and volume, each sent in its own block, to strings that have run far ahead."""
+    """Dense notes, bends, pedal and volume, each sent in its own block, to strings far ahead."""
     rng = np.random.default_rng(5)
     frames, total = np.sort(rng.integers(0, RATE, 160)), RATE + 5000
     messages = []
@@ -116,7 +116,7 @@ def test_messages_at_their_frames_and_now() -> None:
     assert not first.any()
     synth.send(0x90, 40, 100)
     synth.send(0x90, 45, 90, frame=333)
-    synth.send(0x80, 40, 0, frame=120)  # too late for its frame: as soon as possible, and in order
+    synth.send(0x80, 40, 0, frame=120)  # too late for its frame: plays as soon as possible, and in order
     heard = np.concatenate([device.block(64) for _ in range(60)])
     messages = [(100, 0x90, 40, 100), (333, 0x90, 45, 90), (333, 0x80, 40, 0)]
     assert np.array_equal(heard, offline("jazz-finger", messages, 100 + len(heard))[100:])
@@ -131,7 +131,7 @@ def test_two_channels_hear_the_same() -> None:
 
 
 def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
-    """As if nothing had changed, until it is let go; then the old bass is released."""
+    """It rings as if nothing had changed until its note-off; then the old bass is released."""
     sounds = []
     for replaced in (False, True):
         synth, device = synth_and_device(without_noise("jazz-finger"), adaptive=False)
@@ -156,7 +156,7 @@ def test_a_held_note_rings_on_in_the_bass_that_was_replaced() -> None:
 
 
 def test_a_vibrato_goes_on_in_the_next_bass() -> None:
-    """It is as one that began there: the first bass plays nothing."""
+    """It equals a vibrato that began there: the first bass plays nothing."""
     sounds = []
     for first in ("flatwound", "jazz-finger"):
         synth, device = synth_and_device(first, adaptive=False)
@@ -178,7 +178,7 @@ def test_a_vibrato_goes_on_in_the_next_bass() -> None:
 
 @pytest.mark.parametrize("preset", ["flatwound", "slap-impulse", "slap"])
 def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced(preset: str) -> None:
-    """One bass is played, whatever its preset: a string has one note. The other strings ring on."""
+    """Only one bass is played, whatever its preset: a string has one note. The other strings ring on."""
     synth, device = synth_and_device("jazz-finger", adaptive=False)
     old = synth.bass
     assert old is not None
@@ -196,7 +196,7 @@ def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced(preset: str
 
 def test_overload_ends_the_bass_that_rings_out() -> None:
     synth, device = synth_and_device("jazz-finger")
-    synth.set_clock(address_of(stopped))  # no overload yet, whatever else the machine does
+    synth.set_clock(address_of(stopped))  # no overload yet, whatever the machine's other work
     now = [0]
 
     def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
@@ -236,7 +236,7 @@ def test_many_basses_one_after_the_other() -> None:
         device.block(256)
     assert done.is_set()
     synth.panic()
-    for _ in range(160):  # the last one may still wait for the one before to fade out, and that for its filters
+    for _ in range(160):  # the last one may still wait for the previous fade-out, which waits for its filters
         device.block(256)
         synth.release_faded()
     assert synth._basses == basses[-1:]
@@ -251,7 +251,7 @@ def test_program_changes_are_noted() -> None:
 
 
 def test_programs_of_drums_choose_no_bass() -> None:
-    """Those of channel 10, but in a bank of melodies, and of banks of kits on other channels: as in files."""
+    """On channel 10, except in a melody bank, and in banks of kits on other channels: as in files."""
     synth, device = synth_and_device()
     rows = (
         (9, None, False), (9, 121, True), (9, 120, False), (3, None, True), (3, 120, False), (3, 127, False),
@@ -293,7 +293,7 @@ def test_what_comes_after_a_stall_is_not_late_by_it() -> None:
 
 @pytest.mark.parametrize("size", [1, 64, 1000, 3000])
 def test_a_bass_fades_out_at_the_same_frames_in_any_blocks(size: int) -> None:
-    """One that rings out fades as soon as a third bass waits, from the start of a block on."""
+    """A ringing bass fades from the start of a block, as soon as a third bass waits."""
     sounds = []
     for n in (240, size):
         synth, device = synth_and_device("jazz-finger", adaptive=False)
@@ -320,7 +320,7 @@ def test_strings_run_ahead_for_as_long_as_their_contact_lasts() -> None:
 
 
 def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
-    """A fake clock: each block takes `load` of its time. Where no string touches, the system held it up."""
+    """On a fake clock each block takes `load` of its time. A long block without contacts was held up by the system."""
     synth, device = synth_and_device("slap", adaptive=False)
     record, now = synth.bass.record, 1_000_000  # type: ignore[union-attr]
     least, load = float(record["share"][0]), 0.0
@@ -345,7 +345,7 @@ def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
         device.block(64)
         shares.append(float(record["share_now"][0]))
     forgotten = FORGOTTEN * 64 / RATE
-    wanted = [least, least, 0.3, 0.35, 0.4, MOST_SHARE, MOST_SHARE]  # of two blocks, not of one
+    wanted = [least, least, 0.3, 0.35, 0.4, MOST_SHARE, MOST_SHARE]  # set by two blocks, not by one
     assert shares == pytest.approx(wanted, abs=4 * forgotten) and shares[-1] < shares[-2]
     load = 0.0
     for _ in range(round(1.01 * (MOST_SHARE - least) / FORGOTTEN)):
@@ -392,7 +392,7 @@ def test_a_recorder_that_sleeps_loses_sound_and_counts_it() -> None:
 
 
 def test_samples_beyond_full_scale_are_counted() -> None:
-    """As many as `render` counts at the same gain."""
+    """The count is the count of `render` at the same gain."""
     gain = 20.0
     synth, device = synth_and_device(adaptive=False, gain=gain)
     synth.send(0x90, 40, 127)
@@ -415,7 +415,7 @@ def test_messages_are_kept_as_they_are_played() -> None:
 
 
 def test_bends_of_eight_octaves_stay_finite() -> None:
-    """The range that RPN 0 may set, on every string at once."""
+    """The bend range set by RPN 0, on every string at once."""
     synth, device = synth_and_device()
     for message in ((0xB0, 101, 0), (0xB0, 100, 0), (0xB0, 6, 96)):
         synth.send(*message)
@@ -433,7 +433,7 @@ def test_bends_of_eight_octaves_stay_finite() -> None:
 
 
 def test_nothing_is_compiled_once_it_plays() -> None:
-    """In a process of its own: a compiler, or a module that is imported then, would make the first notes late."""
+    """Runs in its own process: a compiler, or a late import, would delay the first notes."""
     program = """
 import sys
 from support.live import feed, synth_and_device
@@ -463,7 +463,7 @@ print(sorted({"numba"} & set(sys.modules) | (set(sys.modules) - known)))
 
 
 def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
-    """A fake clock decides how long each block takes."""
+    """A fake clock sets the time each block takes."""
     synth, device = synth_and_device("jazz-finger", QUALITIES["live"])
     bass = synth.bass
     assert bass is not None
@@ -496,7 +496,7 @@ def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
 
 
 def test_offline_strings_are_with_the_clock_and_fine() -> None:
-    """What `stay` does: no string is ahead or coarse, and the sound goes on as if none had run ahead."""
+    """After `stay` no string is ahead or coarse, and the sound goes on as if none had run ahead."""
     notes = [(0, 0x90, 33, 120), (100, 0x90, 40, 110), (9000, 0x90, 47, 127), (15000, 0x80, 33, 0)]
     wanted = offline("slap", notes, 24000)
     synth, device = synth_and_device("slap")
@@ -532,7 +532,7 @@ def test_offline_strings_are_with_the_clock_and_fine() -> None:
 
 
 def test_coarse_strings_go_on_in_tune() -> None:
-    """Operators exchanged in the middle of a note, and back: the same motion up to the effect of contacts."""
+    """Operators exchanged in mid-note, and back, give the same motion up to the effect of contacts."""
     quality = QUALITIES["live"]
     sounds = []
     for exchanged in (False, True):
@@ -557,7 +557,7 @@ def test_coarse_strings_go_on_in_tune() -> None:
 
 @pytest.mark.parametrize("preset", ["slap", "fretless"])
 def test_changing_operators_in_the_midst_of_contact_is_no_blow(preset: str) -> None:
-    """Operators exchanged to and fro within the first contacts: the padding of a block of modes stays at rest."""
+    """Operators exchanged to and fro during the first contacts leave the padding of a block of modes at rest."""
     synth, device = synth_and_device(preset, QUALITIES["live"])
     load, bass = Load(synth), synth.bass
     assert bass is not None
@@ -605,7 +605,7 @@ def test_a_full_ring_refuses() -> None:
 
 
 def test_kernels_of_the_audio_thread_cannot_allocate() -> None:
-    """Their machine code knows nothing of Python, of numba's counted references, or of the C library's memory."""
+    """Their machine code refers neither to Python, numba's reference counts, nor the C library's allocator."""
     library()
     code = store.whole(store.built()) or store.whole(store.kept())
     assert code is not None

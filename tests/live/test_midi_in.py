@@ -1,4 +1,4 @@
-"""MIDI ports by python-rtmidi, here those of the JACK server: a test machine has no MIDI of its own."""
+"""MIDI ports by python-rtmidi, here ports of the JACK server: a test machine has no MIDI of its own."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Source:
             self.out.send_message(message)
 
     def reach(self, synth: Synth, message: list[int]) -> None:
-        """Sends `message` until it arrives: a server drops what comes in the cycle in which it connects two ports."""
+        """Sends `message` until it arrives: a server drops input during the cycle that connects two ports."""
         before = len(arrived(synth))
         for _ in range(20):
             self.send(message)
@@ -64,7 +64,7 @@ def source(server: SimpleNamespace) -> Iterator[Source]:
 
 
 def arrived(synth: Synth) -> list[list[int]]:
-    """The messages that wait in the synth's first ring."""
+    """The messages waiting in the synth's first ring."""
     return [message for _, *message in unread(synth.rings[0])]
 
 
@@ -76,7 +76,7 @@ def test_notes_arrive(source: Source) -> None:
         source.reach(synth, ON)
         source.send([0xF0, 1, 2, 0xF7], [0xF8], [0xC0, 3], OFF)
         wait_for(lambda: OFF in arrived(synth))
-        # a server that waits in vain for a client hands over again what it had from it
+        # a server that waits in vain for a client repeats that client's last data
         heard = [m for m, before in zip(arrived(synth), [None, *arrived(synth)], strict=False) if m != before]
         assert heard == [ON, [0xC0, 3, 0], OFF]
     finally:
@@ -130,7 +130,7 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
 
 @pytest.mark.parametrize("first", ["by hand", "by livebass"])
 def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first: str) -> None:
-    """It is connected to the virtual port, before livebass opens it or after."""
+    """It is connected to the virtual port before or after livebass opens it."""
     pytest.importorskip("rtmidi")
     synth = Synth(48000)
     port = MidiPort(synth, None, 64)
@@ -148,7 +148,7 @@ def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first
         assert ("connected to the virtual port" in said) == (first == "by livebass")
         assert port.look() is None and port.name == "virtual port livebass"
         heard: list[list[int]] = []
-        for _ in range(20):  # a server that waits in vain for a client hands over again what it had from it
+        for _ in range(20):  # a server that waits in vain for a client repeats that client's last data
             before = len(arrived(synth))
             source.send(ON, OFF)
             wait_for(lambda before=before: OFF in arrived(synth)[before:])  # type: ignore[misc]
@@ -204,7 +204,7 @@ def test_a_port_that_is_not_there_is_named(source: Source) -> None:
 
 @pytest.mark.parametrize("extra", [("--backend", "portaudio", "--midi", "test-keys"), ("--midi", "test-keys")])
 def test_the_whole_program(source: Source, tmp_path: Path, extra: tuple[str, ...]) -> None:
-    """A MIDI source plays livebass, by rtmidi or straight into its JACK port; the sound is in the take."""
+    """A MIDI source plays livebass, by rtmidi or straight into its JACK port; the sound lands in the take."""
     take, log = tmp_path / "take.wav", tmp_path / "log.txt"
     process = livebass("play", "-p", "slap", "--record", take, "--log", log, *extra)
     again = None
@@ -230,7 +230,7 @@ def test_the_whole_program(source: Source, tmp_path: Path, extra: tuple[str, ...
 
 
 def play(source: Source, take: Path) -> None:
-    """Plays a note three times, as the server of a busy machine may lose one, while sound is recorded."""
+    """Plays a note three times while recording, as a busy machine's server may lose one."""
     for message in (ON, OFF) * 3:
         source.send(message)
         wait_for_take(take, 0.3, more=True)

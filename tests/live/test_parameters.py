@@ -1,6 +1,6 @@
-"""Parameters and other typed events in the synth's rings: to the frame, in any blocks, ahead of the clock or not.
+"""Parameters and other typed events in the synth's rings: frame-exact, in any blocks, ahead of the clock or not.
 
-Left as usual they change nothing at all; whatever a host sends, the sound stays finite.
+Default values change nothing at all; whatever a host sends, the sound stays finite.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def played(
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_blocks_and_running_ahead_change_nothing(seed: int) -> None:
-    """Two laws with events of every kind at any frame."""
+    """Tests two laws with events of every kind at any frame."""
     events = random_events(seed, RATE, 150)
     wanted = played(events, RATE, [512])
     assert np.abs(wanted).max() > 0.05
@@ -118,14 +118,14 @@ def loudness(sound: Floats) -> float:
 
 
 def brightness(sound: Floats) -> float:
-    """Root mean square of the differences over that of the sound."""
+    """Root mean square of the differences, relative to the sound's."""
     return loudness(np.diff(sound)) / loudness(sound)
 
 
 def one_note(
     number: int, value: float, preset: str = "jazz-finger", kind: int = PARAMETER, velocity: int = 100
 ) -> Floats:
-    """A note at 4800 that is stopped at 24000, with an event before."""
+    """A note from 4800 to 24000, after an event."""
     events = [(100, kind, number, value), midi(4800, 0x90, 33, velocity), midi(24000, 0x80, 33)]
     return played(events, 36000, [512], preset=preset)
 
@@ -170,7 +170,7 @@ def test_the_pluck_position_goes_from_the_bridge_over_the_usual_one_away_from_it
     for x, place in wanted.items():
         synth, device = synth_and_device("jazz-finger", LIGHT)
         push(synth, (0, PARAMETER, techniques.PLUCK_POSITION, x))
-        push(synth, midi(1, 0xB0, 121))  # a reset of the controllers goes back to it
+        push(synth, midi(1, 0xB0, 121))  # a reset of the controllers returns to it
         device.block(64)
         assert synth.bass and synth.bass.engine.performer["position"][0] == place
 
@@ -201,7 +201,7 @@ def test_the_bend_of_a_note_ends_with_it() -> None:
 
 
 def test_a_note_is_played_on_the_string_that_it_names_where_that_has_it() -> None:
-    """A2 is on every string of four; one that is not there leaves the choice as it was."""
+    """A2 is on every string of four; a missing string leaves the choice unchanged."""
     notes = [midi(100, 0x90, 45, 100)]
     usual = played(notes, 4800, [512])
     sounds = [played([(100, NOTE_STRING, 45, float(i)), *notes], 4800, [512]) for i in range(4)]
@@ -209,14 +209,14 @@ def test_a_note_is_played_on_the_string_that_it_names_where_that_has_it() -> Non
     assert len({sound.tobytes() for sound in sounds}) == 4
     for i in (-1.0, 9.0, np.nan):
         assert np.array_equal(played([(100, NOTE_STRING, 45, i), *notes], 4800, [512]), usual)
-    low = [(100, NOTE_STRING, 30, 3.0), midi(100, 0x90, 30, 100)]  # which the G string does not have
+    low = [(100, NOTE_STRING, 30, 3.0), midi(100, 0x90, 30, 100)]  # not on the G string
     assert np.array_equal(played(low, 4800, [512]), played(low[1:], 4800, [512]))
     again = played([(100, NOTE_STRING, 45, 0.0), *notes, midi(2400, 0x90, 45, 100)], 4800, [512])
     assert np.array_equal(again[:2400], sounds[0][:2400]) and not np.array_equal(again[2400:], sounds[0][2400:])
 
 
 def test_no_value_does_harm() -> None:
-    """NaN is the usual value, others are held within their limits, and other numbers and kinds mean nothing."""
+    """NaN means the default, other values are clamped to their limits, and unknown numbers and kinds are ignored."""
     rng = np.random.default_rng(5)
     events = []
     values = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, 3.7)
@@ -240,7 +240,7 @@ def test_no_value_does_harm() -> None:
 @pytest.mark.parametrize("preset", ["jazz-finger", "flatwound"])
 @pytest.mark.parametrize("rate", [44100, 192000])
 def test_the_tone_pot_is_stable_at_every_setting(preset: str, rate: int) -> None:
-    """All filters have their poles inside the unit circle, those between too; the middle is the bass's own."""
+    """All filters, intermediate ones too, have their poles inside the unit circle; the middle is the bass's own."""
     bass = load_preset(preset)
     coil, gain = bass.output.coil, bass.output.gain
     live = LiveBass(bass, LIGHT, rate)
@@ -263,7 +263,7 @@ def test_the_tone_pot_is_stable_at_every_setting(preset: str, rate: int) -> None
 
 
 def test_the_tone_moves_without_a_click() -> None:
-    """A turn of the pot under a ringing note makes no jump beyond what the note itself does."""
+    """Turning the pot under a ringing note adds no jump beyond the note's own."""
     note = midi(0, 0x90, 28, 120)
     usual = played([note], RATE, [512], preset="jazz-finger")
     turns = [(24000, PARAMETER, techniques.TONE_POT, -1.0), (36000, PARAMETER, techniques.TONE_POT, 1.0)]
@@ -275,7 +275,7 @@ def test_the_tone_moves_without_a_click() -> None:
 
 @pytest.mark.parametrize("preset", ["slap", "paper-bass"])
 def test_strings_that_are_still_play_on_as_if_they_had_been_computed(preset: str) -> None:
-    """Against strings that a repeated controller keeps from being still; the tone and the bend move in between."""
+    """Compared with strings that a repeated controller keeps awake; tone and bend move in between."""
     bass = without_noise(preset)
     low = bass.strings[0].open_note
     events = [midi(0, 0x90, low, 100), midi(4000, 0xB0, 120), (30000, PARAMETER, techniques.TONE_POT, -0.5),

@@ -53,10 +53,10 @@ from livebass.preset.programs import PROGRAMS
 from livebass.score.phrases import demo_score
 from livebass.score.score import LEAST_RATE, Score, score_of
 
-# ---- switching presets while it sounds
+# ---- switching presets during play
 
 
-FINGER, PICK, SLAP = 33, 34, 36  # General MIDI's programs as they are sent, from 0
+FINGER, PICK, SLAP = 33, 34, 36  # General MIDI programs as sent, from 0
 
 
 def changed(changes: PresetSwitch, device: FakeDevice) -> str:
@@ -127,7 +127,7 @@ def test_the_last_wish_counts() -> None:
 
 
 def test_every_preset_is_played_by_the_same_hands() -> None:
-    """Those of --keys and its like, whatever preset is chosen later."""
+    """The hands set by --keys and similar options stay, whatever preset is chosen later."""
 
     def load(preset: str) -> Instrument:
         bass = load_preset(preset)
@@ -144,7 +144,7 @@ def test_every_preset_is_played_by_the_same_hands() -> None:
 
 
 def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """After each change of preset and quality one bass is alive, without waiting for the garbage collector."""
+    """After each change of preset and quality only one bass is alive, without waiting for the garbage collector."""
     made: list[weakref.ref[object]] = []
 
     class Watched(LiveBass):
@@ -180,7 +180,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
                 return not synth.ringing
 
             wait_for(rung_out)
-            changes._thread.submit(int).result()  # the thread lets go of what it prepared
+            changes._thread.submit(int).result()  # the thread drops its prepared bass
             assert sum(part() is not None for part in made) == len(made) // (k + 1) == 6
             threads.append(threading.active_count())
     finally:
@@ -191,7 +191,7 @@ def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library")
 def test_freed_memory_is_returned() -> None:
-    """glibc alone would keep the second block, as it raises its thresholds when the first one is freed."""
+    """glibc alone would keep the second block, since it raises its thresholds when the first one is freed."""
     code = """if True:
         import numpy as np
         from livebass.bench.endurance import _memory
@@ -238,7 +238,7 @@ def test_every_bass_of_a_session_is_tuned_alike() -> None:
 
 
 def test_program_changes_neither_click_nor_stall(tmp_path: Path) -> None:
-    """A held note rings on while other basses are prepared and switched to: no click, no gap, no long block."""
+    """A held note rings on while other basses are prepared and chosen: no click, no gap, no long block."""
     take = tmp_path / "take.wav"
     settings = Settings(
         load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False, record=take
@@ -302,7 +302,7 @@ def test_a_take_of_nothing_leaves_nothing(tmp_path: Path, caplog: pytest.LogCapt
 
 @pytest.mark.parametrize("ending", ["wav", "flac"])
 def test_a_full_disk_ends_the_take_not_the_session(tmp_path: Path, ending: str) -> None:
-    """No file may grow beyond 100 kB in the process that plays."""
+    """In the playing process no file may grow beyond 100 kB."""
     program = f"""
 import json, logging, resource, signal, sys
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
@@ -359,7 +359,7 @@ def test_a_full_disk_ends_with_status_1(server: SimpleNamespace, tmp_path: Path)
 
 
 def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> None:
-    """`render` gives the take of the sound, sample for sample, on the same bass without being told."""
+    """`render` gives the sound's take, sample for sample, and finds the bass by itself."""
     sound, notes, again = tmp_path / "take.wav", tmp_path / "take.mid", tmp_path / "again.wav"
     settings = Settings(
         load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False, connect=False, record=sound,
@@ -386,7 +386,7 @@ def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> Non
 
 
 def test_a_midi_take_has_the_changes_of_preset(tmp_path: Path) -> None:
-    """As General MIDI's programs, on the channel of the notes; a program that chooses no bass is left out."""
+    """As General MIDI programs, on the channel of the notes; programs that choose no bass are left out."""
     mido = pytest.importorskip("mido")
     take = tmp_path / "take.mid"
     settings = Settings(
@@ -423,9 +423,9 @@ def test_a_midi_take_that_cannot_be_is_an_error_before_anything_sounds(tmp_path:
 
 
 def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
-    """The bass is prepared for the new rate, the score goes on, and the sound goes into a take of its own.
+    """The bass is prepared for the new rate, the score goes on, and the sound goes into a new take.
 
-    This server only says that its rate has changed: PipeWire's changes in tests/live/test_desktop.py.
+    This server only reports a changed rate: PipeWire really changes it in tests/live/test_desktop.py.
     """
     take = tmp_path / "take.wav"
 
@@ -506,7 +506,7 @@ def test_a_log_that_cannot_be_is_one_line_before_anything_sounds(run: Run, tmp_p
 
 
 def test_what_libraries_print_is_no_line_of_ours() -> None:
-    """In any thread, while a terminal's status line is shown; Python's own lines are, in order."""
+    """In any thread, under a terminal's status line; Python's own lines appear, in order."""
     program = """
 import os, sys, threading
 from livebass.live.guards import own_stderr, silenced_stderr
@@ -545,7 +545,7 @@ with own_stderr():
 def test_the_demo_plays_without_a_file_or_a_keyboard(
     run: Run, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...], style: str
 ) -> None:
-    """On a fake device: the phrase of `render`, the first notes as the engine renders them."""
+    """On a fake device: the phrase of `render`, its first notes as the engine renders them."""
     taken: list[Settings] = []
 
     class Ready(Session):
@@ -583,7 +583,7 @@ def test_a_demo_and_a_file_are_one_too_many(run: Run) -> None:
 
 
 def test_devices_lists_devices_alone() -> None:
-    """Nothing of what libraries print meanwhile, in any thread, and no name of their functions."""
+    """No library output from any thread, and no names of library functions."""
     program = """
 import os, threading
 from livebass.cli.main import run
@@ -658,7 +658,7 @@ def test_the_status_begins_with_a_meter(peak: float, shown: str) -> None:
 
 
 def test_underruns_at_a_low_load_say_what_helps(caplog: pytest.LogCaptureFixture) -> None:
-    """Once, and not for a few, nor for those of the bass itself."""
+    """Once, not for a few underruns, nor for underruns caused by the bass itself."""
     synth, device = synth_and_device("slap")
     session = Session(Settings(load_preset("slap"), QUICK))
     session.output = SimpleNamespace(advice=lambda: "take --block 256")  # type: ignore[assignment]
@@ -718,13 +718,13 @@ def test_keys_are_notes_and_more() -> None:
     assert others == ["panic", "tab"]
     assert not {*NOTES, *STROKES, *WAYS} & set("[]-=!()<> \t\r\n") and not {*STROKES, *WAYS} & {*NOTES}
     sent.clear()
-    for key in "qQwERp":  # all that is between the white keys of the upper row
+    for key in "qQwERp":  # everything between the white keys of the upper row
         keys.press(key)
     assert [m[1] - 52 for m in sent[1::2]] == [0, 1, 2, 5, 6, 16]
 
 
 def typed(*texts: str, seconds: float = 0.0) -> list[tuple[int, ...]]:
-    """The messages that a terminal gives for `texts`, which come `seconds` apart by a clock of the test's own."""
+    """The messages from a terminal for `texts`, `seconds` apart by the test's own clock."""
     sent: list[tuple[int, ...]] = []
     keys = TerminalKeys(lambda *m: sent.append(m), lambda: None)
     with pytest.MonkeyPatch.context() as clock:
@@ -764,7 +764,7 @@ def test_a_terminal_that_reports_releases_ends_notes_by_them() -> None:
 
 
 def test_number_keys_are_the_techniques_of_the_handbook() -> None:
-    """The page has them, too: tests/web/test_export.py."""
+    """The page has them too: tests/web/test_export.py."""
     assert [*STROKES, *WAYS] == [*DIGITS] == [*"1234567890"]
     page, names = page_text("playing"), [button.name.lower() for button in DIGITS.values()]
     for keys, some in (("`1`, `2`, `3`", names[:3]), ("`4` to `7`", names[3:7]), ("`8`, `9`, `0`", names[7:])):
@@ -773,7 +773,7 @@ def test_number_keys_are_the_techniques_of_the_handbook() -> None:
 
 
 def test_what_belongs_to_channels_is_switched_on_every_one() -> None:
-    """Notes of a keyboard on any channel vibrate and ring on; a keyboard that has gone lets go of all."""
+    """Keyboard notes on any channel vibrate and ring on; a keyboard that disappears releases them all."""
     for key, controller in (("9", 1), ("0", 64)):
         sent = typed(key, key, seconds=1.0)
         assert sent == [(0xB0 | channel, controller, value) for value in (127, 0) for channel in range(16)]
@@ -837,7 +837,7 @@ def test_techniques_follow_the_key_map_of_the_bass(caplog: pytest.LogCaptureFixt
 
 
 def test_a_technique_key_is_heard() -> None:
-    """A note that is palm muted by its number key has half the sound of one that is not, after a fifth of a second."""
+    """A note muted by its number key has half the sound of an open one after a fifth of a second."""
     energy = []
     for typed_first in ("", "4"):
         synth, device = synth_and_device("jazz-finger")
@@ -866,7 +866,7 @@ def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Si
     try:
         terminal.wait("jazz-finger   load")
         assert not terminal.cooked
-        terminal.type("zq")  # both, though they come together
+        terminal.type("zq")  # both, though they arrive together
         terminal.wait("E2(D:2")
         terminal.type("\x1b[A\t")  # an arrow is no note
         terminal.wait("preset muted, quality live")
@@ -885,7 +885,7 @@ def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Si
         assert terminal.cooked
     finally:
         terminal.close()
-    shown = re.sub(r"\x1b\[\?(8[hl]|u)", "", terminal.shown)  # what sets the keyboard is not seen
+    shown = re.sub(r"\x1b\[\?(8[hl]|u)", "", terminal.shown)  # the keyboard's setup is not shown
     lines = [
         line for line in shown.replace("\r\x1b[K", "\n").splitlines() if re.match(r" *(silent|-?\d+ dBFS)  ", line)
     ]
@@ -894,7 +894,7 @@ def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Si
 
 
 def test_after_ctrl_z_and_fg_keys_play_again(server: SimpleNamespace) -> None:
-    """In a shell that leaves the terminal as it is. The keys need no Enter."""
+    """In a shell that leaves the terminal unchanged. The keys need no Enter."""
     terminal = InTerminal(shell=True)
     try:
         terminal.type(f"{sys.executable} -m livebass play --backend jack\n")
@@ -927,7 +927,7 @@ def test_a_terminal_that_is_closed_ends_it_and_keeps_the_take(server: SimpleName
     assert soundfile.info(take).frames > RATE // 4
 
 
-# ---- machines without
+# ---- machines without sound
 
 
 def without(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:

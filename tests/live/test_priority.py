@@ -1,4 +1,4 @@
-"""Real-time priority: granted by the scheduler or by rtkit, or refused with a reason. rtkit is a script here."""
+"""Real-time priority: granted by the scheduler or rtkit, or refused with a reason. Here rtkit is a script."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ def refuse(*_: object) -> None:
 
 @pytest.fixture
 def rtkit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A busctl that notes how it is called and answers as the file `answer` says; the scheduler refuses."""
+    """A busctl that logs its calls and answers as the file `answer` says; the scheduler refuses."""
     script = tmp_path / "busctl"
     script.write_text(f'#!/bin/sh\necho "$@" >{tmp_path}/asked\n. {tmp_path}/answer\n')
     script.chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
-    monkeypatch.setattr(resource, "setrlimit", lambda *_: None)  # it would hold for all tests that follow
+    monkeypatch.setattr(resource, "setrlimit", lambda *_: None)  # it would affect all tests that follow
     return tmp_path
 
 

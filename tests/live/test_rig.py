@@ -51,7 +51,7 @@ def playing(desk: Desk, preset: str = "jazz-finger", **more: Any) -> Iterator[tu
 
 
 def messages(output: JackOutput) -> list[tuple[int, int, int, int]]:
-    """What the synth has played since the last call: frame and bytes."""
+    """The synth's messages since the last call: frame and bytes."""
     return [(int(m[0]), *map(int, m[1:4])) for m in output.synth.played()]
 
 
@@ -75,7 +75,7 @@ def test_every_string_has_a_port_and_all_add_up_to_the_mix() -> None:
         mix, same, *strings = sounds.values()
         assert [bool(s.any()) for s in strings] == [True, False, True, False] and np.array_equal(mix, same)
         assert np.array_equal(mix, strings[0] + strings[2]) and np.abs(mix).max() > 0.01
-        output.open_strings(5)  # another bass has one more
+        output.open_strings(5)  # another bass has one string more
         assert [*server.play(0.1)][-1] == "string_5"
 
 
@@ -100,7 +100,7 @@ def test_a_learned_controller_is_heard_by_the_audio_thread() -> None:
 
 
 def test_the_score_follows_jacks_transport() -> None:
-    """It starts, stops and goes where the transport does, to the frame."""
+    """It starts, stops and moves with the transport, to the frame."""
     desk = Desk()
     with playing(desk) as (output, server):
         desk.load(score_of([(0.5 * k, 2.0 if k == 20 else 0.2, 30 + k, 100) for k in range(24)], RATE))
@@ -137,7 +137,7 @@ def test_the_score_follows_jacks_transport() -> None:
 
 
 def connections(client: Any, name: str) -> dict[str, int]:
-    """How many connections each port of the client called `name` has."""
+    """The number of connections of each port of the client `name`."""
     return {p.shortname: len(client.get_all_connections(p)) for p in client.get_ports(f"^{re.escape(name)}:")}
 
 
@@ -185,7 +185,7 @@ def test_a_take_names_the_sound_and_the_notes(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_is_said_before_anything_sounds(server: SimpleNamespace) -> None:
-    """A loop that is not in the file, and a port that another program has; the client is closed."""
+    """A loop outside the file, and a port of another program; the client is closed."""
     looker = new_client("looker")
     usual = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, client="refused",
                      read=lambda rate: score_of([(0.0, 1.0, 33, 100)], rate))  # fmt: skip
@@ -207,7 +207,7 @@ def test_what_cannot_be_is_said_before_anything_sounds(server: SimpleNamespace) 
 
 
 class Remote:
-    """A program that sends OSC to a port of this machine and hears the answers."""
+    """A program that sends OSC to a local port and receives the answers."""
 
     def __init__(self, port: int) -> None:
         self.socket, self.port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), port
@@ -308,11 +308,11 @@ def test_without_python_osc_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
         OscServer(0, {}, dict)
 
 
-# ---- the whole
+# ---- everything together
 
 
 def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_path: Path) -> None:
-    """The keys of a file, MIDI learn by a key, the control socket, and what is remembered."""
+    """The keys of a file, MIDI learn by a key, the control socket, and the remembered settings."""
     mido = pytest.importorskip("mido")
     pytest.importorskip("pythonosc")
     track = mido.MidiTrack([mido.Message("program_change", program=36)])
@@ -359,7 +359,7 @@ def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_pa
 
 
 def free_port() -> int:
-    """A UDP port of this machine that nobody uses now."""
+    """A free UDP port of this machine."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

@@ -1,4 +1,4 @@
-"""A JACK server that goes away, in the last file with servers: the library may crash in a process that saw one go."""
+"""A JACK server that ends, in the last file with servers: the library may crash in a process that saw one end."""
 
 from __future__ import annotations
 

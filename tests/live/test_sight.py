@@ -1,4 +1,4 @@
-"""What is drawn: shapes as `simulate` has them, contacts as they are listed; and looking changes nothing."""
+"""The picture: shapes as in `simulate`, contacts as in their list; looking changes nothing."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for 
 
 
 def seen(bass: int, strings: int) -> NDArray[np.void]:
-    """What is seen of the bass at an address, (strings,) SIGHT."""
+    """The view of the bass at an address, (strings,) SIGHT."""
     sights = np.zeros(strings, SIGHT)
     see_bass(bass, sights.ctypes.data)
     return sights
@@ -44,7 +44,7 @@ def shape(slot: np.void, x: Floats, name: str = "u") -> Floats:
 
 @pytest.mark.parametrize("quality", ["live", "reference"])
 def test_case_b_is_drawn_as_it_is_simulated(quality: str) -> None:
-    """1, 3.8 and 5 ms after the release, to 20 um of the shape with all modes at 8 MHz, whatever width modes have."""
+    """1, 3.8 and 5 ms after the release, within 20 um of the shape with all modes at 8 MHz, for any width of modes."""
     rate, times = 50_000, np.array([1e-3, 3.8e-3, 5e-3])
     trial = CASES["b"].trial(rate)
     trial = replace(trial, duration=5.2e-3, states=tuple(np.rint(times * rate).astype(int).tolist()))
@@ -94,7 +94,7 @@ def test_a_finger_that_pulls_is_seen() -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "slap"])
 def test_seeing_changes_no_sample(preset: str) -> None:
-    """Natively, in blocks of 64, with strings that run ahead; slides and bends among the notes."""
+    """Natively, in blocks of 64, with strings running ahead; slides and bends among the notes."""
     sounds = []
     for looks in (False, True):
         synth, device = synth_and_device(preset, Quality("live", 150, 240e3))
@@ -112,7 +112,7 @@ def test_seeing_changes_no_sample(preset: str) -> None:
 
 
 def test_a_page_sees_and_hears_the_same() -> None:
-    """In WebAssembly: the same samples with and without, and the records that the layout tells."""
+    """In WebAssembly: the same samples with and without a look, and the records described by the layout."""
     sounds = []
     for looks in (False, True):
         module = Module(instrument_file(load_preset("jazz-finger")), RATE)
@@ -131,7 +131,7 @@ def test_a_page_sees_and_hears_the_same() -> None:
 
 
 class Watched(LiveBass):
-    """A bass for the audio thread whose strings keep their contacts."""
+    """A bass for the audio thread that keeps its strings' contacts."""
 
     def __init__(self, *given: object) -> None:
         super().__init__(*given)  # type: ignore[arg-type]
@@ -143,7 +143,7 @@ class Watched(LiveBass):
 
 
 def drawn(bass: Bass, i: int, frame: int, taken: int) -> list[tuple[int, ...]]:
-    """The contacts of string `i` that a reader which has taken so many takes when `frame` of the bass is heard."""
+    """The contacts of string `i` read when `frame` of the bass is heard, by a reader that has taken `taken`."""
     voice = bass.voices[i]
     v, log = voice.record[0], voice.log
     end = frame * int(v["numerator"])
@@ -153,9 +153,9 @@ def drawn(bass: Bass, i: int, frame: int, taken: int) -> list[tuple[int, ...]]:
 
 @pytest.mark.parametrize("how", ["never", "far"])
 def test_flashes_are_the_contacts(how: str) -> None:
-    """A reader with an index of its own, who waits until a contact is heard, draws each once, and no others.
+    """A reader with its own index, who waits until a contact is heard, draws each contact once, and no others.
 
-    Strings that run ahead are taken back by events of which they did not know.
+    Strings that run ahead are taken back by unforeseen events.
     """
     bass, quality = load_preset("paper-bass"), Quality("live", 150, 336e3)
     synth = Synth(RATE)

@@ -1,6 +1,6 @@
-"""A take sounds as it was heard: what was played live, recorded as MIDI, read and rendered, to the last bit.
+"""A take sounds as heard: live playing, recorded as MIDI, read and rendered, to the last bit.
 
-In all modes of the channels, with keys struck again before their note-off, release velocities and changes of bass.
+Covers all channel modes, keys struck again before their note-off, release velocities and changes of bass.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ def live(
     path: Path, messages: Sequence[Message], frames: int, size: int = 256, changes: Sequence[tuple[int, str]] = (),
     first: str = "jazz-finger", load: Callable[[str], Instrument] = load_preset, given: Given = lambda preset: {},
 ) -> tuple[Floats, Synth]:  # fmt: skip
-    """Plays messages live for so many frames and records them as a MIDI file at `path`; returns the sound.
+    """Plays messages live for `frames` frames and records them as a MIDI file at `path`; returns the sound.
 
-    It begins with the preset `first`. `changes` are (frame, preset): the first block from there on begins with that
-    bass. `load` loads them, as the options `given` say.
+    It begins with the preset `first`. `changes` are (frame, preset): the first block from that frame on begins with
+    that bass. `load` loads them, with the options `given`.
     """
     synth = Synth(RATE, adaptive=False)
     run_ahead(synth, "never")
@@ -71,7 +71,7 @@ def live(
 
 
 def rendered(score: Score, frames: int) -> Floats:
-    """What `livebass render` makes of it, cut at full scale as the synth cuts."""
+    """The sound of `livebass render`, cut at full scale like the synth's."""
     tail = max(frames - score.end_frame, 0) / RATE + 0.1
     score, load = with_loaded(score, Loader(dict.fromkeys(SOUND)), "jazz-finger", render)
     first, basses = basses_of(score, "jazz-finger", load)
@@ -80,10 +80,10 @@ def rendered(score: Score, frames: int) -> Floats:
 
 
 def performance(rng: np.random.Generator, mode: str, frames: int, count: int) -> list[Message]:
-    """Random playing on the channels of a mode: keys struck again, offs of all velocities, bends, pressure, places."""
+    """Random playing in a channel mode: keys struck again, offs of all velocities, bends, pressure, places."""
     messages: list[Message] = [(0, *message) for message in MODES[mode]]
     messages.append((0, 0xB0, 68, 127 * int(rng.integers(0, 2))))
-    keys = rng.integers(28, 62, 6).tolist()  # few: they are struck again
+    keys = rng.integers(28, 62, 6).tolist()  # few, to be struck again
     for frame in np.sort(rng.integers(0, frames, count)).tolist():
         channel, key, value = int(rng.integers(0, 7)), int(rng.choice(keys)), int(rng.integers(0, 128))
         if mode.endswith("top"):
@@ -121,7 +121,7 @@ def test_a_take_of_anything_sounds_as_it_was_heard(mode: str, tmp_path: Path) ->
 
 
 def test_a_take_through_all_modes_sounds_as_it_was_heard(tmp_path: Path) -> None:
-    """The mode changes in the middle, while notes sound."""
+    """The mode changes in the middle, during notes."""
     rng, messages = np.random.default_rng(5), list[Message]()
     for k, mode in enumerate([*MODES, "alike"]):
         part = performance(rng, mode, 9000, 40)
@@ -131,7 +131,7 @@ def test_a_take_through_all_modes_sounds_as_it_was_heard(tmp_path: Path) -> None
 
 
 def pitch_of(sound: Floats, least: float, most: float) -> float:
-    """The loudest frequency between two (Hz)."""
+    """The loudest frequency between `least` and `most` (Hz)."""
     size = 1 << 19
     spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), size))
     near = slice(round(least * size / RATE), round(most * size / RATE))
@@ -140,7 +140,7 @@ def pitch_of(sound: Floats, least: float, most: float) -> float:
 
 @pytest.mark.parametrize("mode", ["a string each", "a note each"])
 def test_strings_bend_apart_in_a_take(mode: str, tmp_path: Path) -> None:
-    """G2 goes up by 2 semitones, by the wheel of its channel; E1 stays."""
+    """G2 rises by 2 semitones through its channel's wheel; E1 stays."""
     low, high = (0x93, 0x90) if mode == "a string each" else (0x92, 0x91)
     wheel = 8192 + round(8191 * 2 / (12 if mode == "a string each" else 48))
     messages = [(0, *message) for message in MODES[mode]]
@@ -153,9 +153,9 @@ def test_strings_bend_apart_in_a_take(mode: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", ["alike", "a string each", "a note each"])
 def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Path) -> None:
-    """To the bit where one bass sounds; while one rings out, but for how the sum of both is rounded.
+    """To the bit where one bass sounds; while another rings out, up to the rounding of the sum.
 
-    The controllers go over to the new bass, in the middle of bends, with volume, pedal, tone, blend, vibrato and palm.
+    Controllers pass to the new bass, amid bends, with volume, pedal, tone, blend, vibrato and palm.
     """
     rng = np.random.default_rng([3, *map(ord, mode)])
     messages = performance(rng, mode, 70_000, 180)
@@ -169,7 +169,7 @@ def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Pa
         (0xE0, 9, 80),
     ]
     messages = sorted([*messages, *((18_000, *message) for message in moved)], key=lambda m: m[0])
-    messages += [(72_000, 0xB0 | c, 120, 0) for c in range(16)]  # all sound off: the bass before has ended
+    messages += [(72_000, 0xB0 | c, 120, 0) for c in range(16)]  # all sound off: the old bass has ended
     messages += [(72_000 + 900 * k, *m[1:]) for k, m in enumerate(performance(rng, "alike", 1, 20)[2:])]
     changes = [(20_000, "slap"), (75_000, "fretless")]
     sound, _ = live(tmp_path / "take.mid", messages, 100_000, 256, changes)
@@ -216,7 +216,7 @@ def test_a_pull_off_is_as_hard_as_its_release_velocity(tmp_path: Path) -> None:
 
 
 def test_a_take_is_left_as_it_is_and_other_files_are_paired(tmp_path: Path) -> None:
-    """A key struck again before its note-off: live, the first one ends it; who writes a file means one for each."""
+    """Live, the first note-off ends a key struck twice; in a written file, each note-on has its own."""
     strokes = [
         (0, b"\xc2\x21"),
         (0, b"\x92\x21\x50"),
@@ -236,13 +236,13 @@ def test_a_take_is_left_as_it_is_and_other_files_are_paired(tmp_path: Path) -> N
 
 
 def test_what_is_too_soft_for_normal_numbers_is_silence() -> None:
-    """As for the audio thread, which flushes it to zero: a tail must not differ there."""
+    """As on the audio thread, which flushes denormals to zero: a tail must not differ there."""
     soft = np.array([1e-39, -1e-40, 2e-38, 0.5, 0.0])
     assert single(soft).tolist() == [0.0, 0.0, np.float32(2e-38), 0.5, 0.0]
 
 
 def test_parameters_that_controllers_move_go_over_to_another_bass(tmp_path: Path) -> None:
-    """102 to 109, as a take has those of learned controllers: live and in the take."""
+    """102 to 109, the controllers of learned ones in a take: live and in the take."""
     moved = [(LEARNED + NUMBERS[symbol], 15 + 11 * k) for k, symbol in enumerate(sorted(set(NUMBERS) - {"gain"}))]
     messages = [(1000 + 200 * k, 0xB3, *move) for k, move in enumerate(moved)]
     messages += [(8000 + 5000 * k, 0x93, 28 + 5 * (k % 4), 60 + 9 * k) for k in range(6)]
@@ -270,9 +270,9 @@ SET = {
 
 @pytest.mark.parametrize("basses", [("mine", "six-string"), ("flatwound", "jazz-finger"), ("short-scale", "mine")])
 def test_a_take_of_basses_outside_general_midi_sounds_as_it_was_heard(tmp_path: Path, basses: tuple[str, str]) -> None:
-    """An own file and presets with as many strings and more, the first case as they are, the others with options.
+    """A user's file and presets with as many strings or more; the first case plain, the others with options.
 
-    For other software all of them have the same program, an electric bass.
+    Other software sees the same program for all of them, an electric bass.
     """
     mine = tmp_path / os.fsdecode(b"mine \xe9.toml")
     mine.write_text(OWN)

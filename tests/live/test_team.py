@@ -1,8 +1,8 @@
-"""How the audio thread and its helpers share the strings of a job: each is played once, and none when the job is over.
+"""Sharing a job's strings between audio thread and helpers: each is played once, and none after the job.
 
-The functions of helpers.py run as Python, one thread at a time, which is changed at every access to what they share: in
-all orders with so many changes that nothing but the order asks for, and in random ones. Then the compiled ones, beside
-each other, with rests.
+The functions of helpers.py run as Python, one thread at a time. The thread may change at every access to shared words:
+in all orders with up to CHANGES unforced changes, and in random orders. Then the compiled functions run in parallel,
+with rests.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from livebass.live.thread.records import DONE, HELPED, HELPERS, JOB
 
 AUDIO = 0  # number of the audio thread
 JOBS = ((7, 64), (8, 128), (7, 192))  # bass and end of each
-CHANGES = 2  # of the thread, that nothing but the order asks for
+CHANGES = 2  # unforced changes of thread
 
 
 class Stopped(Exception):
-    """Ends a thread of an order that is not followed further."""
+    """Ends a thread of an abandoned order."""
 
 
 class Order:
     """Runs the audio thread and helpers through JOBS, one at a time, in one order of their accesses.
 
-    `choose(enabled, running)` is the thread that goes on; `faults` is what went wrong.
+    `choose(enabled, running)` returns the next thread; `faults` collects the errors.
     """
 
     def __init__(self, strings: int, helping: int, choose: Callable[[list[int], int], int]) -> None:
@@ -44,8 +44,8 @@ class Order:
         self.choose, self.strings, self.count = choose, strings, 1 + helping
         self.turns = [threading.Semaphore(0) for _ in range(self.count)]
         self.all_done = threading.Semaphore(0)
-        self.seen: list[tuple[int, int] | None] = [None] * self.count  # address and value of a load just before
-        self.next: list[int | None] = [None] * self.count  # address of a load that comes next
+        self.seen: list[tuple[int, int] | None] = [None] * self.count  # address and value of the load just before
+        self.next: list[int | None] = [None] * self.count  # address of the next load
         self.ended = [False] * self.count
         self.job: tuple[int, int] | None = None
         self.over = self.stopped = False
@@ -54,12 +54,12 @@ class Order:
         self.local = threading.local()
 
     def waits(self, k: int) -> bool:
-        """True for a thread that would look again at what it has just seen."""
+        """True for a thread that would reread the value it has just seen."""
         seen = self.seen[k]
         return seen is not None and self.next[k] == seen[0] and self.words[seen[0]] == seen[1] and not self.over
 
     def step(self, load: int | None = None) -> None:
-        """Lets another thread go on, or this one, before it does what others see, or loads the word at `load`."""
+        """Lets some thread run, before this one does anything visible to others or loads the word at `load`."""
         me = self.local.number
         self.next[me] = load
         self.hand_over(me)
@@ -79,7 +79,7 @@ class Order:
             return
         self.turns[self.choose(enabled, me)].release()
 
-    # What kernels call
+    # The calls made by kernels
 
     def load(self, address: int) -> int:
         me = self.local.number
@@ -156,7 +156,7 @@ class Order:
 
 
 class Team:
-    """Fields of TEAM that are read and written as they are."""
+    """Fields of TEAM, read and written directly."""
 
     pool = owner = 0
 
@@ -172,7 +172,7 @@ class Team:
 
 @pytest.fixture
 def follow(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Order]:
-    """Follows one order of a number of strings and of helpers."""
+    """Follows one order of `strings` strings and `helping` helpers."""
     at: list[Order] = []
     synth = SimpleNamespace(team=Team(lambda: at[-1]))
     plain = {name: getattr(helpers, name).py_func for name in ("play_strings", "help_once", "add_to")}
@@ -197,7 +197,7 @@ def follow(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Order]:
 
 
 def orders(follow: Callable[..., Order], strings: int, helping: int, changes: int) -> Iterator[Order]:
-    """All orders in which a thread that could go on has to let another one at most `changes` times."""
+    """All orders with at most `changes` switches away from a thread that could go on."""
     waiting: list[tuple[list[int], int]] = [([], 0)]
     while waiting:
         prefix, used = waiting.pop()
@@ -227,7 +227,7 @@ def orders(follow: Callable[..., Order], strings: int, helping: int, changes: in
 def test_every_order_plays_each_string_once(
     follow: Callable[..., Order], helping: int, changes: int, least: int
 ) -> None:
-    """With CHANGES and two helpers there are thousands more, in a minute: none of them has a fault either."""
+    """CHANGES with two helpers gives thousands more orders and takes a minute; none of them has a fault either."""
     count = 0
     for order in orders(follow, 2, helping, changes):
         assert not order.faults, order.faults
@@ -245,7 +245,7 @@ def test_random_orders_play_each_string_once(follow: Callable[..., Order], strin
 
 @pytest.mark.parametrize("fault", ["taken twice", "done too early", "told once"])
 def test_a_fault_would_be_found(follow: Callable[..., Order], monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
-    """A string that two may take; the end of a job before its last string; the bass of a job before."""
+    """A string two threads may take; a job ended before its last string; the previous job's bass."""
     if fault == "taken twice":
         monkeypatch.setattr(Order, "replace", lambda self, address, old, new: self.store(address, new) or 1)
     elif fault == "done too early":
@@ -262,7 +262,7 @@ def test_a_fault_would_be_found(follow: Callable[..., Order], monkeypatch: pytes
 
 
 def test_threads_side_by_side_play_each_string_once_and_none_late() -> None:
-    """Each string rests now and then before it is played, and is counted before and after."""
+    """Each string sometimes rests before it is played, and is counted before and after."""
     synth, device = synth_and_device("five-string", QUICK, adaptive=False)
     synth.set_clock(0)
     device.block(16)

@@ -1,4 +1,4 @@
-"""The pickup's circuit: its resonance, its pots, and the digital filter that stands for it."""
+"""The pickup's circuit: its resonance, its pots, and its digital filter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Powers of 2 are the nearest floats: between the twelfth powers of those half a unit below and above lies 2^n."""
+"""Powers of 2 are the nearest floats: 2^n lies between the twelfth powers of the values half a unit below and above."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from livebass.model.instrument import frets_from_geometry, note_frequency
 
 @pytest.mark.parametrize("n", range(-69, 60))
 def test_semitones_are_rounded_once(n: int) -> None:
-    """n / 12 is no float: its rounding is allowed for, 2^-53 of it times ln 2."""
+    """n / 12 is no float: the test allows for its rounding, 2^-53 of it times ln 2."""
     found = exp2(n / 12)
     slack = Fraction(abs(n), 12) * Fraction(7, 10) / 2**53 * Fraction(found)
     half = Fraction(math.ulp(found)) / 2 + slack

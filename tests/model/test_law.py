@@ -1,4 +1,4 @@
-"""The law of the modes is the paper's: eqs. 8 to 11 written down once more, as printed."""
+"""The modes follow the paper's law: eqs. 8 to 11 written out again, as printed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance
 
 VISCOSITY, AIR = 1.8e-5, 1.2  # kg/m/s, kg/m3
-PAPER_LENGTH = 0.863  # m, of the string of which 800 modes have published dampings
+PAPER_LENGTH = 0.863  # m, of the string with 800 published dampings
 NECK = Admittance((Resonance(70.0, 6.0, 2.0), Resonance(312.0, 20.0, 0.5)), stop=0.0)
 
 
@@ -39,7 +39,7 @@ def test_frequencies_and_dampings_are_those_of_the_paper(law: str, fret: int) ->
     at = np.minimum(j, math.floor(800 * s.length / PAPER_LENGTH)) * f0 if law == "paper" else j * f0 * rigid
     friction = 2 * math.pi * VISCOSITY + 2 * math.pi * string.diameter * np.sqrt(math.pi * VISCOSITY * AIR * at)
     stiffness = math.pi**2 * string.tension**-2 * mu * s.bending * 4 * at**2
-    if law == "hinged":  # the part of a mode's elastic energy that is in bending
+    if law == "hinged":  # the bending share of a mode's elastic energy
         stiffness = 1 - 1 / ((np.sqrt(1 + 4 * stiffness) + 1) / 2)
     quality = friction / (2 * math.pi * mu * at) + string.viscoelastic_angle * stiffness + string.thermoelastic
     sigma = math.pi * at * quality + mu * c**2 / s.length * s.admittance.at(nu).real
@@ -49,7 +49,7 @@ def test_frequencies_and_dampings_are_those_of_the_paper(law: str, fret: int) ->
 
 
 def test_bending_is_that_of_the_core() -> None:
-    """B = pi^2 E I / (T L^2), whatever the string is tuned to."""
+    """B = pi^2 E I / (T L^2), whatever the tuning."""
     for name in ("jazz-finger", "paper-bass"):
         bass = load_preset(name)
         for string, neck in zip(bass.strings, bass.necks, strict=True):

@@ -23,9 +23,9 @@ NECK = (Resonance(150.0, 20.0, 0.9), Resonance(290.0, 30.0, 1.4), Resonance(1200
 
 
 def coupled(resonance: Resonance, count: int = 400) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies (Hz) and dampings (1/s) of the first modes of a string that ends on a mass, a spring and a damper.
+    """Frequencies (Hz) and dampings (1/s) of a string's first modes when it ends on a mass, a spring and a damper.
 
-    Eigenvalues of real matrices, so that no sign convention of complex numbers comes in. u = w (1 - x / L) + sum q_j
+    Uses eigenvalues of real matrices, which need no sign convention of complex numbers. u = w (1 - x / L) + sum q_j
     sin(j pi x / L), where w is the displacement of the mass.
     """
     j = np.arange(1, count + 1)
@@ -40,7 +40,7 @@ def coupled(resonance: Resonance, count: int = 400) -> tuple[np.ndarray, np.ndar
         [-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damper)],
     ])  # fmt: skip
     values = np.linalg.eigvals(system)
-    # without the mode of the neck itself, which decays much faster
+    # without the neck's own mode, which decays much faster
     mine = values[(values.imag > 0) & (-values.real < w0 / (4 * resonance.quality))]
     first = mine[np.argsort(mine.imag)][: MODES.size]
     return np.abs(first) / (2 * math.pi), -first.real
@@ -48,7 +48,7 @@ def coupled(resonance: Resonance, count: int = 400) -> tuple[np.ndarray, np.ndar
 
 @pytest.mark.parametrize("frequency", quick([60.0, 150.0, 440.0, 700.0], [150.0]))
 def test_a_string_on_a_mass_a_spring_and_a_damper(frequency: float) -> None:
-    """Between resonances of the string the neck is seen as spring above and as mass below it: both signs of eq. 8."""
+    """Between the string's resonances the neck acts as a spring above and as a mass below it: both signs of eq. 8."""
     neck = Resonance(frequency, 8.0, 3.0)
     nu, sigma = coupled(neck)
     y = Admittance((neck,)).at(MODES * SPEED / (2 * LENGTH))
@@ -107,7 +107,7 @@ def test_modes_of_a_string_on_a_neck() -> None:
 
 
 def test_resonance() -> None:
-    """A resonance peaks at Q / (m omega), is a spring far below and a mass far above, and never gains energy."""
+    """A resonance peaks at Q / (m omega), acts as a spring far below and a mass far above, and never gains energy."""
     (r,) = neck = (Resonance(200.0, 25.0, 0.7),)
     y = Admittance(neck)
     omega = 2 * math.pi * np.array([2.0, 200.0, 20_000.0])
@@ -173,13 +173,13 @@ def test_dead_spots_follow_the_neck() -> None:
         assert int(np.argmin(decay(with_resonances(bass, {1: moved}), 3)[1:])) + 1 == dead + up
     on_d = decay(bass, 2)  # tuned five frets lower
     assert int(np.argmin(on_d[1:])) + 1 in (dead + 4, dead + 5) and min(on_d) > usual[dead], on_d  # nearer the body
-    short = decay(with_resonances(bass, {}, free_length=0.05), 3)  # fret 2 is on the body: the resonance is not felt
+    short = decay(with_resonances(bass, {}, free_length=0.05), 3)  # fret 2 is on the body, and feels no resonance
     assert min(short[2:]) > 20, short
 
 
 @pytest.mark.parametrize("name", preset_names())
 def test_tuned_with_the_neck(name: str) -> None:
-    """The neck shifts the first mode, and the note is in tune all the same, as a string is tuned by ear."""
+    """The neck shifts the first mode, yet the note is in tune, as a string is tuned by ear."""
     bass, aside = load_preset(name), 0.0
     for string, neck in zip(bass.strings, bass.necks, strict=True):
         for fret in range(1, len(neck.fret_positions) + 1):

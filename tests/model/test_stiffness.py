@@ -1,4 +1,4 @@
-"""The two laws of bending stiffness: partials, losses and the shape that a finger holds, against a string of beams."""
+"""The two laws of bending stiffness, tested on a string of beams: partials, losses and the shape held by a finger."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def test_only_the_papers_own_presets_have_its_law(name: str) -> None:
 
 
 def beam(s: Speaking, nodes: int = 800) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A string with bending stiffness on hinges by finite differences: x (m), T k^2 and E I k^4 as matrices, N/m."""
+    """Finite differences of a stiff string on hinges: x (m), T k^2 and E I k^4 as matrices, N/m."""
     step = s.length / nodes
-    tension = 4 * s.string.linear_density * (s.length * s.fundamental) ** 2  # N, of the f0 that the note was tuned to
+    tension = 4 * s.string.linear_density * (s.length * s.fundamental) ** 2  # N, from the tuned f0
     bending = s.inharmonicity * tension * s.length**2 / math.pi**2  # N m^2
     second = (np.diag(np.full(nodes - 2, 1.0), 1) + np.diag(np.full(nodes - 2, 1.0), -1) - 2 * np.eye(nodes - 1)) / step
     return np.arange(1, nodes) * step, -tension * second, bending / step * second @ second
@@ -41,13 +41,13 @@ def beam(s: Speaking, nodes: int = 800) -> tuple[np.ndarray, np.ndarray, np.ndar
 
 @pytest.mark.parametrize("fret", quick([0, 7, 19], [7]))
 def test_partials_and_losses_of_a_stiff_string(fret: int) -> None:
-    """Eigenvalues of the beam, and the part of a mode's elastic energy that is in bending."""
+    """Eigenvalues of the beam, and the bending share of a mode's elastic energy."""
     s = low_e("hinged", fret)
     x, pulled, bent = beam(s)
     mass = s.string.linear_density * (x[1] - x[0])
     square, shape = np.linalg.eigh((pulled + bent) / mass)
     nu = np.sqrt(square[:40]) / (2 * math.pi)
-    np.testing.assert_allclose(frequencies(s, 40), nu, rtol=2e-3)  # the step of the beam makes 0.18 %
+    np.testing.assert_allclose(frequencies(s, 40), nu, rtol=2e-3)  # the beam's step causes 0.18 %
     angle = replace(s, thermoelastic=0.0, viscoelastic_angle=0.02)
     none = replace(s, thermoelastic=0.0, viscoelastic_angle=0.0)
     lost = loss_factor(angle, frequencies(s, 40)) - loss_factor(none, frequencies(s, 40))
@@ -74,7 +74,7 @@ def test_held_shape_of_a_stiff_string(fret: int) -> None:
 
 
 def test_the_figures_that_the_handbook_gives() -> None:
-    """How far the paper's law is beside the stiff string on an E: partials in cents, plucks in dB."""
+    """The paper's law compared with the stiff string on an E: partials in cents, plucks in dB."""
     stiff, paper = low_e("hinged"), low_e("paper")
     nu, fit = frequencies(stiff, 200), frequencies(paper, 200)
     for hertz, sharp in ((2000, 16), (3000, 44), (5000, 117)):

@@ -1,4 +1,4 @@
-"""Tuning: the physics of a string under another tension, a capo is a stop that stays, defaults change nothing."""
+"""Tuning: a string's physics under another tension, a capo is a permanent stop, defaults change nothing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def opens(bass: Instrument) -> list[int]:
 
 @pytest.mark.parametrize("preset", ["five-string", "six-string"])
 def test_a_low_b_is_as_stiff_as_real_ones(preset: str) -> None:
-    """Partial 10 lies 26 cents above that of the law of an ideal string, and 100 at fret 12."""
+    """Partial 10 lies 26 cents above the law of an ideal string, and 100 at fret 12."""
     bass = load(preset)
     for fret, stretched in ((0, 26), (12, 100)):
         s = speaking(bass.strings[0], bass.necks[0], fret)
@@ -129,7 +129,7 @@ def test_tension_stiffness_and_pull_follow_the_pitch() -> None:
     ratio = 2 ** (-2 / 12)
     assert after.tension == pytest.approx(before.tension * ratio**2)
     assert after.inharmonicity == pytest.approx(before.inharmonicity / ratio**2)
-    assert after.slack == pytest.approx(1.26, abs=0.001)  # so much farther the same force pulls it
+    assert after.slack == pytest.approx(1.26, abs=0.001)  # the factor by which the same force pulls it farther
     assert after.linear_density == before.linear_density and after.length == before.length
     assert dropped.strings[1:] == usual.strings[1:] and dropped.necks == usual.necks
     s, t = (speaking(bass.strings[0], bass.necks[0], 7) for bass in (usual, dropped))
@@ -149,7 +149,7 @@ def test_another_a_moves_every_note_alike(preset: str) -> None:
 
 
 def test_measured_modes_follow_the_tension() -> None:
-    """Those of the law, under another tension, are those that the string has there."""
+    """The law's modes, under another tension, are the string's modes there."""
     string = replace(load("jazz-finger").strings[0], measured_dampings=(1.0,) * 8)
     j = np.arange(1, 9)
 
@@ -248,7 +248,7 @@ def test_a_pitch_in_hz_holds_whatever_the_a() -> None:
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "paper-fretless", "paper-g", "six-string"])
 @pytest.mark.parametrize("capo", [1, 5, 14])
 def test_a_capo_is_a_stop_that_stays(preset: str, capo: int) -> None:
-    """Fret k of the bass with the capo is fret k + capo of the bass: pitch, losses, and what it can touch."""
+    """Fret k with the capo equals fret k + capo without it: pitch, losses and possible contacts."""
     bare, bass = load(preset), load_preset(preset, capo=capo)
     assert opens(bass) == [note + capo for note in opens(bare)]
     assert bass.note_range == (bare.note_range[0] + capo, bare.note_range[1])
@@ -258,7 +258,7 @@ def test_a_capo_is_a_stop_that_stays(preset: str, capo: int) -> None:
             s, t = speaking(bare.strings[i], bare.necks[i], fret + capo), speaking(string, neck, fret)
             assert t.length == pytest.approx(s.length, rel=1e-12)
             assert len(t.contact_position) == len(s.contact_position)
-            # A fret half way between two points of the grid may go to either.
+            # A fret half way between two grid points may go to either.
             assert np.allclose(t.contact_position, s.contact_position, rtol=0, atol=1.001 * s.step)
             assert np.allclose(t.contact_height, s.contact_height, rtol=0, atol=1e-9)
             assert np.allclose(modes.frequencies(t, 60), modes.frequencies(s, 60), rtol=1e-9)

@@ -1,4 +1,4 @@
-"""The claims of the paper: they are checked, they can fail, and the results are written as they are."""
+"""The paper's claims are checked, can fail, and their results are written unchanged."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ BOUNDS = {expect.PAPER, expect.ONE_PLUCK, expect.DIRECTION, expect.OURS, expect.
 INPUTS = {"g-fundamental", "g-tension", "g-mode-34", "oblique-angle", "oblique-pluck", "neck-gaps"}
 AXES = {"g-error-axis", "neck-conductance", "b-glide-size", "c-glide-size", "soft-glide-size"}
 CHAOTIC = {"b-fret-1", "b-phase", "harmonic-phase", "nut-silence", "nut-fret-2", "soft-decrease"}
-FAILING = {"nut-last-fret", "neck-conductance", "soft-glide-size"}  # told in `livebass help studies`
+FAILING = {"nut-last-fret", "neck-conductance", "soft-glide-size"}  # listed in `livebass help studies`
 CASE_B = [claim for claim in CLAIMS.values() if claim.needs == ("b",)]
-BEYOND = {"fretless", "one-contact"}  # cases of the same group, not of the paper
+BEYOND = {"fretless", "one-contact"}  # cases of the same group, outside the paper
 CHEAP = ("a-no-contact", "g-inharmonicity", "a-centroid")
 
 
@@ -118,7 +118,7 @@ def test_expectations(expects: Expectation, good: list[Value], bad: list[Value])
 
 @pytest.mark.parametrize("name", [claim.id for claim in CASE_B])
 def test_case_b_as_the_paper_has_it(name: str, solved: dict[str, Solved]) -> None:
-    """At 8 MHz with all modes; and a string that touches nothing passes for none of it."""
+    """At 8 MHz with all modes; a string without contacts passes none of the checks."""
     case_b = result(CLAIMS[name], solved)
     assert case_b.passed, f"{case_b.measured}, expected {CLAIMS[name].expects.expected}"
     other = result(CLAIMS[name], {"b": solved["a"]})
@@ -137,7 +137,7 @@ def test_another_expectation_fails(name: str, wrong: Expectation, solved: dict[s
 
 @pytest.mark.slow
 def test_all_claims_but_those_told_hold() -> None:
-    """Over all plucks; what others measured for the time of contacts, from K = 1e13 to 1e9, is within their spread."""
+    """Over all plucks; measurements by others of the contact time, for K from 1e13 to 1e9, lie within their spread."""
     results = {r.claim.id: r for r in check(CLAIMS.values())}
     assert {name for name, r in results.items() if not r.passed} == FAILING
     assert sum(r.sharp for r in results.values()) >= 15
@@ -182,7 +182,7 @@ def test_medians_and_spreads_of_odd_values(solved: dict[str, Solved]) -> None:
 def test_the_number_of_one_chaotic_pluck_is_one_of_many(
     values: list[Value], holds: bool, solved: dict[str, Solved]
 ) -> None:
-    """Fret 1 once more at 0.05 s: between the values of 5 and 95 % of the plucks, of which never is the greatest."""
+    """Fret 1 once more at 0.05 s: between the 5 and 95 % values of the plucks, of which "never" is the greatest."""
     found = result(CLAIMS["b-fret-1"], solved, values)
     assert found.passed == holds and "one pluck" in table([found])
     assert "5 and 95 %" in found.tolerance and result(CLAIMS["b-fret-1"], solved).tolerance == "± 10 %"
@@ -202,7 +202,7 @@ def test_two_numbers_of_a_chaotic_pluck_are_both_within() -> None:
 
 
 def test_a_range_that_takes_all_is_not_sharp(solved: dict[str, Solved]) -> None:
-    """What random numbers in place of the paper's would pass tells how much a wide spread says."""
+    """The pass rate of random numbers in place of the paper's shows how little a wide spread says."""
     narrow, wide = (result(CLAIMS["b-phase"], solved, [*ends] * 3) for ends in ((0.08, 0.1), (0.01, 0.9)))
     assert narrow.passed and wide.passed and narrow.sharp and not wide.sharp
     assert narrow.null == pytest.approx(math.log10(0.1 / 0.08) / 2, abs=0.02) and wide.null is not None

@@ -1,4 +1,4 @@
-"""Trials that figures and claims share are solved once, and each gets what it would have got alone."""
+"""Trials shared by figures and claims are solved once, and each gets the same result as alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `livebass study`: the files that it writes, and the input that it refuses."""
+"""The command `livebass study`: the files it writes, and the input it refuses."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SHORT = 0.1  # s
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """Three studies, shortened: their directory, and what was told of them."""
+    """Three shortened studies: their directory, and their reports."""
     directory = tmp_path_factory.mktemp("study") / "new" / "paper"
     told: list[float] = []
     result = run_studies(
@@ -148,7 +148,7 @@ def test_the_ticks_of_the_convergence_have_room() -> None:
 
 
 def assert_room(drawn: Any) -> None:
-    """No two labels of ticks on an axis touch, no legend or title leaves the figure, and levels have a reference."""
+    """No two tick labels on an axis touch, no legend or title leaves the figure, and levels have a reference."""
     drawn.canvas.draw()
     room = drawn.bbox
     for axis in drawn.axes:
@@ -226,7 +226,7 @@ def test_a_study_that_fails_leaves_those_before_it(tmp_path: Path) -> None:
 
 
 def test_studies_are_told_and_on_the_page_one_by_one(tmp_path: Path) -> None:
-    """Interrupted in the second, the page shows the first."""
+    """If interrupted in the second, the page shows the first."""
     lines: list[str] = []
 
     def interrupted(motions: object) -> Findings:
@@ -272,7 +272,7 @@ def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.
 
 
 def test_a_browser_shows_all_of_it(done: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
-    """Opened from the disk: every picture has a size, every player a duration."""
+    """Opened from disk: every picture has a size, every player a duration."""
     directory, result = done
     with chromium(tmp_path / "profile") as driver:
         driver.get((directory / "index.html").as_uri())

@@ -41,7 +41,7 @@ def test_case_b_in_numbers(case_b: Solved) -> None:
 
 
 def test_the_pitch_is_that_of_the_contacts(case_b: Solved) -> None:
-    """A string that comes back to the neck every 9.6 ms has 105 Hz, whatever its overtones do; it ends in mode 1."""
+    """A string that returns to the neck every 9.6 ms has 105 Hz, whatever its overtones; it ends in mode 1."""
     pitch = case_b.pitch
     middles = [(first + last) / 2 for first, last, _ in measure.sets_of(case_b)[:7]]
     for before, after in pairwise(middles):
@@ -87,7 +87,7 @@ def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(check, "PLUCKS", 2)
     monkeypatch.setattr(check, "chosen", lambda: few)
     jobs = statement_jobs(0.1)
-    assert list(jobs) == ["a"] and jobs["a"].trial.duration == 1.0  # the paper's, whatever is asked for
+    assert list(jobs) == ["a"] and jobs["a"].trial.duration == 1.0  # the paper's, whatever is requested
     motions = solve_all(jobs.values())
     found = statements({name: motions[job] for name, job in jobs.items()})
     table, inputs = found.tables
@@ -98,7 +98,7 @@ def test_statements_beside_what_comes_out(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_the_neck_explains_the_quality_factors() -> None:
-    """Section 3.2: with the mobility the model follows the measured dampings, without it not."""
+    """Section 3.2: only with the mobility does the model follow the measured dampings."""
     found = linear({})
     measured, with_neck, without = (found.arrays[k] for k in ("measured_q", "model_q", "model_q_without_neck"))
     misses = [np.median(np.abs(q / measured - 1)) for q in (with_neck, without)]

@@ -1,4 +1,4 @@
-"""What all tests of plugins share."""
+"""Shared by all tests of plugins."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iter
 
 @pytest.fixture(scope="module")
 def thread_checks() -> Iterator[None]:
-    """Plugins that are written for this system abort where a thread rule is broken."""
+    """Plugins written for this system abort where a thread rule is broken."""
     with pytest.MonkeyPatch.context() as patch:
         other, here = bundle.binary, this_system()
         patch.setattr(bundle, "binary", lambda system: checked_binary() if system == here else other(system))

@@ -1,4 +1,4 @@
-"""The LV2 and the VST3 plugin in Ardour: on tracks of a session that it saves, loads and exports."""
+"""The LV2 and VST3 plugins in Ardour, on tracks of a session that it saves, loads and exports."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ NOTES = [(0.25 * k, 0.4, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(
 SECONDS = 3
 MOVED = {"tone": -0.5, "action": 0.5}
 VST3_ID = "6C697665626173739D3F0C5100000001"
-NO_PROGRAM = {"bass", "cores"}  # parameters that VST3 hosts show as programs, or not at all
-# A track that is panned hard comes out of one side of the master bus, by this in place of 1
+NO_PROGRAM = {"bass", "cores"}  # parameters that VST3 hosts show as programs, or hide
+# A hard-panned track comes out of one side of the master bus at this gain instead of 1
 PANNED = np.nextafter(np.float32(1), np.float32(0))
 MAKE = """
 local function tell(...)
@@ -113,7 +113,7 @@ def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_
         host.controls["bass"].value = 1
         for symbol, value in MOVED.items():
             host.controls[symbol].value = value
-        for _ in range(3):  # the bass it began with must have begun
+        for _ in range(3):  # the initial bass must have begun
             host.block(64)
             host.work()
         host.block(RATE)

@@ -1,6 +1,6 @@
-"""What validators of plugins ask, check by check, and where the tests are: here, or in the files of the formats.
+"""The checks of plugin validators, one by one, and the places of our tests: here, or in the files of the formats.
 
-The lists are those of
+The lists come from
 - clap-validator: github.com/free-audio/clap-validator, src/tests/plugin_library.rs and plugin_instance.rs;
 - Steinberg's validator: github.com/steinbergmedia/vst3_public_sdk, samples/vst-hosting/validator/source/validator.cpp,
   with its checks in source/vst/testsuite;
@@ -71,7 +71,7 @@ CLAP_VALIDATOR = {
     "layout-audio-ports-config": NOT_HAD,
     "layout-configurable-audio-ports": NOT_HAD,
     "param-set-events": "test_values_are_the_same_by_flush_and_by_process",
-    "param-set-no-cookies": "test_values_are_the_same_by_flush_and_by_process",  # those of our host are null
+    "param-set-no-cookies": "test_values_are_the_same_by_flush_and_by_process",  # our host's are null
     "param-set-wrong-namespace": "test_events_of_another_space_change_nothing",
     "param-fuzz-basic": "test_any_values_give_a_sound",
     "param-fuzz-bounds": "test_any_values_give_a_sound",
@@ -141,7 +141,7 @@ PLUGINVAL = {
 }
 RATES = (1000.0, 1234.5678, 22050.0, 44100.0, 123456.78, 768000.0, 1234567.8)  # Hz
 TINY = float(np.finfo(np.float32).tiny)
-ROUNDS = 12  # of random values and events
+ROUNDS = 12  # rounds of random values and events
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_an_instance_is_described_as_its_factory_says(folder: Path) -> None:
 
 
 def events(rng: np.random.Generator, count: int, frames: int) -> list[Any]:
-    """Random events that need not fit each other: keys and channels of -1 stand for any."""
+    """Random events that need not match; keys and channels of -1 mean any."""
     made = []
     for _ in range(count):
         key, number, low7 = int(rng.integers(-1, 128)), int(rng.integers(-1, 20)), rng.integers(0, 128, 2).tolist()
@@ -261,7 +261,7 @@ def test_values_are_the_same_by_flush_and_by_process(folder: Path) -> None:
 
 
 def test_events_of_another_space_change_nothing(plugin: Plugin) -> None:
-    """Nor do events of the transport, 9."""
+    """Nor do transport events, 9."""
     before = plugin.save()
     foreign = [value(p.id, p.most) for p in plugin.params()] + [note_on(40, 0.9)]
     for event in foreign:
@@ -289,7 +289,7 @@ def test_a_state_of_random_bytes_is_refused(plugin: Plugin) -> None:
 
 
 def test_a_state_is_the_same_when_saved_again(folder: Path, plugin: Plugin) -> None:
-    """Our host takes and gives it in pieces of a few bytes."""
+    """Our host reads and writes it in pieces of a few bytes."""
     rng = np.random.default_rng(6)
     for _ in range(ROUNDS):
         plugin.block(64, [value(p.id, rng.uniform(p.least, p.most)) for p in plugin.params() if not p.flags & 1 << 3])
@@ -371,7 +371,7 @@ def test_buses_are_as_they_say(bundle: Path, which: int) -> None:
 
 @LINUX
 def test_it_begins_and_ends_in_any_legal_order(bundle: Path) -> None:
-    """Terminated and initialized again, prepared anew without an end, with blocks longer than was said."""
+    """Terminated and initialized again, prepared again without an end, with blocks longer than announced."""
     plugin = low.Plugin(bundle)
     for rate, most in ((44100.0, 64), (96000.0, 1024), (48000.0, 32)):
         for on in (0, 1, 0, 1):  # setActive, setProcessing
@@ -394,7 +394,7 @@ def test_it_begins_and_ends_in_any_legal_order(bundle: Path) -> None:
 
 @LINUX
 def test_values_without_sound_are_taken(bundle: Path) -> None:
-    """A block of no frames, without outputs, moves parameters all the same."""
+    """A block with no frames and no outputs still moves parameters."""
     sounds = []
     for flush in (False, True):
         plugin = low.Plugin(bundle)

@@ -1,4 +1,4 @@
-"""The sliders of the bench: a plugin makes the bass that `livebass render` makes of a preset with the same values."""
+"""The bench's sliders: a plugin builds the same bass as `livebass render` does from a preset with the same values."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def plugin(folder: Path) -> Iterator[Plugin]:
 
 
 def rendered(file: Path | str) -> Floats:
-    """What `livebass render` makes of a preset."""
+    """The sound of a preset by `livebass render`."""
     sound = render_to_array(load_preset(file), SCORE, QUALITIES["live"], tail=0.1)
     return mixed(sound.astype(np.float32))[:FRAMES]
 
@@ -66,7 +66,7 @@ def test_it_sounds_as_the_preset_with_these_values(plugin: Plugin, tmp_path: Pat
     for symbol, number in CASES[case].items():
         plugin.set(NUMBERS[symbol], number)
     plugin.activate()
-    plugin.offline()  # where overload relieves no string
+    plugin.offline()  # overload relieves no string offline
     sound = plugin.play(SCORE, FRAMES)
     assert np.array_equal(sound, wanted) and np.abs(own - wanted).max() > 0.02 * np.abs(wanted).max()
 
@@ -85,7 +85,7 @@ def test_a_pages_link_in_a_plugin_sounds_as_a_render(plugin: Plugin, tmp_path: P
 
 
 def test_a_state_and_a_change_while_it_plays(plugin: Plugin, folder: Path) -> None:
-    """Offline a change is waited for, and a second bounce, of a saved state, is the same."""
+    """Offline the plugin waits for a change, and a second bounce, of a saved state, is the same."""
     plugin.activate()
     plugin.offline()
     quiet = plugin.play([], 512)

@@ -1,4 +1,4 @@
-"""The CLAP plugin in a host of ours plays what `livebass render` renders, bit for bit, and does as hosts expect."""
+"""The CLAP plugin in our host plays exactly what `livebass render` renders, and behaves as hosts expect."""
 
 from __future__ import annotations
 
@@ -105,11 +105,11 @@ def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: 
 
 
 def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
-    """By channel or id, or by neither: then all of the key are meant."""
+    """By channel or id; with neither, all notes of the key are meant."""
 
     def played(*events: tuple[int, Any]) -> Floats:
         plugin = Plugin(folder, name=STRINGS)
-        notes = [note_on(45, 0.5, 7), note_on(45, 0.5, 8, channel=3)]  # the D string has the second one
+        notes = [note_on(45, 0.5, 7), note_on(45, 0.5, 8, channel=3)]  # the second one is on the D string
         out = plugin.play([*((0, note) for note in notes), *events], 6000)
         plugin.close()
         return out
@@ -134,7 +134,7 @@ def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
 
 
 def test_a_preset_has_every_value_as_its_bass_has_it(folder: Path) -> None:
-    """What the bass is built by, too; the processor's values stay."""
+    """Including the values its bass is built by; the processor's values stay."""
     with closing(Plugin(folder, active=False)) as plugin:
         moved = [p for p in PARAMETERS if p.symbol not in ("bass", "cores")]
         for p in moved:
@@ -154,7 +154,7 @@ def test_two_plugins_and_their_presets_are_listed(folder: Path) -> None:
 
 
 def test_basses_of_one_title_are_told_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first one has the title alone; names, which sessions save, are as they were."""
+    """The first one has the plain title; the names, which sessions save, stay the same."""
     basses = {"slap": load_preset("slap"), "other": load_preset("slap"), "paper-g": load_preset("paper-g")}
     clap.write_bundle(basses, tmp_path / "livebass")
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
@@ -201,7 +201,7 @@ def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
     assert plugin.text(BASS, 1) == "Slap" and plugin.value_of(BASS, "fretless") == 3
     assert plugin.text(TECHNIQUE, 2) == "thumb on two strings" and plugin.text(GAIN, -3.5) == "-3.50 dB"
     assert plugin.value_of(GAIN, "loud") is None
-    bass = load_preset(PRESETS[0]).player  # values that are relative say what they come to
+    bass = load_preset(PRESETS[0]).player  # relative values also show their result
     assert plugin.text(BEND_RANGE, 0) == f"0 semitones (the bass has {bass.bend_range:g})"
     assert plugin.text(BEND_RANGE, 7) == "7 semitones"
     assert plugin.text(DAMPING, 1.0) == f"1.00 ({10 * bass.hand_damping:.3g} 1/s)"
@@ -249,7 +249,7 @@ def test_a_choke_ends_a_note_under_the_pedal(folder: Path) -> None:
 
 
 def test_the_host_hears_of_a_program_change(plugin: Plugin) -> None:
-    """By General MIDI, from 0; the host hears of it."""
+    """By General MIDI, counted from 0."""
     plugin.offline()
     for program, bass in ((36, 1), (32, 1), (35, 3), (99, 3), (33, 0)):  # 32 is flatwound's
         plugin.block(64, [midi(bytes([0xC0, program]))])
@@ -259,7 +259,7 @@ def test_the_host_hears_of_a_program_change(plugin: Plugin) -> None:
 
 
 def test_it_sleeps_when_no_string_moves(folder: Path) -> None:
-    """What it plays when it wakes is as if it had not slept."""
+    """After waking it sounds as if it had not slept."""
 
     def played(sleeps: bool) -> Floats:
         plugin = Plugin(folder)
@@ -283,7 +283,7 @@ def test_it_sleeps_when_no_string_moves(folder: Path) -> None:
 
 
 def test_notes_go_by_their_ids(folder: Path) -> None:
-    """The id 0 is one like others, an id may be used again, and a note may be released by it alone."""
+    """The id 0 is like any other, an id may be used again, and it alone can release a note."""
 
     def played(*events: tuple[int, Any], reset: bool = False) -> Floats:
         plugin = Plugin(folder, name=STRINGS)
@@ -305,17 +305,17 @@ def test_notes_go_by_their_ids(folder: Path) -> None:
     assert np.array_equal(played((1000, note_off(-1, 9))), plain)  # there is no such note
     both = played((1000, note_off(-1)))
     assert np.array_equal(both[1], off[1]) and not np.array_equal(both[0], plain[0])
-    again = [(1000, note_off(33)), (2000, note_on(28, 0.7, 0))]  # a lower key with the id of a higher one
+    again = [(1000, note_off(33)), (2000, note_on(28, 0.7, 0))]  # a lower key with a higher one's id
     assert np.array_equal(played(*again, (3000, tuning(2.0, number=0))), played(*again, (3000, tuning(2.0, 28))))
 
 
 @pytest.mark.parametrize("less", [1, 3, 5])
 def test_a_session_of_a_plugin_with_fewer_parameters_is_taken_over(folder: Path, plugin: Plugin, less: int) -> None:
-    """Older ones have twelve, fourteen or sixteen parameters; what they do not have is as usual."""
+    """Older ones have twelve, fourteen or sixteen parameters; the missing ones get their defaults."""
     plugin.set(TONE, -0.5)
     words = np.frombuffer(plugin.save(), np.int64).copy()
     assert words[3] == len(PARAMETERS)
-    less += len(PARAMETERS) - CORES - 1  # those that came later
+    less += len(PARAMETERS) - CORES - 1  # those added later
     older = np.concatenate([words[: -1 - less], words[-1:]])
     older[3] -= less
     older[-1:] = np.array([checksum(older.ctypes.data, len(older) - 1)], np.uint64).view(np.int64)
@@ -356,11 +356,11 @@ def test_a_state_that_is_none_is_refused_with_one_line(plugin: Plugin) -> None:
         assert len(plugin.logged) == 1 and reason in plugin.logged[0] and "\n" not in plugin.logged[0]
     assert plugin.value(GAIN) == -3.0
     words = np.frombuffer(state, np.int64)
-    assert checksum(words.ctypes.data, len(words) - 1) == words[-1:].view(np.uint64)[0]  # as of instrument files
+    assert checksum(words.ctypes.data, len(words) - 1) == words[-1:].view(np.uint64)[0]  # as in instrument files
 
 
 def test_a_preset_takes_the_place_of_a_missing_bass(folder: Path, plugin: Plugin, tmp_path: Path) -> None:
-    """All else is taken over, and the name is saved again until another bass is chosen."""
+    """Everything else is taken over, and the name is saved again until another bass is chosen."""
     changes = {**CHANGES, BASS: 3, QUALITY: 1}
     for number, wanted in changes.items():
         plugin.set(number, wanted)
@@ -371,7 +371,7 @@ def test_a_preset_takes_the_place_of_a_missing_bass(folder: Path, plugin: Plugin
     assert other.load(other.save())
     assert other.logged == ["the session's instrument is not installed: fretless"]
     assert {number: other.value(number) for number in changes} == {**changes, BASS: 0}
-    other.set(BASS, 0)  # it was so before
+    other.set(BASS, 0)  # it was 0 already
     assert plugin.load(other.save()) and plugin.save() == state
     other.set(BASS, 1)
     assert plugin.load(other.save()) and plugin.value(BASS) == PRESETS.index("jazz-finger")
@@ -381,7 +381,7 @@ def test_a_preset_takes_the_place_of_a_missing_bass(folder: Path, plugin: Plugin
 
 
 def test_the_quality_follows_the_bass_until_it_is_moved(tmp_path: Path) -> None:
-    """The quality follows the bass until it is moved; a session keeps it; without the list's word it is live."""
+    """A session keeps the quality; without a word in the list it is live."""
     names = ["jazz-finger", "slap", "fretless"]
     basses = {name: load_preset(name) for name in names}
     clap.write_bundle(basses, tmp_path / "plain")
@@ -414,7 +414,7 @@ def test_the_main_thread_changes_the_bass(plugin: Plugin) -> None:
     for number, title in [(1, "Slap"), (3, "Fretless jazz bass"), (0, "Jazz bass, fingers")]:
         plugin.block(512, [value(BASS, number)])
         assert plugin.asked == 1
-        plugin.block(512)  # the bass before plays on
+        plugin.block(512)  # the old bass plays on
         assert plugin.asked == 1
         for _ in range(40):
             plugin.work()
@@ -432,7 +432,7 @@ def test_offline_a_change_of_bass_waits_for_no_thread(plugin: Plugin) -> None:
 
 
 def test_a_flood_of_values_of_what_the_bass_is_built_by_ends_as_its_last(folder: Path) -> None:
-    """Offline: more in a block than there are places for."""
+    """Offline: a block holds more values than there are places."""
     with closing(Plugin(folder)) as plugin:
         plugin.offline()
         events = [value(ACTION if k % 2 else GAUGE, 0.01 * k) for k in range(41)]
@@ -451,7 +451,7 @@ def test_reset_makes_it_as_new(plugin: Plugin) -> None:
 
 @pytest.mark.parametrize(("preset", "name"), [("slap", MONO), ("paper-bass", STRINGS), ("fretless", MONO)])
 def test_threads_of_the_host_change_no_bit(folder: Path, preset: str, name: str) -> None:
-    """However many they are, and whatever the blocks; the host declines, or has none: as well."""
+    """For any number of threads and any blocks, even if the host declines, or has none."""
     score = hard_score(notes=4 if preset == "fretless" else 12)
 
     def played(pool: int, sizes: tuple[int, ...]) -> tuple[Floats, Plugin]:
@@ -497,7 +497,7 @@ def test_the_hosts_threads_play_on_after_a_reset_and_another_bass(folder: Path) 
 
 
 def real_time(plugin: Plugin) -> bool:
-    """True if the system gave the threads that `plugin` asked for real-time priority."""
+    """True if the system granted real-time priority to the threads of `plugin`."""
     assert plugin.logged in ([], [NO_HELPERS])
     return not plugin.logged
 
@@ -569,14 +569,14 @@ def test_without_real_time_priority_it_says_so_once_and_plays_alone(folder: Path
 
 @pytest.mark.skipif(this_system().ending != "so", reason="glibc's names of malloc")
 def test_process_allocates_nothing(folder: Path, tmp_path: Path) -> None:
-    """Nor locks: random events, changes of bass, states, by a host in C that counts."""
+    """It does not lock either: a counting C host sends random events, changes of bass and states."""
     host = counting_host(tmp_path)
     for seed, pool in (("1", "0"), ("2", "3")):
         done = subprocess.run([host, folder / "livebass.clap", "1", seed, pool], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         blocks, allocations, greatest = done.stdout.split()
         assert int(blocks) > 50 and allocations == "0" and 0 < float(greatest) < 1000
-    written = [tmp_path / name for name in ("a.raw", "b.raw")]  # by the clock nothing changes: the same in every run
+    written = [tmp_path / name for name in ("a.raw", "b.raw")]  # the clock changes nothing: the same in every run
     for path in written:
         subprocess.run([host, folder / "livebass.clap", "1", "2", "2", path], check=True, capture_output=True)
     assert written[0].stat().st_size > 100_000 and written[0].read_bytes() == written[1].read_bytes()
@@ -587,7 +587,7 @@ def test_the_binary_is_small_and_exports_its_entries_alone(folder: Path) -> None
 
 
 def test_folders_of_ours_alone_are_replaced(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On Linux, and as macOS wants it."""
+    """On Linux, and in macOS's form."""
     monkeypatch.setattr("livebass.plugin.bundle.binary", lambda system: b"code")
     basses = {"paper-g": load_preset("paper-g")}
     for system in ("linux-x86_64", "macos-arm64", "linux-x86_64"):

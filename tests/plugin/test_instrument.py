@@ -1,4 +1,4 @@
-"""Instrument files hold a bass whole, for any rate; damaged ones are refused, and what is accepted cannot crash."""
+"""Instrument files hold a whole bass, for any rate; damaged ones are refused, and accepted ones cannot crash."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ ADDRESSES = (
     "left_out",
     "answers",
 )
-# The layout of each version of files: plain, with strokes, with effects. A new layout needs new versions.
+# The layout of each file version: plain, with strokes, with effects. A new layout needs new versions.
 LAYOUTS = {
     14: "cc78ffddc6531416",
     15: "0cbb7c5ebac82e7b",
@@ -51,7 +51,7 @@ LAYOUTS = {
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
-    """Fails if an operator or a number of its rows differs, in any bit."""
+    """Fails if an operator or a number of its rows differs in any bit."""
     for name in wanted.records.dtype.names:
         if name not in ADDRESSES:
             assert np.array_equal(made.records[name], wanted.records[name]), name
@@ -87,7 +87,7 @@ def test_the_file_has_the_numbers_of_the_engine(preset: str, tmp_path: Path) -> 
 
 
 def test_a_tuned_bass_is_written_as_it_is_played(tmp_path: Path) -> None:
-    """Six strings under other tensions, behind a capo: numbers and operators, bit for bit."""
+    """Six strings at other tensions, behind a capo: numbers and operators, bit for bit."""
     bass = load_preset("six-string", tuning="drop-a", capo=3, a4=432, temperament=[float(k) for k in range(12)])
     write_instrument(bass, tmp_path / "a.lbass")
     file, engine = read_instrument(tmp_path / "a.lbass"), Engine(bass, QUALITIES["live"], 48000)
@@ -116,7 +116,7 @@ def refused(data: bytes, path: Path) -> str:
 
 
 def sealed(words: np.ndarray) -> bytes:
-    """The words of a file with a checksum that is right."""
+    """The words of a file, with a valid checksum."""
     total = int(checksum(words.ctypes.data, len(words) - 1))
     return words[:-1].tobytes() + total.to_bytes(WORD, "little")
 
@@ -140,7 +140,7 @@ def test_damaged_files_are_refused(whole: bytes, tmp_path: Path) -> None:
 
 
 def test_what_is_accepted_cannot_crash(whole: bytes, tmp_path: Path) -> None:
-    """Words of nonsense under a checksum that is right: refused, or prepared without a crash."""
+    """Random words under a valid checksum: refused, or prepared without a crash."""
     path, rng = tmp_path / "a.lbass", np.random.default_rng(6)
     first = FILE.fields["instrument"][1] // WORD
     accepted = 0
@@ -218,7 +218,7 @@ print(accepted)
     [(60, ["paper-g", "slap"]), pytest.param(300, ["paper-g", "slap", "fretless"], marks=pytest.mark.slow)],
 )
 def test_what_is_accepted_plays_without_a_crash(cases: int, presets: list[str], tmp_path: Path) -> None:
-    """Files with a few words of nonsense, in a plugin: refused, or played, with sound that is finite."""
+    """Files with a few random words, in a plugin: refused, or played with finite sound."""
     bundle = tmp_path / "livebass.lv2"
     write_bundle({name: load_preset(name) for name in presets}, bundle)
     done = subprocess.run(
@@ -230,15 +230,15 @@ def test_what_is_accepted_plays_without_a_crash(cases: int, presets: list[str], 
 
 
 INSTRUMENT_PLACE = FILE.fields["instrument"][1]
-# Where each number of a file is, once for each string that it has, and its limits
+# Each number's place in a file, once for each string of the bass, and its limits
 NUMBERS = [(INSTRUMENT_PLACE, limit) for limit in limits(INSTRUMENT_WORDS, MOST_STRINGS)]
 NUMBERS += [(FILE.itemsize, limit) for limit in limits(NOTE_WORDS)]
 
 
 @pytest.mark.parametrize("place, limit", NUMBERS, ids=lambda value: getattr(value, "name", ""))
 def test_each_number_has_its_limits(place: int, limit: Limit, whole: bytes, tmp_path: Path) -> None:
-    """Beyond them a file is refused, and behind the strings of the bass there is no limit."""
-    strings = 1  # of paper-g
+    """A file beyond them is refused; places after the bass's own strings have no limits."""
+    strings = 1  # on paper-g
     for k in {0, (limit.each * strings or limit.size) - 1}:
         words = np.frombuffer(whole, np.int64).copy()
         number = words[place // WORD + limit.first + k :][:1]
@@ -267,7 +267,7 @@ def test_limits_themselves_are_allowed(name: str, whole: bytes, tmp_path: Path) 
 
 
 def test_too_many_answers_are_refused(whole: bytes, tmp_path: Path) -> None:
-    """No string may have more modes of others to answer than kernels take, be there so many strings or not."""
+    """No string may answer more modes of others than kernels take, whether or not those strings exist."""
     path = tmp_path / "a.lbass"
     write_instrument(load_preset("jazz-finger"), path)
     words = np.frombuffer(path.read_bytes(), np.int64).copy()

@@ -1,9 +1,9 @@
-"""The instrument files of the release, pinned: what a preset's numbers become, byte for byte.
+"""The release's instrument files, pinned: the bytes of each preset's numbers.
 
-A change of the model, of a preset or of the file's layout changes them. If it is meant, write the new ones:
-`python tests/plugin/test_instruments_pinned.py > tests/plugin/instruments.json`. All numbers are the same on every
-system, but for the masses of the neck's resonances behind a fret: bending shapes are made of the C library's sines and
-exponentials. With and without fused multiply-add, glibc's give the same files.
+A change of the model, a preset or the file layout changes them. If it is meant, write the new ones: `python
+tests/plugin/test_instruments_pinned.py > tests/plugin/instruments.json`. All numbers are the same on every system,
+except the masses of the neck's resonances behind a fret: bending shapes use the C library's sines and exponentials.
+With and without fused multiply-add, glibc's give the same files.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def changed(
 
 
 def choking(neck: Neck) -> Neck:
-    """A neck whose eighth fret stands so high that it stops the notes below."""
+    """A neck whose eighth fret is so high that it stops the notes below."""
     heights = list(neck.fret_heights)
     heights[7] = 0.2 * heights[7]
     return replace(neck, fret_heights=tuple(heights))

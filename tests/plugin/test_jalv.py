@@ -1,4 +1,4 @@
-"""The LV2 plugin in jalv.gtk3, a host that is not ours, between a JACK server and a screen."""
+"""The LV2 plugin in jalv.gtk3, a third-party host, between a JACK server and a screen."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from livebass.plugin.systems import this_system
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
 HOST = "jalv-test"
 LOUD = 0.05
-LOWEST_STRING = (200, 209)  # px in the window, which stands in the corner
+LOWEST_STRING = (200, 209)  # px in the window, which is in the corner
 
 
 def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, tmp_path: Path) -> None:
@@ -37,7 +37,7 @@ def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, t
     ears.set_process_callback(lambda _: peaks.append(float(np.abs(heard.get_array()).max())))
 
     def connected() -> bool:
-        """Connects the host, once it has its ports and runs."""
+        """Connects the host, once it runs and has its ports."""
         sound, notes = (ears.get_ports(f"{HOST}:", **{kind: True}) for kind in ("is_audio", "is_midi"))
         try:
             if not heard.connections:
@@ -59,7 +59,7 @@ def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, t
             assert host.poll() is None
 
             def sounds(again: Any) -> bool:
-                """Does that, and tells whether it is heard: ports that have just been connected lose what comes."""
+                """Repeats it, and tells if it is heard: freshly connected ports lose their input."""
                 again()
                 time.sleep(0.3)
                 return max(peaks[-100:]) > LOUD

@@ -1,4 +1,4 @@
-"""The C of the plugins has layers: a file includes and calls what stands below it, and there is no circle."""
+"""The plugins' C has layers: a file includes and calls only lower ones, and nothing is circular."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import pytest
 
 from livebass.plugin import build
 
-# From the lowest to the highest; files of one layer do not call each other.
+# From lowest to highest; files of one layer do not call each other.
 LAYERS = (
     {"thread", "files", "paint", "stack_win32"},
-    {"core", "look", "drawing"},  # basses and synths; what windows see of them
+    {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck"},
     {"learn", "hand", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
     {"sounds", "picture"},
-    {"instance", "window"},  # all that a shell holds
+    {"instance", "window"},  # all that a shell needs
     {"editor"},
     {"page", "vst3_view", "loader"},
     {"clap", "lv2", "lv2_ui", "vst3"},  # the shells: none knows another
@@ -33,12 +33,12 @@ Files = Mapping[str, str]
 
 @pytest.fixture(scope="module")
 def files() -> Files:
-    """The text of each file, by its name, without comments."""
+    """The text of each file by name, without comments."""
     return {file.name: COMMENT.sub("", file.read_text()) for file in build.C.glob("*.[ch]")}
 
 
 def room(file: str) -> str:
-    """The name of a file among the layers: the windows of three systems are one."""
+    """The layer name of a file: the windows of three systems share one."""
     stem = Path(file).stem
     return "window" if stem.startswith("window_") else stem
 
@@ -48,7 +48,7 @@ def definers(files: Files) -> dict[str, str]:
 
 
 def calls(files: Files) -> Iterator[tuple[str, str, str]]:
-    """(caller, called, by which name), of rooms that are not the same."""
+    """(caller, called, name of the callee), between different rooms."""
     defined = definers(files)
     for file, text in files.items():
         for name in re.findall(r"\blb_\w+", text):
@@ -73,7 +73,7 @@ def test_calls_go_down(files: Files) -> None:
 
 
 def test_a_circle_would_be_found(files: Files) -> None:
-    """As there was one of picture and neck, and one of instance and state."""
+    """Such as the former circles of picture and neck, and of instance and state."""
     wrong = {**files, "neck.c": files["neck.c"] + "lb_draw(p);", "state.c": files["state.c"] + "lb_serve(i);"}
     assert broken(wrong) == {("neck", "picture", "lb_draw"), ("state", "instance", "lb_serve")}
 
@@ -85,6 +85,6 @@ def test_includes_have_no_circle(files: Files) -> None:
 
 
 def test_the_picture_knows_no_host(files: Files) -> None:
-    """Nor an instance: it draws what its face says."""
+    """Nor an instance: it draws the data of its face."""
     picture = ("drawing", "layout", "neck", "parts", "picture", "paint")
     assert {called for caller, called, _ in calls(files) if caller in picture} <= {*picture, "look"}

@@ -1,4 +1,4 @@
-"""Controllers that the plugin learns: as a window asks for it, in C, and in the states of hosts."""
+"""Controllers that the plugin learns: by a window's request, in C, and in the states of hosts."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_the_next_controller_is_learned(folder: Path, tmp_path: Path) -> None:
 
 
 def with_learned(state: bytes, learned: dict[int, int]) -> bytes:
-    """A state in which controllers have learned parameters."""
+    """A state with learned controllers."""
     of = bytes(1 + learned[k] if k in learned else 0 for k in range(CHANNEL_MODES))
     words = np.frombuffer(state[:8] + struct.pack("<q", 2) + state[16:-8] + of + bytes(8), np.uint64).copy()
     words[-1] = checksum(words.ctypes.data, len(words) - 1)

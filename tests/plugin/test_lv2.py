@@ -1,4 +1,4 @@
-"""The LV2 plugin in a host of ours plays what `livebass render` renders, bit for bit, and does as hosts expect."""
+"""The LV2 plugin in our host plays exactly what `livebass render` renders, and behaves as hosts expect."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def plugin(bundle: Path) -> Iterator[Plugin]:
 
 
 def stems(preset: str, score: Score, gain: float = 1.0) -> Floats:
-    """The stems of `livebass render --stems`, float32 (strings, n), without their end, which is faded out."""
+    """The stems of `livebass render --stems`, float32 (strings, n), without their faded end."""
     return plugins.rendered(preset, score, gain=gain, tail=TAIL)
 
 
@@ -62,14 +62,14 @@ def rendered(preset: str, score: Score, gain: float = 1.0) -> Floats:
 
 @functools.cache
 def hard(preset: str, rate: int = RATE) -> tuple[Score, Floats]:
-    """Hard notes on all strings, faster than they die away, and what is rendered of them; a board takes long."""
+    """Hard notes on all strings, faster than they decay, and their rendered sound; a board takes long."""
     count = 2 if preset == "fretless" else len(NOTES) if rate == RATE else 4
     score = score_of(NOTES[:count], rate)
     return score, rendered(preset, score)
 
 
 def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -> dict[int, tuple[bytes, int]]:
-    """A state as a preset of the host's menu holds it."""
+    """A state in the form of a preset in the host's menu."""
     long = plugin.number("http://lv2plug.in/ns/ext/atom#Long")
     text = plugin.number("http://lv2plug.in/ns/ext/atom#String")
     return {
@@ -81,7 +81,7 @@ def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -
 
 @pytest.mark.parametrize("preset", ["five-string", "six-string"])
 def test_five_and_six_strings_have_an_output_each(bundle: Path, preset: str) -> None:
-    """The second plugin plays the stems of `render --stems`, which add up to the first one's sound bit for bit."""
+    """The second plugin plays the stems of `render --stems`; their sum is the first plugin's sound bit for bit."""
     plugin, score = Plugin(bundle, index=1, outputs=MOST_STRINGS), score_of(NOTES, RATE)
     wanted = stems(preset, score)
     assert plugin.restore(state_of(plugin, preset)) == 0
@@ -93,7 +93,7 @@ def test_five_and_six_strings_have_an_output_each(bundle: Path, preset: str) -> 
 
 
 def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
-    """The switch has the worker prepare the bass anew, with memory for it."""
+    """The switch makes the worker prepare the bass again, with memory for it."""
     score, wanted = hard("jazz-finger")
     plugin.block(64)
     plugin.controls["running_ahead"].value = 1.0
@@ -102,7 +102,7 @@ def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
     plugin.work()
     plugin.block(64)
     plugin.work()
-    assert plugin.restore(plugin.save()) == 0  # as new, and it runs ahead still
+    assert plugin.restore(plugin.save()) == 0  # fresh, and it still runs ahead
     assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
     assert plugin.restore(plugin.save()) == 0
     half = 64 * 200
@@ -115,7 +115,7 @@ def test_running_ahead_and_freewheeling_change_nothing(plugin: Plugin) -> None:
 
 
 def test_the_controls_move_the_sound(plugin: Plugin) -> None:
-    """Each does something; NaN and what is beyond the limits does no harm; as usual again it is as at first."""
+    """Each has an effect; NaN and out-of-range values do no harm; the defaults restore the first sound."""
     score, wanted = hard("jazz-finger")
     for p in (p for p in PARAMETERS if event(p)):
         plugin.controls[p.symbol].value = p.least if p.least else p.most
@@ -138,7 +138,7 @@ def test_the_controls_move_the_sound(plugin: Plugin) -> None:
 def test_the_users_own_instruments_come_after_the_bundles(
     bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By name; one that is called as one of the bundle is left out."""
+    """By name; one named like a bundled instrument is left out."""
     folder = tmp_path / "livebass"
     folder.mkdir()
     for name, preset in (("mine", "muted"), ("a-bass", "slap"), ("slap", "muted")):
@@ -162,7 +162,7 @@ def test_the_users_own_instruments_come_after_the_bundles(
 
 
 def have(tool: str) -> str:
-    """The path of a tool; the test is left out where there is none."""
+    """The path of a tool; skips the test without it."""
     found = shutil.which(tool)
     if not found:
         assert not os.environ.get("LIVEBASS_NEEDS_LV2"), f"{tool} is missing"
@@ -171,7 +171,7 @@ def have(tool: str) -> str:
 
 
 def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
-    """lv2_validate reads the Turtle; lv2info finds both plugins and every preset, one of the user's own too."""
+    """lv2_validate reads the Turtle; lv2info finds both plugins and every preset, including the user's own."""
     write_preset("mine", 'My "own"', tmp_path / "livebass-mine.lv2")
     shutil.copytree(bundle, tmp_path / bundle.name)
     env = os.environ | {"LV2_PATH": f"{tmp_path}:/usr/lib/lv2"}
@@ -197,7 +197,7 @@ def test_a_host_runs_it(bundle: Path) -> None:
 
 
 def test_a_session_is_stronger_than_the_ports(bundle: Path, plugin: Plugin) -> None:
-    """Studio quality and a seed too, in a plugin whose ports say something else."""
+    """Studio quality and a seed too, in a plugin whose ports disagree."""
     assert plugin.restore(state_of(plugin, "slap", quality=1, seed=7)) == 0
     state = plugin.save()
     assert state == state_of(plugin, "slap", quality=1, seed=7)
@@ -212,7 +212,7 @@ def test_a_session_is_stronger_than_the_ports(bundle: Path, plugin: Plugin) -> N
 
 
 def test_the_turtle_tells_what_lists_and_automation_need(bundle: Path, tmp_path: Path) -> None:
-    """Basses of one title apart, outputs by their strings, and no automation of what the worker changes."""
+    """Basses of one title told apart, outputs named by their strings, no automation of values the worker changes."""
     basses = {"slap": load_preset("slap"), "other": load_preset("slap")}
     write_bundle(basses, tmp_path / "livebass.lv2")
     for file in ("livebass.ttl", "presets.ttl"):
@@ -242,7 +242,7 @@ def test_ports_and_presets_begin_in_the_quality_of_the_list(tmp_path: Path) -> N
 
 
 def test_names_of_keys_follow_the_bass(tmp_path: Path) -> None:
-    """Of the bass that plays, in a document under a name of this instance alone."""
+    """Names of the playing bass, in a document under a name unique to this instance."""
     slap = load_preset("slap")
     basses = {"usual": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
     write_bundle(basses, bundle := tmp_path / "livebass.lv2")
@@ -276,7 +276,7 @@ def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:
         plugin.controls["bass"].value = number
         plugin.block(64)
         assert len(plugin.jobs) == 1
-        plugin.block(64)  # the bass before plays on while the worker is busy
+        plugin.block(64)  # the old bass plays on while the worker is busy
         assert len(plugin.jobs) == 1
         plugin.work()
         for _ in range(2 * RATE // 512):
@@ -287,7 +287,7 @@ def test_the_port_changes_the_bass_through_the_worker(plugin: Plugin) -> None:
 
 
 def test_a_restored_bass_stays_when_another_port_moves(plugin: Plugin) -> None:
-    """The port `bass` stays at 0 meanwhile; so it is with a restored quality and the port `bass`."""
+    """The port `bass` stays at 0 meanwhile; the same holds for a restored quality and the port `bass`."""
     assert plugin.restore(state_of(plugin, "slap")) == 0
     plugin.block(64)
     plugin.controls["quality"].value = 1.0
@@ -303,7 +303,7 @@ def test_a_restored_bass_stays_when_another_port_moves(plugin: Plugin) -> None:
 
 @pytest.mark.parametrize("loaded", [False, True])
 def test_a_late_worker_does_not_override_a_session(plugin: Plugin, loaded: bool) -> None:
-    """The session is restored before or after the worker loads the bass of the port."""
+    """The session is restored before or after the worker loads the port's bass."""
     plugin.block(64)
     plugin.controls["bass"].value = 1.0
     plugin.block(64)
@@ -334,7 +334,7 @@ def test_a_job_that_the_host_drops_is_given_anew_once_it_is_active(plugin: Plugi
 
 
 def settle(plugin: Plugin) -> None:
-    """Plays on until a change of bass is through."""
+    """Plays on until a change of bass is complete."""
     for _ in range(60):
         plugin.block(1024)
         plugin.work()
@@ -348,7 +348,7 @@ def test_without_a_worker_it_plays_its_first_bass(bundle: Path) -> None:
 
 
 def test_a_state_whose_instrument_is_damaged_is_kept(tmp_path: Path) -> None:
-    """One line says so, the bass before plays on, and the session keeps its bass."""
+    """One line reports it, the old bass plays on, and the session keeps its own."""
     copy = tmp_path / "livebass.lv2"
     write_bundle({"jazz-finger": load_preset("jazz-finger"), "slap": load_preset("slap")}, copy)
     (copy / "slap.lbass").write_bytes((copy / "slap.lbass").read_bytes()[:-8])
@@ -365,7 +365,7 @@ def test_the_binary_is_small_and_exports_what_hosts_ask_for(bundle: Path) -> Non
 
 
 def in_python(script: str, bundle: Path, **environment: str) -> str:
-    """What a script prints that has a process of its own, and the bundle as its argument."""
+    """The output of a script run in its own process, with the bundle as its argument."""
     paths = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(
         [sys.executable, "-c", script, bundle], capture_output=True, text=True,
@@ -421,7 +421,7 @@ plugin.close()
 
 
 def test_a_host_may_restore_while_it_plays(bundle: Path) -> None:
-    """It is not to, but Ardour does when a preset is chosen."""
+    """It must not, but Ardour does when a preset is chosen."""
     in_python(RESTORING, bundle)
 
 
@@ -491,18 +491,18 @@ def test_the_worker_starts_threads_that_play_strings(bundle: Path) -> None:
         if plugin.logged:
             pytest.skip(plugin.logged[0])
         assert helpers() == there
-    assert plugin.restore(plugin.save()) == 0  # as new, and they help still
+    assert plugin.restore(plugin.save()) == 0  # fresh, and they still help
     assert np.array_equal(plugin.play(score, len(wanted), (64,)), wanted)
     assert helpers() == 1
 
     def helping() -> int:
-        """How many help once the worker has done what the ports ask."""
+        """The number of helpers once the worker has followed the ports."""
         plugin.block(64)
         plugin.work()
         return helpers()
 
     plugin.controls["cores"].value = 1.0
-    assert plugin.restore(plugin.save()) == 0  # and hosts restore ports as well
+    assert plugin.restore(plugin.save()) == 0  # and hosts restore ports too
     assert helping() == 0
     for control, value, there in (("cores", 2.0, 1), ("freewheeling", 1.0, 0), ("freewheeling", 0.0, 1)):
         plugin.controls[control].value = value

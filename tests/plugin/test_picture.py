@@ -1,4 +1,4 @@
-"""The picture in the plugin's window shows what the looks and the parameters say, and the pointer moves these."""
+"""The plugin window's picture shows the looks and parameters, and the pointer changes the parameters."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ NUT, SADDLE, TOP = 52, 74, 46  # pixels from the picture's left, right and upper
 MIDDLE, HALF_NECK = 157, 83  # ... of the neck at its saddle; at scale 1
 LENGTH = 0.86  # m
 ACROSS, BY_HAND = 2, 1  # shapes of the pointer
-ZOOM = 8  # by which motion is enlarged
-SLOWER = 4  # than usual, a machine on which others work
+ZOOM = 8  # magnification of motion
+SLOWER = 4  # times the usual, for a busy machine
 
 
 @pytest.fixture(scope="module")
@@ -80,20 +80,20 @@ def bright(pixels: Pixels) -> NDArray[Any]:
 
 
 def x_of(metres: Any, picture: Picture) -> Any:
-    """Where a place, m from the nut, is along the neck."""
+    """The place along the neck of a point, m from the nut."""
     scale, width = picture.scale, picture.pixels.shape[1]
     return scale * NUT + metres * (width - scale * (NUT + SADDLE)) / LENGTH
 
 
 def lane(picture: Picture, string: int, strings: int, x: Any) -> Any:
-    """The height of a string at rest, lowest first; and between two of them."""
+    """The height of a string at rest, lowest first; or between two of them."""
     scale, part = picture.scale, (x - x_of(0, picture)) / (x_of(LENGTH, picture) - x_of(0, picture))
     half = scale * HALF_NECK * (0.84 + 0.16 * part)
     return scale * MIDDLE - half * ((2 * string + 1) / strings - 1)
 
 
 def played(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
-    """A look at one string that sounds."""
+    """A look at one sounding string."""
     look = made_look()
     stop = float(look["place"][0, fret])
     seen = look["string"][0, string]
@@ -107,7 +107,7 @@ def played(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
 @pytest.mark.parametrize("strings", STRINGS)
 @pytest.mark.parametrize(("scale", "dark"), [(1.0, True), (2.0, False)])
 def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> None:
-    """Frets are where they are, and a fretless neck has none; so many strings."""
+    """Frets are in their places, none on a fretless neck; the string count is right."""
     for fretless in (False, True):
         picture = Picture(size=(int(WIDTH * scale), int(HEIGHT * scale)), scale=scale)
         picture.dark = dark
@@ -129,7 +129,7 @@ def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> N
 
 
 def height_of(picture: Picture, string: int, x: int) -> float:
-    """The height of a string in a column: the middle of what is bright around its place at rest."""
+    """The height of a string in a column: the middle of the bright pixels around its place at rest."""
     middle = int(lane(picture, string, 4, x + 0.5))
     rows = np.arange(middle - 26, middle + 27)
     light = np.clip(bright(picture.pixels)[rows, x] - 340.0, 0, None)
@@ -138,14 +138,14 @@ def height_of(picture: Picture, string: int, x: int) -> float:
 
 @pytest.mark.parametrize(("string", "fret"), [(1, 0), (2, 7), (0, 2)])
 def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fret: int) -> None:
-    """Enlarged as is said, from its stop to the saddle, over the neck at rest."""
+    """Magnified by ZOOM, from its stop to the saddle, over the neck at rest."""
     picture.draw()
     look = played(string, fret, [1.2e-3, 0.0, -0.5e-3])
     places, stop = look["place"][0, :21], float(look["place"][0, fret])
     dots = [(places[k - 1] + places[k]) / 2 for k in (3, 5, 7, 9, 12, 15, 17, 19)]
     columns = [x for x in range(70, 570) if min(abs(x + 0.5 - x_of(np.array([*places, *dots]), picture))) > 7]
     rest = [height_of(picture, string, x) for x in columns]
-    look["bass"] = 2  # another one: no blur of what was before
+    look["bass"] = 2  # another one: no blur of the last picture
     picture.show(look)
     dirty = picture.draw()
     assert dirty[1] >= TOP - 1 and dirty[1] + dirty[3] < 280
@@ -153,7 +153,7 @@ def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fre
     for x, before in zip(columns, rest, strict=True):
         t = ((x + 0.5 - NUT) / metre - stop) / (LENGTH - stop)
         if fret and -0.08 < t < 0.03:
-            continue  # the name of the note lies there
+            continue  # the name of the note is there
         shape = sum(a * np.sin((j + 1) * np.pi * t) for j, a in enumerate([1.2e-3, 0.0, -0.5e-3]))
         wanted = ZOOM * metre * np.sqrt(2 / (LENGTH - stop)) * shape if t > 0 else 0
         assert abs(before - height_of(picture, string, x) - wanted) < 0.6, x
@@ -162,7 +162,7 @@ def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fre
 
 
 def test_looks_in_between_are_a_blur(picture: Picture) -> None:
-    """Where the string has been since the last picture is lighter than the wood, not as light as the string."""
+    """The string's path since the last picture is lighter than the wood, but not as light as the string."""
     picture.draw()
     rest = bright(picture.pixels)
     for amplitude in (-2e-3, 0.0, 2e-3):
@@ -177,7 +177,7 @@ def test_looks_in_between_are_a_blur(picture: Picture) -> None:
 
 @pytest.mark.parametrize("fretless", [False, True])
 def test_a_contact_lights_its_fret(fretless: bool) -> None:
-    """The harder the brighter, on its string, and nothing else."""
+    """Harder is brighter, on its string, and nothing else lights up."""
     picture = Picture()
     picture.show(made_look(fretless=fretless))
     picture.draw()
@@ -214,7 +214,7 @@ def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
 
 
 def test_lamps_and_overload(picture: Picture) -> None:
-    """Each state lights a lamp of its own."""
+    """Each state lights its own lamp."""
     lit = []
     for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
         picture.show(made_look())
@@ -243,7 +243,7 @@ def test_lamps_and_overload(picture: Picture) -> None:
 
 
 def sliders(picture: Picture) -> dict[int, tuple[int, int, int]]:
-    """Row, first and last column of the track of each slider that is shown, by parameter, found by the pointer."""
+    """Row, first and last column of the track of each visible slider, by parameter, found by the pointer."""
     found = {}
     for y in range(330, HEIGHT, 6):
         x = 0
@@ -307,7 +307,7 @@ def test_wheel_and_fine_steps(picture: Picture) -> None:
 
 
 def test_the_pluck_point_is_dragged(picture: Picture) -> None:
-    """It is where the look says, and asks for the value with which the performer plucks at the pointer."""
+    """It is at the look's place, and requests the value with which the performer plucks at the pointer."""
     picture.draw()
     x, y = float(x_of(0.74 * LENGTH, picture)), TOP + 10
     assert picture.point(MOVE, x, y) == ACROSS
@@ -321,7 +321,7 @@ def test_the_pluck_point_is_dragged(picture: Picture) -> None:
 
 
 def test_strings_are_played_by_the_pointer(picture: Picture) -> None:
-    """A note behind each fret; one that follows begins before the one before ends. Leaving ends it."""
+    """A note behind each fret; the next one begins before the last ends. Leaving ends it."""
     picture.draw()
     places = made_look()["place"][0]
     x = [float(x_of(places[fret] - 0.01, picture)) for fret in (3, 4)]
@@ -338,7 +338,7 @@ def test_strings_are_played_by_the_pointer(picture: Picture) -> None:
 
 
 def test_basses_are_chosen(folder: Path, host: Host) -> None:
-    """By the arrows, round and round, and from a list; the neck follows."""
+    """By the arrows, in a circle, and from a list; the neck follows."""
     picture = Picture(host)
     picture.draw()
     before = picture.pixels.copy()
@@ -367,7 +367,7 @@ def test_basses_are_chosen(folder: Path, host: Host) -> None:
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's folder, which is made when something is written."""
+    """The user's folder, created on the first write."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     return tmp_path / "data" / "livebass"
 
@@ -384,13 +384,13 @@ def seen(picture: Picture, x: int, y: int, w: int, h: int) -> Pixels:
 
 
 def asks(picture: Picture) -> bool:
-    """True if it asks whether to delete a sound: in the colour that warns."""
+    """True if it asks whether to delete a sound, in the warning colour."""
     return int((picture.pixels & 0xFFFFFF == 0xFF6B57).sum()) > 1000
 
 
 @pytest.mark.parametrize(("size", "scale"), [((WIDTH, HEIGHT), 1.0), ((640, 320), 1.0), ((1800, 920), 2.0)])
 def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size: tuple[int, int], scale: float) -> None:
-    """Beside the basses, in a column of their own; deleted by the right button, pressed twice."""
+    """Listed beside the basses in their own column; deleted by two presses of the right button."""
     picture = Picture(host, size, scale, ["list", "sound", "save", "load", "remove"])
     width = round(size[0] / scale)
     save_at, title = (width - 14 - 236 - 30, 23) if width < WIDTH else (474, 23), (200, 23)
@@ -448,7 +448,7 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
 
 
 def test_a_long_list_goes_on(host: Host, own: Path) -> None:
-    """Everything is reached by the button in the last place, and by the wheel."""
+    """The button in the last place, and the wheel, reach everything."""
     picture = Picture(host, (640, 320), optional=["list", "sound", "save", "load", "remove"])
     for k in range(30):
         host.set("gain", -float(k))
@@ -467,7 +467,7 @@ def test_a_long_list_goes_on(host: Host, own: Path) -> None:
                 if picture.point(MOVE, x, y) == BY_HAND:
                     picture.point(PRESS, x, y)
                     loaded.add(host.value("gain"))
-                    press(picture, 200, 23)  # it is listed again, where it was
+                    press(picture, 200, 23)  # it is listed again in its old place
             if way == "button":
                 press(picture, *more)
             else:
@@ -478,7 +478,7 @@ def test_a_long_list_goes_on(host: Host, own: Path) -> None:
 
 
 def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -> None:
-    """However many sounds there are, lamps, tabs and sliders below stay; the last place goes on."""
+    """However many sounds there are, lamps, tabs and sliders below stay visible; the last place leads on."""
     assert host.save_sound() == "Slap 1"
     for k in range(2, 400):
         (own / f"Slap {k}.toml").write_bytes((own / "Slap 1.toml").read_bytes())
@@ -495,7 +495,7 @@ def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -
 
 
 def test_lamps_press_keys(host: Host) -> None:
-    """A switch that is held stays down until the next press, or until the picture is gone."""
+    """A held switch stays down until the next press, or until the picture closes."""
     picture = Picture(host)
     picture.draw()
     lamps = [x for x in range(0, WIDTH, 3) if picture.point(MOVE, x, 280) == BY_HAND]
@@ -514,7 +514,7 @@ def test_lamps_press_keys(host: Host) -> None:
 
 
 def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
-    """Whatever size it has and whatever the pointer does; what is said to be the same is the same."""
+    """At any size and for any pointer action; regions reported unchanged are unchanged."""
     chance = random.Random(1)
     for _ in range(40):
         picture.resize(chance.randrange(1, 900), chance.randrange(1, 500))
@@ -542,7 +542,7 @@ def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
 
 
 def test_drawing_is_cheap(host: Host) -> None:
-    """About 0.6 ms a picture while all strings move, 20 ms for the first one: of processor time."""
+    """Processor time: about 0.6 ms a picture while all strings move, 20 ms for the first one."""
     picture = Picture(host)
     host.watch(True)
     start = time.process_time()
@@ -564,14 +564,14 @@ def test_drawing_is_cheap(host: Host) -> None:
 
 
 def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
-    """However soon it is let go: as a note of 50 ms. A longer one ends with the hand, and so does one struck anew."""
+    """However short: as a note of 50 ms. A longer one ends with the hand, and so does one struck again."""
     fifty = RATE // 20
 
     def played(
         touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True, bound: bool = False, keyboard: bool = False
     ) -> Floats:
         host, sound = Host(folder), []
-        host.set("relief", 0.0)  # a test is no real time
+        host.set("relief", 0.0)  # tests do not run in real time
         if bound:
             host.midi(0xB0, 68, 127)
         for block in range(60):
@@ -603,7 +603,7 @@ def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
 
 
 def test_a_tap_outlives_no_reset(host: Host) -> None:
-    """Frames are counted anew: a note from before holds up no end of one after it."""
+    """Frame counts restart: an earlier note delays no end of a later one."""
     host.play(RATE)
     host.touch(True, 1, 33)
     host.play(64)
@@ -617,7 +617,7 @@ def test_a_tap_outlives_no_reset(host: Host) -> None:
 
 
 def test_the_quality_follows_a_bass_that_is_chosen_in_the_window(tmp_path: Path) -> None:
-    """The host is told of both: one of LV2 hears it from nobody else."""
+    """The host hears of both changes: an LV2 host has no other source."""
     for name in ("slap", "five-string"):
         write_instrument(load_preset(name), tmp_path / f"{name}.lbass")
     (tmp_path / "instruments.txt").write_text("slap\nfive-string studio\n")
@@ -648,7 +648,7 @@ def phrase(host: Host, block: int) -> Floats:
 
 @pytest.mark.parametrize("block", [64, 1024])
 def test_who_watches_changes_nothing(folder: Path, block: int) -> None:
-    """Sound with a window is sound without, bit for bit; without one no look is taken but the first."""
+    """With a window the sound is the same bit for bit; without one only the first look is taken."""
     sounds = []
     for watched in (False, True):
         host = Host(folder)
@@ -663,10 +663,10 @@ def test_who_watches_changes_nothing(folder: Path, block: int) -> None:
 
 
 def test_looks_of_a_bass_that_plays(host: Host) -> None:
-    """Who plays what, shapes, and the frets that are hit, which fade."""
+    """Playing strings, shapes, and hit frets, which fade."""
     assert library().size_of_look() == LOOK.itemsize
     look = np.zeros(1, LOOK)
-    assert library().lb_read_look(host.look, 0, look.ctypes.data)  # there is one before the first block
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)  # a look exists before the first block
     first = look[0]
     assert (first["strings"], first["frets"], first["fretless"]) == (4, 20, 0) and list(
         first["string"]["open"][:4]
@@ -693,7 +693,7 @@ def test_looks_of_a_bass_that_plays(host: Host) -> None:
 
 
 def test_a_look_is_never_torn() -> None:
-    """One thread writes as fast as it can while another one reads."""
+    """One thread writes as fast as it can while another reads."""
     assert library().race(20_000) > 100
 
 
@@ -701,7 +701,7 @@ def test_a_look_is_never_torn() -> None:
 
 
 def test_letters_are_those_of_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the tool writes of the font that matplotlib brings, whose licence is beside it."""
+    """The tool's output from the font bundled with matplotlib, whose licence is beside it."""
     matplotlib = pytest.importorskip("matplotlib")
     pytest.importorskip("fontTools")
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "tools"))

@@ -1,4 +1,4 @@
-"""What the plugins of all formats promise, each in a host of ours: one list for CLAP, VST3 and LV2."""
+"""The promises of the plugins in all formats, tested in our hosts: one list for CLAP, VST3 and LV2."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def made() -> Iterator[list[Host]]:
 
 @pytest.fixture
 def make(kind: str, places: dict[str, Path], made: list[Host]) -> Any:
-    """Makes a host, of the usual bundle or of one in another folder."""
+    """Makes a host, of the usual bundle or one in another folder."""
 
     def new(place: Path | None = None, **more: Any) -> Host:
         made.append(HOSTS[kind](place or places[kind], **more))
@@ -81,7 +81,7 @@ def host(make: Any) -> Host:
 
 every_format = pytest.mark.parametrize("kind", FORMATS)
 every_host = pytest.mark.parametrize("kind", HOSTS)
-with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has MIDI alone
+with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has only MIDI
 
 
 # --- the sound ---
@@ -89,7 +89,7 @@ with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has 
 SIZES: dict[str, Sequence[tuple[int, ...]]] = {
     "jazz-finger": [(4096, 3, 100)], "slap": [(512,), (17,), (64,)], "paper-bass": [(1, 999)], "fretless": [(511,)],
 }  # fmt: skip
-SLOW = [("fretless", "vst3"), ("fretless", "lv2"), ("paper-bass", "vst3")]  # their shells treat basses alike
+SLOW = [("fretless", "vst3"), ("fretless", "lv2"), ("paper-bass", "vst3")]  # their shells treat all basses alike
 CASES = [
     pytest.param(preset, kind, marks=[pytest.mark.slow] if (preset, kind) in SLOW else [])
     for preset in PRESETS
@@ -127,7 +127,7 @@ def test_a_midi_file_is_rendered_alike(host: Host, tmp_path: Path) -> None:
 
 @every_format
 def test_an_output_a_string(make: Any) -> None:
-    """Its outputs are the stems of `render --stems`, which add up to the sound of the other plugin."""
+    """Its outputs are the stems of `render --stems`; their sum is the other plugin's sound."""
     host, score = make(apart=True), hard_score()
     wanted = rendered("jazz-finger", score)
     outs = host.play(score, wanted.shape[1], (300, 2000, 7))
@@ -163,7 +163,7 @@ def test_running_ahead_changes_no_bit(host: Host) -> None:
 
 @every_format
 def test_offline_the_bass_is_built_anew_in_a_block(make: Any) -> None:
-    """At the frame of the value; with LV2, whose ports have one value a block, with the block."""
+    """At the value's frame; with LV2, whose ports take one value per block, at the block."""
 
     def played(sizes: tuple[int, ...]) -> Floats:
         notes = [(0, on(33, 110)), (3100, on(40, 110))]
@@ -203,7 +203,7 @@ def test_two_strings_in_unison_both_end(make: Any) -> None:
 
 @every_host
 def test_channels_bend_apart_and_pressure_vibrates_one_string(make: Any) -> None:
-    """Each channel of MPE has a wheel and pressure of its own: those of channel 3 move its string alone."""
+    """Each MPE channel has its own wheel and pressure: channel 3 moves only its own string."""
 
     def played(*moves: tuple[int, bytes]) -> Floats:
         notes = [*MPE, (10, on(35, 64, 1)), (10, on(40, 64, 2))]
@@ -216,7 +216,7 @@ def test_channels_bend_apart_and_pressure_vibrates_one_string(make: Any) -> None
 
 
 def pitch(sound: Floats, low: float = 50.0, high: float = 70.0) -> float:
-    """The frequency of the highest peak between two, Hz."""
+    """The frequency (Hz) of the highest peak between `low` and `high`."""
     spectrum = np.abs(np.fft.rfft(sound * np.hanning(len(sound)), 1 << 19))
     first, last = (round(f * (1 << 19) / RATE) for f in (low, high))
     return float((first + np.argmax(spectrum[first:last])) * RATE / (1 << 19))
@@ -224,7 +224,7 @@ def pitch(sound: Floats, low: float = 50.0, high: float = 70.0) -> float:
 
 @with_expressions
 def test_tuning_of_a_note_bends_its_string_alone(make: Any) -> None:
-    """The second of two notes; the next note on that string sounds at its own pitch."""
+    """The second of two notes; the string's next note sounds at its own pitch."""
 
     def played(*more: Event) -> Floats:
         notes = [(0, on(28)), (0, on(33)), (24000, off(33)), (24000, on(35))]
@@ -238,7 +238,7 @@ def test_tuning_of_a_note_bends_its_string_alone(make: Any) -> None:
 
 @with_expressions
 def test_expressions_do_what_mpe_does(make: Any) -> None:
-    """Vibrato as pressure of the note's channel; brightness, which places the note it begins with, as controller 74."""
+    """Vibrato acts like the channel's pressure; brightness, like controller 74, places the note it begins with."""
 
     def played(*events: Event) -> Floats:
         return make(apart=True).play([*MPE, *events], 9600)  # type: ignore[no-any-return]
@@ -253,7 +253,7 @@ def test_expressions_do_what_mpe_does(make: Any) -> None:
 
 @with_expressions
 def test_notes_are_heard_in_time_under_a_flood_of_expressions(make: Any) -> None:
-    """Several for each frame: no note or release is lost or late, and the last tuning is the one that stays."""
+    """Several per frame: no note or release is lost or late, and the last tuning stays."""
 
     def played(*tunings: Event) -> Floats:
         notes = [(0, on(33, 114)), (3000, on(28, 114)), (3500, off(28)), (4090, on(38, 114))]
@@ -279,7 +279,7 @@ VALUES = {
 
 @with_expressions
 def test_values_are_heard_at_their_frames(make: Any) -> None:
-    """The size of the blocks changes nothing, and each value something."""
+    """Block size changes nothing, and each value has an effect."""
 
     def played(values: dict[str, float], sizes: tuple[int, ...] = (512,)) -> Floats:
         score = hard_score()
@@ -297,7 +297,7 @@ def test_values_are_heard_at_their_frames(make: Any) -> None:
 
 @pytest.mark.parametrize("kind", ["clap", "clap-midi", "lv2"])
 def test_a_program_change_chooses_a_bass_that_is_there(host: Host) -> None:
-    """By General MIDI, from 0. VST3 has programs of its own."""
+    """By General MIDI, counted from 0. VST3 has its own programs."""
     score = hard_score(notes=2)
     for program, bass in ((36, SLAP), (32, SLAP), (99, SLAP), (33, JAZZ)):  # 32 is flatwound's
         host.play([(0, bytes([0xC0, program]))], 64, (64,))
@@ -324,7 +324,7 @@ def test_hosts_show_what_keys_switch(host: Host) -> None:
 
 
 def moved_host(make: Any, bass: int = SLAP) -> Host:
-    """A host whose bass, quality and tone were chosen, as new."""
+    """A fresh host with a chosen bass, quality and tone."""
     host: Host = make()
     host.choose(bass)
     host.play([], 64, (64,), [(0, "quality", 1.0), (0, "tone", 0.5), (0, "gain", 3.0)])
@@ -334,7 +334,7 @@ def moved_host(make: Any, bass: int = SLAP) -> Host:
 
 
 def names(state: Any) -> list[bytes]:
-    """The names of basses in a state, of CLAP and VST3, or of LV2 by keys."""
+    """The names of basses in a state of CLAP or VST3, or by keys in LV2's."""
     whole = state if isinstance(state, bytes) else b"".join(value for value, _ in state.values())
     return [name for name in (*(p.encode() for p in PRESETS), b"missing") if name + b"\0" in whole]
 
@@ -359,7 +359,7 @@ def test_a_session_that_is_saved_at_once_has_the_bass_that_was_chosen(host: Host
 
 @every_format
 def test_a_state_with_another_bass_says_which(kind: str, make: Any, tmp_path: Path, capfd: Any) -> None:
-    """Once: all else is taken over, and the name is saved again until another bass is chosen."""
+    """Only once; all else is taken over, and the name is saved again until another bass is chosen."""
     state = moved_host(make, FRETLESS).save()
     folder = tmp_path / HOSTS[kind].folder
     HOSTS[kind].module.write_bundle({name: load_preset(name) for name in ("slap", "jazz-finger")}, folder)
@@ -381,7 +381,7 @@ def test_a_state_with_another_bass_says_which(kind: str, make: Any, tmp_path: Pa
 def test_a_damaged_instrument_is_refused_with_one_line(
     kind: str, make: Any, places: dict[str, Path], tmp_path: Path, capfd: Any, damage: Any
 ) -> None:
-    """The bass before plays on, and a session keeps the name."""
+    """The old bass plays on, and a session keeps the name."""
     folder = tmp_path / HOSTS[kind].folder
     shutil.copytree(places[kind], folder)
     (file,) = folder.rglob("slap.lbass")
@@ -404,7 +404,7 @@ def test_a_damaged_instrument_is_refused_with_one_line(
 def test_without_its_first_instrument_it_does_not_start(
     kind: str, make: Any, places: dict[str, Path], tmp_path: Path
 ) -> None:
-    """Nor without any; one line says which is missing. VST3 is not active then."""
+    """It does not start with none either; one line names the missing one. VST3 is not active then."""
     folder = tmp_path / HOSTS[kind].folder
     shutil.copytree(places[kind], folder)
     (folder / "instruments.txt").write_text("slap\n")
@@ -422,7 +422,7 @@ def test_a_new_instance_begins_in_the_quality_of_the_list(kind: str, make: Any, 
     basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
     HOSTS[kind].module.write_bundle(basses, folder, qualities={"jazz-finger": "studio"})
     host = make(folder)
-    if kind == "lv2":  # whose ports begin as the bundle says
+    if kind == "lv2":  # its ports begin with the bundle's values
         host.plugin.controls["quality"].value = 1.0
     wanted = mono("jazz-finger", score, "studio")
     assert np.array_equal(host.play(score, len(wanted)), wanted)
@@ -434,7 +434,7 @@ def test_a_new_instance_begins_in_the_quality_of_the_list(kind: str, make: Any, 
 @NO_THREADS
 @every_format
 def test_threads_of_its_own_change_no_bit_and_end(kind: str, make: Any, capfd: Any) -> None:
-    """None while the host renders, and none once the plugin is switched off."""
+    """None while the host renders, and none once the plugin is off."""
     host, score = make(), hard_score(notes=4)
     wanted = mono("jazz-finger", score)
     for cores in (2, 4, 1, 2):
@@ -458,7 +458,7 @@ def test_threads_of_its_own_change_no_bit_and_end(kind: str, make: Any, capfd: A
 
 @with_expressions
 def test_notes_are_heard_under_dense_automation(make: Any) -> None:
-    """More values in a block than the plugin takes: no note is lost, each parameter ends as its last value says."""
+    """A block has more values than the plugin takes: no note is lost, and each parameter ends at its last value."""
     symbols = ("gain", "dynamics", "unevenness", "hand_damping")
 
     def played(points: list[tuple[int, str, float]]) -> Floats:
@@ -475,7 +475,7 @@ def test_notes_are_heard_under_dense_automation(make: Any) -> None:
 
 
 def test_chords_are_played_on_free_strings(places: dict[str, Path], made: list[Host]) -> None:
-    """The same by all hosts."""
+    """All hosts choose the same strings."""
     score = score_of([(0.01, 0.3, 28 + k % 36, 40 + k % 80) for k in range(128)], RATE)
     wanted = mono("jazz-finger", score)
     for kind, host in HOSTS.items():

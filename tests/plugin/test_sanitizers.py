@@ -1,6 +1,6 @@
-"""Strings side by side, and the window, under ThreadSanitizer and AddressSanitizer: C of the plugins, kernels from IR.
+"""Parallel strings, and the window, under ThreadSanitizer and AddressSanitizer: the plugins' C, and kernels from IR.
 
-ziglang's clang puts the checks into both; it brings ThreadSanitizer's library, and gcc has AddressSanitizer's.
+ziglang's clang instruments both; it has ThreadSanitizer's library, and gcc has AddressSanitizer's.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def program() -> str:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the header of the kernels, and with instruments."""
+    """A folder with the kernels' header and with instruments."""
     made = tmp_path_factory.mktemp("sanitizers")
     (made / "kernels.h").write_text(header([LEVEL]))
     for name in BASSES:
@@ -68,7 +68,7 @@ def run(*command: object) -> str:
 
 
 def built(folder: Path, kind: str, host: str, text: str, name: str = "") -> Path:
-    """Builds a host with the plugin's C and the kernels `text`, all with the checks of a sanitizer."""
+    """Builds a host with the plugin's C and the kernels `text`, all under a sanitizer."""
     made, code = folder / f"{host}-{kind}{name}", folder / f"{kind}{name}.o"
     zig = build.zig(this_system())
     if not code.exists():
@@ -84,14 +84,14 @@ def built(folder: Path, kind: str, host: str, text: str, name: str = "") -> Path
 
 
 def team(host: Path, folder: Path, blocks: int, helpers: int, rests: int = 0) -> tuple[int, str]:
-    """Plays; returns how many strings helpers played, and the checksum of the sound."""
+    """Plays; returns the number of strings played by helpers, and the checksum of the sound."""
     helped, checksum = run(host, *(folder / f"{name}.lbass" for name in BASSES), blocks, 1, helpers, rests).split()
     return int(helped), checksum
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_threads_beside_the_audio_thread(folder: Path, kind: str) -> None:
-    """They come and go, rest before strings, and find basses changed and made as new."""
+    """They come and go, rest before strings, and meet changed and reset basses."""
     host = built(folder, kind, "teamhost", program())
     nobody, alone = team(host, folder, BLOCKS, 0)
     assert nobody == 0
@@ -110,7 +110,7 @@ def test_threads_of_a_host_and_of_the_plugin_itself(folder: Path, kind: str) -> 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) -> None:
-    """Beside random events, automation, states and changes of bass; what Xlib does within itself is not looked at."""
+    """Beside random events, automation, states and changes of bass; Xlib's internals are not checked."""
     needs_screen()
     host = built(folder, kind, "claphost", program())
     with running_screen(), closing(Screen(900, 500)) as screen, ThreadPoolExecutor(1) as beside:
@@ -120,7 +120,7 @@ def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) 
             hand("mousemove", 120, 362, "mousedown", 1, "mousemove", 160, 362, "mouseup", 1)
             hand("mousemove", 200, 209, "click", 1, "mousemove", 800, 306, "click", 1)
             hand("mousemove", 873 - 26 * (presses % 2), 306, "click", 1)  # B, A
-            if presses % 8 == 0:  # a sound is saved, the list opened, and one of it loaded
+            if presses % 8 == 0:  # saves a sound, opens the list and loads one
                 hand("mousemove", 474, 23, "click", 1, "mousemove", 280, 23, "click", 1, "sleep", 0.2)
                 hand("mousemove", 300, 84, "click", 1)
             presses += 1
@@ -129,7 +129,7 @@ def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) 
 
 
 def test_a_race_would_be_found(folder: Path) -> None:
-    """Without order between what helpers write and what they say they have done."""
+    """With no ordering between the helpers' data and their completion flags."""
     careless, count = re.subn(r"(cmpxchg .*) acq_rel acquire", r"\1 monotonic monotonic", program())
     assert count == 3
     host = built(folder, "thread", "teamhost", careless, "-careless")

@@ -1,4 +1,4 @@
-"""A and B of the window in what hosts save: both, and which one plays; without a side B it is as it was before."""
+"""The window's A and B in hosts' saved states: both, and the playing one; without a side B the state is unchanged."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ def host(folder: Path) -> Iterator[Host]:
 
 
 def sealed(words: Any) -> bytes:
-    """A state whose checksum is right."""
+    """A state with a valid checksum."""
     words = words.copy()
     words[-1:] = np.array([checksum(words.ctypes.data, len(words) - 1)], np.uint64).view(np.int64)
     return bytes(words.tobytes())
 
 
 def with_sides(plain: bytes, side: int, aside: dict[int, float], parameters: int = len(PARAMETERS)) -> bytes:
-    """A plain state, with A and B; of a plugin with fewer parameters."""
+    """A plain state with A and B, for a plugin with `parameters` parameters."""
     values = [aside.get(p.number, p.usual) for p in PARAMETERS][:parameters]
     head = plain[:8] + struct.pack("<qqq", 3, *struct.unpack("<q", plain[16:24]), parameters) + plain[32:HEAD]
     body = plain[HEAD : HEAD + 8 * parameters] + bytes(CHANNEL_MODES) + struct.pack(f"<q{parameters}d", side, *values)
@@ -85,7 +85,7 @@ def test_a_state_has_both_sides_and_which_one_plays(host: Host, folder: Path) ->
 
 
 def test_side_b_alone_is_kept_too(host: Host) -> None:
-    """If it plays, or has been moved."""
+    """If it plays, or was moved."""
     library().lb_swap_sides(host.address)
     state = host.save()
     assert version(state) == 3 and np.frombuffer(state, np.int64)[SIDE] == 1
@@ -117,7 +117,7 @@ def test_a_damaged_side_is_refused_and_leaves_all_as_it_was(host: Host, capfd: p
 
 
 def test_an_older_plugin_with_fewer_parameters_may_have_had_sides(host: Host) -> None:
-    """What it does not have is as usual, on either side."""
+    """Missing values are at their defaults on either side."""
     few = TONE + 1
     older = with_sides(host.save(), 1, {GAIN: -6.0, TONE: 0.5}, few)
     host.set("palm_mute", 1.0)
@@ -150,7 +150,7 @@ def test_clap_and_vst3_keep_them(tmp_path: Path, module: Any, name: str, host: A
 
 
 def test_lv2_keeps_what_its_window_says_of_them(tmp_path: Path) -> None:
-    """By name, and what is not as usual alone; a window that asks is told."""
+    """By name, and only values off their defaults; a window that asks gets them."""
     bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
     with closing(lv2.Plugin(bundle)) as plugin, closing(lv2.Plugin(bundle)) as other:
         other.uris = plugin.uris

@@ -1,4 +1,4 @@
-"""Sounds that are saved in the plugin's window: files in the user's folder, whole or not at all."""
+"""Sounds saved in the plugin's window: files in the user's folder, written whole or not at all."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The user's folder; it and those above it are made when something is written."""
+    """The user's folder; it and its parents are created on the first write."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "a" / "b"))
     return tmp_path / "a" / "b" / "livebass"
 
@@ -70,7 +70,7 @@ def test_a_sound_is_the_bass_and_all_that_is_no_matter_of_the_processor(host: Ho
 
 
 def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path, tmp_path: Path, own: Path) -> None:
-    """What was taken in its place is not saved for it."""
+    """Its substitute is not saved in its place."""
     other = shutil.copytree(folder, tmp_path / "other")
     (other / "slap.lbass").rename(other / "lost.lbass")
     (other / "instruments.txt").write_text("lost\n")
@@ -85,7 +85,7 @@ def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path,
 
 
 def test_names_are_the_basss_title_and_the_next_number(host: Host, own: Path) -> None:
-    """Nothing is written over; files that the user renames are listed by their names, numbers in order."""
+    """Nothing is overwritten; files renamed by the user are listed by name, numbers in order."""
     assert [host.save_sound() for _ in range(3)] == ["Slap 1", "Slap 2", "Slap 3"]
     first = (own / f"Slap 1{ENDING}").read_bytes()
     host.set("gain", -5.0)
@@ -112,7 +112,7 @@ def test_titles_become_names_of_files_of_any_system(own: Path, tmp_path: Path) -
 
 
 def old_sound(host: Host) -> bytes:
-    """What an earlier version wrote: a state that begins otherwise, without what only sessions keep."""
+    """A file of an earlier version: a state with another head, without session-only values."""
     words = np.frombuffer(b"LBSOUND\n" + host.save()[8:], np.int64).copy()
     assert words[1] == 1
     words[-1] = np.uint64(checksum(words.ctypes.data, len(words) - 1)).view(np.int64)
@@ -120,7 +120,7 @@ def old_sound(host: Host) -> bytes:
 
 
 def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: Path) -> None:
-    """And one that was edited, or saved by the page; of a path, the name counts."""
+    """So is one that was edited, or saved by the page; only the name in a path counts."""
     for symbol, value in {"bass": 1.0, "action": -0.9, "gain": -6.5, "gauge": 10.0, "fret": 7.0}.items():
         host.set(symbol, value)
     name = host.save_sound()
@@ -156,7 +156,7 @@ def test_a_sound_of_an_earlier_version_opens(host: Host, own: Path) -> None:
     ],
 )
 def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, float]) -> None:
-    """What it does not say is as the bass has it; Undo brings back what was."""
+    """Unstated values are the bass's own; Undo restores the previous ones."""
     host.set("cable", 500.0)
     before = host.save()
     assert library().lb_take_text(host.address, link.encode()) is None
@@ -222,7 +222,7 @@ def test_a_press_on_paste_asks_for_the_clipboard_and_says_what_became_of_it(host
 def test_what_is_no_sound_is_left_out_with_a_line(
     host: Host, folder: Path, own: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Damaged, of a later version, a state of a session, or of a bass that is not there: nothing changes."""
+    """Damaged, of a later version, a session's state, or of a missing bass: nothing changes."""
     host.set("gain", -6.0)
     host.save_sound()
     good = (own / f"Slap 1{ENDING}").read_bytes()
@@ -245,7 +245,7 @@ def test_what_is_no_sound_is_left_out_with_a_line(
     expected.append(f"{own}/folder{ENDING}: the sound is empty")
     assert lines == sorted(expected)
     host.set("gain", 2.0)
-    (own / f"Slap 1{ENDING}").write_bytes(b"like")  # since it was listed
+    (own / f"Slap 1{ENDING}").write_bytes(b"like")  # changed since it was listed
     before = host.save()
     assert not library().lb_load_sound(host.address, 0) and host.save() == before
     assert not library().lb_load_sound(host.address, 1) and not library().lb_load_sound(host.address, -1)
@@ -287,7 +287,7 @@ def test_a_file_that_cannot_be_written_whole_is_not_there(host: Host, own: Path)
 
 
 def test_browsers_of_clap_hosts_have_them(host: Host, folder: Path, own: Path, tmp_path: Path) -> None:
-    """By their names; they are loaded in a plugin without a window, too."""
+    """By name; they load in a plugin without a window too."""
     host.set("gain", -6.0)
     host.set("bass", 1.0)
     host.save_sound()

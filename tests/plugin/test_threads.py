@@ -1,4 +1,4 @@
-"""The thread rules of the plugins' C, as builds for tests check them: who breaks one is told its function."""
+"""The thread rules of the plugins' C, checked in test builds: a violation names its function."""
 
 from __future__ import annotations
 

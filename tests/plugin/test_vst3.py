@@ -1,4 +1,4 @@
-"""The VST3 plugin in pedalboard, a host made with JUCE, plays what `livebass render` renders, bit for bit."""
+"""The VST3 plugin in pedalboard, a JUCE host, plays exactly what `livebass render` renders."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def plugin(bundle: Path) -> Any:
 def loaded(bundle: Path, name: str = MONO) -> Any:
     """One plugin of a bundle in the host, which waits for a while until it hears middle C."""
     made = pedalboard.load_plugin(str(bundle), plugin_name=name, initialization_timeout=0.5)
-    made.relief_under_overload = False  # a test is no real time
+    made.relief_under_overload = False  # tests do not run in real time
     return made
 
 
@@ -65,7 +65,7 @@ def play(plugin: Any, score: Score, frames: int, size: int = 512, reset: bool = 
 
 
 def test_a_host_made_with_juce_plays_what_is_rendered(plugin: Any, tmp_path: Path) -> None:
-    """And MIDI files in blocks of one frame: it hands on one value of a controller a block, at its beginning."""
+    """MIDI files too, in blocks of one frame: it passes on one controller value per block, at its beginning."""
     score, midi = hard_score(), midi_score(tmp_path / "a.mid")
     wanted = mono("slap", score)
     plugin.bass = "Slap"
@@ -77,7 +77,7 @@ def test_a_host_made_with_juce_plays_what_is_rendered(plugin: Any, tmp_path: Pat
 
 def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     listed = [p for p in plugin.parameters.values() if p.name in [q.name for q in PARAMETERS]]
-    assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by groups
+    assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by group
     assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
     assert (
         plugin.technique == "as the bass has it"
@@ -89,7 +89,7 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
 
 
 def test_bass_and_cores_are_not_automatable(bundle: Path) -> None:
-    """A value between 0 and 1 is another bass once an instrument is added. The bass is the program of the list."""
+    """A value between 0 and 1 would mean another bass after an instrument is added. The bass is the list's program."""
     plugin = low.Plugin(bundle, low.STRINGS)
     flags = {number: info.flags for number, info in plugin.parameters().items() if number < len(PARAMETERS)}
     assert [number for number, x in flags.items() if not x & low.CAN_AUTOMATE] == [BASS, CORES]
@@ -99,7 +99,7 @@ def test_bass_and_cores_are_not_automatable(bundle: Path) -> None:
 
 
 def test_key_switches_are_names_of_pitches_too(bundle: Path, tmp_path: Path) -> None:
-    """Of the bass that is chosen, as key switches; of every program, as names of its pitches."""
+    """As key switches of the chosen bass, and as pitch names of every program."""
     slap = load_preset("slap")
     other = replace(slap, player=replace(slap.player, keys=MODO_12))
     vst3.write_bundle({"jazz-finger": load_preset("jazz-finger"), "slap": other}, tmp_path / "livebass.vst3")
@@ -115,7 +115,7 @@ def test_key_switches_are_names_of_pitches_too(bundle: Path, tmp_path: Path) -> 
 
 
 def test_the_host_is_told_of_other_key_switches(bundle: Path, tmp_path: Path) -> None:
-    """Once for each bass, in its own thread, and by then they are those of that bass."""
+    """Once per bass, in its own thread, when the switches are already the new bass's."""
     slap = load_preset("slap")
     basses = {"usual": slap, "other": replace(slap, player=replace(slap.player, keys=MODO_12))}
     vst3.write_bundle(basses, tmp_path / "livebass.vst3")
@@ -143,7 +143,7 @@ def test_the_host_is_told_of_other_key_switches(bundle: Path, tmp_path: Path) ->
 
 
 def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It is the same one where the list is longer and in another order."""
+    """It stays the same in a longer list in another order."""
     assert list(PRESETS[:2]) == ["jazz-finger", "slap"]
     plugin.bass, plugin.tone = "Slap", 0.5
     copy = tmp_path / "livebass.vst3"
@@ -157,7 +157,7 @@ def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, mon
 
 
 def test_every_channel_has_a_wheel_and_pressure(bundle: Path) -> None:
-    """And a controller 74: those of channel 3 move its string alone."""
+    """And a controller 74: channel 3's move only its own string."""
 
     def played(*moves: tuple[int, float]) -> Floats:
         plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
@@ -179,7 +179,7 @@ def test_every_channel_has_a_wheel_and_pressure(bundle: Path) -> None:
 
 
 def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
-    """In one frame, by a host that has the queue of the data first and deselects the RPN afterwards."""
+    """In one frame, by a host whose data queue comes first and which deselects the RPN afterwards."""
 
     def played(queues: Sequence[tuple[int, int]], bend: float = 0.5) -> Floats:
         plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
@@ -195,7 +195,7 @@ def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
 
 
 def test_a_host_made_with_juce_plays_mpe(plugin: Any) -> None:
-    """As MIDI, of which it makes points of parameters."""
+    """As MIDI, which it turns into parameter points."""
     keys = (35, 45)
 
     def played(*bends: float) -> list[float]:
@@ -220,7 +220,7 @@ def test_a_host_made_with_juce_plays_mpe(plugin: Any) -> None:
 
 
 def test_offline_it_plays_what_it_plays_in_real_time(bundle: Path) -> None:
-    """As long as no overload asks for relief, which is on as it comes."""
+    """As long as overload relieves no string; relief is on by default."""
     score = [low.note_on(28 + 5 * k, 0.9, k, 300 * k) for k in range(4)]
 
     def played(mode: int) -> tuple[Floats, list[tuple[int, float]]]:
@@ -233,13 +233,13 @@ def test_offline_it_plays_what_it_plays_in_real_time(bundle: Path) -> None:
     wanted, told = played(low.OFFLINE)
     assert wanted.any() and not told
     until, found, told = time.monotonic() + 30, *played(low.REAL_TIME)
-    while told and time.monotonic() < until:  # the machine is busy
+    while told and time.monotonic() < until:  # wait for a busy machine
         found, told = played(low.REAL_TIME)
     assert not told and np.array_equal(found, wanted)
 
 
 def test_overload_is_told_by_a_parameter_that_cannot_be_set(bundle: Path) -> None:
-    """How many strings are relieved, by blocks of one frame with a hundred notes in it; offline none is."""
+    """The number of relieved strings, in one-frame blocks with a hundred notes; offline none is."""
     chord = [low.note_on(28 + k % 20, 1.0, k) for k in range(100)]
     offline = low.Plugin(bundle, mode=low.OFFLINE, relief=True)
     info = offline.parameters()[OVERLOAD]
@@ -273,7 +273,7 @@ def test_blocks_of_zeros_are_called_silent(bundle: Path) -> None:
 
 
 def test_parameters_come_in_groups(bundle: Path) -> None:
-    """But for the bass, which is with the list of programs."""
+    """Except the bass, which is in the program list."""
     plugin = low.Plugin(bundle)
     units, found = plugin.units(), plugin.parameters()
     assert list(units.values()) == [("livebass", -1, 1), *((group, 0, -1) for group in GROUPS)]
@@ -294,7 +294,7 @@ def test_a_note_with_the_id_0_is_tuned(bundle: Path) -> None:
 
 
 def test_controllers_stand_as_the_synth_has_them(bundle: Path) -> None:
-    """To move each to its usual value changes nothing."""
+    """Moving each to its default changes nothing."""
 
     def played(points: list[tuple[int, int, float]]) -> Floats:
         plugin = low.Plugin(bundle, mode=low.OFFLINE)
@@ -313,7 +313,7 @@ def test_controllers_stand_as_the_synth_has_them(bundle: Path) -> None:
     ("number", "value"), [(VOLUME, 0.25), (EXPRESSION, 0.5), (1, 1.0), (BEND, 0.9), (SUSTAIN, 1.0)]
 )
 def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, value: float) -> None:
-    """Those of every channel are parameters of their own, which no host shows."""
+    """Each channel has its own, as parameters that no host shows."""
 
     def played(channel: int) -> Floats:
         plugin = low.Plugin(bundle, low.STRINGS, low.OFFLINE)
@@ -327,11 +327,11 @@ def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, 
     for channel, moved, other in ((1, 1, 2), (2, 2, 1)):
         sound = played(channel)
         assert np.array_equal(sound[other], plain[other]) and not np.array_equal(sound[moved], plain[moved])
-    assert all(np.array_equal(played(c)[1:3], plain[1:3]) for c in (0, 15))  # the first has the floor of the bass
+    assert all(np.array_equal(played(c)[1:3], plain[1:3]) for c in (0, 15))  # the first has the bass's floor
 
 
 def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) -> None:
-    """Ids are for ever: sessions know them."""
+    """Ids are permanent: sessions use them."""
     plugin = low.Plugin(bundle)
     known, ids = plugin.parameters(), {(c, n): plugin.mapped(c, n) for c in range(16) for n in range(BEND + 1)}
     plugin.close()
@@ -355,7 +355,7 @@ def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) 
 
 def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> None:
     def beginning(plugin: low.Plugin) -> Floats:
-        """The first sound of a note, played as new."""
+        """The first sound of a note, played fresh."""
         assert plugin.processor.call(8, c_uint8(0)) == plugin.processor.call(8, c_uint8(1)) == 0
         return plugin.block(1000, [low.note_on(40, 0.9, 1)])[0, 0]
 
@@ -375,7 +375,7 @@ def test_a_thread_of_the_plugin_changes_the_bass_in_real_time(bundle: Path) -> N
         plugin.block(64, [low.note_on(40, 0.9, 1)], [(BASS, 0, number / 3)])
         until = time.monotonic() + 30
         while not np.array_equal(beginning(plugin), wanted[number]) and time.monotonic() < until:
-            for _ in range(30):  # in between the basses cross over
+            for _ in range(30):  # the basses cross-fade in between
                 assert np.isfinite(plugin.block(256, [low.note_on(45, 0.9, 1)])).all()
                 time.sleep(0.002)
         assert time.monotonic() < until
@@ -396,7 +396,7 @@ def test_the_host_hears_of_the_quality_that_follows_the_bass(tmp_path: Path) -> 
 
 
 def test_a_block_without_frames_tells_values(bundle: Path) -> None:
-    """Of what the bass is built by, too."""
+    """Including values the bass is built by."""
     least, most = PARAMETERS[ACTION].least, PARAMETERS[ACTION].most
     plugin = low.Plugin(bundle, mode=low.OFFLINE)
     plugin.block(0, points=[(ACTION, 0, 0.7)])

@@ -1,4 +1,4 @@
-"""The window of the plugins, on a screen that nobody sees: opened, clicked, resized, destroyed; the sound stays."""
+"""The plugins' window on a hidden screen: opened, clicked, resized, destroyed; the sound stays."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
 PASTE = (744, 306)
 UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (800, 306), (847, 306), (873, 306), (120, 362), (200, 209)
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 150, SLIDER[1], "mousemove", 160, SLIDER[1], "mouseup", 1)
-FIRST_SOUND = (300, 84)  # in the list, below the heading of the second column: the basses have no room beside it
+FIRST_SOUND = (300, 84)  # in the list, below the second column's heading: there is no room beside the basses
 TITLES = [load_preset(name).name for name in PRESETS]
 GAIN = 0
-LOOK_PORT = 2 + len(PARAMETERS) + 2  # behind MIDI, the output, parameters, freewheeling and overload
+LOOK_PORT = 2 + len(PARAMETERS) + 2  # after MIDI, the output, parameters, freewheeling and overload
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def test_it_opens_at_once_and_leaves_nothing(screen_name: str, folder: Path) -> 
 def test_the_audio_thread_allocates_and_locks_nothing_under_an_open_window(
     screen_name: str, folder: Path, tmp_path: Path
 ) -> None:
-    """While it draws, is opened anew and played with; nobody at the pointer, the sound is that without it."""
+    """While it draws, reopens and is played; with an idle pointer the sound is the same as without it."""
     host, sounds = counting_host(tmp_path), []
     with closing(Screen(900, 500)) as screen:
         command = [host, folder / "livebass.clap", "4", "3", "0", "-", str(screen.window)]
@@ -131,7 +131,7 @@ def heard(plugin: Plugin, condition: Callable[[], Any]) -> None:
 
 
 def test_sliders_tell_the_host_what_a_hand_does(screen_name: str, folder: Path) -> None:
-    """A drag begins, moves and ends a gesture; the value is the plugin's, too."""
+    """A drag begins, moves and ends a gesture; the plugin has the value too."""
     with opened(folder) as (plugin, _):
         plugin.block(64)
         plugin.told.clear()
@@ -163,7 +163,7 @@ def test_it_is_resized_within_what_the_picture_takes(screen_name: str, folder: P
 
 
 def test_a_host_that_takes_its_window_away_first_goes_on(screen_name: str, folder: Path) -> None:
-    """X11 answers what is done to a window that is gone with errors that end a program."""
+    """X11 answers calls on a destroyed window with errors that end a program."""
     with opened(folder) as (plugin, window):
         window.screen.destroy_window()
         for _ in range(10):
@@ -173,7 +173,7 @@ def test_a_host_that_takes_its_window_away_first_goes_on(screen_name: str, folde
 
 
 def test_the_handler_of_errors_stays_the_hosts(screen_name: str, folder: Path) -> None:
-    """Libraries that change it in turns would call each other without end."""
+    """Libraries that replace it in turns would call each other endlessly."""
     x = c.CDLL("libX11.so.6")
     x.XSetErrorHandler.restype = P
     mine = c.CFUNCTYPE(c.c_int, P, P)(lambda _, error: 0)
@@ -218,7 +218,7 @@ RUN_LOOP = "18C3536697764F1A9C5B83857A871389"
 
 @pytest.mark.parametrize("timed", [True, False])
 def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Path, timed: bool) -> None:
-    """By the timer of the host's run loop; a host without one is told by the window's own thread."""
+    """By the timer of the host's run loop; without one, the window's own thread tells the host."""
     bundle = written(vst3_plugin, tmp_path / "livebass.vst3")
     timers: list[int] = []
     no = c.CFUNCTYPE(vst3.I32, P, P, vst3.I32)(lambda *_: -1)
@@ -261,7 +261,7 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
             here = len(handler.restarts)
             hand("mousemove", *NEXT, "click", 1)
             wait_for(lambda: ended() and edits[-1][1] == BASS)
-            if timed:  # in this thread, which is the host's; the window's own would be none that may do so
+            if timed:  # in this thread, the host's; the window's own thread must not do so
                 assert handler.restarts == [(vst3.SWITCHES_CHANGED, threading.get_ident())]
             else:
                 assert here == len(handler.restarts) == 0
@@ -276,7 +276,7 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
 
 
 def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tmp_path: Path) -> None:
-    """What is seen comes as atoms, what a hand does goes back as values and atoms; without a window nothing is sent."""
+    """Atoms carry the view; a hand sends back values and atoms; without a window nothing is sent."""
     bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
     listed = (bundle / "instruments.txt").read_text().split()
     (bundle / "instruments.txt").write_text("\n".join([listed[0], f"{listed[1]} studio", *listed[2:]]) + "\n")
@@ -324,7 +324,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             assert plugin.uris[kind - 1] == "urn:livebass:bass#watch"
 
             def give(data: bytes) -> tuple[int, bytes]:
-                """An atom of the window as the plugin gets it, with its type in place of MIDI's."""
+                """A window's atom as the plugin receives it, with its own type in place of MIDI's."""
                 return int(np.frombuffer(data, "u4")[1]), data[8:]
 
             def play_atoms(found: list[bytes]) -> Any:
@@ -359,7 +359,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             assert any(not form and len(data) == 4 and 2 <= port < 2 + 40 for port, form, data in sent)
 
             def told(uri: str) -> list[bytes]:
-                """The bodies of the atoms of a type that it sent."""
+                """The bodies of the atoms of one type that it sent."""
                 number = plugin.number(f"urn:livebass:bass#{uri}")
                 return [data[8:] for _, form, data in sent if form and np.frombuffer(data, "u4", 2)[1] == number]
 
@@ -386,17 +386,17 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             assert screen.children() == 0
 
 
-# --- what a hand does besides ---
+# --- other actions of a hand ---
 
 
 def learned_by(plugin: Plugin, controller: int, amount: int) -> float:
-    """The gain, once a controller has come."""
+    """The gain after a controller's message."""
     plugin.block(64, [midi(bytes([0xB0, controller, amount]))])
     return plugin.value(GAIN)
 
 
 def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
-    """The host is told of all that changes; a learned controller stays with a state."""
+    """The host hears of every change; a learned controller is kept in a state."""
     with opened(folder) as (plugin, _):
         plugin.block(64)
         hand("mousemove", *SLIDER, "click", 1)
@@ -431,7 +431,7 @@ root.mainloop()
 
 
 def test_the_link_of_a_page_is_pasted_from_the_clipboard(screen_name: str, folder: Path) -> None:
-    """The host is told; a clipboard without text, and one without a link, change nothing."""
+    """The host is told; a clipboard without text or without a link changes nothing."""
     pytest.importorskip("tkinter")
     action, gauge = (next(p.number for p in PARAMETERS if p.symbol == name) for name in ("action", "gauge"))
     with opened(folder) as (plugin, window):
@@ -458,7 +458,7 @@ def test_the_link_of_a_page_is_pasted_from_the_clipboard(screen_name: str, folde
 def test_sounds_are_saved_and_loaded(
     screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Loading tells the host each value that is another one, and is taken back by Undo; nobody at the audio thread."""
+    """Loading sends the host every changed value; Undo reverts it; the audio thread is not disturbed."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     with opened(folder) as (plugin, _):
         plugin.block(64)

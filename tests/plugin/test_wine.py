@@ -1,4 +1,4 @@
-"""The plugin for Windows, under Wine: in hosts of ours it plays what that of Linux plays, and opens the same window."""
+"""The Windows plugin under Wine: in our hosts it sounds like the Linux plugin and opens the same window."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from livebass.plugin.systems import SYSTEMS as ALL
 from livebass.plugin.systems import this_system
 
 pytestmark = [
-    pytest.mark.slow,  # its C compiles in test_systems.py; what it plays and shows on Linux always is tested
+    pytest.mark.slow,  # its C compiles in test_systems.py; its sound and view are always tested on Linux
     pytest.mark.skipif(this_system().name != "linux-x86_64", reason="Wine runs what is for its own processor"),
 ]
 LINUX = ALL["linux-x86_64"]
@@ -40,7 +40,7 @@ GAIN = 0
 
 @pytest.fixture(scope="module")
 def wine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
-    """A folder with programs for Windows, and a screen for them."""
+    """A folder with Windows programs, and a screen for them."""
     needs_wine()
     needs_screen()
     folder = tmp_path_factory.mktemp("wine")
@@ -79,18 +79,18 @@ def test_the_binary_is_small_exports_its_entries_alone_and_needs_what_windows_ha
     exported = set(re.findall(r"^\s*\[ *\d+\] (?:\+base\[ *\d+\] +[0-9a-f]+ )?(\w+)$", listed, re.MULTILINE))
     assert exported == {"GetPluginFactory", "InitDll", "ExitDll", "clap_entry", "lv2_descriptor", "lv2ui_descriptor"}
     needed = set(re.findall(r"DLL Name: (\S+)", listed))
-    parts = {name for name in needed if name.startswith("api-ms-win-crt-")}  # of the C library
+    parts = {name for name in needed if name.startswith("api-ms-win-crt-")}  # parts of the C library
     assert parts and needed - parts == {"ADVAPI32.dll", "GDI32.dll", "KERNEL32.dll", "USER32.dll"}
     assert all(word not in file.read_bytes() for word in (b"Py_", b"NRT_", b"numba"))
 
 
-@pytest.mark.parametrize(("seed", "level"), [(2, LINUX.levels[-1]), (3, LINUX.levels[0])])  # odd: an output a string
+@pytest.mark.parametrize(("seed", "level"), [(2, LINUX.levels[-1]), (3, LINUX.levels[0])])  # odd: an output per string
 @pytest.mark.parametrize("form", FILES)
 def test_it_plays_what_the_plugin_of_linux_plays_bit_for_bit(
     bundles: dict[str, Path], programs: dict[str, list[Any]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     form: str, seed: int, level: str,
 ) -> None:  # fmt: skip
-    """Random notes and automation, in CLAP events of every kind, other basses and states; on Windows under a window."""
+    """Random notes and automation, in CLAP events of every kind, other basses and states; on Windows with a window."""
     monkeypatch.setenv("LIVEBASS_LEVEL", level)
     sounds = []
     for system in SYSTEMS:
@@ -106,7 +106,7 @@ def test_it_plays_what_the_plugin_of_linux_plays_bit_for_bit(
 
 
 class Host:
-    """winhost: a window of Windows in the corner of the screen, what is done in it and what it tells."""
+    """winhost: a Windows window in the corner of the screen, the actions in it and its reports."""
 
     def __init__(self, program: list[Any], plugin: Path, *scale: object) -> None:
         command = [*program, place(plugin / clap.BINARY), *map(str, scale)]
@@ -121,7 +121,7 @@ class Host:
             self._lines.put(line.strip())
 
     def until(self, wanted: str) -> list[str]:
-        """The lines from now on until one begins so."""
+        """The lines from now until one begins with `wanted`."""
         found: list[str] = []
         while not (found and found[-1].startswith(wanted)):
             found.append(self._lines.get(timeout=PATIENCE))
@@ -133,7 +133,7 @@ class Host:
         self._process.stdin.flush()
 
     def close(self) -> None:
-        """Ends it; it must end well."""
+        """Ends it; it must exit cleanly."""
         assert self._process.stdin
         self._process.stdin.close()
         try:
@@ -147,7 +147,7 @@ class Host:
 
 @contextmanager
 def of_system(scale: float, theme: str) -> Iterator[None]:
-    """Has Windows show all at this scale, in this theme."""
+    """Makes Windows use this scale and theme."""
     themes = r"HKCU\Software\Microsoft\Windows\CurrentVersion\Themes\Personalize"
     values = (
         (r"HKCU\Control Panel\Desktop", "LogPixels", round(96 * scale)),
@@ -161,7 +161,7 @@ def of_system(scale: float, theme: str) -> Iterator[None]:
 
 
 def seen_on_linux(folder: Path, scale: float, theme: str) -> Any:
-    """The picture of the window on Linux, with the pointer beside it."""
+    """The picture of the window on Linux, with the pointer outside."""
     hand("mousemove", *(side - 1 for side in SIZE))
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("LIVEBASS_THEME", theme)
@@ -176,7 +176,7 @@ def seen_on_linux(folder: Path, scale: float, theme: str) -> Any:
 def test_its_window_is_that_of_linux_and_takes_a_hand(
     bundles: dict[str, Path], programs: dict[str, list[Any]], scale: float, theme: str
 ) -> None:
-    """By the scale and the theme of the system; a string that is pressed is heard, a slider tells the host."""
+    """At the system's scale and theme; pressing a string sounds it, a slider tells the host."""
     expected = seen_on_linux(bundles[f"clap-{LINUX.name}"], scale, theme)
     height, width, _ = expected.shape
     with (
@@ -203,7 +203,7 @@ def test_its_window_is_that_of_linux_and_takes_a_hand(
 
 
 def test_it_is_resized_and_opened_again(bundles: dict[str, Path], programs: dict[str, list[Any]]) -> None:
-    """By a scale that the host gives; outside of the plugin's window nothing is drawn."""
+    """By the host's scale; nothing is drawn outside the plugin's window."""
     with (
         closing(WholeScreen()) as screen,
         closing(Host(programs["winhost"], bundles[f"clap-{WINDOWS.name}"], 1)) as host,

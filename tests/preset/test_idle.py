@@ -1,4 +1,4 @@
-"""Keys of a preset that change no note: `presets check` names all of them, and none that does."""
+"""Preset keys that change no note: `presets check` names exactly these."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ softest = 0.1
 SHARED = 'scale_length = "34 in"\n'
 OWN = 'inharmonicity = 1e-4\nneck.action = "2 mm"\n', 'inharmonicity = 4e-5\nneck.action = "2 mm"\n'
 RESONANT = 'resonance_frequencies = ["150 Hz"]\nresonance_qualities = [30]\nresonance_masses = ["1 kg"]\n'
-CASES = [  # changes of TWO_STRINGS, and the keys that do nothing then
+CASES = [  # changes of TWO_STRINGS, and the keys that then do nothing
     ((), {}),
     (
         (
@@ -129,7 +129,7 @@ def test_idle_keys_are_named_with_a_reason(changes: tuple[tuple[str, str], ...],
 
 def sound(data: dict[str, Any]) -> np.ndarray:
     """Softer and harder notes on each string, the lowest string's last fret, and one below it; half of them after the
-    controller of the pluck position and a bend; at last a slide.
+    controller of the pluck position and a bend; finally a slide.
     """
     bass = Builder("f").instrument(data)
     notes = [string.open_note + fret for string in bass.strings for fret in (0, 1)]
@@ -147,14 +147,14 @@ def sound(data: dict[str, Any]) -> np.ndarray:
 
 
 def others_heard(data: dict[str, Any], given: Given, before: np.ndarray) -> Iterator[bool]:
-    """Whether another value of a key changes the sound `before`, for each value that the preset may have."""
+    """Tells, for each allowed other value of a key, if it changes the sound `before`."""
     for raw in other_values(given.key, given.raw):
         with suppress(PresetError):
             yield not np.array_equal(sound(given.with_value(data, raw)), before)
 
 
 def assert_idle_is_not_heard(data: dict[str, Any], but: set[str]) -> int:
-    """Other values change the sound of every key but the idle ones. Returns how many keys were tried."""
+    """Other values of every key but the idle ones change the sound. Returns the number of keys tried."""
     idle, before, tried = dict(idle_keys(data)), sound(data), 0
     for given in given_keys(data):
         heard = others_heard(data, given, before)
@@ -311,12 +311,12 @@ nearer = "40 mm"
 lift = 0.8
 """
 )
-ELSEWHERE = {  # the neck may be given in another way
+ELSEWHERE = {  # another key may describe the neck
     "neck.fret_positions", "neck.fret_heights", "neck.height_scale", "neck.height_offset", "neck.fret_height",
     "neck.board_end", "neck.profile_positions", "neck.profile_heights", "neck.conductance_frequencies",
     "neck.conductance_values", "neck.susceptance_values",
 }  # fmt: skip
-BASSES = [  # any two values of two keys occur together
+BASSES = [  # all pairs of values of two keys occur
     ("pluck", 1, "pickups", 0, "frets"),
     ("pluck", 1, "pickups", 20, "board"),
     ("pluck", 1, "displacement", 0, "board"),
@@ -346,12 +346,12 @@ def test_every_key_is_heard_or_idle(technique: str, slapped: int, kind: str, ang
     data = tomllib.loads(text)
     written = {f"{key.section}.{key.name}" for key in KEYS if f"\n{key.name} =" in ALL_KEYS or key.name == "lift"}
     all_keys = {f"{key.section}.{key.name}" for key in KEYS if key.section and key.name != "strings"}
-    # Effects are behind the DI, on a mix that no string is heard in alone; sliders have tests of their own.
+    # Effects follow the DI, on a mix that hides single strings; sliders have their own tests.
     others = {f"{section}.{name}" for section in ("effects", "bench", "plugin") for name in key_names(section)}
     assert all_keys - written - others == ELSEWHERE
-    # Over a board the grid is finer than its step but at the quality `reference`.
+    # Over a board the grid is finer than its step, except in the quality `reference`.
     but = {"neck.grid_step"} if obstacle == "board" else set()
-    if slapped == 2 and kind == "displacement":  # a thumb's strike counts by fret 12, whose height these leave
+    if slapped == 2 and kind == "displacement":  # a thumb's strike depends on fret 12, whose height these omit
         but |= {"player.graze_relief", "player.graze_nut_height"}
     assert assert_idle_is_not_heard(data, but) > 60
 

@@ -1,4 +1,4 @@
-"""Key maps of one's own: what a file may say, and what is said of one that is wrong."""
+"""Custom key maps: the allowed file contents, and the messages about wrong ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Presets that are like another: what they say takes the place of what is there, and everything else stays."""
+"""Presets based on another: their keys replace the base's, and everything else stays."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ hardest = 4
 
 
 def like(folder: Path, own: str, base: str = BASE) -> Instrument:
-    """The bass of a file that is like `base`."""
+    """The bass of a file based on `base`."""
     (folder / "base.toml").write_text(base)
     (folder / "mine.toml").write_text('like = "base.toml"\n' + own)
     return load_preset(folder / "mine.toml")
 
 
 def written(folder: Path, *changes: tuple[str, str]) -> Instrument:
-    """The bass of BASE with other text in it, whole."""
+    """The bass of the whole BASE with some text replaced."""
     text = BASE
     for old, new in changes:
         assert text.count(old) == 1
@@ -99,7 +99,7 @@ def test_what_a_file_says_takes_the_place_of_what_is_there(
     tmp_path: Path, own: str, changes: list[tuple[str, str]]
 ) -> None:
     made, wanted = like(tmp_path, own), written(tmp_path, *changes)
-    # a string's name stays as the file that changes it writes it
+    # a string's name stays as spelled in the changing file
     assert repr(made).replace("name='g'", "name='G'") == repr(wanted) and made != written(tmp_path)
 
 

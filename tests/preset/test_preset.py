@@ -1,4 +1,4 @@
-"""Presets: every fault gives one line that names the key, its value and what is allowed; what loads can be played."""
+"""Presets: every fault gives one line naming the key, its value and the allowed ones; loaded ones can be played."""
 
 import os
 import subprocess
@@ -86,7 +86,7 @@ def test_good(tmp_path: Path) -> None:
     assert (bass.name, low.name, low.open_note, high.open_note) == ("Test", "A", 33, 43)
     assert low.length == pytest.approx(0.8636) and low.tension == 215.5
     assert low.linear_density == pytest.approx(23.88e-3) and low.diameter == pytest.approx(2.159e-3)
-    assert high.tension == pytest.approx(191.67, abs=0.01)  # left out: what the pitch needs
+    assert high.tension == pytest.approx(191.67, abs=0.01)  # left out: set by the pitch
     # pi^2 x 1.5 x 200 GPa x pi d^4 / 64 / (T L^2), by hand
     assert high.inharmonicity == pytest.approx(3.475e-5, rel=1e-3)
     assert [n.fret_heights[11] for n in bass.necks] == pytest.approx([-2e-3, -1.8e-3])
@@ -95,7 +95,7 @@ def test_good(tmp_path: Path) -> None:
 
 STIFF = 'core_diameter = "2 mm"\nstiffness_ratio = 10\ncore_modulus = "500 GPa"'
 PICKUP = 'position = "90 mm"\n'
-CHANGES = [  # what to replace in GOOD, by what, and what the message must say
+CHANGES = [  # text to replace in GOOD, its replacement, and the required message
     ('tension = "215.5 N"', 'tenson = "215.5 N"', ["string[A].tenson", "unknown key", "nearest: tension"]),
     ('technique = "pluck"', 'zzz = "pluck"', ["player.zzz", "unknown key", "technique", "rounding"]),
     ("[player]", "[palyer]", ["palyer", "nearest: player"]),
@@ -275,7 +275,7 @@ CHANGES = [  # what to replace in GOOD, by what, and what the message must say
 def test_error(tmp_path: Path, old: str, new: str, says: list[str]) -> None:
     assert old in GOOD
     text = GOOD.replace(old, new, 1)
-    if "fret_positions" in new:  # the G string asks for geometry
+    if "fret_positions" in new:  # the G string needs geometry
         text = text.replace('neck.action = "1.8 mm"\n', "")
     said = message(tmp_path, text)
     assert [s for s in says if s not in said] == [], said
@@ -385,7 +385,7 @@ def test_no_overdamped_mode_is_overlooked(
     mute: float, slope: float, angle: float, admittance: float, inharmonicity: float, law: float, softness: float,
     measured: tuple[float, ...],
 ) -> None:  # fmt: skip
-    """Of u and of v. A value that the message allows is allowed, too."""
+    """Of u and of v. A value offered by the message is accepted too."""
     import numpy as np
 
     from livebass.model.modes import dampings, frequencies
@@ -411,7 +411,7 @@ def test_no_overdamped_mode_is_overlooked(
 
 
 def test_a_neck_gives_way(tmp_path: Path) -> None:
-    """Resonances are as written, shapes by order if left out; a string's own neck replaces the shared one."""
+    """Resonances are as written, with default shapes by order; a string's own neck replaces the shared one."""
     shared = (
         'resonance_frequencies = ["150 Hz", "0.3 kHz"]\nresonance_qualities = [30, 12.5]\n'
         'resonance_masses = ["1 kg", "500 g"]\nfree_length = "510 mm"\n'
@@ -444,7 +444,7 @@ def test_what_is_said_to_be_heavy_enough_is(mass: float) -> None:
 
 @pytest.mark.parametrize("measured", [(), (1.0, 1.0)], ids=["by the law", "measured"])
 def test_a_v_that_cannot_ring_is_named(measured: tuple[float, ...]) -> None:
-    """On a neck that is softer across, v may die where u rings, whatever was measured of u."""
+    """On a neck softer across, v may die where u rings, whatever was measured of u."""
     bass = shipped("jazz-finger")
     nu = tuple(98.0 * j for j in range(1, len(measured) + 1))
     string = replace(bass.strings[3], measured_frequencies=nu, measured_dampings=measured)
@@ -573,11 +573,11 @@ def test_default_is_the_instruments_own(key: Key) -> None:
 @pytest.mark.parametrize("section", ["output", "pickup", "coil", "player", "pick"])
 def test_every_field_has_a_key(section: str) -> None:
     made_elsewhere = {"pickups", "coil", "pick"}
-    of_fields = {name for name in key_names(section) if not name.startswith(HAND)}  # those of the hand make a neck
+    of_fields = {name for name in key_names(section) if not name.startswith(HAND)}  # the hand's keys make a neck
     assert {f.name for f in fields(SECTIONS[section])} - made_elsewhere == of_fields
 
 
-# Few leaves: a fault shows in a small tree as well as in a large one, which takes hypothesis ten times as long to draw.
+# Few leaves: a fault shows in a small tree too, and hypothesis takes ten times as long to draw a large one.
 scalars = st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=12)
 values = st.recursive(
     scalars, lambda v: st.lists(v, max_size=3) | st.dictionaries(st.text(max_size=8), v, max_size=3), max_leaves=6
@@ -624,7 +624,7 @@ def test_garbage_names_give_preset_errors(name: str) -> None:
 
 
 def some(key: Key) -> st.SearchStrategy[Any]:
-    """Values that `key` allows, both ends included."""
+    """Allowed values of `key`, both ends included."""
     if "|" in key.kind:
         return st.sampled_from(key.kind.split("|"))
     if " " in key.least:
@@ -641,9 +641,9 @@ def some(key: Key) -> st.SearchStrategy[Any]:
 
 
 def spread(low: float, high: float) -> st.SearchStrategy[float]:
-    """Values between the ends, even in the logarithm over at most six decades: small values are likely, too.
+    """Values between the ends, log-uniform over at most six decades, to make small values likely.
 
-    Even themselves up to an end that is not positive.
+    Uniform if an end is not positive.
     """
     if high <= 0.0:
         return st.floats(low, high)
@@ -651,14 +651,14 @@ def spread(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(0.001, 0.999).map(lambda part: least * (high / least) ** part)
 
 
-APART = ("note", "text", "lift", "tuning", "key map", "curve", "sound file")  # kinds with values of their own
+APART = ("note", "text", "lift", "tuning", "key map", "curve", "sound file")  # kinds with their own values
 PLAIN = [k for k in KEYS if k.section and k.kind not in APART and not k.kind.endswith("[]")]
 TAKEN_CARE_OF = {"core_diameter", "law_fundamental", "linear_density", "tension", "scale_length"}
 
 
 @st.composite
 def presets(draw: st.DrawFn) -> dict[str, Any]:
-    """A preset of one string with up to eight keys at random values; not all of them can be loaded."""
+    """A preset of one string with up to eight keys at random values; some cannot be loaded."""
     note, scale = draw(st.sampled_from([28, 43, 12, 60, 84])), draw(st.sampled_from([0.8636, 0.3, 1.5]))
     density = draw(spread(5.0, 1000.0)) / (2 * scale * note_frequency(note)) ** 2 * 1e3  # g/m
     string: dict[str, Any] = {"name": "E", "open_note": note, "diameter": "2 mm", "inharmonicity": 1e-4}
@@ -691,7 +691,7 @@ def test_what_loads_can_be_rendered(data: dict[str, Any]) -> None:
 
 
 def test_a_bass_is_the_same_whatever_linear_algebra_the_processor_has() -> None:
-    """OpenBLAS rounds otherwise on other processors; nothing of an instrument may hang on that."""
+    """OpenBLAS rounds differently on other processors; no instrument may depend on that."""
     code = (
         "import hashlib; from livebass import load_preset; from livebass.plugin.instrument import instrument_file\n"
         "for name in ('fretless', 'jazz-finger'):\n"

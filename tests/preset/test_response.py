@@ -1,4 +1,4 @@
-"""Impulse responses of one's own: what is read of a sound file, and one clear line for any that is none."""
+"""Custom impulse responses: the part read of a sound file, and one clear line for any unusable file."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_response_is_as_the_file_has_it_without_its_silent_end(tmp_path: Path)
 
 @pytest.mark.parametrize("floor", [0.0, 3e-4])
 def test_what_sounds_of_a_longer_file_is_a_response(tmp_path: Path, floor: float) -> None:
-    """Silence before and behind it is cut off, also where it is the noise of a recording."""
+    """Silence before and after it is cut off, even if it is a recording's noise."""
     rng = np.random.default_rng(3)
     sound = np.concatenate([np.zeros(RATE), 0.1 * GOOD, np.zeros(3 * RATE)])
     sound += 0.1 * floor * rng.uniform(-1, 1, len(sound))
@@ -112,7 +112,7 @@ def test_one_channel_is_taken_and_said(tmp_path: Path, run: Run, name: str) -> N
 
 
 def filtered(rate: int, low: float, high: float) -> np.ndarray:
-    """A cabinet, at any rate the same: it passes what lies between two frequencies (Hz)."""
+    """A cabinet that passes frequencies from `low` to `high` (Hz), the same at any rate."""
     sos = butter(2, [low, min(high, 0.45 * rate)], "band", fs=rate, output="sos")
     return np.asarray(sosfilt(sos, np.arange(rate // 5) == 0))
 
@@ -142,7 +142,7 @@ def test_every_response_leaves_a_bass_as_loud(tmp_path: Path, low: float, high: 
     ("rate", "subtype"), [(44_100, "PCM_24"), (96_000, "FLOAT"), (192_000, "DOUBLE"), (44_100, "PCM_16")]
 )
 def test_the_level_is_the_same_at_every_rate_and_in_every_format(tmp_path: Path, rate: int, subtype: str) -> None:
-    """Gains at frequencies of a bass: a response of another rate has other samples and the same gains."""
+    """Gains at a bass's frequencies: a response at another rate has other samples but the same gains."""
 
     def gains(rate: int, subtype: str) -> list[float]:
         samples = filtered(rate, 70, 4000)
@@ -162,7 +162,7 @@ def test_one_sample_is_no_change_and_high_notes_alone_are_not_made_a_scream(tmp_
 
 
 def test_level_by_key_and_by_option(tmp_path: Path, run: Run) -> None:
-    """A preset's response is as loud as the file has it unless the preset says otherwise; --response is normalized."""
+    """A preset's response keeps the file's level unless the preset says otherwise; --response is normalized."""
     quiet = 0.001 * filtered(RATE, 70, 5000)
     soundfile.write(tmp_path / "cab.wav", quiet, RATE, subtype="DOUBLE")
 

@@ -33,7 +33,7 @@ def test_the_sliders_change_what_the_other_sections_say(tmp_path: Path) -> None:
     made = of(tmp_path, text + "gauge = 10\nwear = 50.004\ncontact_loss = 100\n[plugin]\ngain = -3\n")
     assert made == changed(plain, {"gauge": 10, "wear": 50, "contact_loss": 100}) != plain
     assert made.necks[0].contact_loss == 180.0
-    assert of(tmp_path, text + "action = -1\n") == plain  # over a capo heights stay
+    assert of(tmp_path, text + "action = -1\n") == plain  # with a capo heights stay
 
 
 def test_a_preset_that_is_like_one_with_sliders_has_them(tmp_path: Path) -> None:

@@ -68,7 +68,7 @@ def test_contact_that_loses_takes_its_part_of_the_work(
     if 1 + loss * r > 0:
         assert force == pytest.approx(elastic * (1 + loss * r), rel=1e-12)
         assert gone == pytest.approx(elastic * loss * r * r, rel=1e-9) and gone > 0
-    else:  # the obstacle comes back more slowly than the string: what it held is lost, and it never pulls
+    else:  # the obstacle returns more slowly than the string: its stored energy is lost, and it never pulls
         assert force == slope == 0
         assert gone == potential(before, 1e13, exponent) - potential(after, 1e13, exponent) > 0
     h = 1e-11
@@ -77,10 +77,10 @@ def test_contact_that_loses_takes_its_part_of_the_work(
 
 
 def test_a_mass_bounces_as_hunt_and_crossley_say() -> None:
-    """Of its speed v it keeps 1 - 2/3 c v for small c v, whatever mass, K and alpha; more of it if it is thrown softly.
+    """It keeps 1 - 2/3 c v of its speed v for small c v, whatever mass, K and alpha; more if thrown softly.
 
     The energy lost in a bounce, the integral of K eta^alpha c eta'^2, is 2/3 c v of m v^2 to first order (Hunt and
-    Crossley 1975: the restitution is 1 - alpha v there, with their loss 3/2 alpha). Step by step by the scheme.
+    Crossley 1975: their restitution is 1 - alpha v, with their loss 3/2 alpha). The scheme runs step by step.
     """
     mass, dt = 0.02, 2e-8
     for stiffness, exponent in ((1e9, 1.5), (1e7, 1.5), (1e9, 2.2)):

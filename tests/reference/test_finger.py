@@ -22,12 +22,12 @@ SECONDS = 0.02
 
 @pytest.fixture
 def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hands feel the modes of the grid alone, which makes the string as many equations as it has modes."""
+    """Hands feel only the grid's modes, which gives the string as many equations as modes."""
     monkeypatch.setattr(playing, "YIELDING", 0)
 
 
 def damped(s: Modal, fingers: list[Finger]) -> Floats:
-    """d/dt (q, v) of a string with fingers that lie on it all the time."""
+    """d/dt (q, v) of a string under permanent fingers."""
     rows = [s.shape(finger.place, finger.width) for finger in fingers]
     damping = sum(finger.resistance * np.outer(row, row) for finger, row in zip(fingers, rows, strict=True))
     return s.matrix(np.asarray(damping), np.zeros((s.k.size, s.k.size)))
@@ -72,7 +72,7 @@ def test_the_motion_is_that_of_the_continuous_system(fingers: list[Finger]) -> N
 @pytest.mark.parametrize("resistance", [pytest.param(0.5, marks=pytest.mark.slow), 2.0, 8.0])
 @pytest.mark.usefixtures("discrete")
 def test_modes_decay_as_the_eigenvalues_say(resistance: float) -> None:
-    """The first 5 eigenmodes of a G string under a finger at its third, each let go by itself."""
+    """The first 5 eigenmodes of a G string under a finger at its third, each released alone."""
     count, rate = 60, 4e5
     s = on_grid(bare_string(), count + 1)
     finger = settled(s.length / 3.1, resistance)

@@ -1,4 +1,4 @@
-"""Hands on the brute-force string: what holds for all of them, and their energy."""
+"""Hands on the brute-force string: their common properties, and their energy."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ SETS: dict[str, tuple[Hand, ...]] = {
 
 @pytest.fixture
 def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hands feel the modes of the grid alone, which makes the string as many equations as it has modes."""
+    """Hands feel only the grid's modes, which gives the string as many equations as modes."""
     monkeypatch.setattr(playing, "YIELDING", 0)
 
 
 def rough(modes: int = 23, rate: float = 2e5) -> Trial:
-    """A coarse string plucked obliquely over three frets, with a sample a fine step."""
+    """A coarse string plucked obliquely over three frets, one sample per fine step."""
     return oblique(strings.tiny(modes=modes, contact_rate=rate, duration=0.03), 0.6, 3e-3)
 
 
 def yielding(trial: Trial, stiffness: float, loss: float) -> Trial:
-    """`trial` over frets of that K that lose `loss` s/m, v with a law of its own."""
+    """`trial` over frets of the given K that lose `loss` s/m, with an own law for v."""
     made = strings.losing(trial, stiffness, loss)
     return dataclasses.replace(made, speaking=strings.with_own_across(made.speaking))
 
@@ -66,7 +66,7 @@ def test_hands_that_do_not_come_change_nothing(angle: float, modes: int) -> None
     assert with_none.contact_step.size and not played.hand_force_n.any() and not played.balance.taken_j.any()
     if angle:
         assert played.across_m is not None and with_none.across_m is not None
-        # sums over the points that friction couples have more terms
+        # sums over points coupled by friction have more terms
         np.testing.assert_allclose(played.across_m[0], with_none.across_m, rtol=0, atol=1e-15)
 
 
@@ -122,7 +122,7 @@ def test_the_balance_closes_over_the_paper_s_frets(name: str) -> None:
 
 
 def random_hands(seed: int, length: float, duration: float) -> list[Hand]:
-    """One to five seeded random hands, anywhere and anyhow; several may lie on each other."""
+    """One to five seeded random hands of any kind and place; some may overlap."""
     rng = np.random.default_rng(seed)
 
     def one() -> Hand:
@@ -162,7 +162,7 @@ def test_the_balance_closes_with_random_hands(seed: int) -> None:
 
 
 def test_the_second_polarisation_moves_as_the_first_without_frets() -> None:
-    """Fingers and stops are the same to both, and friction needs frets."""
+    """Fingers and stops act equally on both, and friction needs frets."""
     hands = [*FINGERS, dataclasses.replace(STOPS[0], path=landing(0.0, 1e-3))]
     played = play(rough(), hands, frets=False)
     assert played.across_m is not None and played.across_velocity_m_s is not None
@@ -175,7 +175,7 @@ def test_the_second_polarisation_moves_as_the_first_without_frets() -> None:
 
 @pytest.mark.usefixtures("discrete")
 def test_friction_that_never_slides_is_a_finger_on_a_fret() -> None:
-    """With frets that always touch, eq. 7 below its speed s is a dashpot of A dx / s, whatever else is held."""
+    """With frets in permanent contact, eq. 7 below its speed s is a dashpot of A dx / s, whatever else is held."""
     trial = strings.tiny(stiffness=1e5, duration=0.01, lossless=True)
     most, speed = 500.0, 10.0
     s = dataclasses.replace(trial.speaking, contact_height=(1e-6,) * 3, friction=most, friction_speed=speed)
@@ -211,7 +211,7 @@ def test_velocity_is_what_displacement_does(sensor: float) -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 0.6])
 def test_a_string_goes_on_from_its_state(angle: float) -> None:
-    """A state that nothing touches is all there is to know of a string."""
+    """A contact-free state fully describes a string."""
     trial = oblique(strings.tiny(contact_rate=4e5, output_rate=4e4, duration=0.02), angle, 0.3e-3)
     hands = (Finger(0.1, 1.0, landing=0.0, end=5e-3, lifting=0.0), Finger(0.2, 1.0, start=12e-3, lifting=0.0))
     whole = play(dataclasses.replace(trial, states=(400,)), hands)

@@ -21,7 +21,7 @@ from livebass.reference.playing import Played, play
 
 
 def grown(time: Floats) -> Floats:
-    """A force (N) that grows from 2 to 6 ms, smoothly, so that the order of convergence can be seen."""
+    """A force (N) that grows smoothly from 2 to 6 ms, to show the order of convergence."""
     return 6 * np.sin(math.pi / 2 * np.clip((time - 2e-3) / 4e-3, 0, 1)) ** 2
 
 
@@ -29,7 +29,7 @@ THUMB = Mass(0.2, 1.5, mass=8e-3, stiffness=3e5, height=4e-3, width=4e-3, loss=0
 
 
 def equations_of_motion(trial: Trial, thumb: Mass, step: float, every: int) -> tuple[Floats, Floats]:
-    """u at the sensor and the height of the mass each `every` steps, by Runge and Kutta, with frets and both losses."""
+    """u at the sensor and the mass's height every `every` steps, by Runge-Kutta, with frets and both losses."""
     s, count = trial.speaking, trial.modes
     string = modal(s, count, trial.lossless)
     frets = np.array([string.shape(x) for x in s.contact_position]).reshape(-1, count)

@@ -111,7 +111,7 @@ def test_free_motion_is_the_exact_modal_solution(contact_rate: float, output_rat
 
 
 def plain_modes(trial: Trial, phi: Floats, across: bool) -> tuple[Floats, Floats, Floats, Floats]:
-    """Of u, or of v, if `across`: the two matrices of eq. 12 on the grid, and the displacements at 0 and one dt before.
+    """For u, or v if `across`: eq. 12's two matrices on the grid, and the displacements at 0 and one dt before.
 
     phi: the modes at the points of the grid, (N-1, N-1).
     """
@@ -128,7 +128,7 @@ def plain_modes(trial: Trial, phi: Floats, across: bool) -> tuple[Floats, Floats
 
 
 def bisected(law: Callable[[float], float], low: float, high: float) -> float:
-    """The x between `low` and `high` that `law` gives back; law falls."""
+    """The x between `low` and `high` with law(x) = x; law falls."""
     for _ in range(70):
         middle = (low + high) / 2
         if law(middle) > middle:
@@ -139,9 +139,9 @@ def bisected(law: Callable[[float], float], low: float, high: float) -> float:
 
 
 def in_turn(points: Ints, coupling: Floats, alone: Floats, solved: Callable[[int, float], float]) -> Floats:
-    """Forces (P,), zero but at `points`, by Gauss and Seidel: solved(m, x) gives that at m, which the others move to x.
+    """Forces (P,), zero except at `points`, by Gauss-Seidel: solved(m, x) is the force at m, moved to x by the others.
 
-    alone: where the points are without forces, (P,).
+    alone: positions of the points without forces, (P,).
     """
     force = np.zeros(alone.size)
     for _ in range(200):
@@ -157,7 +157,7 @@ def in_turn(points: Ints, coupling: Floats, alone: Floats, solved: Callable[[int
 def plain_solution(trial: Trial) -> tuple[Floats, Floats, list[tuple[int, int]]]:
     """Solves eqs. 12 and 7 as printed, with dense matrices on the grid and forces by bisection.
 
-    Contact loses as Hunt and Crossley say. Returns u and v, (n, N-1) each, and the contacts.
+    Contact loses by Hunt and Crossley's law. Returns u and v, (n, N-1) each, and the contacts.
     """
     s, count = trial.speaking, trial.speaking.grid_points - 1
     dt, mu = 1 / trial.contact_rate, s.string.linear_density
@@ -215,7 +215,7 @@ def plain_solution(trial: Trial) -> tuple[Floats, Floats, list[tuple[int, int]]]
 
 
 def losing(trial: Trial, loss: float) -> Trial:
-    """`trial` over frets that lose `loss` s/m, plucked obliquely; v has a law of its own."""
+    """`trial` over frets that lose `loss` s/m, plucked obliquely, with an own law for v."""
     s = strings.with_own_across(dataclasses.replace(trial.speaking, contact_loss=loss))
     return strings.oblique(dataclasses.replace(trial, speaking=s), 0.7, 4e-3)
 

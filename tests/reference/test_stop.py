@@ -26,7 +26,7 @@ LIGHT = 1e-9  # inharmonicity of a string that does not bend past its stop
 
 @pytest.fixture
 def discrete(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hands feel the modes of the grid alone, which makes the string as many equations as it has modes."""
+    """Hands feel only the grid's modes, which gives the string as many equations as modes."""
     monkeypatch.setattr(playing, "YIELDING", 0)
 
 
@@ -43,7 +43,7 @@ def test_a_path_begins_as_the_string_moves_and_ends_at_rest(path: Path, begin: f
 
 
 def test_a_hammer_comes_at_its_speed_and_stops_dead() -> None:
-    """From rest it is as fast on the average as half its speed at the end; a slow one is made faster."""
+    """From rest its mean speed is half its final one; a slow one is made faster."""
     b = hammer(-1e-3, 0.5)(np.arange(90_000) * 1e-7, 1e-3, 0.0)
     speeds = np.diff(b) / 1e-7
     np.testing.assert_allclose(speeds[[40_000, 79_998]], [-0.25, -0.5], rtol=1e-4)
@@ -62,7 +62,7 @@ def with_spring(s: Modal, stop: Stop) -> Floats:
 @pytest.mark.usefixtures("discrete")
 @pytest.mark.parametrize("stiffness", [1e3, 1e5])
 def test_a_spring_is_solved_to_second_order(stiffness: float) -> None:
-    """A stop that holds the string where it lay, against the eigenvalues of the string with that spring."""
+    """A stop that holds the string in place, against the eigenvalues of the string with that spring."""
     stop = Stop(0.11, held(0.0), stiffness=stiffness)
 
     def trial(rate: float) -> Trial:
@@ -82,7 +82,7 @@ def test_a_spring_is_solved_to_second_order(stiffness: float) -> None:
 
 @pytest.mark.usefixtures("discrete")
 def test_one_sided_stop_under_the_string_is_a_fret() -> None:
-    """A fret of K dx N/m and exponent 1, wherever the others are."""
+    """A fret of K dx N/m and exponent 1, whatever the others' places."""
     trial = strings.tiny(exponent=1.0, stiffness=1e9, duration=0.02)
     s = trial.speaking
     place, height = s.contact_position[1], s.contact_height[1]
@@ -102,7 +102,7 @@ def test_one_sided_stop_under_the_string_is_a_fret() -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Stroke:
-    """A string before its left hand moves, by its modes; brute force with `modes` of them at `rate`."""
+    """A string's modes before its left hand moves; brute force with `modes` of them at `rate`."""
 
     inharmonicity: float = LIGHT
     fret: int = 5
@@ -124,18 +124,18 @@ class Stroke:
 
     @property
     def fingers(self) -> list[Finger]:
-        """The flesh behind the stop, which silences what is left there."""
+        """The flesh behind the stop, which silences the motion there."""
         behind = ((0.31 * self.place, 4e-3), (0.74 * self.place, 4e-3), (self.place - 8e-3, 1.5e-3))
         return [Finger(place, 2.0, width, landing=0.0) for place, width in behind]
 
     def lengths(self, count: int) -> tuple[Modal, Modal]:
-        """The string in `count` modes and what is left of it beyond the stop."""
+        """The string in `count` modes, and its rest beyond the stop."""
         long = modal(self.trial.speaking, count)
         return long, shortened(long, self.place, round(count * (1 - self.place / long.length)))
 
 
 def polygon(path: Path) -> Path:
-    """`path`, straight between the samples."""
+    """`path`, straight between samples."""
 
     def straight(time: Floats, begin: float, velocity: float) -> Floats:
         grid = np.arange(1000) / RATE
@@ -145,7 +145,7 @@ def polygon(path: Path) -> Path:
 
 
 def hammer_on(stroke: Stroke, path: Path, stiffness: float = 1e8) -> tuple[Played, Floats, Floats]:
-    """A hammer-on by brute force, and u and du/dt of it by the modes of the shorter length, both at `HEARD`."""
+    """A hammer-on by brute force, and its u and du/dt by the modes of the shorter length, both at `HEARD`."""
     trial, path = stroke.trial, polygon(path)
     long, short = stroke.lengths(stroke.modes)
     q, v = long.after(initial_amplitudes(trial), np.zeros(stroke.modes), stroke.quiet)
@@ -155,7 +155,7 @@ def hammer_on(stroke: Stroke, path: Path, stiffness: float = 1e8) -> tuple[Playe
 
 
 def assert_alike(played: Played, velocity: Floats, mean: float, worst: float, within: float, depth: float = 50) -> None:
-    """Third octaves of the first 100 ms agree if within `depth` dB of the loudest; so does the wave of 20 ms."""
+    """Third octaves of the first 100 ms agree within `depth` dB of the loudest; so does the wave of 20 ms."""
     brute, long, short = played.velocity_m_s[0], round(0.1 * RATE), round(0.02 * RATE)
     levels, expected = third_octaves(brute[:long], RATE), third_octaves(velocity[:long], RATE)
     heard = levels > levels.max() - depth
@@ -175,13 +175,13 @@ OTHERS = [pytest.param("landing", 2, marks=pytest.mark.slow), pytest.param("hamm
 
 @pytest.mark.parametrize("path, fret", [("landing", 12), ("hammer", 2), *OTHERS])
 def test_hammer_on_in_motion(fret: int, path: str) -> None:
-    """A string that does not bend past its stop: the same motion as in the modes of the shorter length."""
+    """A string that does not bend past its stop moves as in the modes of the shorter length."""
     played, _, velocity = hammer_on(Stroke(fret=fret), PATHS[path])
     assert_alike(played, velocity, 0.2, 1.0, 0.04)
 
 
 def test_hammer_on_at_rest() -> None:
-    """A tap: all that sounds is what the hand puts in."""
+    """A tap: all sound comes from the hand."""
     played, u, velocity = hammer_on(Stroke(apex=0.0), PATHS["hammer"])
     assert_alike(played, velocity, 0.2, 1.0, 0.04)
     assert np.abs(played.displacement_m[0] - u).max() < 0.02 * np.abs(u).max()
@@ -196,7 +196,7 @@ def test_hammer_on_at_rest() -> None:
 @pytest.mark.parametrize("fret", [2, 5])
 @pytest.mark.parametrize("path", PATHS)
 def test_hammer_on_of_a_stiff_string(fret: int, path: str) -> None:
-    """800 modes at 4.8 MHz; a little of the bending of a real string passes its stop."""
+    """800 modes at 4.8 MHz; a little of a real string's bending passes its stop."""
     played, _, velocity = hammer_on(Stroke(3.5e-5, fret, 800, 4.8e6), PATHS[path])
     assert_alike(played, velocity, 1.0, 1.5, 0.15, 35)
 
@@ -207,7 +207,7 @@ def test_hammer_on_of_a_stiff_string_in_fewer_modes() -> None:
 
 
 def test_stiffness_modes_and_rate_converge() -> None:
-    """10^8 N/m, 400 modes and 2.4 MHz are enough: a stiffer spring, more modes, shorter steps move less than 1 %."""
+    """10^8 N/m, 400 modes and 2.4 MHz are enough: a stiffer spring, more modes, shorter steps change less than 1 %."""
     stroke, path = Stroke(3.5e-5, seconds=0.01), PATHS["landing"]
 
     def brute(stroke: Stroke, stiffness: float) -> Floats:
@@ -221,12 +221,12 @@ def test_stiffness_modes_and_rate_converge() -> None:
 
 
 def pull_off(stroke: Stroke, height: float, hold: float = 5e-3) -> tuple[Played, Floats]:
-    """A stop that holds the string at `height` for `hold` s and lets it go; and du/dt by handing over the motion."""
+    """A stop holds the string at `height` for `hold` s and releases it; and du/dt by handing over the motion."""
     trial, samples = stroke.trial, round(hold * RATE)
     long, short = stroke.lengths(stroke.modes)
     s = trial.speaking
     over = handover(long, short)
-    # the shape of a string that is held at `height`, and the motion of what is beyond
+    # the shape of a string held at `height`, and the motion beyond
     slope = height * s.length / (stroke.place * (s.length - stroke.place))
     straight = math.sqrt(2 / s.length) * slope * np.sin(long.k * stroke.place) / long.k**2
     straight *= (long.natural[0] / long.k[0] * long.k / long.natural) ** 2
@@ -261,7 +261,7 @@ def test_pull_off_of_a_stiff_string(fret: int, height: float) -> None:
 
 
 def test_the_force_on_a_stop_at_rest_is_the_tension_over_the_bend() -> None:
-    """T h L / (x (L - x)), though the string has 40 modes only."""
+    """T h L / (x (L - x)), though the string has only 40 modes."""
     s = bare_string(LIGHT)
     trial = Trial(s, Pluck(0.0, s.length / 2), 40, 1e5, 1000.0, 0.2, s.length / 2)
     place, height = 0.3 * s.length, -1e-3

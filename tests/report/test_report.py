@@ -1,4 +1,4 @@
-"""Columns, CSV, JSON, pictures and pages as every room writes them."""
+"""Columns, CSV, JSON, pictures and pages in the form used by every room."""
 
 from __future__ import annotations
 

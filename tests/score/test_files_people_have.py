@@ -1,4 +1,4 @@
-"""MIDI files as people have them, a kind after the other: each is made here, and read as its owner expects."""
+"""MIDI files as found in practice, one kind after the other: each is made here, and read as its owner expects."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ def test_the_only_part_is_played(tmp_path: Path, kind: int, channel: int) -> Non
 
 
 def test_drums_beside_the_only_part_are_none(tmp_path: Path) -> None:
-    """By their channel or by their name."""
+    """Recognized by channel or by name."""
     for drums in (line(9, (36, 38)), [(0, meta(3, b"Drum Loop")), *line(0, (36, 38, 42))]):
         assert struck(read(tmp_path, smf(events(*line(0)), events(*drums)))) == list(LINE)
 
 
 def test_of_several_parts_without_programs_the_one_in_a_basss_range_is_played(tmp_path: Path) -> None:
-    """Also on one channel, with the volume of its own track alone."""
+    """On a shared channel too, with only its own track's volume."""
     lead, keys = (0, 64, 67, 71), (48, 55, 60, 64)
     for channels in ((0, 1, 2), (0, 0, 0)):
         tracks = [
@@ -83,7 +83,7 @@ def test_parts_with_programs_that_are_no_bass_are_not_guessed_at(tmp_path: Path)
 
 
 def test_programs_and_controllers_count_by_port(tmp_path: Path) -> None:
-    for place in (0, 3):  # of the port in the track: it holds for all of it
+    for place in (0, 3):  # of the port in the track: it applies to the whole track
         one, two = line(1, program=33), line(1, (72, 74), program=56)
         one.insert(place and 1, (0, meta(0x21, b"\x00")))
         two.insert(place and 1, (0, meta(0x21, b"\x01")))
@@ -106,7 +106,7 @@ def test_two_basses_on_one_channel_of_two_ports_get_channels_of_their_own(tmp_pa
 
 
 def test_tracks_that_share_a_channel_have_their_own_programs(tmp_path: Path) -> None:
-    """One more sets nothing; the conductor's volume is everybody's, the organ's is not."""
+    """One more program sets nothing; the conductor's volume applies to all, the organ's does not."""
     tracks = (
         events((0, (0xB0, 7, 77))),
         events((0, (0xB0, 10, 20)), *line(0, (60, 64), 16)),
@@ -121,7 +121,7 @@ def test_tracks_that_share_a_channel_have_their_own_programs(tmp_path: Path) -> 
 
 
 KITS: dict[str, tuple[Rows, int]] = {
-    # name: (what makes the channel of the kit one, that channel)
+    # name: (the message that makes the kit's channel one, that channel)
     "channel 10": ([], 9),
     "bank of General MIDI 2": ([(0, (0xBA, 0, 120)), (0, (0xBA, 32, 0))], 10),
     "bank of XG": ([(0, exclusive(b"\x43\x10\x4c\x00\x00\x7e\x00")), (0, (0xBA, 0, 127))], 10),
@@ -165,7 +165,7 @@ def test_a_program_after_the_first_note_is_its_program(tmp_path: Path) -> None:
     assert struck(score) == list(LINE) and (score.program, score.changes) == (34, [])
 
 
-# ---- damage that does not matter
+# ---- harmless damage
 
 
 def damaged(data: bytes, at: int, new: bytes) -> bytes:
@@ -178,7 +178,7 @@ FIRST_LENGTH = 18
 HIGH = (0, (0xB1, 7, 0xFF))  # a data byte above 0x7F
 
 DAMAGE = {
-    # name: (bytes, what the only warning says)
+    # name: (bytes, the only warning's text)
     "header promises fewer": (damaged(GOOD, 10, b"\x00\x01"), "has 2 tracks, not 1"),
     "header promises none": (damaged(GOOD, 10, b"\x00\x00"), "has 2 tracks, not 0"),
     "track claims 5 bytes more": (damaged(GOOD, FIRST_LENGTH, (len(PIANO) + 5).to_bytes(4)), "5 bytes shorter"),
@@ -254,7 +254,7 @@ def test_a_file_ends_with_its_last_note(tmp_path: Path, rest: int) -> None:
     assert near.file_end == near.end_frame + 30 * RATE
 
 
-# ---- controllers that mean something else
+# ---- controllers with another meaning
 
 
 def test_portamento_time_bends_nothing(tmp_path: Path) -> None:
@@ -349,7 +349,7 @@ def test_an_instruments_name_counts_beside_the_tracks(tmp_path: Path) -> None:
     assert struck(read(tmp_path, smf(events(*prefixed), kind=0))) == [72], "a name behind a channel prefix"
 
 
-# ---- what is no MIDI file
+# ---- files that are not MIDI
 
 OTHERS = {
     b"\x18FICHIER GUITAR PRO v5.00\x00\x00": "is a Guitar Pro 5 file, not a MIDI file: export MIDI",

@@ -1,1 +1,1 @@
-"""Set-ups and tools that tests of several rooms share."""
+"""Set-ups and tools shared by the tests of several rooms."""

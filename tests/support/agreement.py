@@ -17,7 +17,7 @@ AGREED = 1e-8  # of the largest displacement; regular motion agrees to 5e-11
 NUDGES = (1e-13, -1e-13, 1e-12, -1e-12, 1e-11, -1e-11)  # of the apex; the engine's rounding is worth 1e-13 to 5e-12
 
 
-DEPARTED = 1e-9  # of the largest displacement: two runs of brute force have become two motions
+DEPARTED = 1e-9  # of the largest displacement, where two runs of brute force count as two motions
 
 
 def difference(a: Motion, b: Motion) -> Floats:
@@ -47,13 +47,13 @@ def agreed_until(a: Motion, b: Motion, within: float) -> int:
 
 
 def predictable(trial: Trial, brute: Motion, enough: int = 0) -> int:
-    """The number of samples up to which a solver that only rounds differently must give the motion `brute`.
+    """The number of samples up to which any solver must give the motion `brute`, whatever its rounding.
 
-    A string that rattles thousands of times is chaotic: change its pluck in the twelfth digit, and the motion is soon
-    another one. Rounding is such a change, and it differs from one kind of processor to the next. So brute force is
-    solved again with the pluck nudged by as much as rounding and by more, up and down: the motion is predictable until
-    the first of these twins departs from it or touches another point. If that is at `enough` samples or before, no
-    other twin is solved.
+    A string that rattles thousands of times is chaotic: a change in the twelfth digit of its pluck soon gives another
+    motion. Rounding is such a change, and differs between kinds of processor. So brute force runs again with the pluck
+    nudged up and down, by the size of rounding and more. The motion is predictable until the first of these twins
+    departs from it or touches another point. Once that happens at or before `enough` samples, no further twin is
+    solved.
     """
     until = brute.time_s.size
     for nudge in NUDGES:
@@ -65,9 +65,9 @@ def predictable(trial: Trial, brute: Motion, enough: int = 0) -> int:
 
 
 def assert_agree(trial: Trial, name: str, least: float = 1.0, within: float = AGREED, touches: bool = True) -> bool:
-    """The engine gives the contacts and the motion of brute force, as long as it is predictable.
+    """The engine gives the contacts and the motion of brute force for as long as they are predictable.
 
-    It must be so for the share `least` of the samples. Returns True if they agree to the end.
+    They must be predictable for the share `least` of the samples. Returns True if they agree to the end.
     """
     engine, brute = solve_trial(trial), solve(trial)
     assert brute.contact_step.size > 0 or not touches, name

@@ -19,21 +19,21 @@ LUA, EXPORT = "ardour7-lua", "ardour7-export"
 LIBRARIES = Path("/usr/lib/ardour7")
 SCANNER = LIBRARIES / "ardour-vst3-scanner"
 PATIENCE = 180.0  # s
-RACE = "Port already exists"  # of one that it has just made itself: one start in twenty under load, then it aborts
+RACE = "Port already exists"  # a port it has just made itself: one start in twenty under load; then it aborts
 RATE = 48000
-TICKS, BEATS_A_SECOND = 1920, 2  # a beat; of a new session
+TICKS, BEATS_A_SECOND = 1920, 2  # ticks a beat; beats a second in a new session
 SUPERCLOCK = 282240000  # ticks a second of its other clock
 
 
 def needs_ardour() -> None:
-    """Skips a test where Ardour is not installed, but not where CI says that it is."""
+    """Skips a test if Ardour is not installed; fails where CI promises it."""
     if not (shutil.which(LUA) and shutil.which(EXPORT) and SCANNER.exists()):
         assert not os.environ.get("LIVEBASS_NEEDS_ARDOUR"), "Ardour 7 is missing"
         pytest.skip("there is no Ardour 7 here")
 
 
 class Ardour:
-    """An Ardour of a user who has nothing in `home` but what the test has put there."""
+    """Ardour for a user whose `home` holds only what the test puts there."""
 
     def __init__(self, home: Path) -> None:
         self.home = home
@@ -41,7 +41,7 @@ class Ardour:
         self.environment |= {"HOME": str(home), "XDG_RUNTIME_DIR": str(home)}
 
     def run(self, *command: object, **more: str) -> str:
-        """Runs a program to its end; returns what it said."""
+        """Runs a program to its end; returns its output."""
         done = subprocess.run(
             [str(word) for word in command], env=self.environment | more, stdin=subprocess.DEVNULL, text=True,
             stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=PATIENCE, errors="replace",
@@ -50,20 +50,20 @@ class Ardour:
         return done.stdout
 
     def scan(self, bundle: Path) -> str:
-        """Has its scanner look at a VST3 bundle, as its dialog does; returns what that said."""
-        for file in bundle.rglob("*"):  # of a file as young as the list of what was found it would look again
+        """Scans a VST3 bundle with Ardour's scanner, as its dialog does; returns the output."""
+        for file in bundle.rglob("*"):  # it would rescan a file as young as its list of results
             os.utime(file, (0, 0))
         return self.run(SCANNER, "-f", bundle, LD_LIBRARY_PATH=str(LIBRARIES))
 
     def lua(self, script: str, *arguments: object) -> list[list[str]]:
-        """Runs a script; returns the fields of the lines that it printed behind "TOLD|"."""
+        """Runs a script; returns the fields of the lines it printed after "TOLD|"."""
         file = self.home / "script.lua"
         file.write_text(script)
         lines = [line.split("|") for line in self.run(LUA, file, *arguments).splitlines()]
         return [line[1:] for line in lines if line[0] == "TOLD"]
 
     def make(self, session: Path, script: str, *arguments: object) -> list[list[str]]:
-        """The same for a script that makes a session: once more where Ardour's threads stood in each other's way."""
+        """Runs a script that makes a session; tries once more if Ardour's threads collided."""
         for last in (False, False, True):
             try:
                 return self.lua(script, session, *arguments)
@@ -74,7 +74,7 @@ class Ardour:
         raise AssertionError
 
     def export(self, session: Path, snapshot: str) -> Floats:
-        """The sound of the whole session, of what comes out of its master bus: (2, frames)."""
+        """The sound of the whole session at its master bus: (2, frames)."""
         made = self.home / f"{snapshot}.wav"
         self.run(EXPORT, "-b", "float", "-o", made, session, snapshot)
         sound, rate = soundfile.read(made, dtype="float32", always_2d=True)
@@ -83,9 +83,9 @@ class Ardour:
 
 
 def put_notes(session: Path, snapshot: str, notes: list[tuple[float, float, int, int]], seconds: int) -> None:
-    """Puts notes, (start and length, s; key; velocity), on every MIDI track of a snapshot, which lasts so long.
+    """Puts notes, (start s, length s, key, velocity), on every MIDI track of a snapshot `seconds` long.
 
-    Its Lua can add no MIDI region: the snapshot's file can. Frames are exact where times are whole 1/1920 s.
+    Ardour's Lua cannot add MIDI regions, so this edits the snapshot's file. Frames are exact at multiples of 1/1920 s.
     """
     file = session / f"{snapshot}.ardour"
     tree = ElementTree.parse(file)

@@ -21,13 +21,13 @@ import pytest
 from livebass.bench.jack import end_process
 
 PATIENCE = 20.0  # s
-# Makes what the modules of the page export, of which it leaves no name, names of the scripts of a test
+# Makes the exports of the page's modules, which leave no global names, available to a test's scripts
 INSIDE = 'dispatchEvent(new CustomEvent("livebass", {detail: all => { Object.assign(globalThis, all); }}));'
 
 
 @contextmanager
 def chromium(profile: Path, **capabilities: Any) -> Iterator[Any]:
-    """A driver of Chromium; both are ended by their process ids. Skips the test where there is none."""
+    """A Chromium driver; both end by process id. Skips the test if there is none."""
     places = shutil.which("chromium"), shutil.which("chromedriver")
     if not all(places):
         assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "chromium or chromedriver is missing"
@@ -53,7 +53,7 @@ def chromium(profile: Path, **capabilities: Any) -> Iterator[Any]:
 
 
 class Firefox:
-    """A Firefox that is spoken to by WebDriver BiDi, over a web socket."""
+    """A Firefox controlled by WebDriver BiDi over a web socket."""
 
     def __init__(self, socket: Any) -> None:
         self.socket, self.number = socket, 0
@@ -73,7 +73,7 @@ class Firefox:
         self.ask("browsingContext.navigate", context=self.context, url=url, wait="complete")
 
     def run(self, script: str) -> str:
-        """Returns the text that the promise `script` gives."""
+        """Returns the text to which the promise `script` resolves."""
         found = self.ask("script.evaluate", expression=script, target={"context": self.context}, awaitPromise=True)
         assert found["type"] == "success", found
         return str(found["result"]["value"])
@@ -81,7 +81,7 @@ class Firefox:
 
 @contextmanager
 def firefox(profile: Path) -> Iterator[Firefox]:
-    """A Firefox; ended by its process id. Skips the test where there is none."""
+    """A Firefox, ended by its process id. Skips the test if there is none."""
     place = shutil.which("firefox-esr") or shutil.which("firefox")
     if not place:
         assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "firefox is missing"
@@ -96,7 +96,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
         try:
             assert process.stderr
             address = next(m[1] for line in process.stderr if (m := re.search(r"BiDi listening on (ws://\S+)", line)))
-            threading.Thread(target=process.stderr.read, daemon=True).start()  # what it says goes nowhere
+            threading.Thread(target=process.stderr.read, daemon=True).start()  # discards its output
             socket = websocket.create_connection(f"{address}/session", timeout=60, suppress_origin=True)
             yield Firefox(socket)
             socket.close()
@@ -106,7 +106,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
 
 @contextmanager
 def served(folder: Path) -> Iterator[str]:
-    """The address at which this machine serves a folder, for as long as the block lasts."""
+    """Serves a folder on this machine while the block lasts; gives the address."""
 
     class Quiet(http.server.SimpleHTTPRequestHandler):
         def log_message(self, *_: Any) -> None:
@@ -119,7 +119,7 @@ def served(folder: Path) -> Iterator[str]:
 
 
 def open_page(driver: Any, address: str) -> None:
-    """Opens the page of an export; it is ready to start then, and open to scripts."""
+    """Opens the page of an export, ready to start and open to scripts."""
     driver.get(address)
     driver.execute_script(INSIDE)
     wait(lambda: driver.execute_script("return player.ready"))

@@ -1,4 +1,4 @@
-"""Work for another process that `bench.jack.in_child` must survive. Light, as that process imports it."""
+"""Work for a child process that `bench.jack.in_child` must survive. Imports little, as the child imports it."""
 
 from __future__ import annotations
 

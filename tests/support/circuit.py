@@ -1,4 +1,4 @@
-"""The circuit of a pickup, and the filter that stands for it, by numpy: what kernels/pickup/coil.py is held against."""
+"""The circuit of a pickup and its digital filter, by numpy: the reference for kernels/pickup/coil.py."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from livebass.arrays import Complexes, Floats
 from livebass.model.instrument import Coil
 
 ORDER = 3  # poles of the circuit
-FITTED = 0.45  # of the sampling rate, up to which the response is fitted
-LATE = 0.25  # samples of delay that the fit is allowed
+FITTED = 0.45  # of the sampling rate: the response is fitted up to here
+LATE = 0.25  # samples of delay allowed in the fit
 
 
 def analogue(coil: Coil) -> tuple[Floats, Floats]:
     """(numerator, denominator), each (4,), of output over induced voltage, in ascending powers of s.
 
-    The coil (L, R) feeds three things in parallel: the volume pot, the cable's capacitance, and the tone branch, which
-    is the tone pot, as far as it is open, in series with its capacitor.
+    The coil (L, R) feeds three things in parallel: the volume pot, the cable's capacitance, and the tone branch: the
+    open part of the tone pot in series with its capacitor.
     """
     tone_time = coil.tone_capacitor * coil.tone_pot * coil.tone  # s
     branch = np.array([1.0, tone_time])  # the admittance of the tone branch is s Ct / branch
@@ -39,7 +39,7 @@ def digital(coil: Coil, rate: float) -> tuple[Floats, Floats]:
     """Coefficients (b, a), each (4,), a[0] = 1, of a filter at `rate` Hz with the circuit's poles and its response.
 
     The numerator is fitted by least squares of the relative error up to `FITTED` of the rate. There the response is
-    within 0.7 dB of the circuit's (1.2 dB with the tone closed, far below the low notes) and `LATE` samples late; a
+    within 0.7 dB of the circuit's (1.2 dB with the tone closed, far below the low notes) and `LATE` samples late. A
     bilinear transform would be 18 dB off.
     """
     poles = np.roots(analogue(coil)[1][::-1])

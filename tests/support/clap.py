@@ -1,4 +1,4 @@
-"""A host of CLAP plugins: loads one by ctypes, plays scores and events into it, and does what it asks for."""
+"""A host of CLAP plugins: loads one by ctypes, plays scores and events into it, and serves its requests."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ P, S = c.c_void_p, c.c_char_p
 
 
 def counting_host(folder: Path) -> Path:
-    """Compiles claphost.c into `folder`, so that it counts allocations and locks; returns the program."""
+    """Compiles claphost.c, which counts allocations and locks, into `folder`; returns the program."""
     host, source = folder / "claphost", Path(__file__).parent / "claphost.c"
     command = [*build.compiler(this_system()), "-O1", "-rdynamic", "-DCOUNT", f"-I{build.C}", source, "-o", host, "-lm"]
     subprocess.run([*command, "-ldl", "-lpthread"], check=True)
@@ -133,7 +133,7 @@ RECEIVER = struct(
 
 
 class Library:
-    """The file livebass.clap of a folder, with the calls that a host makes before it has a plugin."""
+    """The file livebass.clap of a folder, with the calls a host makes before it has a plugin."""
 
     def __init__(self, folder: Path) -> None:
         self.file = folder / "livebass.clap"
@@ -151,9 +151,9 @@ class Library:
         return [(one.id.decode(), one.name.decode()) for one in found]
 
     def presets(self) -> list[tuple[str, str | None, list[str]]]:
-        """(name, key, ids of plugins) of the presets that it tells to a browser: basses, then files, which have no key.
+        """(name, key, plugin ids) of the presets offered to a browser: basses, then files, which have no key.
 
-        What it says of others is in `refused`.
+        Its errors about other presets are in `refused`.
         """
         address = self.entry.factory(b"clap.preset-discovery-factory/2")
         factory, found = FACTORY.from_address(address), []
@@ -194,17 +194,17 @@ class Library:
 
 
 class Plugin:
-    """One plugin of a folder, active at `rate`. Raises RuntimeError, with what it logged, if it refuses.
+    """One plugin of a folder, active at `rate`. Raises RuntimeError, with its log, if it refuses.
 
-    `pool`: how many threads the host has for tasks of plugins; 0: it declines all, -1: it has no such extension.
-    `tasks` is how many were asked for, each time; `helped` the processor time that these took, s.
+    `pool`: threads the host offers for a plugin's tasks; 0 declines all tasks, -1 lacks the extension. `tasks` lists
+    how many were asked for each time; `helped` is the processor time (s) they took.
     """
 
     def __init__(self, folder: Path, rate: int = 48000, name: str = MONO, active: bool = True, pool: int = -1) -> None:
         self.logged: list[str] = []
         self.asked = self.rescanned = 0
         self.asleep = False  # after the last block
-        self.told: list[tuple[int, float]] = []  # values that it said have changed by themselves, or by hand
+        self.told: list[tuple[int, float]] = []  # values it reports changed, by itself or by hand
         self.gestures: list[tuple[int, int]] = []  # (parameter, type): changes by hand that began or ended
         self.library = Library(folder)
         self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode())))
@@ -232,7 +232,7 @@ class Plugin:
         if not self.plugin.init(self.handle):
             self.plugin.destroy(self.handle)
             raise RuntimeError("; ".join(self.logged))
-        self.set(RELIEF, 0.0)  # a test is no real time
+        self.set(RELIEF, 0.0)  # tests do not run in real time
         if active:
             self.activate()
 
@@ -240,7 +240,7 @@ class Plugin:
         self.asked += 1
 
     def _share(self, _: Any, tasks: int) -> bool:
-        """Has the host's threads do the tasks of a block, and waits for them."""
+        """Runs the tasks of a block on the host's threads, and waits for them."""
         assert self.processing
         self.tasks.append(tasks)
         if self.threads is None:
@@ -288,13 +288,13 @@ class Plugin:
         return kind.from_address(self.plugin.extension(self.handle, f"clap.{name}".encode()))
 
     def work(self) -> None:
-        """Does what the plugin asked the main thread for."""
+        """Does the main-thread work that the plugin asked for."""
         if self.asked:
             self.asked = 0
             self.plugin.on_main_thread(self.handle)
 
     def block(self, frames: int, events: Sequence[Any] = ()) -> Floats:
-        """Plays a block with `events`, in the order of their times; returns (frames,), or (outputs, frames)."""
+        """Plays a block with `events`, ordered by time; returns (frames,), or (outputs, frames)."""
         kinds = dict(IN_EVENTS._fields_)
         given = IN_EVENTS(None, kinds["size"](lambda _: len(events)), kinds["get"](lambda _, k: c.addressof(events[k])))
         taken = OUT_EVENTS(None, OUT_EVENTS._fields_[1][1](self._hear))
@@ -314,7 +314,7 @@ class Plugin:
         return out if self.outputs > 1 else out[0]
 
     def play(self, given: Iterable[tuple[int, Any]] | Score, frames: int, sizes: Iterable[int] = (512,)) -> Floats:
-        """Plays `frames` in blocks of `sizes`, in turn: a score as MIDI, or (frame, event) in order."""
+        """Plays `frames` in blocks of `sizes`, in turn: a score as MIDI, or ordered (frame, event) pairs."""
         if isinstance(given, Score):
             given = [(int(f), midi(m.tobytes())) for f, m in zip(given.frames, given.messages, strict=True)]
         waiting, out, done = list(given), [], 0
@@ -356,7 +356,7 @@ class Plugin:
         return found
 
     def pages(self) -> dict[str, list[int]]:
-        """The pages of its parameters by name: for hosts that have eight knobs."""
+        """The pages of its parameters by name, for hosts with eight knobs."""
         controls, found, ids = self.extension("remote-controls/2", REMOTE_CONTROLS), {}, set()
         for k in range(controls.count(self.handle)):
             page = REMOTE_PAGE()
@@ -374,19 +374,19 @@ class Plugin:
         return found.value
 
     def text(self, param: int, wanted: float) -> str:
-        """What a value is called."""
+        """The text of a value."""
         text = c.create_string_buffer(256)
         assert self.extension("params", PARAMS).to_text(self.handle, param, wanted, text, 256)
         return text.value.decode()
 
     def value_of(self, param: int, text: str) -> float | None:
-        """The value that a text is for, None if there is none."""
+        """The value of a text, None if it has none."""
         found = D()
         good = self.extension("params", PARAMS).from_text(self.handle, param, text.encode(), c.addressof(found))
         return found.value if good else None
 
     def set(self, param: int, wanted: float) -> None:
-        """Sets a parameter outside of process()."""
+        """Sets a parameter outside process()."""
         events = [value(param, wanted)]
         kinds = dict(IN_EVENTS._fields_)
         given = IN_EVENTS(None, kinds["size"](lambda _: 1), kinds["get"](lambda _, k: c.addressof(events[k])))
@@ -396,7 +396,7 @@ class Plugin:
         assert self.extension("render", RENDER).set(self.handle, int(on))
 
     def save(self) -> bytes:
-        """Its state, taken in small pieces as hosts may."""
+        """Its state, read in small pieces as hosts may."""
         found = bytearray()
 
         def write(_: Any, data: int, size: int) -> int:
@@ -408,7 +408,7 @@ class Plugin:
         return bytes(found)
 
     def load(self, state: bytes) -> bool:
-        """Gives it a state, in small pieces; returns whether it took it."""
+        """Loads a state in small pieces; returns whether the plugin took it."""
         left = [state]
 
         def read(_: Any, data: int, size: int) -> int:

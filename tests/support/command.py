@@ -1,4 +1,4 @@
-"""Small MIDI files, runs of the command line, and the form that every error of it must have."""
+"""Small MIDI files, runs of the command line, and the form required of every error."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def command(*arguments: object, **options: object) -> subprocess.CompletedProces
 
 
 def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 2)) -> None:
-    """The command failed with one line of error; before it kernels may have been compiled."""
+    """The command failed with one line of error, perhaps after a line about compiling kernels."""
     lines = [line for line in err.splitlines() if not line.startswith("compiling the kernels")]
     assert status in allowed, err
     assert len(lines) == 1 and lines[0].startswith("livebass: error: "), err

@@ -1,4 +1,4 @@
-"""Cases of parametrized tests by their cost."""
+"""Parametrized test cases by cost."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from typing import Any
 
 import pytest
 
-KINDS = {"jazz-finger", "precision-pick", "slap", "fretless", "six-string", "paper-g"}  # a preset of each
+KINDS = {"jazz-finger", "precision-pick", "slap", "fretless", "six-string", "paper-g"}  # one preset of each kind
 
 
 def of_each_kind(names: Iterable[str], dear: str = "") -> list[Any]:
-    """Returns the presets `names` for `parametrize`, of which one of each kind always runs, and the others are slow.
+    """Returns the presets `names` for `parametrize`: one of each kind always runs, the others are slow.
 
-    So is `dear`, which takes long.
+    The preset `dear`, which takes long, is slow too.
     """
     names = sorted(names)
     return quick(names, KINDS & set(names) - {dear})
 
 
 def quick(cases: Iterable[Any], always: Collection[Any]) -> list[Any]:
-    """Returns `cases` for `parametrize`, of which those in `always` always run and the others are slow.
+    """Returns `cases` for `parametrize`: those in `always` always run, the others are slow.
 
-    One of each kind is enough to tell that something broke, at a part of the cost.
+    One of each kind shows that something broke, at a fraction of the cost.
     """
     found = [case if isinstance(case, tuple) else (case,) for case in cases]
     quick_ones = {case if isinstance(case, tuple) else (case,) for case in always}

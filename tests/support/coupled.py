@@ -1,7 +1,7 @@
-"""Two strings and the neck between them by brute force: every mode of each, every resonance, in one linear system.
+"""Two strings and the neck between them by brute force: all modes and resonances in one linear system.
 
-A string moves by its modes between fixed ends and with the neck: u = sum q_m phi_m + b (L - x) / L. Mass, damping
-and stiffness of the whole follow from kinetic and potential energy; nothing is taken to be small.
+A string moves by its modes between fixed ends and with the neck: u = sum q_m phi_m + b (L - x) / L. Mass, damping and
+stiffness of the whole follow from kinetic and potential energy; nothing is assumed small.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Coupled:
     def answers(self, q: Floats, v: Floats, seconds: float) -> Floats:
         """Amplitudes (m^1.5) of the second string's modes, (modes,), `seconds` after the first one had q and v.
 
-        Root mean square over AROUND: what other partials force it to do has passed.
+        Root mean square over AROUND, after the motion forced by other partials has passed.
         """
         state = np.zeros(2 * self.size)
         state[: self.modes], state[self.size : self.size + self.modes] = q, v
@@ -68,6 +68,6 @@ class Coupled:
 
 
 def _without_neck(s: Speaking, n: int) -> Floats:
-    """Dampings of the modes of `s` but for what the neck takes; the stop's own loss stays."""
+    """Dampings of the modes of `s` without the neck's share; the stop's own loss stays."""
     yielding = s.admittance.at(frequencies(s, n)) - s.admittance.stop
     return dampings(s, n) - neck_damping(yielding, impedance(s), s.fundamental)

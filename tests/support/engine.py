@@ -11,7 +11,7 @@ from livebass.score.score import Score
 
 
 class FakeEngine:
-    """Plays a second of a sine for each string, in blocks, through the interface of `Engine`."""
+    """Plays a one-second sine for each string, in blocks, through the interface of `Engine`."""
 
     peak = 0.1
     blocks = 10

@@ -1,4 +1,4 @@
-"""Random events of all kinds into a bass, live, with helper threads; and what the sound must be like under them."""
+"""Random events of all kinds sent live into a bass with helper threads, and the checks of its sound."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from livebass.live.synth import LiveBass, Synth
 from support.live import RATE
 from support.scores import SWITCH_KEYS
 
-GAPS = (3, 50, 400)  # frames from one message to the next, on average, for a while
-TOGETHER = 25  # messages of one density, and of one channel
+GAPS = (3, 50, 400)  # average frames between messages, for a while
+TOGETHER = 25  # messages of one density and one channel
 CONTROLLERS = (1, 5, 6, 7, 9, 11, 16, 38, 64, 65, 68, 74, 98, 100, 101, 120, 121, 123, 126, 127)
-LOUDEST = 8.0  # times the loudest of single hard notes: pops lift strings twice as far, and bends tighten them
+LOUDEST = 8.0  # times the loudest single hard note: pops lift strings twice as far, and bends tighten them
 BLOCKS = (16, 64, 128, 100, 1000)  # frames
-WINDOW = RATE // 4  # frames whose loudness is taken
+WINDOW = RATE // 4  # frames per loudness reading
 AFTER = 8  # windows after the last note
 
 
@@ -41,16 +41,16 @@ def random_message(rng: np.random.Generator, channel: int) -> tuple[int, int, in
 
 @dataclass(frozen=True)
 class Borne:
-    """What a bass did under random events."""
+    """The result of a bass under random events."""
 
     preset: str
     tier: str
     events: int
     seconds: float  # of sound
     took: float  # s
-    peak: float  # times the loudest of single hard notes
-    fallen: float  # level of the last of AFTER windows after all notes are off, dB above that of the first
-    helped: int  # strings that helpers played in the audio thread's place
+    peak: float  # times the loudest single hard note
+    fallen: float  # level of the last of AFTER windows after all notes are off, dB above the first
+    helped: int  # strings that helpers played for the audio thread
 
     def text(self) -> str:
         """One line."""
@@ -67,10 +67,10 @@ def _level(sound: np.ndarray) -> float:
 
 
 def bear(preset: str, tier: str, events: int, seed: int) -> Borne:
-    """Plays so many random events on `preset` in the quality `tier`, on all cores; checks every frame of it.
+    """Plays `events` random events on `preset` in the quality `tier`, on all cores; checks every frame.
 
-    The sound must be finite and bounded, and of no fault; every helper must be there to the end; after all notes are
-    off the level must fall, and after all sound is off there must be silence.
+    The sound must be finite, bounded and free of faults. Every helper must survive to the end. After all notes are off
+    the level must fall, and after all sound is off there must be silence.
     """
     began, bass = time.monotonic(), LiveBass(load_preset(preset), QUALITIES[tier], RATE)
     synth = Synth(RATE, adaptive=False)
@@ -121,7 +121,7 @@ def _helping() -> int:
 
 
 def _loudest_note(synth: Synth, device: FakeDevice) -> float:
-    """The peak of the strings' open notes and of a high one, as hard as they can be played; then they are silent."""
+    """The peak of the strings' open notes and a high one, played as hard as possible; then silences them."""
     instrument = synth.bass.engine.instrument  # type: ignore[union-attr]
     keys = [string.open_note for string in instrument.strings]
     loudest = 0.0

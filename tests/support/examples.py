@@ -1,4 +1,4 @@
-"""How many random examples hypothesis tries: by profile, and fewer where one costs a tenth of a second."""
+"""The number of random examples that hypothesis tries, by profile; fewer where each costs a tenth of a second."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""A JACK server by a virtual clock: a period lasts as long as its client plays, and none is lost.
+"""A JACK server on a virtual clock: a period lasts as long as its client plays, and none is lost.
 
-It calls the client through the C pointers that the JACK library takes and gives, so that all of the audio thread's side
-is as it is behind a real server. It has one client, and no speakers.
+It calls the client through the C pointers of the JACK library, so the audio thread's side is as it is behind a real
+server. It has one client and no speakers.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from livebass.live import jack, outputs, portaudio
 from livebass.live.thread.desk import POSITION_FRAME, ROLLING
 
 RATE, PERIOD = 48000, 256
-PAUSE = 0.001  # s between two periods that a thread plays: others, such as a recorder's, keep up
+PAUSE = 0.001  # s between two periods in a thread: others, such as a recorder's, keep up
 I32, U32, I64, P = c.c_int32, c.c_uint32, c.c_int64, c.c_void_p
 PROCESS, BUFFER, COUNT = c.CFUNCTYPE(I32, U32, P), c.CFUNCTYPE(P, P, U32), c.CFUNCTYPE(U32, P)
 GET, QUERY = c.CFUNCTYPE(I32, P, P, U32), c.CFUNCTYPE(I32, P, P)
@@ -35,7 +35,7 @@ class Event(c.Structure):
 
 
 class Ports(list[SimpleNamespace]):
-    """The ports of a kind of a client."""
+    """The ports of one kind of a client."""
 
     def __init__(self, server: Server) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class Ports(list[SimpleNamespace]):
 
 
 class Server:
-    """A server, its only client, and the module `jack` with which it is opened."""
+    """A server, its only client, and the module `jack` that opens it."""
 
     JackError = JackOpenError = ConnectionError
     blocksize, realtime = PERIOD, False
@@ -60,7 +60,7 @@ class Server:
         self.process: Any = None
         self.data = 0
         self.active = False
-        self.midi: list[tuple[int, bytes]] = []  # (offset, bytes) of the next period
+        self.midi: list[tuple[int, bytes]] = []  # (offset, bytes) for the next period
         self.heard: dict[str, list[Floats]] = {}  # periods of each output since `listen`
         self.listening = False
         self.took: list[float] = []  # processor time of each period, s
@@ -84,7 +84,7 @@ class Server:
         return "fake"
 
     def _ignore(self, *_: object, **__: object) -> None:
-        """Has no effect here: callbacks for errors, and connections."""
+        """Does nothing: callbacks for errors, and connections."""
 
     set_error_function = set_info_function = set_samplerate_callback = set_shutdown_callback = _ignore
     set_xrun_callback = set_blocksize_callback = connect = _ignore
@@ -127,7 +127,7 @@ class Server:
         return ROLLING if self.rolling else 0
 
     def period(self) -> None:
-        """The next period."""
+        """Plays the next period."""
         with self._turn:
             if not self.active:
                 return
@@ -143,7 +143,7 @@ class Server:
             self.transport_frame += PERIOD * self.rolling
 
     def play(self, seconds: float) -> dict[str, Floats]:
-        """Plays so long; returns the sound of each output."""
+        """Plays for `seconds`; returns the sound of each output."""
         self.heard, self.listening = {}, True
         for _ in range(round(seconds * RATE / PERIOD)):
             self.period()
@@ -153,7 +153,7 @@ class Server:
 
 @contextmanager
 def fake_jack(runs: bool = False) -> Iterator[Server]:
-    """A server in place of the JACK library. If it `runs`, a thread plays a period after the other."""
+    """A server in place of the JACK library. If it `runs`, a thread plays one period after another."""
     server, over = Server(), threading.Event()
 
     def run() -> None:

@@ -1,4 +1,4 @@
-"""The performer alone, with messages in and events out, and basses for it."""
+"""The performer alone, messages in and events out, and basses for it."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def engine_of(instrument: Instrument) -> Engine:
 
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
-    """The bass of `preset`, played evenly unless fields of its `player` are given."""
+    """The bass of `preset`, played evenly unless the fields of `player` say otherwise."""
     instrument = loaded(preset)
     return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
 
@@ -49,15 +49,15 @@ def bass_tuned(open_notes: Sequence[int], frets: int = 20, **player: object) -> 
 
 
 def of_any(performer_record: NDArray[np.void]) -> np.void:
-    """What any channel has set last, of the record of a performer, (1,) or one of these."""
+    """The settings last made by any channel, from the record of a performer, (1,) or a single one."""
     return np.atleast_1d(performer_record)[0]["controls"]["channel"][performer.ANY]
 
 
 class Hands:
-    """The performer alone: messages in, events out."""
+    """The performer alone, messages in, events out."""
 
     def __init__(self, instrument: Instrument | None = None, string: int | None = None, switches: bool = False):
-        """Plays `instrument`, or its string `string` alone, so that a key is a fret. `switches`: low keys switch."""
+        """Plays `instrument`, or only its string `string`, so that a key is a fret. `switches`: low keys switch."""
         instrument = instrument or bass()
         engine = engine_of(replace(instrument, player=loaded("jazz-finger").player))
         self.ops = engine.pool.records
@@ -88,13 +88,13 @@ class Hands:
         return event
 
     def plays(self, key: int, velocity: int = 90) -> tuple[int, int]:
-        """The string and fret that `key` goes to."""
+        """The string and fret chosen for `key`."""
         (event,) = self(on(key, velocity))
         assert event["kind"] in (at.PLUCK, at.STRIKE_EVENT)
         return int(event["string"]), int(event["fret"])
 
     def tab(self, keys: Iterable[int], overlap: bool = False) -> str:
-        """The places of a line of keys, such as E0 A2; each note ends before the next begins, or just after."""
+        """The places of keys, such as E0 A2; a note ends before the next begins, or just after (`overlap`)."""
         said, last = [], None
         for key in keys:
             if last is not None and not overlap:
@@ -111,7 +111,7 @@ class Hands:
 
     @property
     def any(self) -> np.void:
-        """What any channel has set last."""
+        """The settings last made by any channel."""
         return of_any(self.record)
 
     def string_of(self, key: int) -> int:

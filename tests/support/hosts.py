@@ -1,4 +1,4 @@
-"""One way to play the plugins of all formats: hosts of CLAP, VST3 and LV2 that take MIDI and values of parameters."""
+"""One interface to the plugins of all formats: hosts of CLAP, VST3 and LV2 that take MIDI and parameter values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from support.plugins import RATE, written
 
 
 class Expression(NamedTuple):
-    """How a note of a channel and key is shaped: TUNING, in semitones, VIBRATO or PLACE, 0 to 1."""
+    """Shapes a note of a channel and key: TUNING, in semitones, VIBRATO or PLACE, 0 to 1."""
 
     kind: int
     channel: int
@@ -38,7 +38,7 @@ NOTE_OFF, NOTE_ON, CONTROLLER, PRESSURE, BEND = 0x80, 0x90, 0xB0, 0xD0, 0xE0
 
 
 class Host:
-    """A plugin with one output, or `apart` with one a string; its first bass is chosen."""
+    """A plugin with one output, or with one per string if `apart`; its first bass is chosen."""
 
     module: Any
     plugin: Any
@@ -49,7 +49,7 @@ class Host:
 
     @classmethod
     def write(cls, folder: Path) -> Path:
-        """Writes the usual bundle into a folder of its own below `folder`."""
+        """Writes the usual bundle into its own folder below `folder`."""
         return written(cls.module, folder / cls.folder)
 
     def block(self, frames: int, events: list[Event], points: list[tuple[int, str, float]]) -> Floats:
@@ -57,7 +57,7 @@ class Host:
         raise NotImplementedError
 
     def play(self, events: Events, frames: int, sizes: Iterable[int] = (512,), points: Points = ()) -> Floats:
-        """Plays in blocks of `sizes`, in turn; returns (frames,), or (outputs, frames) if there are several."""
+        """Plays in blocks of `sizes`, in turn; returns (frames,), or (outputs, frames) for several outputs."""
         if isinstance(events, Score):
             events = [(int(f), m.tobytes()) for f, m in zip(events.frames, events.messages, strict=True)]
         out, done = [], 0
@@ -72,11 +72,11 @@ class Host:
         return whole if self.apart else whole[0]
 
     def renew(self) -> None:
-        """Switches the plugin off and on again: it is as new."""
+        """Switches the plugin off and on again, which resets it."""
         raise NotImplementedError
 
     def choose(self, bass: int) -> None:
-        """Begins anew with another bass."""
+        """Starts again with another bass."""
         raise NotImplementedError
 
     def save(self) -> Any:
@@ -84,14 +84,14 @@ class Host:
         return self.plugin.save()
 
     def load(self, state: Any) -> bool:
-        """Gives it a state; returns whether it took it."""
+        """Loads a state; returns whether the plugin took it."""
         return bool(self.plugin.load(state))
 
     def work(self) -> None:
-        """Does what the plugin asks the host for."""
+        """Does the work that the plugin asks of the host."""
 
     def lines(self, errors: str) -> list[str]:
-        """What the plugin has said so far, in a log or on the standard error stream."""
+        """The plugin's messages so far, in a log or on the standard error stream."""
         return [line for line in errors.splitlines() if "livebass" in line]
 
     def close(self) -> None:
@@ -99,7 +99,7 @@ class Host:
 
 
 class Clap(Host):
-    """A host that sends notes as CLAP has them, and the rest as MIDI."""
+    """A host that sends notes in CLAP's own form and the rest as MIDI."""
 
     module = clap
     native = True
@@ -145,7 +145,7 @@ class Clap(Host):
 
 
 class ClapOfMidi(Clap):
-    """A host that sends MIDI alone."""
+    """A host that sends only MIDI."""
 
     native = False
 
@@ -185,7 +185,7 @@ class Lv2(Host):
 
 
 class Vst3(Host):
-    """A host that numbers its notes, and has points of parameters for all other MIDI."""
+    """A host that numbers its notes and sends all other MIDI as parameter points."""
 
     module, folder = vst3, "livebass.vst3"
 

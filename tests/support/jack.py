@@ -1,4 +1,4 @@
-"""A JACK server for the tests, `livebass` as a process of its own, and waits for what it says and records."""
+"""A JACK server for the tests, `livebass` as a separate process, and waits for its output and recordings."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from typing import Any
 import pytest
 
 JACK_RATE, JACK_PERIOD = 48000, 256
-TURN = 1200.0  # s that other test runs may take
-PATIENCE = 180.0  # s: a machine that does much else takes its time, and a wait ends as soon as it can
+TURN = 1200.0  # s allowed to other test runs
+PATIENCE = 180.0  # s: a busy machine is slow, and a wait ends as soon as it can
 STARTS = 3  # of a server, until one answers
 SHARED = Path("/dev/shm")
-# What JACK servers share: a header, then eight places for a server each, with its process and "jack-USER:NAME:"
+# JACK servers share a header, then eight slots for a server each, with its process and "jack-USER:NAME:"
 REGISTRY = SHARED / "jack-shm-registry"
 MAGIC, HEADER, PLACE, PLACES = b"KCAJ", 24, struct.Struct("i257s3x"), 8
 REGISTRY_LOCK = 0x282929  # key of the semaphore that guards it
-SEM_UNDO = 0x1000  # a process that ends lets go
+SEM_UNDO = 0x1000  # released when its process ends
 NUMBERS = itertools.count()
 PROBE = "from livebass.bench.jack import new_client; new_client('probe').close()"
 LASTING: list[subprocess.Popen[bytes]] = []  # the server of this session ...
@@ -39,7 +39,7 @@ ENDS = ExitStack()  # ... and the lock on which other sessions wait
 
 
 def livebass(*arguments: object, under: str | None = None, **more: Any) -> subprocess.Popen[str]:
-    """Starts the command line, by the program `under` if one is given, which must become it."""
+    """Starts the command line, or the program `under`, which must become it."""
     command = [*([under] if under else []), sys.executable, "-m", "livebass", *map(str, arguments)]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, text=True, **more
@@ -49,7 +49,7 @@ def livebass(*arguments: object, under: str | None = None, **more: Any) -> subpr
 def wait_for(
     what: Callable[[], object], seconds: float = PATIENCE, process: subprocess.Popen[str] | None = None
 ) -> None:
-    """Waits until `what()` is true; fails after `seconds`, and with its last words if `process` ends before."""
+    """Waits until `what()` is true; fails after `seconds`, or, with its last words, if `process` ends first."""
     end = time.monotonic() + seconds
     while not what():
         if process is not None and process.poll() is not None and not what():
@@ -59,12 +59,12 @@ def wait_for(
 
 
 def wait_for_log(log: Path, *texts: str, times: int = 1, process: subprocess.Popen[str] | None = None) -> None:
-    """Waits until each text stands in the log, so many times."""
+    """Waits until the log contains each text `times` times."""
     wait_for(lambda: log.exists() and all(log.read_text().count(text) >= times for text in texts), process=process)
 
 
 def wait_for_take(take: Path, seconds: float, more: bool = False, rate: int = JACK_RATE) -> None:
-    """Waits until the file that will be the WAV file `take`, of 24 bits, holds so many seconds (`more` than now)."""
+    """Waits until the file of the 24-bit WAV `take` holds `seconds` of sound (`more` than now)."""
 
     def size() -> int:
         return max((file.stat().st_size for file in take.parent.glob(f".{take.name[:40]}.*")), default=0)
@@ -77,7 +77,7 @@ def wait_for_take(take: Path, seconds: float, more: bool = False, rate: int = JA
 def alone() -> Iterator[None]:
     """Waits, within limits, while other test runs on this machine have JACK servers.
 
-    JACK clients of one name disturb each other even if their servers differ: see `open_jack_client`.
+    JACK clients with the same name disturb each other even on different servers: see `open_jack_client`.
     """
     end = time.monotonic() + TURN
     with open(Path(tempfile.gettempdir()) / f"livebass-tests-{os.getuid()}.lock", "w") as lock:
@@ -92,7 +92,7 @@ def alone() -> Iterator[None]:
 
 @contextmanager
 def _environment() -> Iterator[None]:
-    """Restores what the environment says of servers."""
+    """Restores the environment's variables about servers."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("JACK_DEFAULT_SERVER", "nobody")
         patch.setenv("JACK_NO_AUDIO_RESERVATION", "1")
@@ -101,7 +101,7 @@ def _environment() -> Iterator[None]:
 
 @contextmanager
 def running_server() -> Iterator[subprocess.Popen[bytes]]:
-    """Runs a JACK server with the dummy driver; the environment names it meanwhile. It ends with this process."""
+    """Runs a JACK server with the dummy driver, named in the environment meanwhile. It ends with this process."""
     with _environment():
         process = _answering()
         try:
@@ -113,9 +113,9 @@ def running_server() -> Iterator[subprocess.Popen[bytes]]:
 
 @contextmanager
 def lasting_server() -> Iterator[subprocess.Popen[bytes]]:
-    """The server that all tests of a session share; the environment names it in the block.
+    """The server shared by all tests of a session; the environment names it in the block.
 
-    The JACK library may crash in a process that has seen a server go.
+    The JACK library may crash in a process whose server has ended.
     """
     with _environment():
         if not LASTING or LASTING[0].poll() is not None:
@@ -129,7 +129,7 @@ def lasting_server() -> Iterator[subprocess.Popen[bytes]]:
 
 
 def _answering() -> subprocess.Popen[bytes]:
-    """Starts a server that accepts clients; one that does not is ended, and another started, STARTS at most."""
+    """Starts a server that accepts clients. Ends one that does not and starts another, STARTS at most."""
     for start in range(STARTS):
         free_dead_servers()
         os.environ["JACK_DEFAULT_SERVER"] = name = f"livebass-test-{os.getpid()}-{next(NUMBERS)}"
@@ -148,7 +148,7 @@ def _answering() -> subprocess.Popen[bytes]:
 
 def _start(name: str) -> subprocess.Popen[bytes]:
     command = ["jackd", "--no-realtime", "-n", name, "-d", "dummy", "-r", str(JACK_RATE), "-p", str(JACK_PERIOD)]
-    if shutil.which("setpriv"):  # ends it with this process, also if that is killed
+    if shutil.which("setpriv"):  # ends it with this process, even if that is killed
         command = ["setpriv", "--pdeathsig", "KILL", *command]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
@@ -164,12 +164,12 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 def _answers() -> bool:
-    """True if the server that the environment names accepts a client, which is another process."""
+    """True if the server named in the environment accepts a client, which is another process."""
     return subprocess.run([sys.executable, "-c", PROBE], capture_output=True, check=False).returncode == 0
 
 
 def servers() -> dict[str, int]:
-    """The processes of this user's servers in JACK's registry, by name; those that were killed stay there."""
+    """The processes of this user's servers in JACK's registry, by name; killed ones stay there."""
     try:
         registry = REGISTRY.read_bytes()
     except OSError:
@@ -180,7 +180,7 @@ def servers() -> dict[str, int]:
 
 
 def _is_known(registry: bytes) -> bool:
-    """True if these bytes are a registry of JACK 2 as this file knows it."""
+    """True if these bytes are a registry of JACK 2 in the layout known here."""
     return registry[:4] == MAGIC and len(registry) > HEADER + PLACES * PLACE.size
 
 
@@ -196,7 +196,7 @@ def _lives(process: int) -> bool:
 
 @contextmanager
 def _registry_locked() -> Iterator[bool]:
-    """Keeps servers from the registry, as they do each other; False: they kept it for two seconds."""
+    """Keeps servers from the registry, as they do each other; False if they kept it for two seconds."""
     libc = ctypes.CDLL(None)
     lock = libc.semget(REGISTRY_LOCK, 0, 0)
     two_seconds = struct.pack("ll", 2, 0)
@@ -211,7 +211,7 @@ def _registry_locked() -> Iterator[bool]:
 
 
 def free_dead_servers() -> None:
-    """Frees what this user's servers left whose processes are gone: places in the registry, semaphores, sockets."""
+    """Frees the places in the registry, semaphores and sockets of this user's servers whose processes are gone."""
     with _registry_locked() as locked:
         if not locked:
             return
@@ -232,20 +232,20 @@ def free_dead_servers() -> None:
 
 
 def leave_nothing() -> None:
-    """Ends the lasting server. Removes what servers share, where none lives and no other process looks at it."""
+    """Ends the lasting server. Removes what servers share, if none lives and no other process looks at it."""
     for process in LASTING:
         _end(process)
     ENDS.close()
     free_dead_servers()
     if servers() or not REGISTRY.exists() or any(_looks_at_registry(place) for place in Path("/proc").glob("[1-9]*")):
         return
-    for left in [*SHARED.glob(f"jack-{os.getuid()}-*"), REGISTRY]:  # memory of servers that were killed, and the list
+    for left in [*SHARED.glob(f"jack-{os.getuid()}-*"), REGISTRY]:  # memory of killed servers, and the list
         left.unlink(missing_ok=True)
     shutil.rmtree(SHARED / f"jack_db-{os.getuid()}", ignore_errors=True)
 
 
 def _looks_at_registry(place: Path) -> bool:
-    """True if the process at `place` in /proc, another one than this, has the registry in its memory."""
+    """True if the process at `place` in /proc, other than this one, has the registry in its memory."""
     try:
         return int(place.name) != os.getpid() and REGISTRY.name in (place / "maps").read_text(errors="replace")
     except OSError:

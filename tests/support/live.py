@@ -37,7 +37,7 @@ def synth_and_device(
 
 
 def feed(synth: Synth, score: Score, first: int = 0) -> int:
-    """Sends a score from message `first` on while there is room, its frame 0 at the synth's; returns the next one."""
+    """Sends a score from message `first` on while there is room, aligned with the synth's frame 0; returns the next."""
     ring = synth.rings[1].ctypes.data
     for k in range(first, len(score.frames)):
         if not push_message(ring, RING, int(score.frames[k]), *score.messages[k].tolist()):
@@ -68,13 +68,13 @@ def address_of(clock: Any) -> int:
 
 @CLOCK
 def stopped(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
-    """A clock that stands still: every block takes no time."""
+    """A clock that stands still, so every block takes no time."""
     spec[0], spec[1] = 1, 0  # type: ignore[index]
     return 0
 
 
 class Load:
-    """A clock by which each block takes no time or, `heavy`, most of that of 64 frames: overload, at will."""
+    """A clock by which each block takes no time or, if `heavy`, 90 % of 64 frames' time: overload at will."""
 
     def __init__(self, synth: Synth) -> None:
         self.heavy, self._now = False, 0
@@ -88,7 +88,7 @@ class Load:
 
 
 def run_ahead(synth: Synth, how: str) -> None:
-    """Lets strings run ahead of the clock as far as they can ("far"), "never", or "as time allows"."""
+    """Lets strings run ahead of the clock as far as possible ("far"), "never", or "as time allows"."""
     if how == "far":
         synth.set_clock(address_of(stopped))
     elif how == "never":
@@ -96,9 +96,9 @@ def run_ahead(synth: Synth, how: str) -> None:
 
 
 def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
-    """Runs the session, with `play` in a thread; ends it when `play` ends, and returns its summary.
+    """Runs the session with `play` in a thread; ends it when `play` ends, and returns its summary.
 
-    No string becomes coarse and no bass fades early because the machine is busy.
+    A busy machine makes no string coarse and fades no bass early.
     """
 
     def play_and_end() -> None:
@@ -121,6 +121,6 @@ def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
 
 
 def played_on(synth: Synth, seconds: float) -> None:
-    """Waits until the synth has played so much longer."""
+    """Waits until the synth has played `seconds` more."""
     end = synth.frame + seconds * synth.rate
     wait_for(lambda: synth.frame >= end)

@@ -1,4 +1,4 @@
-"""A host of LV2 plugins: loads one by ctypes, plays a score into it, works and keeps states as hosts do."""
+"""A host of LV2 plugins: loads one by ctypes, plays a score, works, and keeps states as hosts do."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from livebass.score.score import Score
 
 CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling", "overload")
 EXTENSIONS, MIDNAM_URI = "http://lv2plug.in/ns/ext/", "http://ardour.org/lv2/midnam"
-ROOM = 1 << 16  # bytes of MIDI a block
+ROOM = 1 << 16  # bytes of MIDI per block
 U32, I32, P, S = c.c_uint32, c.c_int32, c.c_void_p, c.c_char_p
 RESPOND = c.CFUNCTYPE(I32, P, U32, P)
 STORE = c.CFUNCTYPE(I32, P, U32, P, c.c_size_t, U32, U32)
@@ -39,9 +39,9 @@ STATE = struct(save=c.CFUNCTYPE(I32, P, STORE, P, U32, P), restore=c.CFUNCTYPE(I
 
 
 class Plugin:
-    """One instance of plugin `index` of a bundle at `rate`. Raises RuntimeError, with what it logged, if it refuses.
+    """One instance of plugin `index` of a bundle at `rate`. Raises RuntimeError, with its log, if it refuses.
 
-    It has `outputs`, at ports 1 and on.
+    Its `outputs` are ports 1 and up.
     """
 
     def __init__(self, bundle: Path, rate: int = 48000, worker: bool = True, index: int = 0, outputs: int = 1) -> None:
@@ -49,7 +49,7 @@ class Plugin:
         self.uris: list[str] = []
         self.logged: list[str] = []
         self.jobs: list[bytes] = []
-        self.renamed = 0  # times that it said that its keys have other names
+        self.renamed = 0  # times it reported new key names
         library = c.CDLL(str(bundle / "livebass.so"))
         library.lv2_descriptor.restype = c.POINTER(DESCRIPTOR)
         self.plugin: Any = library.lv2_descriptor(index).contents
@@ -73,7 +73,7 @@ class Plugin:
         self.plugin.connect(self.handle, 0, c.addressof(self.midi))
         for k, control in enumerate(self.controls.values(), 1 + outputs):
             self.plugin.connect(self.handle, k, c.addressof(control))
-        self.controls["bass"].value = self.controls["relief"].value = 0.0  # a test is no real time
+        self.controls["bass"].value = self.controls["relief"].value = 0.0  # tests do not run in real time
         self.plugin.activate(self.handle)
 
     def number(self, uri: str) -> int:
@@ -88,7 +88,7 @@ class Plugin:
         self.renamed += 1
 
     def midnam(self, what: str = "document") -> str:
-        """The document with the names of its keys, or the name of its "model"."""
+        """The document with the names of its keys, or the "model" name in it."""
         names = MIDNAM.from_address(self.plugin.extension(f"{MIDNAM_URI}#interface".encode()))
         place = getattr(names, what)(self.handle)
         text = c.string_at(place).decode()
@@ -96,7 +96,7 @@ class Plugin:
         return text
 
     def block(self, frames: int, messages: Iterable[tuple[int, bytes]] = ()) -> Floats:
-        """Plays a block with `messages`, (frame in it, bytes): (frames,), or (outputs, frames) if there are several."""
+        """Plays a block with `messages`, (frame in it, bytes): (frames,), or (outputs, frames) for several outputs."""
         events = b""
         for frame, message in messages:
             head = np.array([frame], np.int64).tobytes() + np.array([len(message), self.number(MIDI)], "u4").tobytes()
@@ -110,7 +110,7 @@ class Plugin:
         return outs if self.outputs > 1 else outs[0]
 
     def send(self, atoms: Iterable[tuple[str, bytes]], frames: int = 64) -> list[tuple[str, bytes]]:
-        """Plays a block with atoms, (type, body), as of a window; returns those that it sends to one."""
+        """Plays a block with a window's atoms, (type, body); returns those sent back to a window."""
         events, room = b"", c.create_string_buffer(1 << 17)
         for uri, body in atoms:
             head = np.array([0], np.int64).tobytes() + np.array([len(body), self.number(uri)], "u4").tobytes()
@@ -133,13 +133,13 @@ class Plugin:
         return found
 
     def work(self) -> None:
-        """Does the jobs that wait."""
+        """Does the waiting jobs."""
         while self.jobs:
             job = self.jobs.pop(0)
             self.extension("worker", WORKER).work(self.handle, RESPOND(lambda *_: 0), None, len(job), job)
 
     def play(self, score: Score, frames: int, sizes: Iterable[int] = (512,), start: int = 0) -> Floats:
-        """Plays `frames` of a score from `start` on in blocks of `sizes`, in turn; a whole last block."""
+        """Plays `frames` of a score from `start` on in blocks of `sizes`, in turn; the last block is whole."""
         out, done, sent = [], start, int(np.searchsorted(score.frames, start))
         for size in cycle(sizes):
             if done >= start + frames:

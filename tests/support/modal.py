@@ -1,4 +1,4 @@
-"""Strings as plain modes, to solve by other means than the solvers do; hand-over between lengths; third octaves."""
+"""Strings as plain modes, solved by other means than the solvers'; hand-over between lengths; third octaves."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Modal:
 
 
 def modal(s: Speaking, count: int, lossless: bool = False) -> Modal:
-    """The modes of `s`, as the solvers have them."""
+    """The modes of `s` as in the solvers."""
     k = np.arange(1, count + 1) * (math.pi / s.length)
     sigma = np.zeros(count) if lossless else modes.dampings(s, count)
     return Modal(s.length, s.string.linear_density, k, 2 * math.pi * modes.frequencies(s, count), sigma)
@@ -71,7 +71,7 @@ def solved(matrix: Floats, begin: Floats, times: Floats) -> Floats:
 def from_rest(s: Modal, matrix: Floats, q: Floats, step: float, times: Floats) -> tuple[Floats, Floats]:
     """q and dq/dt at `times`, (n, N) each, of a string that is free until half a step before 0, then moves by `matrix`.
 
-    The first force of hands that are there at step 0 acts from then on.
+    The first force of hands already there at step 0 acts from then on.
     """
     begin = np.concatenate(s.after(q, np.zeros(q.size), -step / 2))
     both = solved(matrix, begin, times + step / 2)
@@ -79,7 +79,7 @@ def from_rest(s: Modal, matrix: Floats, q: Floats, step: float, times: Floats) -
 
 
 def handover(long: Modal, short: Modal) -> Floats:
-    """M (short, long): what each mode of the longer length is in modes of the shorter one, which ends where it does."""
+    """M (short, long): each mode of the longer length in modes of the shorter one, which ends at the same place."""
     start = long.length - short.length
     k, own = long.k[None, :], short.k[:, None]
     same = np.abs(own**2 - k**2) < 1e-9 * own**2
@@ -96,8 +96,8 @@ def hammered(
 ) -> tuple[Floats, Floats]:  # fmt: skip
     """u and du/dt at `place` (m from the longer stop) after the string (q, v) is stopped along `path`, (samples,) each.
 
-    The motion is handed over to the modes of the shorter length; its stop moves along a polygon over samples, which
-    kicks the modes at its corners and nowhere else.
+    The modes of the shorter length take over the motion. Their stop moves along a polygon over samples, which kicks the
+    modes only at its corners.
     """
     start = long.length - short.length
     begin, velocity = float(long.shape(start) @ q), float(long.shape(start) @ v)
@@ -126,7 +126,7 @@ def third_octaves(signal: Floats, rate: float) -> Floats:
 
 
 def bare_string(inharmonicity: float = 3.5e-5) -> Speaking:
-    """The paper's G string by the law of hinges, without what was measured of it."""
+    """The paper's G string by the law of hinges, without its measured modes."""
     string = dataclasses.replace(
         g_string(), measured_frequencies=(), measured_dampings=(), stiffness_law="hinged", inharmonicity=inharmonicity
     )

@@ -1,4 +1,4 @@
-"""The motion of a string that plays, mode by mode."""
+"""The motion of a playing string, mode by mode."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def mode_speeds(string: Voice, count: int) -> Floats:
 
 
 def energies(trial: Trial) -> tuple[Floats, int]:
-    """Energies (J) of the frames at which no fret pushes, and the number of frames at which one does.
+    """Energies (J) of the frames at which no fret pushes, and the number of frames at which a fret does.
 
-    H = mu / (2 dt^2) sum P^2 + s^2 q^2 with s = exp(-sigma dt) sin(omega dt), which eq. 12 conserves without losses, of
-    u and, if the pluck has an angle, of v.
+    H = mu / (2 dt^2) sum P^2 + s^2 q^2 with s = exp(-sigma dt) sin(omega dt), of u and, if the pluck has an angle, of
+    v. Without losses eq. 12 conserves H.
     """
     state, pool = trial_voice(trial)
     s, n, dt = trial.speaking, trial.modes, 1 / trial.contact_rate

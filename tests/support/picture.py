@@ -1,4 +1,4 @@
-"""The picture of the plugin's window without a window: its C by ctypes, with an instance or made-up looks."""
+"""The plugin window's picture without a window: its C by ctypes, with an instance or made-up looks."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from livebass.plugin.systems import this_system
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
 WIDTH, HEIGHT = 900, 460
-GUARD = 64  # numbers around the pixels, which nobody may write
+GUARD = 64  # numbers around the pixels that must not be written
 Pixels = NDArray[np.uint32]
 
 VALUE = c.CFUNCTYPE(c.c_double, c.c_void_p, c.c_int)
@@ -34,7 +34,7 @@ NOTE = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_int, c.c_int, c.c_double)
 SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
 
 
-# Given by the C of an instance, if a picture of it is to have them
+# Filled by the C of an instance, for a picture of it
 OPTIONAL = {
     "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "learn": None, "controller": None,
     "list": "lb_list_sounds", "sound": "lb_sound_name", "save": "lb_save_sound", "load": "lb_load_sound",
@@ -53,7 +53,7 @@ class Face(c.Structure):
 
 @functools.cache
 def library() -> Any:
-    """The C of picture and instance with the kernels, built as plugins are."""
+    """The C of picture and instance with the kernels, built like the plugins."""
     system = this_system()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -124,7 +124,7 @@ def library() -> Any:
 
 
 def shelf(folder: Path, names: Sequence[str]) -> Path:
-    """Writes instruments and their list into `folder`, as a plugin finds them; returns it."""
+    """Writes instruments and their list into `folder` as a plugin finds them; returns the folder."""
     for name in names:
         write_instrument(load_preset(name), folder / f"{name}.lbass")
     (folder / "instruments.txt").write_text("\n".join(names) + "\n")
@@ -158,15 +158,15 @@ class Host:
         library().note_host(self.address, on, key, velocity)
 
     def midi(self, *message: int) -> None:
-        """MIDI of three bytes."""
+        """Sends MIDI of three bytes."""
         library().lb_take_midi(self.address, 0, bytes(message), 3)
 
     def touch(self, on: bool, string: int, key: int) -> None:
-        """A hand in the window presses a string, or lets it go."""
+        """A hand in the window presses a string, or releases it."""
         library().touch_host(self.address, on, string, key)
 
     def moves(self) -> list[tuple[int, int, float]]:
-        """What the host is to be told: (parameter, phase, value)."""
+        """The changes to report to the host: (parameter, phase, value)."""
         found, move = [], Move()
         while library().move_host(self.address, c.addressof(move)):
             found.append((move.parameter, move.phase, move.value))
@@ -191,7 +191,7 @@ class Host:
         return room.raw[:size]
 
     def load(self, state: bytes) -> bool:
-        """Gives it a state; returns whether it took it."""
+        """Loads a state; returns whether the instance took it."""
         room = np.frombuffer(state.ljust(len(state) + 16, b"\0")[: (len(state) + 15) // 8 * 8], np.uint64).copy()
         return bool(library().lb_load_state(self.address, room.ctypes.data, len(state)))
 
@@ -202,7 +202,7 @@ class Host:
         ]
 
     def save_sound(self) -> str | None:
-        """Keeps what is set as a sound; returns its name."""
+        """Saves the current settings as a sound; returns its name."""
         room = c.create_string_buffer(256)
         good = library().lb_save_sound(self.address, c.addressof(room), 256)
         return room.value.decode() if good else None
@@ -218,7 +218,7 @@ def number(symbol: str) -> int:
 
 
 class Picture:
-    """A picture, of a host's instance or, without one, of looks that `show` is given."""
+    """A picture of a host's instance or, without one, of the looks passed to `show`."""
 
     def __init__(
         self,
@@ -243,7 +243,7 @@ class Picture:
         self.resize(*size)
 
     def resize(self, width: int, height: int) -> None:
-        """Takes an array of another size, which nobody may write beyond."""
+        """Takes an array of another size, with guards beyond it."""
         self.memory = np.full(width * height + 2 * GUARD, 0x12345678, np.uint32)
         self.pixels: Pixels = self.memory[GUARD:-GUARD].reshape(height, width)
 
@@ -272,11 +272,11 @@ class Picture:
             self.host.note(bool(on), key, velocity)
 
     def show(self, look: NDArray[np.void]) -> None:
-        """Has a look, LOOK (1,), be the newest."""
+        """Makes a look, LOOK (1,), the newest."""
         library().lb_put_look(self.look, look.ctypes.data)
 
     def draw(self, seconds: float = 1 / 30) -> tuple[int, int, int, int]:
-        """Draws the next picture; returns x, y, width and height of what has changed."""
+        """Draws the next picture; returns x, y, width and height of the change."""
         self.seconds += seconds
         dirty = (c.c_int * 4)()
         height, width = self.pixels.shape
@@ -287,7 +287,7 @@ class Picture:
         return tuple(dirty)
 
     def point(self, kind: int, x: float, y: float, modifiers: int = 0) -> int:
-        """Has the pointer do something; returns its shape."""
+        """Moves or clicks the pointer; returns its shape."""
         return int(library().lb_point(self.address, kind, x, y, modifiers))
 
     def save(self, file: Path) -> None:

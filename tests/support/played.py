@@ -17,8 +17,8 @@ from livebass.model.quality import MOST_MODES
 from support.strings import yielding
 
 RATE = 48000
-YIELDS = " that yields"  # behind the name of a preset: with necks as `yielding` makes them
-RINGS_ON = " that rings on"  # the same: strings that lose nothing to speak of, on rigid necks
+YIELDS = " that yields"  # after the name of a preset: with necks made by `yielding`
+RINGS_ON = " that rings on"  # the same: strings with hardly any loss, on rigid necks
 
 
 @cache
@@ -48,7 +48,7 @@ class Played:
         self.frame += 1
 
     def energy(self) -> float:
-        """J, of both slots, but for what contact stores."""
+        """Energy (J) of both slots, without the share stored in contacts."""
         total = 0.0
         for slot in self.voice.slots:
             if slot["on"]:
@@ -78,10 +78,10 @@ class Played:
         return total
 
     def hands(self) -> tuple[bool, float, int]:
-        """True if a hand is at work on the string; the tuning, and the slot, which change while one is."""
+        """True if a hand is working on the string; the tuning, and the slot, which change while a hand works."""
         r = self.record
         works = r["pulling"] > 0 or r["striking"] > 0 or r["depth"] > 0 or self.voice.slots["moving"].any()
-        works = works or r["slide_to"] >= 0  # and scrapes the windings
+        works = works or r["slide_to"] >= 0  # works, and scrapes the windings
         works = works or any(slot["on"] and slot["thumb"]["on"] for slot in self.voice.slots)
         return bool(works), float(r["tuned"]), int(r["slot"])
 

@@ -1,4 +1,4 @@
-"""What the tests of plugins share: a score, and what `livebass render` makes of scores."""
+"""Shared by the tests of plugins: a score, and the sound `livebass render` makes of scores."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ EXPORTED = ["GetPluginFactory", "ModuleEntry", "ModuleExit", "clap_entry", "lv2_
 NO_THREADS = pytest.mark.skipif(
     this_system().ending != "so" or core_count() < 2, reason="plugins have no threads of their own here"
 )
-FADE = 0.02  # s, that render fades out at its end
+FADE = 0.02  # s, of render's fade-out at the end
 NOTES = [(0.05 * k, 0.3, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(12)]
 DAMAGES = {
     "cut": lambda data: data[:-8],
@@ -43,14 +43,14 @@ DAMAGES = {
 
 
 def written(plugin: ModuleType, folder: Path) -> Path:
-    """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns that."""
+    """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns the bundle."""
     plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
     return folder
 
 
 @functools.cache
 def checked_binary() -> bytes:
-    """The binary of the plugins for this system, built so that it aborts where a thread rule is broken (thread.h)."""
+    """The plugins' binary for this system, built to abort on a broken thread rule (thread.h)."""
     with tempfile.TemporaryDirectory() as name:
         folder, system = Path(name), this_system()
         build.emit(folder, [system], [build.PLUGIN])
@@ -70,7 +70,7 @@ def c_host(folder: Path, name: str, *flags: str) -> Path:
 
 
 def helpers() -> int:
-    """How many threads of this process have real-time priority, as those of plugins have that play strings."""
+    """The number of real-time threads in this process: the plugins' helpers that play strings."""
     policies = []
     for number in os.listdir("/proc/self/task"):
         with suppress(ProcessLookupError):
@@ -79,7 +79,7 @@ def helpers() -> int:
 
 
 def check_binary(file: Path) -> None:
-    """Checks that the binary of the plugins is small, needs no Python and exports the entries of the formats alone."""
+    """Checks that the plugins' binary is small, needs no Python and exports only the formats' entries."""
     code = file.read_bytes()
     assert len(code) < MOST_BYTES
     for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
@@ -89,12 +89,12 @@ def check_binary(file: Path) -> None:
 
 
 def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:
-    """Hard notes on all strings, faster than they die away."""
+    """Hard notes on all strings, faster than they decay."""
     return score_of(NOTES[:notes], rate)
 
 
 def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0, tail: float = TAIL) -> Floats:
-    """The sound of `livebass render`, (strings, n) float32, without its end, which is faded out."""
+    """The sound of `livebass render`, (strings, n) float32, without its faded end."""
     sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=tail)
     return (sound * gain).astype(np.float32)[:, : -round(FADE * score.rate)]
 
@@ -105,9 +105,9 @@ def mono(preset: str, score: Score, quality: str = "live", gain: float = 1.0) ->
 
 
 def midi_score(path: Path) -> Score:
-    """Writes a MIDI file with bends, pedal and expression on two channels, and reads it as `livebass render` does.
+    """Writes a MIDI file with bends, pedal and expression on two channels; reads it as `livebass render` does.
 
-    One of them is tuned, its wheel has another range, and each key sounds on both for a while.
+    One channel is tuned, its wheel has another range, and each key sounds on both for a while.
     """
     track = mido.MidiTrack()
     for controls in (((101, 0), (100, 2), (6, 66)), ((101, 0), (100, 0), (6, 5))):

@@ -1,4 +1,4 @@
-"""What is read of a MIDI file, by Python and by the page, in the same words."""
+"""The contents of a MIDI file as read by Python and by the page, in the same words."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ export const read = (files, bass, rate, coarse, fields) => files.map(file => {
 
 
 def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
-    """What `render` would play on `bass`: messages, parts and remarks, or why it refuses the file."""
+    """The messages, parts and remarks that `render` would play on `bass`, or why it refuses the file."""
     found: dict[str, Any] = {"refused": ""}
     raised = 0
     try:
@@ -64,7 +64,7 @@ def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
 
 
 def read_by_page(driver: Any, files: list[bytes], bass: Instrument) -> list[dict[str, Any]]:
-    """The same of each file by the page's scripts, in one call."""
+    """Reads each file by the page's scripts, in one call, into the form of `read_by_python`."""
     told = {"range": bass.note_range, "switches": sorted(bass.switches)}
     packed = [base64.b64encode(data).decode() for data in files]
     script = f"const {{read}} = {joined('reads.js', {'reads.js': PAGE_READS})} return read(...arguments)"
@@ -73,7 +73,7 @@ def read_by_page(driver: Any, files: list[bytes], bass: Instrument) -> list[dict
 
 
 def differences(by_python: dict[str, Any], by_page: dict[str, Any]) -> list[str]:
-    """A line for each thing that the page reads otherwise."""
+    """A line for each thing that the page reads differently."""
     return [
         f"{name}: {wanted!r:.600} is {by_page.get(name)!r:.600} on the page"
         for name, wanted in by_python.items()

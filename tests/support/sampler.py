@@ -1,4 +1,4 @@
-"""Plays an SFZ file through sfizz, the player that the package pysfizz brings, with MIDI notes at any frame."""
+"""Plays an SFZ file through sfizz, the player in the package pysfizz, with MIDI notes at any frame."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ VOLUME = 7  # MIDI controller, 100 when a player starts
 def through_sfizz(sfz: Path, notes: Iterable[tuple[float, float, int, int]], rate: int, seconds: float) -> np.ndarray:
     """The left channel (n,) of (start s, length s, note, velocity), played by sfizz in `seconds`.
 
-    A copy of the SFZ file asks for all samples in memory: one that is loaded while it plays may have a gap, by chance.
+    A copy of the SFZ file loads all samples into memory: loading while playing may leave a gap, by chance.
     """
     in_memory = sfz.with_name(f"memory-{sfz.name}")
     in_memory.write_text(sfz.read_text().replace("<control>", "<control>\nhint_ram_based=1"))

@@ -15,7 +15,7 @@ RATE = 44100
 
 
 def busy_score(rate: int = RATE) -> Score:
-    """A second and a half of random notes, techniques, bends and pedal, at frames that are no block's edge."""
+    """A second and a half of random notes, techniques, bends and pedal, off the edges of blocks."""
     rng = np.random.default_rng(7)
     frames, messages = [], []
     held: list[int] = []
@@ -39,7 +39,7 @@ def busy_score(rate: int = RATE) -> Score:
 
 
 def in_blocks(score: Score, sizes: list[int], preset: str = "slap") -> Floats:
-    """`score` played in blocks of the given sizes, over and over; a block's messages, if any, are sent before it."""
+    """`score` played in blocks of `sizes`, over and over; each block's messages are sent before it."""
     engine = Engine(load_preset(preset), QUICK, score.rate)
     blocks, sent, i = [], 0, 0
     while engine.frame < score.end_frame:

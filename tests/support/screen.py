@@ -1,4 +1,4 @@
-"""A screen of X11 that nobody sees (Xvfb), a window on it for a plugin's, what is on it, and a hand at its pointer."""
+"""A hidden X11 screen (Xvfb), a window on it for a plugin's, its pixels, and a hand at its pointer."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ PATIENCE = 10.0  # s
 
 
 def needs_screen() -> None:
-    """Skips a test where Xvfb or xdotool is not installed, but not where CI says that they are."""
+    """Skips a test if Xvfb or xdotool is not installed; fails where CI promises them."""
     if not (shutil.which("Xvfb") and shutil.which("xdotool")) and not os.environ.get("LIVEBASS_NEEDS_WINDOW"):
         pytest.skip("needs Xvfb and xdotool")
 
 
 @contextmanager
 def running_screen() -> Iterator[str]:
-    """A screen of its own, ended by its process id; DISPLAY names it meanwhile."""
+    """A private screen, ended by its process id; DISPLAY names it meanwhile."""
     reading, writing = os.pipe()
     with subprocess.Popen(
         ["Xvfb", "-displayfd", str(writing), "-screen", "0", f"{SIZE[0]}x{SIZE[1]}x24", "-nolisten", "tcp", "-noreset"],
@@ -47,7 +47,7 @@ def running_screen() -> Iterator[str]:
 
 
 class WholeScreen:
-    """A connection to the screen, and what is seen on it."""
+    """A connection to the screen and its pixels."""
 
     def __init__(self) -> None:
         self._x = c.CDLL("libX11.so.6")
@@ -63,7 +63,7 @@ class WholeScreen:
         self._x.XCloseDisplay(self._display)
 
     def picture(self, width: int, height: int) -> NDArray[np.uint8]:
-        """What is seen of the window, (height, width, 3)."""
+        """The pixels of the window, (height, width, 3)."""
         image = self._x.XGetImage(
             self._display, c.c_ulong(self.window), 0, 0, width, height, c.c_ulong(0xFFFFFFFF), 2
         )  # fmt: skip
@@ -77,7 +77,7 @@ class WholeScreen:
 
 
 class Screen(WholeScreen):
-    """A connection to the screen, and a window of the host's on it."""
+    """A connection to the screen, and the host's window on it."""
 
     def __init__(self, width: int, height: int, top: int = 0) -> None:
         super().__init__()
@@ -87,12 +87,12 @@ class Screen(WholeScreen):
         self._x.XSync(self._display, 0)
 
     def destroy_window(self) -> None:
-        """Takes the host's window away, with all that is in it."""
+        """Destroys the host's window with everything in it."""
         self._x.XDestroyWindow(self._display, c.c_ulong(self.window))
         self._x.XSync(self._display, 0)
 
     def children(self) -> int:
-        """How many windows there are in the host's."""
+        """The number of windows inside the host's."""
         root, parent, list_, count = c.c_ulong(), c.c_ulong(), c.c_void_p(), c.c_uint()
         self._x.XQueryTree(
             self._display, c.c_ulong(self.window), *map(c.byref, (root, parent, list_, count))

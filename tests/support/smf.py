@@ -1,4 +1,4 @@
-"""Standard MIDI Files byte by byte, for tests of what reads them."""
+"""Standard MIDI Files byte by byte, for tests of their readers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def smf(*tracks: bytes, kind: int = 1, division: int = 480) -> bytes:
 
 
 def named(name: bytes, channel: int, *notes: int, program: bytes = b"") -> bytes:
-    """A track with its name and notes one after the other on a channel from 0."""
+    """A track with its name and consecutive notes on a channel, counted from 0."""
     setting = b"\x00" + bytes([0xC0 | channel]) + program if program else b""
     played = b"".join(
         b"\x00" + bytes([0x90 | channel, note, 100]) + b"\x60" + bytes([0x80 | channel, note, 0]) for note in notes

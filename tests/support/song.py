@@ -17,7 +17,7 @@ def midi_file(*tracks: list[Any], kind: int = 1) -> bytes:
 
 
 def song_of(notes: list[int], length: int = 240) -> list[Any]:
-    """Notes one after the other, of `length` ticks (480 a quarter) each."""
+    """Consecutive notes of `length` ticks (480 a quarter) each."""
     found = [mido.MetaMessage("track_name", name="Bass"), mido.Message("program_change", program=33, channel=2)]
     for note in notes:
         found += [

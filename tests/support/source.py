@@ -1,7 +1,7 @@
-"""Has numba compile single kernels in this process, for tests that call them. To be imported before any kernel.
+"""Makes numba compile single kernels in this process, for tests that call them. Import it before any kernel.
 
-They are kept on disk, by the sources that they are made of. Commands that tests start do not compile any: the
-environment is as it was.
+The kernels are kept on disk, keyed by their sources. Commands started by tests compile none: the environment is
+unchanged.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ assert compiling.FROM_SOURCE
 
 @functools.cache
 def directory() -> Path | None:
-    """Where single kernels are kept, by all sources and what `by_numba` goes by; None: nowhere."""
+    """The folder for single kernels, by all sources and the inputs of `by_numba`; None: nowhere."""
     place = by_numba.directory()
     name = hashlib.sha256((store.digest() + (place.name if place else "")).encode()).hexdigest()
     return store.directory(f"reference-{name[:16]}")
@@ -34,7 +34,7 @@ def directory() -> Path | None:
 
 @functools.cache
 def folder(module: str, file: str) -> str:
-    """Where the functions of a module are kept: those of a test also by its file and by those that tests share."""
+    """The folder for a module's functions; for a test's, keyed also by its file and the files that tests share."""
     name = hashlib.sha256(module.encode())
     for source in () if module.startswith("livebass.") else (file, *sorted(Path(__file__).parent.glob("*.py"))):
         name.update(Path(source).read_bytes())
@@ -56,7 +56,7 @@ class Cache(by_numba._Cache):
 
 
 def keep(kernel: Callable[..., Any]) -> Callable[..., Any]:
-    """`by_numba.kernel`, whose functions are kept but for those that become part of others."""
+    """`by_numba.kernel`; keeps its functions except those compiled into others."""
 
     def kept(attributes: str = "", **options: Any) -> Callable[[Callable[..., Any]], Any]:
         def decorate(function: Callable[..., Any]) -> Any:

@@ -70,12 +70,12 @@ def g_neck(stiffness: float = 1e13) -> Neck:
 
 
 def paper_g(stiffness: float = 1e13) -> Speaking:
-    """The paper's open G string over its 20 frets; grid of 863 steps."""
+    """The paper's open G string over its 20 frets; 863 grid steps."""
     return speaking(g_string(), g_neck(stiffness), 0)
 
 
 def paper_bass() -> Instrument:
-    """A bass of the measured G string alone."""
+    """A bass with only the measured G string."""
     return Instrument("paper", "the measured G string", (g_string(),), (g_neck(),), Output(), Player())
 
 
@@ -123,7 +123,7 @@ def losing(trial: Trial, stiffness: float, loss: float) -> Trial:
 
 
 def with_own_across(s: Speaking) -> Speaking:
-    """`s` with a neck that gives way otherwise across, and v a little longer."""
+    """`s` with its own neck stiffness across, and v a little longer."""
     back = Admittance((Resonance(110.0, 20.0, 0.4), Resonance(730.0, 30.0, 0.3)), (), 1e-3)
     across = Admittance((Resonance(180.0, 20.0, 0.4), Resonance(1210.0, 30.0, 0.3)), (), 4e-4)
     string = dataclasses.replace(s.string, measured_frequencies=(), measured_dampings=())
@@ -133,19 +133,19 @@ def with_own_across(s: Speaking) -> Speaking:
 
 
 def yielding(bass: Instrument, longer: float = 2e-3) -> Instrument:
-    """`bass` over frets that give way and lose, on necks that are stiffer across, v `longer` (m)."""
+    """`bass` over frets that yield and lose, on necks that are stiffer across, v longer by `longer` (m)."""
     own = {"stiffness_across": 3.0, "stop_across": 0.4, "longer_across": longer}
     necks = tuple(dataclasses.replace(n, contact_stiffness=3e8, contact_loss=15.0, **own) for n in bass.necks)
     return dataclasses.replace(bass, necks=necks)
 
 
 def even(bass: Instrument) -> Instrument:
-    """`bass` in the hands of a player who plays each note alike, without a noise."""
+    """`bass` with a player who plays every note alike and without noise."""
     return without_noise(bass, unevenness=0.0)
 
 
 def one_string(bass: Instrument, i: int) -> Instrument:
-    """`bass` with its string `i` alone, so that a key is a fret; it is slapped if it was."""
+    """`bass` with only its string `i`, so that a key is a fret; it keeps its slap."""
     player = dataclasses.replace(bass.player, slapped_strings=max(0, min(1, bass.player.slapped_strings - i)))
     return dataclasses.replace(bass, strings=(bass.strings[i],), necks=(bass.necks[i],), player=player)
 
@@ -153,7 +153,7 @@ def one_string(bass: Instrument, i: int) -> Instrument:
 def random_trial(seed: int, duration: float = 0.03) -> Trial:
     """A seeded random string, fret, neck, pluck and pair of rates, which brute force solves in less than 2 s.
 
-    Plucks reach from 1.2 to 5 times the apex that grazes a fret; one in three sets of modes is full.
+    Plucks reach 1.2 to 5 times the apex that grazes a fret; one in three sets of modes is full.
     """
     rng = np.random.default_rng(seed)
     length, density = rng.uniform(0.6, 0.9), math.exp(rng.uniform(math.log(3e-3), math.log(4e-2)))

@@ -38,7 +38,7 @@ class InTerminal:
         return make
 
     def wait(self, text: str, seconds: float = PATIENCE, times: int = 1) -> None:
-        """Waits until `text` was shown so many `times`, or for "" until the program has ended."""
+        """Waits until `text` was shown `times` times or, for "", until the program ends."""
         end = time.monotonic() + seconds
         while not text or self.shown.count(text) < times:
             assert time.monotonic() < end, self.shown

@@ -1,4 +1,4 @@
-"""A host of VST3 plugins at the level of their interfaces, for what pedalboard has no door to."""
+"""A host of VST3 plugins at interface level, for what pedalboard cannot reach."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Kinds(c.Union):
 
 
 class Event(c.Structure):
-    """A note, or (type 4) an expression of one."""
+    """A note, or (type 4) a note's expression."""
 
     _fields_ = [
         ("bus", I32), ("offset", I32), ("quarters", D), ("flags", c.c_uint16), ("type", c.c_uint16), ("of", Kinds),
@@ -118,7 +118,7 @@ def wide(text: Any) -> str:
 
 
 def answering(iid: str, given: Given) -> Given:
-    """An object of the host that also says which interface it is."""
+    """An object of the host that also answers with its interface."""
 
     def query(_: Any, wanted: int, to: int) -> int:
         found = c.string_at(wanted, 16) == bytes.fromhex(iid)
@@ -132,7 +132,7 @@ def answering(iid: str, given: Given) -> Given:
 
 
 class Handler:
-    """The host's, of a plugin's controls: `edits` and `restarts` are what it was told, and in which thread."""
+    """The host's handler for a plugin's controls: `edits` and `restarts` record the calls and their threads."""
 
     def __init__(self, plugin: Plugin) -> None:
         self.edits: list[tuple[str, int, float]] = []
@@ -157,7 +157,7 @@ class Object:
         self.address = address
 
     def call(self, place: int, *arguments: Any, result: Any = I32) -> Any:
-        """Calls the function in a place of its table; arguments are whole numbers, floats or ctypes objects."""
+        """Calls the function at a place of its table; arguments are integers, floats or ctypes objects."""
         kinds = [type(a) if isinstance(a, c._SimpleCData) else D if isinstance(a, float) else P for a in arguments]
         table = P.from_address(self.address).value or 0
         return c.CFUNCTYPE(result, P, *kinds)(P.from_address(table + 8 * place).value)(self.address, *arguments)
@@ -171,7 +171,7 @@ class Object:
 class Plugin:
     """One object of the bundle's classes, active at `rate`.
 
-    `told` is what it told of parameters by itself, (id, value); `silent`: it called all of the last block silent.
+    `told`: parameter values it reported itself, (id, value). `silent`: it flagged all of the last block silent.
     """
 
     def __init__(
@@ -193,12 +193,12 @@ class Plugin:
         self.silent = False
         setup = Setup(mode, 0, 4096, rate)
         assert self.processor.call(7, c.addressof(setup)) == 0
-        if not relief:  # a test is no real time
+        if not relief:  # tests do not run in real time
             self.controller.call(15, U32(RELIEF), 0.0)
         assert self.component.call(11, c.c_uint8(1)) == 0
 
     def set_speakers(self, speakers: Sequence[int]) -> bool:
-        """Asks for speakers, one number an output; returns whether the plugin agrees."""
+        """Asks for speakers, one number per output; returns whether the plugin agrees."""
         asked = (U64 * len(speakers))(*speakers)
         return bool(self.processor.call(3, None, I32(0), c.addressof(asked), I32(len(speakers))) == 0)
 
@@ -283,7 +283,7 @@ class Plugin:
         return bytes(found)
 
     def load(self, state: bytes) -> bool:
-        """Gives it a state, in small pieces; returns whether it took it."""
+        """Loads a state in small pieces; returns whether the plugin took it."""
         left = [state]
 
         def read(_: Any, data: int, size: int, got: int) -> int:
@@ -297,24 +297,24 @@ class Plugin:
         return bool(self.component.call(12, stream.address) == 0)
 
     def set(self, number: int, value: float) -> None:
-        """Sets a parameter's control, as the host's thread of windows does."""
+        """Sets a parameter's control, as the host's window thread does."""
         assert self.controller.call(15, U32(number), value) == 0
 
     def usual(self, number: int) -> float:
-        """The usual value of the parameter with an id, which must be its value too."""
+        """The default of a parameter, by id; it must be the parameter's value too."""
         usual = float(self.parameters()[number].usual)
         assert self.controller.call(14, U32(number), result=D) == usual
         return usual
 
     def mapped(self, channel: int, number: int) -> int:
-        """The id of the parameter that stands for a MIDI controller of a channel."""
+        """The id of the parameter for a MIDI controller of a channel."""
         mapping, found = self.component.query(MAPPING), U32()
         assert mapping.call(3, I32(0), I16(channel), I16(number), c.addressof(found)) == 0
         mapping.call(2)
         return found.value
 
     def physical(self) -> list[int]:
-        """The note expressions for movements across, along, and for pressure."""
+        """The note expressions for movement across and along, and for pressure."""
         mapping, pairs = self.component.query(PHYSICAL), (U32 * 6)(0, 99, 1, 99, 2, 99)
         asked = (U64 * 2)(3, c.addressof(pairs))
         assert mapping.call(3, I32(0), I16(0), c.addressof(asked)) == 0
@@ -322,7 +322,7 @@ class Plugin:
         return list(pairs)[1::2]
 
     def needs(self) -> int:
-        """What it needs to know of the host's transport, bits."""
+        """The host transport data it needs, as bits."""
         context = self.processor.query(CONTEXT)
         needed = context.call(3, result=U32)
         context.call(2)
@@ -339,7 +339,7 @@ class Plugin:
         return found
 
     def text(self, number: int, value: float) -> str:
-        """What it calls a value, 0 to 1, of the parameter with an id."""
+        """The plugin's text for a value, 0 to 1, of the parameter with an id."""
         text = TEXT()
         assert self.controller.call(10, U32(number), value, c.addressof(text)) == 0
         return wide(text)
@@ -365,7 +365,7 @@ class Plugin:
         return names
 
     def switches(self) -> dict[int, str]:
-        """The names of the keys that switch."""
+        """The names of the key switches."""
         switches, found = self.component.query(SWITCHES), {}
         for k in range(switches.call(3, I32(0), I16(0))):
             info = Switch()
@@ -378,7 +378,7 @@ class Plugin:
         return found
 
     def pitches_called(self, program: int) -> dict[int, str]:
-        """The names of the pitches of a program, by key."""
+        """The pitch names of a program, by key."""
         units, name = self.component.query(UNITS), TEXT()
         assert units.call(9, I32(1), I32(program)) == 0
         found = {}
@@ -389,7 +389,7 @@ class Plugin:
         return found
 
     def expressions(self) -> list[tuple[int, str]]:
-        """(type, title) of the expressions of notes."""
+        """(type, title) of the note expressions."""
         expressions = self.component.query(EXPRESSIONS)
         room = (c.c_char * 1024)()
         found = []

@@ -1,4 +1,4 @@
-"""The WebAssembly module of the page without a browser: in wasmtime, with the records that engine.js uses."""
+"""The page's WebAssembly module without a browser: in wasmtime, with the records used by engine.js."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from livebass.web import build
 from livebass.web.layout import CALLED
 
 RATE = 48000
-# What plays the pinned sound: hard notes on all strings
+# The score of the pinned sound: hard notes on all strings
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
 PINS = Path(__file__).parents[1] / "web" / "pinned.json"
-PINNED = json.loads(PINS.read_text())  # by preset: seconds of it, and its hash
+PINNED = json.loads(PINS.read_text())  # by preset: its length (s) and hash
 QUANTUM, MESSAGES, LINE, PAGE = 128, 4096, 64, 65536
 
 
@@ -78,7 +78,7 @@ class Module:
         self.set(SYNTH, self.synth, next_bass=self.bass, adaptive=adaptive)
 
     def new_bass(self) -> int:
-        """The address of a bass as new."""
+        """The address of a fresh bass."""
         self.call("measure_bass", self.building)
         bass = self.place(int(self.record(BUILDING, self.building)["bytes"]))
         self.set(BUILDING, self.building, memory=bass)
@@ -99,7 +99,7 @@ class Module:
         return at
 
     def bytes(self, at: int, size: int) -> np.ndarray:
-        """Memory as it is until more is made."""
+        """A view of the memory, valid until more is made."""
         memory = self.x["memory"]
         whole = np.ctypeslib.as_array(memory.data_ptr(self.store), (memory.data_len(self.store),))
         return whole[at : at + size]
@@ -119,7 +119,7 @@ class Module:
         assert self.call("push_message", rings, MESSAGES, frame, status, first, second)
 
     def play(self, n: int) -> Floats:
-        """The next n frames, whole quanta of them, float32."""
+        """The next n frames, in whole quanta, float32."""
         out = np.empty(n, np.float32)
         for k in range(0, n, QUANTUM):
             self.call("process", self.synth, self.sound, QUANTUM)
@@ -137,7 +137,7 @@ class Bare(Module):
         self.end = int(self.x["__heap_base"].value(self.store))
 
     def changed(self, file: bytes, bench: bytes, values: list[float]) -> bytes | int:
-        """The file of a bass changed by its sliders, as worker.js makes it, or the state that says why not."""
+        """The file of a bass changed by its sliders, as in worker.js, or the status of the failure."""
         places = [self.place(len(data)) for data in (file, bench)]
         for at, data in zip(places, (file, bench), strict=True):
             self.bytes(at, len(data))[:] = np.frombuffer(data, np.uint8)
@@ -153,7 +153,7 @@ class Bare(Module):
 
 
 def messages_of(score: Score) -> list[tuple[int, int, int, int]]:
-    """A score's messages as `Module.send` and the page's audio thread take them."""
+    """A score's messages in the form of `Module.send` and the page's audio thread."""
     return [(int(frame), *map(int, message)) for frame, message in zip(score.frames, score.messages, strict=True)]
 
 

@@ -1,4 +1,4 @@
-"""The window of a CLAP plugin, opened in one of a host's on a screen of X11, and what is seen of it."""
+"""The window of a CLAP plugin inside a host's window on an X11 screen, and its pixels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ GUI = struct(
 
 
 class Window:
-    """The window of a CLAP plugin in one of the host's."""
+    """The window of a CLAP plugin inside a host's."""
 
     def __init__(self, plugin: Plugin, scale: float = 1.0, top: int = 0) -> None:
         self.plugin, self.handle = plugin, plugin.handle
@@ -52,5 +52,5 @@ class Window:
 
 
 def different(one: Any, other: Any) -> int:
-    """How many pixels are others."""
+    """The number of pixels that differ."""
     return int((np.abs(one.astype(int) - other).max(axis=2) > 24).sum())

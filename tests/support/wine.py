@@ -1,4 +1,4 @@
-"""Programs for Windows: compiled by ziglang, run by Wine in a prefix of their own."""
+"""Windows programs: compiled by ziglang, run by Wine in their own prefix."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PATIENCE = 60.0  # s
 
 
 def needs_wine() -> None:
-    """Skips a test where Wine or ziglang is not installed, but not where CI says that they are."""
+    """Skips a test if Wine or ziglang is not installed; fails where CI promises them."""
     if not (shutil.which("wine") and importlib.util.find_spec("ziglang")) and not os.environ.get("LIVEBASS_NEEDS_WINE"):
         pytest.skip("needs Wine and ziglang")
 
@@ -43,7 +43,7 @@ def program(name: str, folder: Path) -> Path:
 
 @contextmanager
 def running_wine(folder: Path) -> Iterator[None]:
-    """A prefix in `folder`; all that runs in it is ended with the block."""
+    """A prefix in `folder`; everything that runs in it ends with the block."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("WINEPREFIX", str(folder))
         patch.setenv("WINEARCH", "win64")
@@ -59,7 +59,7 @@ def running_wine(folder: Path) -> Iterator[None]:
             subprocess.run(["wineserver", "--kill"], timeout=PATIENCE, check=False)
             subprocess.run(["wineserver", "--wait"], timeout=PATIENCE, check=False)
             for left in Path("/tmp").glob(f"wine-*/server-{prefix.st_dev:x}-{prefix.st_ino:x}"):
-                shutil.rmtree(left.parent)  # the socket of the server that is gone
+                shutil.rmtree(left.parent)  # the socket of the ended server
             shutil.rmtree(folder)  # 0.7 GB
 
 
@@ -73,5 +73,5 @@ def run(*command: object) -> str:
 
 
 def place(path: Path) -> str:
-    """What programs for Windows call a file of this system."""
+    """The Windows name of a file of this system."""
     return f"Z:{path}"

@@ -15,14 +15,14 @@ from livebass.web.export import export_page
 
 @pytest.fixture(scope="session")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[bool, Path]:
-    """The HTML files of the page in a folder, and (True) in one file."""
+    """The page's HTML files: in a folder, and (True) in one file."""
     basses = {name: load_preset(name) for name in PINNED}
     return {single: export_page(basses, tmp_path_factory.mktemp("page"), single) for single in (False, True)}
 
 
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The address of a page, in one file, that has all there can be: benches, a board, and the cases of the paper."""
+    """The address of a one-file page with everything: benches, a board, and the cases of the paper."""
     basses = {name: load_preset(name) for name in ("jazz-finger", "fretless", PRESET)}
     folder = tmp_path_factory.mktemp("whole")
     return export_page(basses, folder, True, sources={name: Source(name) for name in basses}).as_uri()

@@ -1,4 +1,4 @@
-"""The luthier's bench of the page: what it changes is what a preset with these keys is, byte for byte, and is kept."""
+"""The page's bench: its changes match a preset with the same keys, byte for byte, and are kept."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from livebass.web.bench import Source, bench
 from livebass.web.export import export_page
 from livebass.web.link import check_link
 
-# The preset that the page saves, and the instrument file that it builds, of a bass with these values
+# The page's saved preset, and the instrument file it builds, for a bass with these values
 MADE = """
 const [name, values, done] = arguments;
 (async () => {
@@ -62,13 +62,13 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def made(page: Any, name: str, values: dict[str, float]) -> tuple[str, bytes | str]:
-    """The preset that the page saves of a bass with these values; and its instrument file, or why there is none."""
+    """The page's saved preset of a bass with these values; and its instrument file, or the error."""
     found = page.execute_async_script(MADE, name, values)
     return found["toml"], found["error"] if "error" in found else base64.b64decode(found["file"])
 
 
 def each_slider(name: str) -> Iterator[dict[str, float]]:
-    """The values of a bench with one slider moved, each to two places."""
+    """Bench values with one slider moved, each to two places."""
     for slider in sliders(name):
         span = slider["most"] - slider["least"]
         for part in (0.3, 0.62):
@@ -77,7 +77,7 @@ def each_slider(name: str) -> Iterator[dict[str, float]]:
             yield moved | ({"fret": 7.0} if slider["symbol"] == "fret_height" else {})
 
 
-# What `page` has to say of its bench
+# The bench's messages in `page`
 STATE = "const b = bench(); return [b.slot, b.values, b.before.length, b.after.length, $('bench-said').textContent]"
 
 
@@ -93,7 +93,7 @@ def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tm
     for values in each_slider(name):
         toml, file = made(page, name, values)
         (tmp_path / "saved.toml").write_text(toml)
-        if isinstance(file, str):  # a neck that nobody can play, here as there
+        if isinstance(file, str):  # an unplayable neck, here as there
             with pytest.raises(PresetError, match=re.escape(file)):
                 load_preset(tmp_path / "saved.toml")
             refused.append(values)
@@ -130,7 +130,7 @@ def test_all_at_once_is_the_saved_preset(page: Any, tmp_path: Path) -> None:
 
 
 def test_a_bass_as_it_was_exported_keeps_what_was_given(tmp_path: Path) -> None:
-    """Tuning, hands and effects that were options of the export are in the preset that the page saves."""
+    """The export options for tuning, hands and effects are in the preset that the page saves."""
     source = Source("jazz-finger", {"tuning": "drop-d", "a4": 442.0})
     bass = load_preset("jazz-finger", **source.given)
     bass = replace(bass, player=replace(bass.player, floor_noise=-200.0, wheel="slide"), effects=Effects(drive=0.25))
@@ -159,7 +159,7 @@ def test_sliders_are_those_that_change_the_bass_and_say_what_it_has() -> None:
 
 
 def set_slider(page: Any, symbol: str, *values: float) -> None:
-    """Moves a slider to each of `values`, and lets it go."""
+    """Moves a slider to each of `values`, then releases it."""
     page.execute_script(
         "const slider = $(`bench-${arguments[0]}`);"
         "for (const value of arguments[1]) { slider.value = value; slider.dispatchEvent(new Event('input')); }"
@@ -170,13 +170,13 @@ def set_slider(page: Any, symbol: str, *values: float) -> None:
 
 
 def state(page: Any) -> Any:
-    """The slot of the bench, its values, how many steps can be undone and done again, and what it says."""
+    """The slot of the bench, its values, the counts of undo and redo steps, and its message."""
     return page.execute_script(STATE)
 
 
 @pytest.fixture
 def opened(page: Any) -> Iterator[Any]:
-    """The page as new; whatever goes wrong in it fails the test."""
+    """A fresh page; any error in it fails the test."""
     page.get("about:blank")
     page.get_log("browser")
     open_page(page, page.home)
@@ -197,13 +197,13 @@ const [name, values, score, frames, rate, done] = arguments;
   done([benches.get(name).toml(), btoa(text)]);
 })();
 """
-SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]  # as test_module.py has them: nothing is chaotic
-HIT = [(0.05, 0.8, 47, 127)]  # fret 4 of the G string, as hard as can be
+SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]  # as in test_module.py: nothing is chaotic
+HIT = [(0.05, 0.8, 47, 127)]  # fret 4 of the G string at full force
 CLOSE = 1e-7
 
 
 def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(opened: Any, tmp_path: Path) -> None:
-    """Of those that change frets by a note that hits them: contact that loses energy is not chaotic."""
+    """Sliders that change frets are tested by a note that hits them: lossy contact is not chaotic."""
     heights = {"action", "neck_relief", "nut_height", "fret_height", "contact_loss"}
     usual: dict[bool, Any] = {}
     moved = [values for values in each_slider("jazz-finger") if list(values) != ["fret"]][::2]
@@ -221,7 +221,7 @@ def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(opened
 
 
 def test_a_lower_action_buzzes_under_the_same_hand(opened: Any) -> None:
-    """The page's sound has more above 1 kHz, and the pluck is as far as it was: the saved preset keeps the hand."""
+    """The page's sound has more above 1 kHz at the same pluck: the saved preset keeps the hand."""
     score, high = score_of([(0.0, 0.9, 43, 110)], RATE), []
     for action in (1.6, -1.4):
         given = messages_of(score), RATE // QUANTUM * QUANTUM, RATE
@@ -243,7 +243,7 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
         open_page(opened, opened.home + link)
         assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == [name, toml, link]
         assert state(opened)[4] == "The bass is as the link says."
-    opened.execute_script("location.hash = '#like=slap&action=-0.5'")  # as if it was pasted
+    opened.execute_script("location.hash = '#like=slap&action=-0.5'")  # as if pasted
     wait(lambda: opened.execute_script("return $('bass').value === 'slap' && bench().values.action === -0.5"))
 
 
@@ -318,7 +318,7 @@ def test_it_works_from_the_keyboard_and_has_a_name_for_everything(opened: Any) -
 
 
 def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any) -> None:
-    """Of a slider that is dragged the newest value comes, and few of those on the way."""
+    """Of a dragged slider's values the newest is used, and few in between."""
     opened.find_element("id", "power").click()
     wait(lambda: "plays" in opened.find_element("id", "said").text)
     opened.execute_script("pluckWith(STROKES.find(one => one.symbol === 'pick'))")
@@ -335,13 +335,13 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     assert opened.execute_script("return rings"), "the note that sounds is not cut"
     wait(lambda: opened.execute_script("return !building.now && !building.wanted && !player.next"))
     found = opened.execute_script("return made.map(([[number, value]]) => value)")
-    # one at the beginning of the drag, which lets the note ring out, and one at its end
+    # one at the beginning of the drag, where the note rings out, and one at its end
     assert 1 <= len(found) <= 3 and found[-1] == pytest.approx(-1.2)
     wait(lambda: opened.execute_script("return player.names.size === 1 || player.context.currentTime > 3"))
     assert opened.execute_script("return state.stroke.symbol") == "pick"
     told = "const done = arguments[0], {port} = player.node, old = port.onmessage;"
     told += "port.onmessage = e => { old(e); if (e.data.playing) done([e.data.playing.pluckedWith, e.data.faults]); }"
-    wait(lambda: opened.execute_async_script(told) == ["pick", 0])  # the page tells the new bass once it hears of it
+    wait(lambda: opened.execute_async_script(told) == ["pick", 0])  # the page informs the new bass once it learns of it
     heights = opened.execute_script("return bassCalled('jazz-finger').strings[0].heights[11]")
     assert heights == pytest.approx(-1.2e-3, abs=1e-9)
     opened.execute_script("release('test')")
@@ -413,7 +413,7 @@ def test_fingers_have_room_on_a_phone(opened: Any) -> None:
         open_page(opened, opened.home + "?phone")
         assert not opened.execute_script("return $('bench-fold').open")
         bar = "const {top, bottom} = $('bench').getBoundingClientRect(); return [top, bottom, innerHeight]"
-        top, bottom, height = opened.execute_script(bar)  # the folded bar is in sight from the beginning
+        top, bottom, height = opened.execute_script(bar)  # the folded bar is visible from the beginning
         assert 40 <= bottom - top <= 60 and bottom <= height + 1
         opened.execute_script("$('bench-fold').open = true")
         top, bottom, height = opened.execute_script(bar)
@@ -427,7 +427,7 @@ def test_fingers_have_room_on_a_phone(opened: Any) -> None:
 
 
 def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) -> None:
-    """While nothing sounds too: the file that the audio thread's bass was made of is that of the saved preset."""
+    """In silence too: the file of the audio thread's bass equals the saved preset's."""
     opened.find_element("id", "power").click()
     wait(lambda: "plays" in opened.find_element("id", "said").text)
     opened.find_element("id", "power").click()

@@ -1,4 +1,4 @@
-"""The cases of the paper on the page: from a link, slowly and without a sound; from a button, with their sound."""
+"""The paper's cases on the page: from a link, slow and silent; from a button, with sound."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def page(whole: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def replayed(page: Any, says: str) -> dict[str, Any]:
-    """What the page shows slowly, once it shows the case that it `says`."""
+    """The page's slow replay, once it shows the case `says`."""
     wait(lambda: says in page.find_element("id", "case-said").text)
     made: dict[str, Any] = page.execute_script(MADE)
     return made
@@ -53,7 +53,7 @@ def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
     rows = np.array(made["rows"]).reshape(len(made["slots"]) // 3, -1)
     x = np.linspace(0, trial.speaking.length, 401)
     for sample, state in zip(samples, states, strict=True):
-        k = made["frame"] - made["first"] + sample - 1  # what is seen after a frame is its row
+        k = made["frame"] - made["first"] + sample - 1  # the view after a frame is its row
         assert made["slots"][3 * k] == pytest.approx(trial.speaking.length)
         drawn, wanted = (
             np.sqrt(2 / trial.speaking.length)
@@ -65,7 +65,7 @@ def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
 
 
 def test_buttons_play_and_show_the_cases(page: Any) -> None:
-    """A touches no fret, C more than B; each is heard, and leaves the bench and the keys as they were."""
+    """A touches no fret, C more than B; each is heard, and leaves the bench and the keys unchanged."""
     counts = {}
     for name in PLAYED:
         page.find_element("id", f"case-{name}").click()

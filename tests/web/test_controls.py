@@ -1,4 +1,4 @@
-"""Each control of the page by mouse, touch and key, whatever controls there are; and a stranger's first minute."""
+"""Every control of the page by mouse, touch and key, and a stranger's first minute."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import pytest
 from support.browser import chromium, open_page, wait
 from support.song import midi_file, song_of
 
-# `snapshot` is all that can be seen but meters, all that is chosen, and how often the page did what cannot be seen:
-# told the audio thread something, made a file or asked for one. `at` makes a control ready, and waits until all rests.
+# `snapshot` is everything visible except meters, all choices, and counts of invisible actions: messages to the audio
+# thread, files made or asked for. `at` readies a control, and waits until all rests.
 WATCH = """
 window.deeds = 0;
 const {port} = player.node, post = port.postMessage.bind(port), make = URL.createObjectURL;
@@ -81,7 +81,7 @@ window.READY = {
   "case-a": own, "case-b": own, "case-c": own,
 };
 """
-# A selector and a name of each control; of the many places of neck and piano of the first and last of their kind.
+# A selector and a name of each control; of the many places of neck and piano, the first and last of their kind.
 FOUND = """
 const path = e => e.id ? `#${e.id}` : e.dataset.key ? `[data-key="${e.dataset.key}"]`
   : e.dataset.fret ? `[data-string="${e.dataset.string}"][data-fret="${e.dataset.fret}"]`
@@ -96,7 +96,7 @@ return [...document.querySelectorAll("button, select, summary, input:not([type=f
 """
 AT = "const [selector, name, done] = arguments; at(selector, READY[name] || own).then(done)"
 DIFFERS = "differs().then(arguments[0])"
-HOLD = 0.1  # s that a finger stays
+HOLD = 0.1  # s of a finger's touch
 KEYS = {"Enter": (13, "\r"), "ArrowLeft": (37, ""), "ArrowRight": (39, ""), "ArrowDown": (40, "")}  # codes and texts
 
 
@@ -111,7 +111,7 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 @contextmanager
 def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> Iterator[None]:
-    """The page as new in a window of a size (px), on a screen to touch or not; nothing goes wrong in it."""
+    """The fresh page in a window of `width` by `height` px, on a touch screen or not; no error may occur in it."""
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": touch}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": touch})
@@ -127,7 +127,7 @@ def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> I
 
 
 def act(driver: Any, means: str, selector: str, here: dict[str, Any], hold: float = 0.0) -> None:
-    """Uses a control, as a hand does; a touch lasts `hold` s at least."""
+    """Uses a control as a hand does; a touch lasts at least `hold` s."""
     at = {"x": here["x"], "y": here["y"]}
     if means == "key":
         driver.execute_script("document.querySelector(arguments[0]).focus()", selector)
@@ -137,7 +137,7 @@ def act(driver: Any, means: str, selector: str, here: dict[str, Any], hold: floa
         given = {"key": key, "code": key, "windowsVirtualKeyCode": code, "text": text}
         for kind in ("keyDown" if text else "rawKeyDown", "keyUp"):
             driver.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, **given})
-    elif here["type"] == "select-one":  # what it opens is no part of the page
+    elif here["type"] == "select-one":  # its menu is no part of the page
         choose(driver, selector)
     elif means == "mouse":
         for kind in ("mousePressed", "mouseReleased"):
@@ -149,7 +149,7 @@ def act(driver: Any, means: str, selector: str, here: dict[str, Any], hold: floa
 
 
 def choose(driver: Any, selector: str) -> None:
-    """Chooses another one of a list."""
+    """Chooses another entry of a list."""
     from selenium.webdriver.support.select import Select
 
     chosen = Select(driver.find_element("css selector", selector))
@@ -165,7 +165,7 @@ def choose(driver: Any, selector: str) -> None:
     ],
 )
 def test_every_control_does_something_by(browser: Any, whole: str, means: str, width: int) -> None:
-    """In a window so high that all is in sight, and so narrow that there are tabs and a part of the neck."""
+    """In a window tall enough for everything, and in one so narrow that it has tabs and a part of the neck."""
     bass, drums = song_of([28, 31]), song_of([36])
     song = base64.b64encode(midi_file(bass, [m.copy(channel=9) if not m.is_meta else m for m in drums])).decode()
     with opened(browser, whole, width, 3600, means == "touch"):
@@ -184,7 +184,7 @@ def test_every_control_does_something_by(browser: Any, whole: str, means: str, w
 
 
 def tap(driver: Any, selector: str, part: float = 0.5, hold: float = 0.0) -> None:
-    """Touches the middle of a control for `hold` s, or so a `part` of its height below its top."""
+    """Touches a control for `hold` s, at the fraction `part` of its height from its top."""
     box = driver.execute_script(
         "const e = document.querySelector(arguments[0]); if (e.getBoundingClientRect().bottom > innerHeight"
         " || e.getBoundingClientRect().top < 0) e.scrollIntoView({block: 'center'});"
@@ -206,7 +206,7 @@ def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
         )
 
         def contacts() -> int:
-            """How many frets the string hits by one touch, as the page says it."""
+            """The number of frets hit after one touch, as shown by the page."""
             browser.execute_script("$('seen').textContent = ''")
             tap(browser, fret, 0.95, HOLD)
             wait(lambda: browser.execute_script("return $('seen').textContent"))
@@ -215,7 +215,7 @@ def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
 
         before = contacts()  # the first touch starts the sound
         assert browser.execute_script("return peak") > 0.01
-        assert browser.execute_script("return see.note.string") == 2  # however near the next one
+        assert browser.execute_script("return see.note.string") == 2  # however near the next string
         assert before > 0 and all(at > 2 for at in browser.execute_script("return [...flashed]"))
         tap(browser, "#bench summary")
         wait(lambda: browser.execute_script("return $('bench-fold').open"))

@@ -1,4 +1,4 @@
-"""`livebass export web`: the files of a page, and the input that it refuses."""
+"""`livebass export web`: the files of a page, and the inputs it refuses."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytes
 
 
 def page_of(html: Path) -> dict[str, Any]:
-    """What a page knows."""
+    """The data of a page."""
     found: dict[str, Any] = json.loads(html.read_text("utf-8").split('id="page">')[1].split("</script>")[0])
     return found
 

@@ -1,4 +1,4 @@
-"""The linker of the page's module: what small programs of LLVM do once it has linked them."""
+"""The linker of the page's module, tested by running small LLVM programs that it has linked."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from livebass.web import linking
 
 wasmtime = pytest.importorskip("wasmtime")
 STACK = 1 << 16
-# Names data and functions in every way that an object file can; `unused` and what it calls alone are not reached.
+# Names data and functions in every way possible in an object file; `unused` and its own callees are unreachable.
 PROGRAM = """
 target triple = "wasm32-unknown-unknown"
 target datalayout = "e-m:e-p:32:32-p10:8:8-p20:8:8-i64:64-i128:128-n32:64-S128-ni:1:10:20"

@@ -31,9 +31,9 @@ from livebass.web.layout import ENTRIES, RECORDS, record
 TESTS = Path(__file__).parents[1]
 MOST_BYTES = 700_000
 CLOSE = 1e-7
-OTHER_ORDER = 4e-6  # of full scale, that sums of float32 in another order make of hard notes: twice what was found
+OTHER_ORDER = 4e-6  # of full scale, from reordering sums of float32 in hard notes: twice the largest found
 SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]
-# Soft notes under key switches: a lower one, and another one over it, for each of legato, slide, palm, ghost, harmonic,
+# Soft notes under key switches: a low one, then another above it, for each of legato, slide, palm, ghost, harmonic,
 # vibrato
 TECHNIQUES = [
     note
@@ -57,7 +57,7 @@ def in_wasm(preset: str | Instrument, score: Score, seconds: float = 1.0) -> Flo
 
 
 def natively(preset: str | Instrument, score: Score) -> Floats:
-    """As `livebass render` has it, cut at full scale, as the page does."""
+    """As in `livebass render`, cut at full scale, like the page's."""
     bass = load_preset(preset) if isinstance(preset, str) else preset
     sound = render_to_array(bass, score, QUALITIES["live"], tail=1.0)
     return np.clip(mixed(sound.astype(np.float32)), -1, 1)
@@ -76,21 +76,21 @@ def test_the_module_is_small_and_imports_nothing() -> None:
 
 @pytest.mark.parametrize("preset", PINNED)
 def test_it_plays_the_pinned_sound(preset: str) -> None:
-    """Hard notes on all strings. The hash is that of browsers too: test_page.py."""
+    """Hard notes on all strings. Browsers have the same hash: test_page.py."""
     assert sound_hash(in_wasm(preset, score_of(HARD, RATE), PINNED[preset]["seconds"])) == PINNED[preset]["hash"]
 
 
 @pytest.mark.parametrize("notes", [SOFT, TECHNIQUES], ids=["plucked", "techniques"])
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger"])
 def test_soft_notes_are_those_of_the_native_engine(preset: str, notes: list[tuple[float, float, int, int]]) -> None:
-    """Strings that touch no fret, or hardly: nothing is chaotic."""
+    """Strings that touch hardly any fret: nothing is chaotic."""
     score = score_of(notes, RATE)
     sound = in_wasm(preset, score)
     assert np.abs(sound - natively(preset, score)[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max()
 
 
 def test_channels_are_apart_as_in_render(tmp_path: Path) -> None:
-    """Wheels, ranges, tuning, pedals and expression of two channels, and keys that both hold."""
+    """Wheels, ranges, tuning, pedals and expression of two channels, and keys held on both."""
     score = midi_score(tmp_path / "a.mid")
     soft = score.messages.copy()
     soft[:, 2] = np.where(soft[:, 0] & 0xF0 == 0x90, np.minimum(soft[:, 2], 30), soft[:, 2])
@@ -117,7 +117,7 @@ def test_the_floor_is_that_of_a_render() -> None:
 
 
 def test_effects_are_those_of_a_render() -> None:
-    """A response goes into a bass with its file, or by the page in place of the file's."""
+    """A response comes with the bass's file, or from the page in its place."""
     samples = np.exp(-np.arange(9000) / 900) * np.cos(np.arange(9000.0)) / 9
     bass, score = load_preset("jazz-finger"), score_of(SOFT, RATE)
     bass = replace(bass, effects=Effects(0.5, 0.75, Response(RATE, samples.tobytes())))
@@ -139,10 +139,10 @@ def test_effects_are_those_of_a_render() -> None:
 @pytest.mark.slow  # may have to compile that level
 @pytest.mark.skipif(platform.machine().lower() not in X86, reason="another kind of processor")
 def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> None:
-    """Through all contacts: WebAssembly has the arithmetic of the level x86-64-v2, but not its order of sums.
+    """Through all contacts: WebAssembly has the arithmetic of the level x86-64-v2, but another order of sums.
 
-    LLVM adds in as many lanes as it chooses for each. Where sums stay as they are written, both give the same bits,
-    through denormal numbers too, which WebAssembly keeps.
+    LLVM picks the number of lanes for each. Where sums stay as written, both give the same bits, even through
+    denormals, which WebAssembly keeps.
     """
     places = os.pathsep.join([str(TESTS), str(TESTS.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     environment = os.environ | {"LIVEBASS_LEVEL": "x86-64-v2", "PYTHONPATH": places}
@@ -191,7 +191,7 @@ def test_javascript_has_the_records_of_the_kernels() -> None:
                 inner, at = inner.fields[part][0], at + inner.fields[part][1]
             assert offsets[name] == at
         kinds = {kind for _, kind in found["fields"].values()}
-        assert kinds <= {"", "i8", "i4", "f8", "f4", "u1", "u8"}  # u8: a checksum, which only kernels read
+        assert kinds <= {"", "i8", "i4", "f8", "f4", "u1", "u8"}  # u8: a checksum, read only by kernels
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The modules of the page become one script: in their order, without a circle, each with what it imports."""
+"""The page's modules joined into one script: in order, without circles, each with its imports."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_what_cannot_be_joined_is_refused(modules: dict[str, str], says: str) ->
 
 
 def test_no_module_is_left_out() -> None:
-    """Each file of the page is in one of its scripts; the audio thread and the worker share what they can."""
+    """Each file of the page is in one of its scripts; the audio thread and the worker share files where they can."""
     scripts = {entry: joined(entry) for entry in ENTRIES}
     for file in STATIC.glob("*.js"):
         assert any(f"const ${file.stem} = " in script for script in scripts.values()), file.name

@@ -1,4 +1,4 @@
-"""The page in real browsers: from a disk and from a server it plays, by keys and neck, and asks nobody for anything."""
+"""The page in real browsers: from disk or a server it plays by keys and neck, and makes no requests."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from livebass.web.export import shown
 LOUD = -30.0  # dBFS
 LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400, 2560)  # px
-KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # and the notes they play
+KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # with the notes they play
 # The sound of a score as samples in base64
 OFFLINE = """
 (async (name, score, frames, rate) => {
@@ -45,8 +45,8 @@ OFFLINE = """
 """
 
 
-# Runs the page's audio thread in a worker, under a clock of its own: a frame costs so many ms a string that is held
-# and has fine operators, and so many ms a relieved one. Tells the ms of each quantum, and the strings relieved then.
+# Runs the page's audio thread in a worker, on its own clock: a frame takes so many ms for each held string with fine
+# operators, and so many ms for a relieved one. Reports the ms of each quantum, and its relieved strings.
 AUDIO_THREAD = """
 const [name, notes, quanta, cost, heldUp, done] = arguments;
 const before = `
@@ -103,7 +103,7 @@ def addresses(pages: dict[bool, Path]) -> Iterator[dict[str, str]]:
 
 @pytest.fixture
 def page(browser: Any, addresses: dict[str, str]) -> Iterator[Any]:
-    """The page from a disk, ready to start; whatever goes wrong in it fails the test."""
+    """The page from disk, ready to start; any error in it fails the test."""
     open_page(browser, addresses["disk"])
     yield browser
     assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
@@ -135,13 +135,13 @@ def chain(driver: Any) -> Any:
 
 
 def hold(driver: Any, key: str) -> None:
-    """Presses a key, which is heard."""
+    """Presses a key and waits for its sound."""
     chain(driver).key_down(key).perform()
     hear(driver)
 
 
 def requests(driver: Any) -> list[str]:
-    """What the page asked for since the last call, but for itself and what is in it."""
+    """The page's requests since the last call, except for itself and embedded data."""
     messages = [json.loads(line["message"])["message"] for line in driver.get_log("performance")]
     found = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
     return [url for url in found if not url.startswith(("data:", "blob:", "chrome:"))]
@@ -192,7 +192,7 @@ def test_it_leaves_no_name_in_the_global_scope(browser: Any, addresses: dict[str
 
 
 def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
-    """Tab reaches every control and one place on the neck; arrow keys move there, Enter plays."""
+    """Tab reaches every control and one place on the neck; arrow keys move on from there, Enter plays."""
     from selenium.webdriver.common.keys import Keys
 
     seen = []
@@ -257,7 +257,7 @@ def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
     assert page.execute_script("return $('shown').textContent").startswith("Frets 3 to ")
 
 
-# Keeps what is pressed, what is sent and how loud it gets, in ev, sent and peaks
+# Keeps pressed keys, sent messages and the loudest peaks in ev, sent and peaks
 WATCH = """
 window.ev = []; window.sent = []; window.peaks = [];
 for (const kind of ["pointerdown", "pointerup", "keydown", "keyup"])
@@ -269,7 +269,7 @@ port.onmessage = e => { if (e.data.peak) peaks.push(e.data.peak); told(e); };
 
 
 class Untouched:
-    """A page in a browser of its own, where nobody touched anything: the driver's own scripts count as touches."""
+    """A page in its own browser, untouched: the driver's own scripts would count as touches."""
 
     def __init__(self, driver: Any, address: str) -> None:
         self.driver = driver
@@ -282,7 +282,7 @@ class Untouched:
         return self.driver.execute_cdp_cmd("Runtime.evaluate", given)["result"].get("value")
 
     def place(self) -> dict[str, float]:
-        """In the middle of a fret."""
+        """A point in the middle of a fret."""
         box = self.look("$('neck').querySelector('.fret').getBoundingClientRect().toJSON()")
         return {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
 
@@ -302,7 +302,7 @@ class Untouched:
 def test_the_first_press_sounds_however_short_as_long_as_it_was(
     addresses: dict[str, str], tmp_path: Path, kind: str
 ) -> None:
-    """All is ready but the wish to hear, which browsers see in a press, of a touch often in its end alone."""
+    """All is ready except the permission to sound, which browsers see in a press, often only at a touch's end."""
     with chromium(tmp_path / "profile") as driver:
         if kind == "touch":
             driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
@@ -377,7 +377,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
         return text(page, "response-text")
 
     def plays(most: float) -> None:
-        """Notes come to be quieter than this."""
+        """Waits until notes are quieter than `most`."""
         for _ in range(20):
             chain(page).key_down("a").pause(0.3).perform()
             shown = text(page, "level-text").removesuffix(" dB")
@@ -389,7 +389,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     start(page)
     hold(page, "a")
     chain(page).key_up("a").perform()
-    page.execute_script("$('response-level').click()")  # as loud as the file has it
+    page.execute_script("$('response-level').click()")  # at the file's own level
     assert give("quiet.wav", np.array([0.0, 1e-3])) == "Through quiet.wav."
     plays(-45)
     response = "[player.response.length, Math.max(...player.response.map(Math.abs))]"
@@ -419,13 +419,13 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     wait(lambda: text(page, "response-text") == "none.wav: not an audio file")
     page.find_element("id", "response-off").click()
     wait(lambda: text(page, "response-text") == "")
-    time.sleep(0.5)  # the bass is built anew
+    time.sleep(0.5)  # the bass is rebuilt
     hold(page, "a")
     chain(page).key_up("a").perform()
 
 
 def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: Any) -> None:
-    """As by a call on a phone; a note that was held then is over."""
+    """As by a call on a phone; a note held then is over."""
     start(page)
     hold(page, "a")
     page.execute_script("player.context.suspend()")
@@ -460,7 +460,7 @@ port.postMessage = (m, t) => {
 
 
 def sent(driver: Any) -> list[list[Any]]:
-    """The messages since the last call, but notes of the bass; first after SENT."""
+    """The messages since the last call, except notes of the bass; run SENT first."""
     found = driver.execute_script("return sent.splice(0)")
     return [list(message) for message in found if message[0] in (0xB0, "everywhere") or message[1] < 28]
 
@@ -477,7 +477,7 @@ def pressed(driver: Any) -> set[str]:
 
 @pytest.mark.parametrize("name", ["Slide", "Hammer"])
 def test_a_finger_that_goes_along_a_string_plays_on_there_by_the_left_hand(page: Any, name: str) -> None:
-    """The new note comes before the old one's end, but on another string."""
+    """The new note comes before the old one ends, except on another string."""
     start(page)
     way(page, name).click()
     page.execute_script(SENT)
@@ -534,8 +534,8 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
             play(0x90, key, 100)
             play(0x80, key, 0)
             shows(name)
-        assert [m for m in sent(browser) if m == [0xB0, 9, 0]] == [[0xB0, 9, 0]]  # the keyboard's; none of the page's
-        # a chip that a keyboard switched is switched off by the page, and the other way round
+        assert [m for m in sent(browser) if m == [0xB0, 9, 0]] == [[0xB0, 9, 0]]  # the keyboard's; the page sent none
+        # the page switches off a chip that a keyboard switched on, and vice versa
         play(0xB0, 9, 20)
         shows("Fingers", "Palm mute")
         way(browser, "Palm").click()
@@ -581,7 +581,7 @@ def test_a_key_map_without_a_technique_takes_its_chip_away(page: Any) -> None:
 
 
 def test_techniques_are_latched_or_held(page: Any) -> None:
-    """They send MIDI's key switches and controllers, by press, long press, number key or Enter."""
+    """They send MIDI key switches and controllers, by press, long press, number key or Enter."""
     from selenium.webdriver.common.keys import Keys
 
     start(page)
@@ -595,7 +595,7 @@ def test_techniques_are_latched_or_held(page: Any) -> None:
     assert sent(page) == [[0x90, 17, 64]] and "Harmonics" in pressed(page)
     chain(page).release().perform()
     assert sent(page) == [[0x80, 17, 64]] and pressed(page) == {"Fingers"}
-    for kind in ("pointerdown", "pointercancel", "pointerleave"):  # a finger that scrolls
+    for kind in ("pointerdown", "pointercancel", "pointerleave"):  # a scrolling finger
         page.execute_script(f"WAYS[4].button.dispatchEvent(new PointerEvent('{kind}'))")
     assert sent(page) == [[0xB0, 65, 127], [0xB0, 65, 0]] and pressed(page) == {"Fingers"}
     chain(page).key_down("9").perform()
@@ -666,7 +666,7 @@ def test_letters_play_after_a_bass_was_chosen(page: Any) -> None:
 
 @pytest.mark.parametrize("told", [True, False])
 def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses: dict[str, str], told: bool) -> None:
-    """A French one, which the browser tells or the page learns from what is pressed."""
+    """A French layout, reported by the browser or learned from presses."""
     layout = "{getLayoutMap: async () => new Map([['KeyA', 'q'], ['Semicolon', 'm'], ['KeyZ', 'w']])}"
     lack = f"Object.defineProperty(Navigator.prototype, 'keyboard', {{get: () => ({layout if told else 'undefined'})}})"
     script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": lack})
@@ -718,10 +718,10 @@ def audio_thread(
     cost: dict[str, float],
     held_up: Sequence[tuple[float, float]] = (),
 ) -> Floats:
-    """The time (ms) that every quantum took, and the strings relieved after it, on a machine of known speed.
+    """The time (ms) of every quantum, and the relieved strings after it, on a machine of known speed.
 
-    `notes` are keys, and when they begin and end (s); `cost` are the loads of a "fine" and a "coarse" string;
-    `held_up` says when the machine itself is late (s), and how much (ms).
+    `notes` are keys, with start and end (s); `cost` are the loads of a "fine" and a "coarse" string; `held_up` gives
+    the moments (s) of the machine's own delays, and their length (ms).
     """
     given = [{"key": key, "begin": round(RATE * begin), "end": round(RATE * end)} for key, begin, end in notes]
     times = [{"at": round(RATE * at), "ms": ms} for at, ms in held_up]
@@ -739,7 +739,7 @@ def test_hard_chords_are_relieved_at_once_and_stay_so_until_the_playing_is_soft(
     first, second = (slice(round(RATE * at) // QUANTUM, round(RATE * (at + 1.0)) // QUANTUM) for at in (0.1, 3.6))
     assert late.any() and relieved.max() == 4 and relieved[-1] == 0
     behind = (found[first, 0] - 1000 * QUANTUM / RATE).clip(0).sum()
-    assert behind < 40  # ms; 200 if all waited for a report of 43 ms each
+    assert behind < 40  # ms; 200 if everything waited for a report of 43 ms each
     assert not late[second].any() and (relieved[second] == 4).all()
 
 
@@ -764,7 +764,7 @@ def test_overload_is_said(page: Any) -> None:
 
 @contextmanager
 def seen_by(driver: Any, **features: str) -> Iterator[None]:
-    """Has the page see media features of a user, such as forced_colors="active"."""
+    """Makes the page see media features of a user, such as forced_colors="active"."""
     given = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
     driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": given})
     try:
@@ -775,7 +775,7 @@ def seen_by(driver: Any, **features: str) -> Iterator[None]:
 
 @contextmanager
 def sized(driver: Any, width: int, height: int) -> Iterator[None]:
-    """Has the page see a window of a size in px."""
+    """Makes the page see a window of a size in px."""
     sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
     driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
     try:
@@ -789,8 +789,8 @@ def sized(driver: Any, width: int, height: int) -> Iterator[None]:
         driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
-SIGNS = {"#octave-down", "#octave-up", "#down", "#up"}  # buttons with a sign, of which axe is not sure
-# Axe sees no contrast over a gradient: this puts the k-th of its colours in its place
+SIGNS = {"#octave-down", "#octave-up", "#down", "#up"}  # buttons with a sign, which axe cannot judge
+# Axe sees no contrast over a gradient: this puts in the k-th of its colours
 PLAIN = """
 for (const e of document.querySelectorAll("body, #piano button")) {
   e.style.background = "";
@@ -840,7 +840,7 @@ def test_nothing_moves_where_that_is_not_wanted(page: Any) -> None:
 
 
 def picture(driver: Any, selector: str) -> Any:
-    """What a part of the page looks like: (height, width) brightness, 0 to 255."""
+    """The pixels of a part of the page: (height, width) brightness, 0 to 255."""
     from PIL import Image
 
     where = "const r = document.querySelector(arguments[0]).getBoundingClientRect(); "
@@ -851,7 +851,7 @@ def picture(driver: Any, selector: str) -> Any:
 
 
 def strokes_across(line: Any) -> int:
-    """How many strokes a line of a picture goes across: what is 60 and more away from the ground, beside each other."""
+    """The number of strokes across a line of a picture: runs of pixels 60 or more away from the ground."""
     drawn = np.abs(line - np.median(line)) > 60
     return int(drawn[0]) + int(np.count_nonzero(drawn[1:] & ~drawn[:-1]))
 
@@ -960,7 +960,7 @@ def test_a_folder_without_its_worker_says_so(browser: Any, pages: dict[bool, Pat
 
 
 def offline(run: Callable[[str], str], preset: str) -> Floats:
-    """What an OfflineAudioContext renders of the pinned score; `run` gives the value of a script's promise."""
+    """The sound of the pinned score from an OfflineAudioContext; `run` gives the value of a script's promise."""
     frames = round(PINNED[preset]["seconds"] * RATE) // QUANTUM * QUANTUM
     given = json.dumps([preset, messages_of(score_of(HARD, RATE)), frames, RATE])
     return np.frombuffer(base64.b64decode(run(f"({OFFLINE})(...{given})")), np.float32)
@@ -984,11 +984,11 @@ def test_firefox_plays_the_same_samples(addresses: dict[str, str], tmp_path: Pat
                 assert sound_hash(offline(fox.run, preset)) == PINNED[preset]["hash"]
 
 
-# --- what the strings do ---
+# --- the motion of strings ---
 
 
 def pluck(driver: Any, string: int, fret: int, velocity: int) -> dict[str, Any]:
-    """Plays a note until the page has heard its first 0.3 s; returns what the page knows of it."""
+    """Plays a note until the page has heard its first 0.3 s; returns the page's data about it."""
     before = driver.execute_script("return see.note.frame ?? -1")
     driver.execute_script(
         "const [string, fret, velocity] = arguments, cell = document.querySelector("
@@ -1004,7 +1004,7 @@ def pluck(driver: Any, string: int, fret: int, velocity: int) -> dict[str, Any]:
 
 
 def show_again(driver: Any) -> None:
-    """Presses the button for the last note again, and waits for it."""
+    """Presses the replay button for the last note, and waits for it."""
     button = driver.find_element("id", "again")
     wait(button.is_enabled)
     button.click()
@@ -1017,7 +1017,7 @@ def lift(driver: Any) -> None:
 
 
 def test_strings_move_and_frets_flash_where_they_are_hit(page: Any) -> None:
-    """A hard note hits frets beyond its own, a soft one none; the picture of the neck changes with the string."""
+    """A hard note hits frets beyond its own, a soft one none; the picture of the neck moves with the string."""
     start(page)
     rest = picture(page, ".stage")
     page.execute_script(
@@ -1045,8 +1045,8 @@ def text_of(driver: Any, name: str) -> str:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
 def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
-    """Its contacts are those that were heard, to the step; its shapes are those that were seen, to the bit."""
-    if preset != page.execute_script("return $('bass').value"):  # a note on the bass before cannot be made again
+    """The replay's contacts match the heard ones to the step; its shapes match the seen ones to the bit."""
+    if preset != page.execute_script("return $('bass').value"):  # a note on the old bass cannot be replayed
         page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
     start(page)
     wait(lambda: page.execute_script("return player.playing === arguments[0]", preset))
@@ -1054,13 +1054,13 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
         "window.kept = []; const take = see.take.bind(see);"
         "see.take = m => { kept.push([m.frame, m.sight.slice(0)]); return take(m); }"
     )
-    for velocity in (127, 120, 100, 80):  # a slow machine relieves strings of modes, and hears another motion
+    for velocity in (127, 120, 100, 80):  # a slow machine relieves strings of modes, which changes the motion
         page.execute_script(
             "window.relieved = false; clearInterval(window.watching);"
             "window.watching = setInterval(() => { relieved ||= !$('overload').hidden; }, 20)"
         )
         note = pluck(page, 1, 3, velocity)
-        time.sleep(0.2)  # the page is told of its load 23 times a second
+        time.sleep(0.2)  # the page hears of its load 23 times a second
         show_again(page)
         lift(page)
         if not page.execute_script("clearInterval(watching); return relieved"):
@@ -1072,7 +1072,7 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
     end = began + made["first"] + made["length"]
     heard = [(h["fret"], h["frame"] - began, h["speed"]) for h in note["contacts"] if h["frame"] < end]
     again = [(h["fret"], h["frame"], h["speed"]) for h in made["hits"] if h["frame"] >= made["frame"]]
-    assert len(heard) > len(again) / 2  # a busy machine tells the last ones late
+    assert len(heard) > len(again) / 2  # a busy machine reports the last ones late
     assert [hit[::2] for hit in again[: len(heard)]] == [hit[::2] for hit in heard]
     assert np.allclose([hit[1] for hit in again[: len(heard)]], [hit[1] for hit in heard], rtol=0, atol=1e-6)
     same = page.execute_script(
@@ -1098,7 +1098,7 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
     assert same[0] >= 3 and same[1] == 0, same
 
 
-# Keeps what the page saves, as [blob, name], in place of a download
+# Keeps the page's saved files, as [blob, name], instead of downloading them
 SAVED = """
 window.saved = [];
 const blobs = new Map(), make = URL.createObjectURL;
@@ -1120,7 +1120,7 @@ def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> Non
     moment = page.find_element("id", "moment")
     page.execute_script("$('moment').focus()")
     before = page.execute_script("return see.replay.at")
-    chain(page).send_keys("\ue014").perform()  # to the right: one frame on
+    chain(page).send_keys("\ue014").perform()  # right arrow: one frame on
     assert page.execute_script("return !state.rolling")
     release = page.execute_script("return see.replay.frame - see.replay.first")
     page.execute_script("$('moment').value = arguments[0]; $('moment').oninput()", release)
@@ -1186,7 +1186,7 @@ def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any)
         assert page.execute_script(f"{flashed} {held} return [held, see.flashes.size]") == [1, 0]
 
 
-# What `count` finds in so many ms: pictures a second, frames that were recorded for each that passed, faults
+# Results of `count` in so many ms: pictures a second, recorded frames per frame passed, faults
 PICTURES = """
 window.count = async ms => {
   let pictures = 0, frames = 0;
@@ -1205,7 +1205,7 @@ window.count = async ms => {
   return [pictures / seconds, frames / context.sampleRate / (after - before), state.late, $("faults").textContent];
 };
 """
-# At the beginning of an audio thread, which tells that 14 of 16 ms are gone: if they were, pictures might be fewer
+# Put first in an audio thread, this reports 14 of 16 ms as used: really using them might cost pictures
 BURDEN = """
 const register = registerProcessor;
 globalThis.registerProcessor = (name, of) => {
@@ -1221,7 +1221,7 @@ globalThis.registerProcessor = (name, of) => {
 
 @pytest.mark.parametrize("loaded", ["audio thread", "main thread"])
 def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], tmp_path: Path, loaded: str) -> None:
-    """Where the audio thread has much to do, or the main thread, pictures are fewer; all that is played is recorded."""
+    """A busy audio thread or main thread gets fewer pictures; every sound is still recorded."""
     shutil.copytree(pages[False].parent, tmp_path / "page")
     script = tmp_path / "page" / "worklet.js"
     if loaded == "audio thread":
@@ -1240,7 +1240,7 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
             found.append(browser.execute_async_script("count(1000).then(arguments[0])"))
             browser.execute_script("release('test')")
     (pictures, recorded, _, _), (fewer, still, _, faults) = found
-    assert fewer < max(15, 0.7 * pictures), found  # of a machine that is busy with other things there are few before
+    assert fewer < max(15, 0.7 * pictures), found  # a machine busy with other things has few before
     assert abs(recorded - 1) < 0.2 and abs(still - 1) < 0.2 and faults == "0 faults", found
 
 
@@ -1261,7 +1261,7 @@ def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:
 
 
 def open_file(driver: Any, name: str, data: bytes, drop: bool = False) -> None:
-    """Gives the page a file: by its button's input, or dropped on it."""
+    """Gives the page a file, through its button's input or by dropping it."""
     script = (
         "const [name, data, drop] = arguments, bytes = Uint8Array.from(atob(data), c => c.charCodeAt(0));"
         "const file = new File([bytes], name);"
@@ -1298,7 +1298,7 @@ def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
 
 
 def test_another_part_and_what_is_odd_about_a_file(page: Any) -> None:
-    """The part that is chosen plays on its own channel; remarks stand below the name, a line each."""
+    """The chosen part plays on its own channel; remarks follow the name, a line each."""
     file = smf(named(b"Low", 1, 40, 43), named(b"High", 4, 72, 74, 76)) + b"stray"
     open_file(page, "odd.mid", file.replace(b"\x00\x02\x01", b"\x00\x03\x01", 1))
     wait(lambda: "plays" in text_of(page, "song-text"))
@@ -1333,7 +1333,7 @@ def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
     assert page.execute_script("return notes.length") == played
 
 
-# Counts the timers that run, in window.timers
+# Counts the running timers in window.timers
 TIMERS = """
 window.timers = new Set();
 const [begin, end] = [setInterval, clearInterval];
@@ -1410,7 +1410,7 @@ def test_a_recording_is_what_was_heard(page: Any) -> None:
 
 
 class Glass:
-    """A touch screen, on which time goes as the test says: events come `after` ms after the last one."""
+    """A touch screen on the test's own clock: events come `after` ms after the last one."""
 
     def __init__(self, driver: Any) -> None:
         self.driver = driver
@@ -1447,7 +1447,7 @@ player.send = (time, midi, string, frame) => {
 
 
 def test_two_hands_fret_and_pluck(page: Any) -> None:
-    """A held fret plucks nothing; the other finger across the strings does, harder when it is faster."""
+    """A held fret plucks nothing; the other finger across the strings does, harder when faster."""
     start(page)
     page.find_element("id", "hands").click()
     page.execute_script(SEND)
@@ -1463,7 +1463,7 @@ def test_two_hands_fret_and_pluck(page: Any) -> None:
         page.execute_script("messages.length = 0")
         glass.touch("down", 2, (x, top + 0.1 * lane), 300)
         glass.touch("move", 2, (x, top + 0.9 * lane), ms)
-        glass.touch("move", 2, (x, top + 0.4 * lane), 10)  # too soon to be another pluck
+        glass.touch("move", 2, (x, top + 0.4 * lane), 10)  # too soon for another pluck
         glass.touch("up", 2, (x, top + 0.4 * lane), ms)
         return list(page.execute_script("return messages.filter(m => m[0] === 0x90)"))
 

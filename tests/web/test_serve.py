@@ -1,4 +1,4 @@
-"""`livebass page`: the page on this machine alone, until Ctrl-C."""
+"""`livebass page` serves the page to this machine alone, until Ctrl-C."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page reads MIDI files by the rule of `render`: the same messages, parts, choice, remarks and errors."""
+"""The page reads MIDI files by the rules of `render`: the same messages, parts, choice, remarks and errors."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def line_of(channel: int, keys: list[int] = LINE, length: int = 240) -> list[tup
 
 
 def with_rows(*rows: tuple[int, tuple[int, ...]], channel: int = 0) -> bytes:
-    """A file of one track: a line on a channel, and these events."""
+    """A one-track file: a line on a channel, and the events `rows`."""
     return smf(events(*sorted([*rows, *line_of(channel)], key=lambda row: row[0])))
 
 
@@ -137,7 +137,7 @@ KINDS: dict[str, bytes] = {
 
 
 def random_song(seed: int) -> bytes:
-    """Tracks of random channels, ports, names, programs and messages; what their note-offs end is left to chance."""
+    """Tracks of random channels, ports, names, programs and messages, with note-offs left to chance."""
     rng = random.Random(seed)
     tracks = [random_track(rng) for _ in range(rng.randint(1, 5))]
     tempos = events(*((tick, (0xFF, 0x51, 3, *rng.randbytes(3))) for tick in range(0, 900, 300)))
@@ -167,7 +167,7 @@ def random_track(rng: random.Random) -> bytes:
 
 
 def damaged(seed: int) -> bytes:
-    """A file with some bytes overwritten, left out or doubled. It has no names: a damaged one is Python's guess."""
+    """A file with bytes overwritten, removed or doubled. It has no names: Python would guess a damaged one."""
     rng = random.Random(seed)
     data = bytearray(UNNAMED)
     for _ in range(rng.randint(1, 3)):
@@ -207,7 +207,7 @@ def test_the_page_reads_files_as_render_does(driver: Any, tmp_path: Path, kind: 
 
 
 def test_each_part_can_be_picked(driver: Any) -> None:
-    """A part that is picked has all its notes, each with its end, and no others; what is chosen stands first."""
+    """A chosen part has all its notes, each with its end, and no others; the choice comes first."""
     script = """
       return arguments[0].map(file => {
         let song;

@@ -1,4 +1,4 @@
-"""A page that watches the bass of `livebass play`: what is told of it, to whom, and that the sound is the same."""
+"""A page watches the bass of `livebass play`: the data sent, its receivers, and the unchanged sound."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ EVERY, LOOKS = 7, 50  # blocks between two looks
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
 @pytest.mark.parametrize("ahead", ["never", "far"])
 def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead: str) -> None:
-    """Also of strings that run ahead of the clock and are taken back; the samples are those without anybody looking."""
+    """Even for strings that run ahead of the clock and are taken back; the samples are the same without a watcher."""
     sounds, contacts, notes = [], [], []
     for looks in (False, True):
         synth, device = synth_and_device(preset, FINE)
@@ -179,7 +179,7 @@ def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, 
 
 @pytest.mark.slow
 def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: Path) -> None:
-    """`livebass play --watch` prints an address; the page there says what each string of the song does, and the end."""
+    """`livebass play --watch` prints an address; its page shows each string's motion in the song, and the end."""
     song = tmp_path / "song.mid"
     song.write_bytes(midi_file(song_of([28, 33, 38, 43] * 20, 720)))
     arguments = ("--backend", "jack", "-p", "jazz-finger", "--file", song, "--loop")

@@ -1,4 +1,4 @@
-"""The bench: compiled, it makes the notes that Python makes of the same source, and refuses what Python refuses."""
+"""The bench: compiled, it makes the same notes as its Python source, and refuses the same basses."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ TUNED = {"tuning": "half-step-down", "capo": 2, "temperament": "just"}
 @pytest.mark.parametrize("preset", preset_names())
 @pytest.mark.parametrize("how", [{}, TUNED], ids=["as it is", "tuned"])
 def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int]) -> None:
-    """Every number of a note and its obstacles, bit for bit; and as many modes as the quality says."""
+    """All numbers of a note and its obstacles agree bit for bit; the count of modes follows the quality."""
     if how and preset in ("paper-fretless", "paper-g"):
         how = {"capo": 2}
     bass = load_preset(preset, **how)  # type: ignore[arg-type]
@@ -51,7 +51,7 @@ def test_notes_are_those_that_python_makes(preset: str, how: dict[str, str | int
 
 
 def test_a_number_of_a_neck_reaches_every_note(tmp_path: Path) -> None:
-    """A preset inherits it; a string may have its own; each note has it."""
+    """A preset inherits it; a string may set its own; each note has it."""
     (tmp_path / "a.toml").write_text('like = "jazz-finger"\nname = "A"\n[neck]\naxes_turned = "20 deg"\n')
     own = '[[string]]\nname = "A"\nneck.axes_turned = "-55 deg"\n'
     (tmp_path / "b.toml").write_text(f'like = "a.toml"\nname = "B"\n{own}')
@@ -63,7 +63,7 @@ def test_a_number_of_a_neck_reaches_every_note(tmp_path: Path) -> None:
 
 
 def raised(neck: Neck, by: float, fret: int) -> Neck:
-    """A neck with one fret, and the board with it, higher by so many m."""
+    """A neck with one fret, and the board with it, raised `by` m."""
     heights = [h + by * (k == fret) for k, h in enumerate(neck.fret_heights, 1)]
     surface: Surface = tuple((x, h + by * (abs(x - neck.fret_positions[fret - 1]) < 2e-3)) for x, h in neck.surface)
     return replace(neck, fret_heights=tuple(heights), surface=surface)
@@ -76,7 +76,7 @@ def profiled(neck: Neck) -> Neck:
 
 
 def why(bass: Instrument, how: str) -> str:
-    """The message that refuses a bass, by Python's notes or by the kernel's; "" if it is accepted."""
+    """The message that refuses a bass, from Python's notes or the kernel; "" if it is accepted."""
     try:
         if how == "kernel":
             image(bass, QUALITIES["live"])
@@ -98,7 +98,7 @@ def test_what_stands_above_a_string_is_named(preset: str, by: float, wanted: str
     bass = load_preset({"profile": "precision-finger", "board": "fretless"}.get(preset, preset))
     necks = [profiled(neck) if preset == "profile" else neck for neck in bass.necks]
     high = [raised(neck, by if i == 2 else 0.0, 9) for i, neck in enumerate(necks)]
-    if preset == "board":  # the places where notes are stopped are below it
+    if preset == "board":  # the stopping points are below it
         high = [replace(neck, fret_heights=old.fret_heights) for neck, old in zip(high, necks, strict=True)]
     bass = replace(bass, necks=tuple(high))
     found = why(bass, "kernel")
@@ -117,5 +117,5 @@ def test_a_hypotenuse_is_rounded_once() -> None:
 
 
 def test_a_bass_on_the_bench_is_small() -> None:
-    """A page or a plugin state has room for it."""
+    """It fits into a page or a plugin state."""
     assert BENCH.itemsize < 8192

@@ -1,4 +1,4 @@
-"""A bass is changed by one kernel: Python, the plugins and the page get the same bytes for every slider."""
+"""One kernel changes a bass: Python, the plugins and the page get the same bytes for every slider."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BASSES = (
 
 
 def natively(file: bytes, bench: bytes, values: dict[str, float]) -> bytes | int:
-    """The file that the kernel makes, as a plugin calls it, or the state that says why there is none."""
+    """The kernel's file, as a plugin calls it, or the status of its failure."""
     data = [np.frombuffer(each + bytes(-len(each) % 64), np.int64).copy() for each in (file, bench)]
     change = np.zeros(1, CHANGE)
     change["file"], change["bench"], change["size"] = (*(each.ctypes.data for each in data), len(bench))
@@ -51,7 +51,7 @@ def listed(values: dict[str, float]) -> list[float]:
 
 
 def by_python(bass: Instrument, values: dict[str, float]) -> bytes:
-    """The file of the changed bass; empty for a neck that cannot be played."""
+    """The file of the changed bass; empty if its neck cannot be played."""
     try:
         return instrument_file(changed(bass, values))
     except ValueError:
@@ -59,7 +59,7 @@ def by_python(bass: Instrument, values: dict[str, float]) -> bytes:
 
 
 def places() -> list[dict[str, float]]:
-    """The values of a bench with each slider moved to two places, and with many at once."""
+    """Bench values with each slider moved to two places, and with many moved at once."""
     made = []
     for symbol, row in SLIDER_ROWS.items():
         p = row.parameter
@@ -100,7 +100,7 @@ def test_a_file_with_strokes_and_effects_keeps_them() -> None:
 
 
 def test_action_moves_the_strings_in_proportion() -> None:
-    """Twice as low at the lowest string is twice as low at every string, and the hand stays."""
+    """Halved at the lowest string, it is halved at every string, and the hand stays."""
     bass = load_preset("jazz-finger")
     low = changed(bass, {"action": -1.2})
     gaps = [-neck.fret_heights[11] for neck in low.necks]
@@ -141,10 +141,10 @@ def test_one_fret_is_lifted_and_a_pickup_stays_where_there_is_room() -> None:
     assert neck.position == bass.output.pickups[0].position and bridge.position == bridge.aperture / 2
     assert neck.level > 1.2 * bass.output.pickups[0].level
     assert changed(bass, {"cable": -500.0}).output.coil.capacitance >= LEAST_CAPACITANCE
-    assert changed(bass, {"fret": float(FRETS), "fret_height": 1.0}) == bass  # there is none
+    assert changed(bass, {"fret": float(FRETS), "fret_height": 1.0}) == bass  # it has no such fret
 
 
 def test_values_count_in_hundredths() -> None:
-    """Hosts of plugins keep a value in float32."""
+    """Plugin hosts keep values in float32."""
     bass = load_preset("jazz-finger")
     assert changed(bass, {"action": float(np.float32(-0.9))}) == changed(bass, {"action": -0.9})

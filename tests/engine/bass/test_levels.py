@@ -1,4 +1,4 @@
-"""Levels of every preset: one as loud as the other, a hard line nearly fills full scale, nothing exceeds it, no DC."""
+"""Levels of every preset: all equally loud, a hard line nearly fills full scale and never exceeds it, no DC."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from livebass.score.phrases import FINGER, TEMPO
 from livebass.units import decibels, note_number
 
 RATE = 48000
-PLACES = (5, 12)  # frets each string is played at
+PLACES = (5, 12)  # frets played on each string
 HARD, USUAL, SOFT = 127, 90, 20  # velocities
 LOUDEST = (-7.0, -2.0)  # dBFS, peak of a hard line
-APART = 2.0  # LU, at most, between any two basses but those whose notes are short
+APART = 2.0  # LU, at most, between any two basses except those with short notes
 SHORT = {"muted"}
 QUICK = set(preset_names()) - {"paper-fretless"}
 DYNAMICS = 12.0  # dB, at least, between a soft line and a hard one
@@ -49,7 +49,7 @@ def test_basses_are_as_loud_as_one_another(names: set[str]) -> None:
 
 @pytest.mark.parametrize("name", of_each_kind(preset_names(), dear="fretless"))
 def test_nothing_beyond_full_scale(name: str) -> None:
-    """A chromatic run, each note struck hard while the one before still sounds."""
+    """A chromatic run: each note is struck hard while the one before still sounds."""
     bass = load_preset(name)
     notes = range(bass.strings[0].open_note, bass.strings[-1].open_note + PLACES[-1] + 1)
     run = score_of([(0.134 * k, 0.14, note, HARD) for k, note in enumerate(notes)], RATE)

@@ -20,7 +20,7 @@ from livebass.model.instrument import Instrument, note_frequency, speaking
 from livebass.units import cents
 
 RATE = 22050
-IN_TUNE = 3.5  # cents: of two lines, u and v, up to 1 cent is the ear's choice
+IN_TUNE = 3.5  # cents: up to 1 cent between u and v is the ear's choice
 
 
 def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:

@@ -1,4 +1,4 @@
-"""Every tier at its own settings: the modes and contact rate that notes are played with, against brute force."""
+"""Every tier at its own settings: the modes and contact rate of played notes, against brute force."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from livebass.model.instrument import Pluck, for_modes, speaking
 from livebass.model.modes import CARRIED, frequencies
 from livebass.model.trial import Trial
 
-NOTES = 4  # of each preset, quality and rate: 288 with all of them
+NOTES = 4  # per preset, quality and rate: 288 in all
 QUICK = set(preset_names()) - {"paper-fretless"}
 CASES = list(itertools.product(preset_names(), ("live", "studio"), (44100, 48000, 96000)))
 
 
 def event_of(engine: Engine, i: int, fret: int, velocity: int, stroke: int | None = None) -> np.void:
-    """The event by which the performer plucks `fret` of string `i`, whatever technique the bass is played with."""
-    alone = engine.performer.copy()  # a hand that has this string only
+    """The performer's pluck of `fret` of string `i`, whatever the bass's technique."""
+    alone = engine.performer.copy()  # a hand with only this string
     alone["strings"], alone["open"][0, 0], alone["slapped"] = 1, engine.instrument.strings[i].open_note, 0
     if stroke is not None:
         alone["stroke"] = stroke
@@ -40,9 +40,9 @@ def event_of(engine: Engine, i: int, fret: int, velocity: int, stroke: int | Non
 
 
 def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
-    """A pluck as the performer gives it to a random string, fret and velocity; and its name.
+    """The performer's pluck for a random string, fret and velocity, and its name.
 
-    It is that of a finger, a pick, a nail or a pop, at the angle of that, straight up, or oblique.
+    It is a pluck by finger, pick, nail or pop, at that stroke's angle, straight up, or oblique.
     """
     bass = engine.instrument
     i, fret = int(rng.integers(0, engine.strings)), int(rng.integers(0, engine.frets + 1))
@@ -55,7 +55,7 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
     apex, place, width, release = (float(event[field]) for field in ("apex", "place", "width", "seconds"))
     pluck = Pluck(apex, place, width, angle, release, apex * bass.player.release_speed / bass.player.greatest_apex)
     rate = float(engine.rates.contact_rate)
-    span = 0.008 if s.surface else 0.03  # a board takes brute force ten times as long
+    span = 0.008 if s.surface else 0.03  # brute force takes ten times as long on a board
     trial = Trial(s, pluck, int(op["modes"]), rate, float(engine.rate), span, s.length - 0.02, sensor_v=s.length - 0.03)
     return trial, f"string {bass.strings[i].name}, fret {fret}, velocity {velocity}, stroke {stroke}, {angle:.2f} rad"
 
@@ -72,9 +72,9 @@ def random_note(engine: Engine, rng: np.random.Generator) -> tuple[Trial, str]:
     ],
 )
 def test_notes_are_those_of_brute_force_at_the_settings_of_the_tier(preset: str, quality: str, rate: int) -> None:
-    """Same contacts, and 1e-6 of the largest displacement; in one of four at most until chaos parts them.
+    """Same contacts, and 1e-6 of the largest displacement; chaos may part one note in four.
 
-    Chaos parted two of 264 of them, both at fret 19 of the board of `paper-fretless`.
+    Chaos parted two of 264, both at fret 19 of the board of `paper-fretless`.
     """
     engine = Engine(without_noise(preset), QUALITIES[quality], rate)
     rng = np.random.default_rng([*map(ord, preset), len(quality), rate])
@@ -89,7 +89,7 @@ def test_notes_are_those_of_brute_force_at_the_settings_of_the_tier(preset: str,
 
 @pytest.mark.parametrize("preset", preset_names())
 def test_no_bass_has_modes_that_its_contact_rate_cannot_carry(preset: str) -> None:
-    """Above 0.45 of it a mode turns too far in a step; static compliance stands for those left out."""
+    """Above 0.45 of it a mode turns too far in a step; static compliance replaces the omitted modes."""
     bass = without_noise(preset)
     for rate in (44100, 48000):
         engine = Engine(bass, QUALITIES["live"], rate)
@@ -104,7 +104,7 @@ def test_no_bass_has_modes_that_its_contact_rate_cannot_carry(preset: str) -> No
 @pytest.mark.parametrize("rate", [44100, pytest.param(48000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("preset", preset_names())
 def test_no_hard_note_trips_the_safety_net(preset: str, rate: int) -> None:
-    """Every string and fret at velocity 127, one after the other, at the tier whose contact rate is the lowest."""
+    """Every string and fret at velocity 127, one after the other, at the tier with the lowest contact rate."""
     engine = Engine(without_noise(preset), QUALITIES["live"], rate)
     apart = rate // 40
     for i, v in enumerate(engine.voices):

@@ -1,4 +1,4 @@
-"""Tuned basses as they sound: pitch, force of plucks, strings that are not tuned, key switches."""
+"""The sound of tuned basses: pitch, force of plucks, strings kept at their tuning, key switches."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_strings_that_are_not_tuned_keep_every_bit() -> None:
 
 
 def test_key_switches_call_strings_by_their_own_notes() -> None:
-    """Key 9 is the A string's, whatever it is tuned to, and 19 the G string's."""
+    """Key 9 is for the A string, whatever its tuning, and 19 for the G string."""
     bass = load_preset("jazz-finger", tuning="half-step-down", capo=2)
     for key, wanted in ((16, 0), (9, 1), (14, 2), (19, 3)):
         engine = Engine(bass, SMALL, RATE)
@@ -74,7 +74,7 @@ def test_key_switches_call_strings_by_their_own_notes() -> None:
 
 
 def test_the_slackest_strings_bear_the_hardest_notes() -> None:
-    """A fourth down and the lowest A that there is: no motion is scaled back."""
+    """A fourth down, and the lowest possible A: no motion is scaled back."""
     bass = load_preset("slap", tuning="bead", a4=380)
     engine = Engine(bass, QUALITIES["live"], 48000)
     keys = [string.open_note + fret for string in bass.strings for fret in (0, 7)]

@@ -1,4 +1,4 @@
-"""What comes after the DI: convolution against numpy, the compressor's curve, the valve's law, no bit when off."""
+"""Effects after the DI: convolution against numpy, the compressor's curve, the valve's law, no changed bit when off."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def record_of(address: int) -> Any:
 
 @jit
 def convolve_part(address: int, sound: Any, place: int) -> None:
-    """Convolves frames of float64 in place, without the others and without rounding to float32."""
+    """Convolves frames of float64 in place, without the other effects and without rounding to float32."""
     e = effects_at(address)
     for j in range(len(sound)):
         e.sound[j] = sound[j]
@@ -40,7 +40,7 @@ def play_chain(address: int, sound: Any, flags: Any, frame: int, knobs: int, str
 
 
 class Chain:
-    """The effects of a bass, and how many frames they have played."""
+    """The effects of a bass, and the number of frames they have played."""
 
     def __init__(self, compression: float = 0.0, drive: float = 0.0, response: Any = (), given: int = RATE) -> None:
         taps = np.array(response, float)
@@ -54,7 +54,7 @@ class Chain:
         return self.memory.view(np.uint8)[: EFFECTS.itemsize].view(EFFECTS)[0]
 
     def play(self, sound: Any, sizes: Any = (), knobs: Any = None) -> np.ndarray:
-        """What becomes of `sound`, in blocks of these sizes, with the knobs asked for (2, n); the flags are kept."""
+        """Processes `sound` in blocks of `sizes`, with the knobs of `knobs` (2, n); the flags are kept."""
         out = np.array(sound, np.float32)
         self.flags = np.zeros_like(out)
         at, stride = 0, 0 if knobs is None else knobs.shape[1]
@@ -118,7 +118,7 @@ def test_a_response_of_one_sample_changes_nothing() -> None:
 
 @pytest.mark.parametrize("given", [22_050, 48_000, 96_000])
 def test_a_response_at_another_rate_has_the_same_gain(given: int) -> None:
-    """Its frequency response stays, up to 0.4 of the slower rate, and it comes LATE samples of that rate later."""
+    """Its frequency response stays the same up to 0.4 of the slower rate, and comes LATE samples of that rate later."""
     t = np.arange(given // 20) / given
     response = np.exp(-t / 4e-3) * np.sin(2 * np.pi * 700 * t) / given * 5000 + (t == 0) * 0.3
     sound = np.zeros(RATE // 4)
@@ -132,7 +132,7 @@ def test_a_response_at_another_rate_has_the_same_gain(given: int) -> None:
         assert abs(got - wanted) < 2e-3 * np.abs(response).sum(), hertz
 
 
-# --- all of them ---
+# --- all effects ---
 
 ON: dict[str, dict[str, Any]] = {
     "compressor": {"compression": 0.7},
@@ -159,7 +159,7 @@ def test_off_is_off() -> None:
 
 
 def test_knobs_that_a_host_moves_change_nothing_before_and_after() -> None:
-    """From the frame on at which they leave 0, gradually, until they are at 0 again; wherever blocks are split."""
+    """They act, gradually, from the frame where they leave 0 until they are back at 0, however blocks are split."""
     sound, knobs = 0.2 * noise(40_000), np.zeros((2, 40_000))
     knobs[0, 3000:12_345] = 0.5
     knobs[1, 7000:20_000] = 0.8
@@ -209,14 +209,14 @@ def test_whatever_comes_the_sound_is_finite(kind: str, size: float) -> None:
 
 
 def steady(knob: float, level: float) -> float:
-    """dB of what becomes of a steady level (dB of full scale), after 2 s."""
+    """dB of the output for a steady level (dB of full scale), after 2 s."""
     out = Chain(compression=knob).play(np.full(2 * RATE, 10 ** (level / 20)))
     return 20 * np.log10(float(out[-1]))
 
 
 @pytest.mark.parametrize("knob", [0.1, 0.5, 1.0])
 def test_the_static_curve_of_the_compressor(knob: float) -> None:
-    """Its threshold, ratio, knee and make-up gain are those of the handbook."""
+    """Its threshold, ratio, knee and make-up gain match the handbook."""
     threshold, slope = -8 - 20 * knob, 5 * knob / (1 + 5 * knob)
     made_up = 0.5 * slope * -threshold if threshold < -3 else 0.0
     for level in (-60.0, threshold - 3.1, threshold + 3.0, -2.0, 0.0):
@@ -228,7 +228,7 @@ def test_the_static_curve_of_the_compressor(knob: float) -> None:
 
 
 def test_attack_and_release_of_the_compressor() -> None:
-    """The reduction comes to 1 - 1/e of its whole within the attack, and falls to 1/e of it within the release."""
+    """The reduction reaches 1 - 1/e of its final value within the attack, and falls to 1/e of it within the release."""
     knob, low, high = 0.5, 10 ** (-60 / 20), 1.0
     sound = np.concatenate([np.full(RATE // 10, low), np.full(RATE, high), np.full(RATE, low)])
     gain = 20 * np.log10(Chain(compression=knob).play(sound) / sound)
@@ -244,7 +244,7 @@ def test_attack_and_release_of_the_compressor() -> None:
 
 
 def test_the_curve_of_the_valve_is_that_of_a_triode() -> None:
-    """Koren's law for a 12AX7 with its load line, solved by scipy; the grid's current through its resistor."""
+    """Koren's law for a 12AX7 with its load line, solved by scipy; the grid current flows through its resistor."""
     one = Chain(drive=0.5).record
 
     def plate(volts: float) -> float:
@@ -282,7 +282,7 @@ def test_the_curve_between_its_points_is_a_cubic_and_level_beyond() -> None:
 
 
 def stack(hertz: np.ndarray) -> np.ndarray:
-    """The tone stack's gain by its nodes: input through C1 and R4, wiper of the treble's track is the output."""
+    """The tone stack's gain by its nodes: input through C1 and R4, output at the wiper of the treble's track."""
     low, mid, high = valve.LOW, valve.MIDDLE, valve.HIGH
     out = []
     for f in hertz:
@@ -313,13 +313,13 @@ def test_the_tone_stack_is_the_passive_circuit() -> None:
     digital = np.polyval(one["tone_b"][::-1], 1 / z) / np.polyval(one["tone_a"][::-1], 1 / z)
     circuit = stack(hertz)
     wanted = circuit / np.abs(stack(np.array([valve.UNITY])))
-    assert np.abs(digital / wanted - 1).max() < 0.04  # the bilinear transform bends frequencies by 1.5 % at 3 kHz
+    assert np.abs(digital / wanted - 1).max() < 0.04  # the bilinear transform shifts frequencies by 1.5 % at 3 kHz
     assert abs(np.sum(one["tone_b"])) < 1e-12 * np.abs(one["tone_b"]).max(), "no direct current"
     assert np.abs(np.roots(one["tone_a"])).max() < 1.0
 
 
 def test_a_quiet_sound_goes_through_the_valve_in_its_tone_alone() -> None:
-    """At a low drive a low level is not distorted, and is as loud as before at UNITY."""
+    """At a low drive a low level is not distorted, and keeps its loudness at UNITY."""
     out = Chain(drive=1e-3).play(sine(100.0, 1.0, 1e-3))[RATE // 2 :]
     spectrum = np.abs(np.fft.rfft(out * np.hanning(len(out))))
     f = 100 * len(out) // RATE
@@ -328,7 +328,7 @@ def test_a_quiet_sound_goes_through_the_valve_in_its_tone_alone() -> None:
 
 
 def products(drive: float, size: float) -> tuple[float, float]:
-    """dB of the strongest product that is no harmonic, and of the second harmonic, under a tone of 5 kHz."""
+    """dB of the strongest inharmonic product, and of the second harmonic, under a tone of 5 kHz."""
     count = RATE // 5
     out = Chain(drive=drive).play(sine(5000.0, 1.2, size))[-count:]
     spectrum = np.abs(np.fft.rfft(out * np.blackman(count)))

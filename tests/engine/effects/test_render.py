@@ -1,4 +1,4 @@
-"""Effects in a render: behind the mix alone, to the end of their own sound, and of no bit's difference when off."""
+"""Effects in a render: after the mix only, to the end of their own sound, and not one bit's difference when off."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def written(bass: Instrument, path: Path, score: Score = NOTE, **more: Any) -> n
 def test_a_response_is_heard_in_the_mix_alone_and_to_its_end(tmp_path: Path) -> None:
     dry = written(JAZZ, tmp_path / "dry.wav", stems=True)
     wet = written(behind(JAZZ, response=HALL), tmp_path / "wet.wav", stems=True)
-    last = len(dry) - RATE // 50  # both fade out at their ends
+    last = len(dry) - RATE // 50  # both fade out at the end
     assert np.abs(wet[:last] - np.convolve(dry, TAPS)[:last]).max() < 1e-6 * np.abs(wet).max()
     for string in "EADG":
         alone = [soundfile.read(tmp_path / f"{name}.{string}.wav", dtype="float32")[0] for name in ("dry", "wet")]
@@ -79,7 +79,7 @@ def test_splitting_a_render_changes_nothing(size: int) -> None:
 
 
 def test_basses_keep_their_own_effects() -> None:
-    """A program change brings the new bass's; what the one before still sounds goes through its own."""
+    """A program change brings the new bass's effects; the old bass's remaining sound goes through its own."""
 
     def basses(first: Instrument, second: Instrument) -> np.ndarray:
         return mix_of(Basses(Engine(first, LIGHT, RATE), {36: second}), 12_000)

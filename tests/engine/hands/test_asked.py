@@ -1,4 +1,4 @@
-"""Figures that are asked of techniques, measured on the string itself rather than on its sound."""
+"""Required figures of techniques, measured on the string itself rather than on its sound."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from livebass.kernels.string.records import EVENT, PLUCK
 
 RATE = 48000
 TAP, LEGATO, SLIDE = 2, 12, 4  # key switches
-ON_STRING = (16, 9, 14, 19)  # likewise, of E, A, D and G
+ON_STRING = (16, 9, 14, 19)  # key switches of E, A, D and G
 OPEN = (28, 33, 38, 43)
 ENGINES: dict[str, Engine] = {}
 ACROSS = 1.3  # rad: a pluck along the frets
@@ -29,12 +29,12 @@ def engine(preset: str = "jazz-finger") -> Engine:
 
 
 def press(player: Engine, *keys: tuple[int, int], status: int = 0x90) -> None:
-    """Sends these keys and velocities now."""
+    """Sends the keys with their velocities now."""
     player.send(np.full(len(keys), player.frame), np.array([(status, *key) for key in keys], np.uint8))
 
 
 def energy(player: Engine, i: int) -> float:
-    """J in the modes of string i."""
+    """Energy (J) in the modes of string i."""
     slot = player.voices[i].slots[int(player.voices[i].record["slot"][0])]
     op, total = player.pool.records[i, int(slot["fret"])], 0.0
     for w in (slot["u"], slot["v"])[: 2 if int(slot["v_active"]) else 1]:
@@ -49,7 +49,7 @@ def db(ratio: float) -> float:
 
 
 def plucked(i: int, fret: int, apex: float) -> float:
-    """J that a pluck by `apex` (m) across the frets gives."""
+    """Energy (J) of a pluck by `apex` (m) across the frets."""
     player = engine()
     event, length = np.zeros(1, EVENT), float(player.pool.records[i, fret]["length"])
     event["kind"], event["fret"], event["apex"], event["place"] = PLUCK, fret, apex, length - 0.17
@@ -61,7 +61,7 @@ def plucked(i: int, fret: int, apex: float) -> float:
 @pytest.mark.parametrize("fret", [3, 7, 12])
 @pytest.mark.parametrize("i", range(4))
 def test_a_hammer_gives_as_much_as_its_velocity_says(i: int, fret: int) -> None:
-    """Against a pluck by 3 mm, once it has come down; the softest ones come no slower than within 32 ms."""
+    """Compared with a pluck by 3 mm, once it has come down; even the softest come within 32 ms."""
     levels = []
     for velocity in (1, 64, 90, 127):
         player = engine()
@@ -75,7 +75,7 @@ def test_a_hammer_gives_as_much_as_its_velocity_says(i: int, fret: int) -> None:
 @pytest.mark.parametrize(("first", "second"), [(2, 7), (3, 10), (2, 14)])
 @pytest.mark.parametrize("i", range(4))
 def test_old_partials_are_gone_10_ms_after_a_hammer(i: int, first: int, second: int) -> None:
-    """60 dB under what they were, in the 0.6 s from then on."""
+    """60 dB below their level before, in the next 0.6 s."""
     player = engine()
     press(player, (ON_STRING[i], 100), (LEGATO, 100), (OPEN[i] + first, 60))
     before = player.process(RATE).sum(axis=0)[-28800:]
@@ -106,7 +106,7 @@ def test_each_step_of_a_slide_is_in_tune(preset: str, i: int) -> None:
 
 @pytest.mark.parametrize(("i", "fret", "asked"), [(1, 7, (-14.0, -28.0, -41.0, -76.0)), (3, 5, (-18.0, -34.0, -56.0))])
 def test_a_note_ends_as_under_fingers_that_ease_off(i: int, fret: int, asked: tuple[float, ...]) -> None:
-    """dB of energy at 30, 60, 100 and 200 ms: within 3 of what is asked at 30 ms, and then at least as far down."""
+    """dB of energy at 30, 60, 100 and 200 ms: within 3 of the requirement at 30 ms, then at least as far down."""
     player = engine()
     press(player, (ON_STRING[i], 100), (OPEN[i] + fret, 60))
     player.process(RATE // 2)
@@ -123,10 +123,10 @@ def test_a_note_ends_as_under_fingers_that_ease_off(i: int, fret: int, asked: tu
 @pytest.mark.parametrize("fret", [0, 5, 12])
 @pytest.mark.parametrize("i", range(4))
 def test_no_mode_rings_through_a_palm(i: int, fret: int) -> None:
-    """Under the tightest, 0.5 s after the release all of 48 modes are 50 dB under the loudest at first.
+    """Under the tightest palm, 0.5 s after the release, all 48 modes are 50 dB below the loudest at first.
 
-    Not so the lowest of open strings, which move little within the 38 mm of the palm: 27 and 45 dB of E, 36 of A, 48 of
-    D. By eigenvalues those of a continuous string fall as little, 26, 39, 34 and 46 dB, and the third of E by 46.
+    The lowest modes of open strings are exempt, as they move little within the palm's 38 mm: 27 and 45 dB on E, 36 on
+    A, 48 on D. By eigenvalues a continuous string's fall as little, 26, 39, 34 and 46 dB, and the third of E by 46.
     """
     for velocity in (30, 80):
         player = engine()
@@ -159,7 +159,7 @@ def step_and_level(keys: list[tuple[float, int, int, int]]) -> tuple[float, floa
 @pytest.mark.parametrize("gap", [0.002, 0.006, 0.03])
 @pytest.mark.parametrize("i", range(4))
 def test_hammers_pull_offs_and_slides_do_not_click(i: int, gap: float) -> None:
-    """On each string, a third note within 6 ms included: no step beyond four times that of a pluck of like energy."""
+    """On each string, even for a third note within 6 ms: no step exceeds four times a pluck's of like energy."""
     o = OPEN[i]
     string, begin = (0.0, 0x90, ON_STRING[i], 100), (0.1, 0x90, o + 2, 80)
     pluck, loud = step_and_level([string, (0.3, 0x90, o + 5, 127)])

@@ -25,15 +25,15 @@ from livebass.reference.playing import play
 
 RATE = 48000
 MODES = 400
-CROWN = -0.9e-3  # m, of the one fret that there is
+CROWN = -0.9e-3  # m, of the only fret
 SENSOR = 0.09  # m from the saddle
 
 
 def string_over_one_fret(name: str, fret: int, stiff: bool = False) -> tuple[Speaking, Speaking]:
-    """A string of jazz-finger, open and stopped at `fret`, over nothing but that fret, on a neck that does not give.
+    """A string of jazz-finger, open and stopped at `fret`, over only that fret, on a rigid neck.
 
-    It bends without effort if it is not `stiff`: a stiff one bends on behind a stop, so that it sounds some cents
-    higher than on a hinge.
+    Unless `stiff`, it bends without effort. A stiff string bends on behind a stop, so it sounds some cents higher than
+    on a hinge.
     """
     bass = without_noise("jazz-finger")
     i = bass.string_index(name)
@@ -41,7 +41,7 @@ def string_over_one_fret(name: str, fret: int, stiff: bool = False) -> tuple[Spe
     neck = dataclasses.replace(bass.necks[i], fret_heights=heights, admittance=Admittance(), stop_conductance=0.0)
     string = bass.strings[i] if stiff else dataclasses.replace(bass.strings[i], inharmonicity=0.0)
     whole, stopped = speaking(string, neck, 0), speaking(string, neck, fret)
-    # at a fret livebass tunes a string to equal temperament: here the waves go as fast as on the open string
+    # livebass tunes stopped strings to equal temperament: here the waves are as fast as on the open string
     return whole, dataclasses.replace(stopped, fundamental=whole.fundamental * whole.length / stopped.length)
 
 
@@ -54,9 +54,9 @@ def event(frame: int, kind: int, fret: int = 0, **values: float) -> np.void:
 
 
 def voice_and_operators(open_string: Speaking, stopped: Speaking, contact_rate: float = 0.0) -> tuple[Voice, Pool]:
-    """The string in the engine, heard as displacement at SENSOR, open up to the fret of `stopped`.
+    """The string in the engine, sensed as displacement at SENSOR, open up to the fret of `stopped`.
 
-    With no contact rate (Hz) crowns are there for the stop alone.
+    With no contact rate (Hz) crowns serve only the stop.
     """
     row = [
         Note(s, round(MODES * s.length / open_string.length), ((s.length - SENSOR,), (s.length - SENSOR,)))
@@ -83,7 +83,7 @@ def displacement(
         due = [queue.pop(0) for _ in range(len(queue)) if queue and queue[0]["frame"] <= n]
         play_frames(voice, pool.records[0], np.array(due, EVENT), heard)
         slot = voice.slots[int(voice.record["slot"][0])]
-        slot["offset"], slot["offset_speed"] = 0.0, 0.0  # of the line of rest before: heard at the event alone
+        slot["offset"], slot["offset_speed"] = 0.0, 0.0  # offsets of the old line of rest: heard at the event only
         line = SENSOR / stopped.length * crown
         kinds = {int(e["kind"]) for e in due}
         out[n] = heard[0]
@@ -93,7 +93,7 @@ def displacement(
 
 
 def crown_below(open_string: Speaking, stopped: Speaking) -> float:
-    """Height (m) of the crown that `stopped` ends on, over the open string at rest."""
+    """Height (m), over the open string at rest, of the crown that ends `stopped`."""
     x = open_string.length - stopped.length
     at = np.abs(np.array(open_string.contact_position) - x).argmin()
     return open_string.contact_height[at]
@@ -105,9 +105,9 @@ def velocity(u: Floats) -> Floats:
 
 @pytest.mark.parametrize(("name", "fret"), [("G", 5), ("G", 12), ("E", 3), ("E", 12)])
 def test_a_hammer_on_and_a_pull_off_are_those_of_brute_force(name: str, fret: int) -> None:
-    """Third octaves of the velocity in the first 100 ms of each, bands within 30 dB; asked for are 1.5 dB.
+    """Third octaves of the velocity in the first 100 ms of each, bands within 30 dB; required are 1.5 dB.
 
-    Fingers behind the stop take what is left there, as those of a hand do.
+    Fingers behind the stop absorb the motion left there, like a hand's.
     """
     open_string, stopped = string_over_one_fret(name, fret)
     x = open_string.length - stopped.length
@@ -137,7 +137,7 @@ PULLED = 0.1  # s after the pluck
 
 
 def string_over_frets(name: str, fret: int, stiff: bool = False) -> tuple[Speaking, Speaking]:
-    """A string of jazz-finger, open and stopped at `fret`, over the same crowns; under the stop there is none."""
+    """A string of jazz-finger, open and stopped at `fret`, over the same crowns, with none under the stop."""
     bass = without_noise("jazz-finger")
     i = bass.string_index(name)
     neck = dataclasses.replace(bass.necks[i], admittance=Admittance(), stop_conductance=0.0)
@@ -154,9 +154,9 @@ def string_over_frets(name: str, fret: int, stiff: bool = False) -> tuple[Speaki
 
 
 def held_and_plucked(whole: Speaking, stopped: Speaking, pluck: Pluck) -> Floats:
-    """q and dq/dt of the open string (1, 2, MODES), held down where `stopped` ends, and plucked beyond.
+    """q and dq/dt of the open string (1, 2, MODES), held down at the end of `stopped` and plucked beyond.
 
-    Both fingers give its static shape corners; that of the stop is such that the string lies on the crown.
+    Both fingers put corners into its static shape; the stop's corner lays the string on the crown.
     """
     x, count = whole.length - stopped.length, 100_000
     k = np.arange(1, count + 1) * (np.pi / whole.length)
@@ -197,7 +197,7 @@ def pulled_off(
 
 
 def difference(a: Floats, b: Floats) -> tuple[float, float]:
-    """Mean and worst, dB, of bands of `b` within 30 dB."""
+    """Mean and worst difference, dB, over bands of `b` within 30 dB."""
     apart = np.abs(a - b)[b > b.max() - 30]
     return float(apart.mean()), float(apart.max())
 
@@ -206,9 +206,9 @@ def difference(a: Floats, b: Floats) -> tuple[float, float]:
 def test_a_pull_off_from_a_string_that_rattles_is_that_of_brute_force(
     name: str, fret: int, apex: float, part: float
 ) -> None:
-    """Plucked as jazz-finger is at velocity 110, over a hundred contacts: measured 0.2 dB and 0.7.
+    """Plucked by jazz-finger at velocity 110, over a hundred contacts: measured 0.2 and 0.7 dB.
 
-    Both have the very same crowns. On those of two grids, a third of a millimetre apart, it is another rattle.
+    Both have identical crowns. On crowns of two grids, a third of a millimetre apart, the rattle differs.
     """
     whole, stopped = string_over_frets(name, fret)
     mean, worst = difference(*pulled_off(whole, stopped, Pluck(apex, part * stopped.length, 5e-3), 1_920_000))
@@ -217,7 +217,7 @@ def test_a_pull_off_from_a_string_that_rattles_is_that_of_brute_force(
 
 @pytest.mark.slow
 def test_a_pull_off_from_the_hardest_pluck_is_that_of_brute_force_in_the_median() -> None:
-    """At velocity 127, plucks within 0.3 % differ by less than 1 dB, as frets that lose end the chaos."""
+    """At velocity 127, plucks within 0.3 % differ by less than 1 dB, because lossy frets end the chaos."""
     whole, stopped = string_over_frets("G", 5)
     plucks = [Pluck(3.34e-3 * s, 0.74 * stopped.length, 5e-3) for s in 1 + 0.003 * np.linspace(-1, 1, 12)]
     ours, theirs = (np.array(x) for x in zip(*(pulled_off(whole, stopped, p, 1_920_000) for p in plucks), strict=True))
@@ -230,10 +230,10 @@ def test_a_pull_off_from_the_hardest_pluck_is_that_of_brute_force_in_the_median(
 
 @pytest.mark.parametrize(("name", "fret"), [("G", 5), ("E", 3)])
 def test_a_pull_off_from_a_stiff_string_is_that_of_brute_force_in_the_mean(name: str, fret: int) -> None:
-    """The mean power of pull-offs at six moments: singly they are a decibel apart in either.
+    """The mean power of pull-offs at six moments: single ones are a decibel apart in either solver.
 
-    A stiff string bends on behind a stop at one point: its partials are some cents higher, and the finger finds them
-    elsewhere in their swing.
+    A stiff string bends on behind a point stop: its partials are some cents higher, so the finger meets them elsewhere
+    in their swing.
     """
     whole, stopped = string_over_frets(name, fret, stiff=True)
     pluck = Pluck(1e-3, 0.72 * stopped.length, 5e-3)
@@ -245,19 +245,19 @@ def test_a_pull_off_from_a_stiff_string_is_that_of_brute_force_in_the_mean(name:
 
 
 def palm(controller: int) -> list[tuple[float, float, float]]:
-    """Places (m from the saddle), resistances (in impedances of the string), half widths of a palm by CC 9."""
+    """Places (m from the saddle), resistances (in string impedances), half widths of a palm by CC 9."""
     firm = touches.LIGHT_PALM * (touches.TIGHT_PALM / touches.LIGHT_PALM) ** (controller / 127)
     return [(p, firm / 3, touches.PALM_WIDTH) for p in touches.PALM_PLACES]
 
 
 def ghost(length: float, fret: int) -> list[tuple[float, float, float]]:
-    """The same of the fingers of a ghost note."""
+    """The same for the fingers of a ghost note."""
     places = [length * 2 ** (-(fret + aside) / 12) for aside in touches.GHOST_FRETS]
     return [(p, touches.GHOST_RESISTANCE, touches.GHOST_WIDTH) for p in places]
 
 
 def node(length: float, number: int) -> list[tuple[float, float, float]]:
-    """The same of the finger on the node of a harmonic."""
+    """The same for the finger on the node of a harmonic."""
     return [(length - length / number, touches.NODE_RESISTANCE[number - 2], touches.NODE_WIDTH)]
 
 
@@ -271,7 +271,7 @@ def node(length: float, number: int) -> list[tuple[float, float, float]]:
 def test_fingers_are_those_of_brute_force(name: str, hand: str) -> None:
     """Third octaves from 63 Hz to 5 kHz of a stiff string, over 100 ms after the landing; bands within 40 dB.
 
-    In brute force the fingers are dashpots all along a Gaussian.
+    Brute force models the fingers as dashpots spread along a Gaussian.
     """
     s, stopped = string_over_one_fret(name, 5, stiff=True)
     kind, _, number = hand.partition(" ")
@@ -295,10 +295,10 @@ def test_fingers_are_those_of_brute_force(name: str, hand: str) -> None:
 
 
 def under_a_palm(s: Speaking, each: float, width: float, pluck: Pluck, times: Floats) -> Floats:
-    """du/dt (n,) at SENSOR of a continuous string on which the three fingers of a palm land in 5 ms, by eigenvalues.
+    """du/dt (n,) at SENSOR, by eigenvalues, of a continuous string on which a palm's three fingers land in 5 ms.
 
     Each has the resistance `each` (N s/m), spread along the string as a Gaussian of standard deviation `width`, and
-    damps all modes together. `times` (s) are after the landing.
+    damps all modes together. `times` (s) count from the landing.
     """
     m = modal(s, 100)
     apart, both = m.k[:, None] - m.k, m.k[:, None] + m.k
@@ -323,9 +323,9 @@ def partial_levels(heard: Floats, s: Speaking) -> Floats:
     ("firm", "name"), quick(itertools.product([0.4, 2.4], "EADG"), always=[(0.4, "G"), (2.4, "G"), (2.4, "E")])
 )
 def test_a_palm_is_that_of_a_continuous_string(name: str, firm: float) -> None:
-    """Partials 1 to 8 in the 80 ms from 30, 150 and 500 ms on, within 50 dB of the loudest; asked for are 1.5 dB.
+    """Partials 1 to 8 in the 80 ms from 30, 150 and 500 ms on, within 50 dB of the loudest; required are 1.5 dB.
 
-    In impedances of the string: on the E 1 and 6 N s/m, the palms of the design's table.
+    `firm` is in string impedances: on the E 1 and 6 N s/m, the palms of the design's table.
     """
     s, stopped = string_over_one_fret(name, 5)
     each, width = firm / 3 * impedance(s), 5e-3

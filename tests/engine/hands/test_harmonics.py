@@ -1,4 +1,4 @@
-"""Harmonics, measured on the modes: what has no node under the finger goes, and what has stays."""
+"""Harmonics, measured on the modes: modes without a node under the finger go, the others stay."""
 
 from __future__ import annotations
 
@@ -36,15 +36,15 @@ def speeds(string: Voice) -> Floats:
 
 
 def rest(preset: str, i: int, number: int) -> float:
-    """How long (s) the finger lies on the node."""
+    """The time (s) for which the finger lies on the node."""
     period = 2 * float(engine(preset).pool.records[i, 0]["length"]) / float(engine(preset).pool.records[i, 0]["speed"])
     return max(touches.NODE_TIME, touches.NODE_PERIODS[number - 2] * period)
 
 
 def played(preset: str, i: int, above: int, velocity: int, times: list[float]) -> tuple[Floats, int]:
-    """`speeds` (times, MEASURED) at times after the release of a harmonic, played by keys on that string; its fret.
+    """`speeds` (times, MEASURED) at `times` after the release of a harmonic, played by keys on string `i`; its fret.
 
-    The key is `above` semitones over the open string.
+    The key is `above` semitones above the open string.
     """
     player = engine(preset)
     key = player.instrument.strings[i].open_note
@@ -61,14 +61,14 @@ def played(preset: str, i: int, above: int, velocity: int, times: list[float]) -
 
 
 def natural(preset: str, i: int, number: int, velocity: int, times: list[float]) -> Floats:
-    """`played` of the natural harmonic of that number."""
+    """`played` for the natural harmonic `number`."""
     speed, fret = played(preset, i, fingering.HARMONICS[number - 2], velocity, times)
     assert fret == 0
     return speed
 
 
 def others(speed: Floats, number: int, most: int = MEASURED) -> Floats:
-    """dB of the strongest mode up to `most` without a node there under the strongest of the harmonic, by time."""
+    """dB by time: the strongest mode up to `most` without a node there, relative to the strongest of the harmonic."""
     j = np.arange(1, MEASURED + 1)
     kept = j % number == 0
     return 20 * np.log10(speed[:, ~kept & (j <= most)].max(axis=1) / speed[:, kept].max(axis=1))
@@ -77,7 +77,7 @@ def others(speed: Floats, number: int, most: int = MEASURED) -> Floats:
 @pytest.mark.parametrize(("preset", "i"), STRINGS)
 @pytest.mark.parametrize("velocity", [30, 80])
 def test_odd_partials_are_gone_30_ms_after_the_release(preset: str, i: int, velocity: int) -> None:
-    """At fret 12: 60 dB, as asked; a low B, which a wave from the bridge takes longer to pass, 35. Of 8 partials."""
+    """At fret 12, for 8 partials: 60 dB, as required; 35 for a low B, where a wave from the bridge takes longer."""
     (level,) = others(natural(preset, i, 2, velocity, [0.03]), 2, 8)
     assert level < (-35 if preset == "five-string" else -60), level
 
@@ -85,7 +85,7 @@ def test_odd_partials_are_gone_30_ms_after_the_release(preset: str, i: int, velo
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize(("preset", "i"), STRINGS)
 def test_only_the_harmonic_is_left_and_the_others_do_not_come_back(preset: str, i: int, number: int) -> None:
-    """Under the harmonic by 60 dB when the finger lifts; what they have then they do not gain upon."""
+    """They are 60 dB below the harmonic when the finger lifts, and never rise from there."""
     lifted = rest(preset, i, number) + 0.02
     speed = natural(preset, i, number, 80, [lifted, lifted + 0.3, lifted + 1.0])
     assert others(speed, number)[0] < -60, others(speed, number)
@@ -96,7 +96,7 @@ def test_only_the_harmonic_is_left_and_the_others_do_not_come_back(preset: str, 
 @pytest.mark.parametrize("number", NUMBERS)
 @pytest.mark.parametrize(("preset", "i"), STRINGS)
 def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> None:
-    """Partials of it up to 8, plucked where all have some motion: the finger takes under 2 dB of each in 150 ms."""
+    """Its partials up to 8, plucked where all move a little: the finger takes under 2 dB of each in 150 ms."""
     level = []
     for firm in (0.0, touches.NODE_RESISTANCE[number - 2]):
         player = engine(preset)
@@ -116,7 +116,7 @@ def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> Non
 
 
 def is_natural(preset: str, i: int, fret: int) -> bool:
-    """True if that note is a natural harmonic of any string, which then sounds in place of an artificial one."""
+    """True if that note is a natural harmonic of any string, which then replaces the artificial one."""
     opens = [s.open_note for s in load_preset(preset).strings]
     return any(opens[i] + fret - note in fingering.HARMONICS for note in opens)
 
@@ -126,9 +126,9 @@ ARTIFICIAL = [(*s, fret) for s in STRINGS for fret in (1, 2, 3, 5, 8, 10, 11) if
 
 @pytest.mark.parametrize(("preset", "i", "fret"), ARTIFICIAL)
 def test_an_artificial_harmonic_is_the_octave_of_its_fret(preset: str, i: int, fret: int) -> None:
-    """Odd partials are 30 dB under the octave, as asked, and far more: 44 at 30 ms, 87 at 0.1 and 0.3 s.
+    """Odd partials are 30 dB below the octave, as required; measured: 44 at 30 ms, 87 at 0.1 and 0.3 s.
 
-    As hard as can be it swings against frets, which give odd ones back: of the first 8 they stay 30 dB under.
+    At full force it swings against frets, which revive odd ones: the first 8 partials' stay 30 dB below.
     """
     for velocity, least, most in ((30, (44, 87, 87), MEASURED), (80, (44, 87, 87), MEASURED), (127, (30, 30, 30), 8)):
         speed, stopped = played(preset, i, fret, velocity, [0.03, 0.1, 0.3])

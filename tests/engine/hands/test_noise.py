@@ -1,4 +1,4 @@
-"""The noise of hands: how loud, in which bands and for how long, and that it is the same however it is computed."""
+"""The noise of hands: its level, bands and duration, and its independence of the way it is computed."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ALL = {**NOISES, "floor_noise": -40.0}
 
 
 def bass(preset: str = "jazz-finger", **player: float) -> Instrument:
-    """A preset under an even player with these numbers, and no other noise."""
+    """A preset under an even player with the numbers `player` and no other noise."""
     return without_noise(preset, **{"unevenness": 0.0, **player})
 
 
@@ -52,7 +52,7 @@ def loudest(x: Floats, seconds: float) -> float:
 
 
 def takes(velocity: int, seeds: int = 12, **noise: float) -> list[Floats]:
-    """The noise alone, of a note by each of some seeds."""
+    """The noise alone of a note, one per seed."""
     with_noise, made = bass(**noise), bass()
     key = made.strings[1].open_note + 5
     score = score_of([(0.1, 1.0, key, velocity)], RATE)
@@ -62,7 +62,7 @@ def takes(velocity: int, seeds: int = 12, **noise: float) -> list[Floats]:
     return [np.concatenate(block, axis=1).sum(axis=0) - silent for block in blocks]
 
 
-# How loud
+# Level
 
 
 @pytest.mark.parametrize(("velocity", "level"), [(60, -38.0), (90, -20.0), (127, -14.0)])
@@ -90,7 +90,7 @@ def test_skin_is_a_burst_of_highs_with_the_release() -> None:
 
 
 def test_the_knock_of_a_release_is_within_6_db_of_recordings() -> None:
-    """Peak over that of the note after 1 s: +4 to +11 dB in recordings; 130 to 1300 Hz; 20 dB less in 30 to 90 ms."""
+    """Peak relative to the note's after 1 s: +4 to +11 dB in recordings; 130 to 1300 Hz; 20 dB less in 30 to 90 ms."""
     sounds = takes(64, release_noise=0.0)
     played = note(64, seconds=1.2)
     rest = float(np.abs(played[round(1.1 * RATE) : round(1.2 * RATE)]).max())
@@ -115,7 +115,7 @@ def test_a_level_more_is_a_level_more() -> None:
     assert np.allclose(more, 10 ** (6 / 20) * one, atol=1e-5) and np.abs(one).max() > 1e-4
 
 
-# When there is none
+# Conditions without noise
 
 
 def test_off_is_as_without_the_keys() -> None:
@@ -146,7 +146,7 @@ def test_the_next_note_on_the_string_ends_one_without_a_knock() -> None:
     sounds = [render_to_array(b, score_of(notes, RATE), QUALITIES["live"], tail=0.4) for b in (made, quiet)]
     knock = (sounds[0] - sounds[1]).sum(axis=0)
     assert not knock[: round(0.85 * RATE)].any()
-    assert knock[round(0.85 * RATE) :].any()  # the second one ends by the hand
+    assert knock[round(0.85 * RATE) :].any()  # a hand ends the second one
 
 
 def test_a_note_that_has_all_but_died_ends_with_less() -> None:
@@ -156,7 +156,7 @@ def test_a_note_that_has_all_but_died_ends_with_less() -> None:
 
 
 def test_noise_ends() -> None:
-    """Nothing of it is left in the string: filters and noises are at rest, and the string is still."""
+    """No trace is left in the string: filters and noises are at rest, and the string is still."""
     engine = Engine(bass(**NOISES), QUICK, RATE)
     engine.send(np.array([0, 9600]), np.array([[0x90, 33, 127], [0x80, 33, 64]], np.uint8))
     engine.process(4 * RATE)
@@ -183,7 +183,7 @@ FLOOR = {"floor_noise": -65.0}
 
 
 def floor_of(messages: list[tuple[int, int, int, int]], seconds: float, **player: float) -> Floats:
-    """The floor alone of a performance."""
+    """The floor alone in a performance."""
     sounds = []
     for made in (bass(**FLOOR, **player), bass(**player)):
         engine = Engine(made, QUICK, RATE)
@@ -197,7 +197,7 @@ def test_the_floor_is_as_far_under_a_medium_note_as_it_says() -> None:
     noise = floor_of([(0, 0x90, 38, 64)], 2.0)[RATE // 2 :]
     assert abs(db(rms(noise) / rms(medium)) + 65.0) < 2.0
     louder = floor_of([(0, 0x90, 38, 127), (0, 0x90, 28, 127)], 2.0)[RATE // 2 :]
-    assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # it hangs on no note
+    assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # independent of notes
     parts = [rms(band(noise, RATE, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]
     assert parts[0] > 0.5 and parts[1] < 0.3
 
@@ -227,7 +227,7 @@ def test_the_floor_lasts_through_rests_and_ends() -> None:
 
 
 def test_a_panic_takes_the_floor_along() -> None:
-    """In blocks of any sizes; a string that sounds before or after holds the floor as ever."""
+    """In blocks of any sizes; a string that sounds before or after keeps the floor as usual."""
     for later, ends in ((None, True), (RATE + 200, False)):
         once = []
         for size in (RATE, 777):
@@ -247,7 +247,7 @@ def test_a_render_ends_with_its_tail_with_a_floor_too() -> None:
     score = score_of([(0.0, 0.3, key, 100)], RATE)
     sounds = [render_to_array(b, score, QUALITIES["live"]) for b in (bass(), bass(**FLOOR), bass(floor_noise=0.0))]
     assert sounds[0].shape == sounds[1].shape == sounds[2].shape
-    assert np.abs(sounds[2][:, -RATE // 10 : -RATE // 20]).max() > 1e-3  # louder than what counts as silence
+    assert np.abs(sounds[2][:, -RATE // 10 : -RATE // 20]).max() > 1e-3  # louder than the threshold of silence
 
 
 def test_a_synth_with_a_floor_is_still_once_it_has_faded() -> None:
@@ -266,7 +266,7 @@ def test_a_synth_with_a_floor_is_still_once_it_has_faded() -> None:
 
 
 def test_another_bass_takes_the_floor_over() -> None:
-    """That of the bass before fades within half a second, although its string rings on; the level stays."""
+    """The old bass's floor fades within half a second, although its string rings on; the level stays."""
     here, there = bass(**FLOOR), bass("precision-finger")
     messages = [(0, 0xB0, 64, 127), (10, 0x90, 28, 100), (RATE, 0xC0, 33, 0), (RATE, 0x90, 45, 60)]
     once = []
@@ -290,11 +290,11 @@ def test_another_bass_takes_the_floor_over() -> None:
     assert np.array_equal(*once)
 
 
-# The same however it is computed
+# Independence of the computation
 
 
 def played(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> Floats:
-    """The strings of `score` in blocks of these sizes, over and over."""
+    """The strings of `score` in blocks of `sizes`, over and over."""
     engine, blocks, sent = Engine(made, QUICK, score.rate, seed), [], 0
     while engine.frame < score.end_frame:
         count = min(sizes[len(blocks) % len(sizes)], score.end_frame - engine.frame)

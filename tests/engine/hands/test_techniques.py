@@ -1,4 +1,4 @@
-"""What each technique must do to the sound, measured on notes that MIDI asks for. Figures: the comments beside them."""
+"""Required effects of techniques on the sound, measured on notes from MIDI. Figures: the comments beside them."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def play(
     preset: str = "jazz-finger",
     watch: Callable[[Engine], None] | None = None,
 ) -> Floats:
-    """The mix (n,) of a performance; watch(engine), if given, is called after each of its messages."""
+    """The mix (n,) of a performance; calls `watch(engine)`, if given, after each message."""
     played, sounds, at = engine(preset), [], 0
     for when, *message in sorted(messages):
         frame = round(when * RATE)
@@ -112,7 +112,7 @@ def test_a_hammer_on_and_a_pull_off_sound_at_their_pitch(preset: str, low: int, 
 
 
 def test_a_hammer_on_is_as_loud_as_its_velocity() -> None:
-    """From -25 to +10 dB of a firm pluck over velocity, growing."""
+    """From -25 to +10 dB of a firm pluck, growing with velocity."""
     plucked = rms(part(play([on(0.1, 48, 110)], 0.6), 0.15, 0.3))
     levels = []
     for velocity in (1, 40, 80, 127):
@@ -122,7 +122,7 @@ def test_a_hammer_on_is_as_loud_as_its_velocity() -> None:
 
 
 def test_the_motion_goes_over_and_the_old_pitch_is_gone() -> None:
-    """The old fundamental is 50 dB below the new note after the hammer; energy of the motion is kept."""
+    """After the hammer the old fundamental is 50 dB below the new note; the motion keeps its energy."""
     sound = play([on(0, LEGATO), on(0.1, 45, 80), on(0.6, 50, 40)], 1.2)
     after = part(sound, 0.7, 0.4)
     assert partial(after, hz(50)) - partial(after, hz(45)) > 50
@@ -131,7 +131,7 @@ def test_the_motion_goes_over_and_the_old_pitch_is_gone() -> None:
 @pytest.mark.parametrize("gap", [0.1, 1.0])
 @pytest.mark.parametrize("key", [40, 50])
 def test_a_tap_after_a_note_is_as_loud_as_one_from_rest(key: int, gap: float) -> None:
-    """The fingers that ended the note before come off, also after the string has come to rest."""
+    """The fingers that ended the previous note come off, even after the string has come to rest."""
     string = (0.0, 0x90, 14, 100)  # D
     rest = play([string, on(0, TAP), on(0.1, key, 80)], 0.5)
     when = 0.4 + gap
@@ -145,20 +145,20 @@ def test_a_tap_under_a_palm_is_short() -> None:
 
 
 def steps(x: Floats, when: float) -> float:
-    """The largest step from sample to sample from 2 ms before `when` to 30 ms after."""
+    """The largest step between samples from 2 ms before `when` to 30 ms after."""
     return float(np.abs(np.diff(part(x, when - 2e-3, 32e-3))).max())
 
 
 @cache
 def hard_pluck(preset: str, key: int) -> Floats:
-    """0.6 s with a pluck of the G string at 0.5 s, as hard as can be; rendered once."""
+    """0.6 s with a pluck of the G string at full force at 0.5 s; rendered once."""
     return play([(0.0, 0x90, 19, 100), on(0.5, key, 127)], 0.6, preset)
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap", "fretless"])
 @pytest.mark.parametrize("gap", [0.001, 0.003, 0.006, 0.05])
 def test_no_change_of_fret_clicks(preset: str, gap: float) -> None:
-    """Two changes `gap` s apart: after neither a step beyond four times that of a hard pluck of like energy."""
+    """Two changes `gap` s apart: neither makes a step beyond four times a hard pluck's of like energy."""
     for first, second in ((47, 50), (50, 44), (44, 60)):
         messages = [(0.0, 0x90, 19, 100), on(0, LEGATO), on(0.1, 45, 80), on(0.5, first, 80), on(0.5 + gap, second, 80)]
         sound, pluck = play(messages, 0.6, preset), hard_pluck(preset, second)
@@ -178,7 +178,7 @@ def test_trills_neither_grow_nor_die() -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
 def test_a_slide_goes_over_every_fret(preset: str) -> None:
-    """A staircase, or a glide that passes every semitone: 22 ms a fret, and the last note in tune."""
+    """A staircase, or a glide through every semitone: 22 ms a fret, and the last note in tune."""
     frets: list[int] = []
     played = engine(preset)
     for message in ((0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90)):
@@ -200,7 +200,7 @@ def test_a_slide_goes_over_every_fret(preset: str) -> None:
 
 @pytest.mark.parametrize(("key", "number"), [(40, 2), (47, 3), (52, 4), (55, 2), (50, 2)])
 def test_a_natural_harmonic(key: int, number: int) -> None:
-    """The written pitch, on an open string; what has no node there is 60 dB down once the finger is off."""
+    """The written pitch, on an open string; partials without a node there are 60 dB down once the finger is off."""
     sound = play([on(0, HARMONIC), on(0.1, key, 80)], 1.2)
     after = part(sound, 0.25, 0.6)
     assert abs(cents(after, key)) < 10  # the neck detunes partials
@@ -212,7 +212,7 @@ def test_a_natural_harmonic(key: int, number: int) -> None:
 
 @pytest.mark.parametrize("key", [55, 50, 45, 40])
 def test_a_natural_harmonic_from_its_beginning(key: int) -> None:
-    """At fret 12, in the tenth of a second from 30 ms on: 60 dB, as asked. More than a Hann window can tell on an E."""
+    """At fret 12, in the tenth of a second from 30 ms on: 60 dB, as required. On an E a Hann window resolves less."""
     after = part(play([on(0, HARMONIC), on(0.1, key, 80)], 0.5), 0.13, 0.1)
     turning = np.exp(-1j * np.pi * hz(key) / RATE * np.outer((1, 2, 3), np.arange(len(after))))
     first, second, third = np.abs(turning @ (after * np.blackman(len(after))))
@@ -229,7 +229,7 @@ def test_the_partials_do_not_come_back() -> None:
     ("string", "key"), [(16, 29), (16, 33), (16, 37), (9, 34), (9, 39), (9, 44), (14, 41), (14, 46), (19, 46), (19, 53)]
 )
 def test_an_artificial_harmonic_sounds_an_octave_above_its_fret(string: int, key: int) -> None:
-    """In tune, and 30 dB over the fundamental and the third partial of the fret, as asked."""
+    """In tune, and 30 dB over the fundamental and the third partial of the fret, as required."""
     sound = play([(0.0, 0x90, string, 100), on(0, HARMONIC), on(0.1, key, 90)], 1.0)
     after = part(sound, 0.25, 0.5)
     assert abs(cents(after, key + 12)) < 10  # the neck detunes partials
@@ -256,9 +256,9 @@ def test_a_palm_mute_is_short_and_dark_and_pitched() -> None:
     ],
 )  # fmt: skip
 def test_a_palm_takes_the_highs_first(resistance: float, when: float, under: tuple[float, ...]) -> None:
-    """dB that partials 1, 4 and 8 of E are under those of a free string, under a palm of 1 and of 6 N s/m.
+    """dB of partials 1, 4 and 8 of E, relative to a free string, under a palm of 1 and of 6 N s/m.
 
-    The design has levels of another pluck; there 1 N s/m takes 2, 12 and 38 dB from 30 to 500 ms, here 1, 16 and 46.
+    The design's levels are for another pluck: 1 N s/m takes 2, 12 and 38 dB from 30 to 500 ms; here 1, 16 and 46.
     """
     sounds = []
     for each in (0.0, resistance / 3):
@@ -276,7 +276,7 @@ def test_a_palm_takes_the_highs_first(resistance: float, when: float, under: tup
 
 @pytest.mark.parametrize(("string", "key"), [(16, 28), (9, 33), (14, 38), (19, 43)])
 def test_no_partial_rings_through_a_palm_mute(string: int, key: int) -> None:
-    """All of a tight mute is 50 dB under the free note after 0.7 s; the fundamental of E 45 (measured 47)."""
+    """A tight mute is entirely 50 dB below the free note after 0.7 s; the fundamental of E 45 (measured 47)."""
     switch = (0.0, 0x90, string, 100)
     free = play([switch, on(0.1, key, 80)], 1.2)
     tight = play([switch, (0.0, 0xB0, 9, 127), on(0.1, key, 80)], 1.2)
@@ -286,7 +286,7 @@ def test_no_partial_rings_through_a_palm_mute(string: int, key: int) -> None:
 
 
 def test_a_ghost_note_has_no_pitch() -> None:
-    """Every partial is 40 dB under a free note's after 150 ms, as asked; measured are 70 and more."""
+    """Every partial is 40 dB below a free note's after 150 ms, as required; measured: 70 and more."""
     for key in (33, 35, 40, 45):
         free, ghost = play([on(0.1, key, 90)], 0.6), play([on(0, GHOST), on(0.1, key, 90)], 0.6)
         assert rms(part(ghost, 0.1, 0.03)) > 0.05 * rms(part(free, 0.1, 0.03))
@@ -307,7 +307,7 @@ def test_vibrato_goes_up_from_a_fret_and_both_ways_on_a_board() -> None:
 
 
 def swinging(sound: Floats, near: float, rate: float) -> tuple[float, float]:
-    """Rate (Hz) and depth (cents) of the vibrato near `rate` of the partial near `near` (Hz): by its phase."""
+    """Rate (Hz) near `rate` and depth (cents) of the vibrato, from the phase of the partial near `near` (Hz)."""
     n = len(sound)
     spectrum, frequency = np.fft.fft(sound), np.fft.fftfreq(n, 1 / RATE)
     analytic = np.fft.ifft(np.where(np.abs(frequency - near) < 0.3 * near, 2 * spectrum, 0))
@@ -319,9 +319,9 @@ def swinging(sound: Floats, near: float, rate: float) -> tuple[float, float]:
     return float(rates[np.argmax(swings)]), float(8 * max(swings) / len(track))
 
 
-@pytest.mark.parametrize("preset", of_each_kind(set(preset_names()) - {"muted", "upright"}))  # over before; beats
+@pytest.mark.parametrize("preset", of_each_kind(set(preset_names()) - {"muted", "upright"}))  # end too soon; beat
 def test_rate_and_depth_of_a_vibrato(preset: str) -> None:
-    """5.6 Hz to 5 % and up to 40 cents to 12 %, as partials of two lines beat."""
+    """5.6 Hz within 5 %, and up to 40 cents within 12 %, as partials of u and v beat."""
     sound = play([(0.0, 0x90, 19, 100), (0.01, 0xB0, 1, 100), on(0.1, 50, 90)], 2.0, preset)
     rate, depth = swinging(part(sound, 0.6, 1.2), hz(50), 5.6)
     assert abs(rate / 5.6 - 1) < 0.05 and abs(depth / (40 * 100 / 127) - 1) < 0.12, (rate, depth)
@@ -329,7 +329,7 @@ def test_rate_and_depth_of_a_vibrato(preset: str) -> None:
 
 @pytest.mark.parametrize("semitones", [60, 72])
 def test_a_vibrato_on_a_string_that_is_bent_by_octaves_puts_no_energy_into_it(semitones: int) -> None:
-    """Modes that turn too far in a frame for the hand's kicks are left out, wherever the bend has put them."""
+    """Modes that turn too far in a frame for the hand's kicks are left out, wherever the bend has moved them."""
     bend = [(0.0, 0xB0, 101, 0), (0.0, 0xB0, 100, 0), (0.0, 0xB0, 6, semitones)]
     moved = [*bend, (0.0, 0xB0, 1, 127), on(0.01, 45, 110), (0.25, 0xE0, 127, 127), (0.6, 0xE0, 0, 64)]
     sound = play(moved, 1.0)
@@ -338,9 +338,9 @@ def test_a_vibrato_on_a_string_that_is_bent_by_octaves_puts_no_energy_into_it(se
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless", "paper-fretless"])
 def test_a_vibrato_has_no_sidebands_at_the_rate_of_a_retuning(preset: str) -> None:
-    """Frequencies set anew every 128 frames would have spurs 375 Hz beside partials.
+    """Resetting frequencies every 128 frames would put spurs 375 Hz beside partials.
 
-    They lie 75 dB under the loudest partial, or more; measured: 88.
+    They lie at least 75 dB below the loudest partial; measured: 88.
     """
     sound = play([(0.0, 0x90, 19, 100), on(0.1, 50, 60), (0.2, 0xB0, 1, 127)], 2.4, preset)
     rest = part(sound, 0.8, 1.5)
@@ -361,7 +361,7 @@ def test_a_vibrato_has_no_sidebands_at_the_rate_of_a_retuning(preset: str) -> No
 
 
 def wound(preset: str, winding: float) -> str:
-    """The name among ENGINES of a bass with strings of that winding (m)."""
+    """The name among ENGINES of a bass with strings of the given winding (m)."""
     bass, name = without_noise(preset), f"{preset} {winding}"
     strings = tuple(replace(s, winding=winding) for s in bass.strings)
     ENGINES[name] = Engine(replace(bass, strings=strings), QUALITIES["live"], RATE)
@@ -371,7 +371,7 @@ def wound(preset: str, winding: float) -> str:
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
 @pytest.mark.parametrize(("string", "first", "last"), [(16, 30, 40), (9, 35, 45), (14, 40, 50), (19, 45, 55)])
 def test_a_slide_squeaks_on_a_wound_string(preset: str, string: int, first: int, last: int) -> None:
-    """30 to 40 dB under the note, as asked; contacts, which differ by it, may spread that by some dB."""
+    """30 to 40 dB below the note, as required; contacts, which differ by it, may spread that by some dB."""
     keys = [(0.0, 0x90, string, 100), on(0, SLIDE), on(0.1, first, 80), on(0.4, last, 80)]
     note, flat = play(keys, 1.0, preset), play(keys, 1.0, wound(preset, 0.0))
     assert np.array_equal(part(note, 0, 0.4), part(flat, 0, 0.4))
@@ -380,7 +380,7 @@ def test_a_slide_squeaks_on_a_wound_string(preset: str, string: int, first: int,
 
 @pytest.mark.parametrize(("string", "fret"), [(16, 4), (9, 5)])
 def test_the_squeak_has_its_tone_where_the_finger_passes_windings(string: int, fret: int) -> None:
-    """V / p over three frets, 22 ms each: of two windings each is louder at its own."""
+    """V / p over three frets, 22 ms each: each of two windings is louder at its own tone."""
     bass, i = load_preset("jazz-finger"), {16: 0, 9: 1}[string]
     first = bass.strings[i].open_note + fret
     keys = [(0.0, 0x90, string, 100), on(0, SLIDE), on(0.1, first, 30), on(0.4, first + 5, 80)]
@@ -413,7 +413,7 @@ def test_a_string_key_forces_its_string() -> None:
 
 
 def test_files_without_switches_sound_as_ever() -> None:
-    """Overlapping notes on one string are plucked unless legato is asked for."""
+    """Overlapping notes on one string are plucked unless legato is on."""
     overlapping = [on(0.1, 45, 80), on(0.5, 47, 80), off(0.55, 45), off(0.9, 47)]
     clean = [on(0.1, 45, 80), off(0.5, 45), on(0.5, 47, 80), off(0.9, 47)]
     first, second = (part(play(m, 1.2), 0.6, 0.25) for m in (overlapping, clean))
@@ -424,14 +424,14 @@ def test_files_without_switches_sound_as_ever() -> None:
 
 
 def cents_at(sound: Floats, when: float, note: float) -> float:
-    """Cents of the fundamental in a window of five periods around `when`, above that at 1.2 s."""
+    """Cents of the fundamental in a window of five periods around `when`, relative to 1.2 s."""
     wide = 5 / hz(note)
     return cents(part(sound, when - wide / 2, wide), note) - cents(part(sound, 1.2, 0.5), note)
 
 
 @pytest.mark.parametrize(("key", "apex", "least", "most"), [(28, 6e-3, 6, 22), (33, 6e-3, 4, 16), (43, 6e-3, 3, 14)])
 def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float) -> None:
-    """Cents of open strings without frets near, plucked by 6 mm; without axial stiffness none."""
+    """Cents of open strings far from frets, plucked by 6 mm; none without axial stiffness."""
     bass = without_noise("jazz-finger")
     far = replace(
         bass, necks=tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights)) for n in bass.necks)
@@ -451,7 +451,7 @@ def test_hard_notes_begin_sharp(key: int, apex: float, least: float, most: float
 
 @pytest.mark.parametrize("angle", [0.4, 1.3])
 def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
-    """Without frets near, a string swings the same whichever way it is plucked: all of it glides."""
+    """Far from frets, a string swings the same whichever way it is plucked: all of it glides."""
     bass = without_noise("jazz-finger")
     alike = {"stiffness_across": 1.0, "stop_across": 1.0, "longer_across": 0.0}  # one law for both
     far = tuple(replace(n, fret_heights=tuple(h - 0.03 for h in n.fret_heights), **alike) for n in bass.necks)
@@ -480,7 +480,7 @@ def test_the_tension_follows_both_polarisations_alike(angle: float) -> None:
 
 
 def one_string(events: np.ndarray) -> tuple[Voice, np.ndarray]:
-    """The G string of jazz-finger and its operators, a frame after these events."""
+    """The G string of jazz-finger and its operators, a frame after `events`."""
     played = engine("jazz-finger")
     voice, ops = played.voices[3], played.pool.records[3]
     play_frames(voice, ops, events, np.zeros(1))
@@ -488,7 +488,7 @@ def one_string(events: np.ndarray) -> tuple[Voice, np.ndarray]:
 
 
 def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
-    for seconds in (0.0, 20e-3):  # told to, or by itself
+    for seconds in (0.0, 20e-3):  # on command, or by itself
         events = np.zeros(2, EVENT)
         events["kind"], events["apex"][0], events["place"] = [PLUCK, TOUCH_EVENT], 1e-3, [0.6, 0.2]
         events["resistance"][1], events["width"][1], events["seconds"][1] = 2.0, 4e-3, seconds
@@ -505,7 +505,7 @@ def test_a_finger_lands_in_5_ms_and_lifts_in_15() -> None:
 
 
 def test_the_line_of_rest_moves_over_a_millisecond() -> None:
-    """A hammer-on lowers it to the crown. It is heard so slowly that it does not click, and no longer than a note."""
+    """A hammer-on lowers it to the crown: too slowly to click, and heard no longer than a note."""
     events = np.zeros(2, EVENT)
     events["kind"], events["fret"] = [PLUCK, HAMMER], [0, 5]
     events["apex"][0], events["place"][0], events["speed"][1] = 1e-3, 0.6, 2.5
@@ -541,12 +541,12 @@ def test_a_channel_a_string_as_midi_guitars_send_it() -> None:
     assert bends == pytest.approx([1, 1, 2, 1], rel=1e-6)  # 12 semitones of one string
     _, found = frets_played([mono, (0xB2, 127, 0), (0x92, 45, 100)])
     assert [sounding for sounding, _ in found].count(True) == 1
-    _, found = frets_played([mono, (0x92, 28, 100)])  # the G string does not have it
+    _, found = frets_played([mono, (0x92, 28, 100)])  # not on the G string
     assert not any(sounding for sounding, _ in found)
 
 
 def test_mpe_bends_each_note() -> None:
-    """RPN 6 on channel 1 makes a zone: each note has bend, vibrato by pressure, place by CC 74."""
+    """RPN 6 on channel 1 makes a zone: each note has its own bend, vibrato by pressure, place by CC 74."""
     zone = [(0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 4)]
     played, found = frets_played([*zone, (0x91, 45, 100), (0x92, 40, 100), (0xE1, 0, 80), (0xD2, 127, 0)])
     assert [sounding for sounding, _ in found].count(True) == 2

@@ -1,4 +1,4 @@
-"""The thumb: a mass that strikes the string. Against brute force, its energy, and what a slap is asked to be."""
+"""The thumb: a mass that strikes the string. Against brute force, its energy, and the requirements of a slap."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def strike(speed: float, place: float, fret: int = 0, **mass: float) -> np.ndarr
 
 
 def slapped(preset: str = "slap", i: int = 0, **player: float) -> Engine:
-    """String `i` of `preset` alone, under an even thumb."""
+    """String `i` of `preset` alone, with an even thumb."""
     bass = without_noise(preset)
     thumb = dataclasses.replace(
         bass.player, unevenness=0.0, technique="slap", slapped_strings=len(bass.strings), **player
@@ -61,7 +61,7 @@ def note(engine: Engine, velocity: int, seconds: float, fret: int = 0) -> Floats
 
 
 def brute(trial: Trial, speed: float, place: float) -> Floats:
-    """u at the sensor of `trial`, each sample, by every fine step of eq. 12 with all points and the thumb at once."""
+    """u at the sensor of `trial`, each sample, from eq. 12 at every fine step with all points and the thumb at once."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     sigma, natural = modes.dampings(s, count), 2 * np.pi * modes.frequencies(s, count)
     turn = np.sqrt(natural**2 - sigma**2) * dt
@@ -128,7 +128,7 @@ def brute(trial: Trial, speed: float, place: float) -> Floats:
 
 
 def third_octaves(motion: Floats) -> Floats:
-    """Levels of the velocity in third octaves from 63 Hz to 12.7 kHz, dB, that of the loudest 0, none below -30."""
+    """Levels of the velocity in third octaves from 63 Hz to 12.7 kHz, dB below the loudest, cut at -30."""
     velocity = np.gradient(motion) * np.blackman(motion.size)
     power, frequency = np.abs(np.fft.rfft(velocity)) ** 2, np.fft.rfftfreq(motion.size, 1 / RATE)
     centres = 1000 * 2 ** (np.arange(-12, 12) / 3)
@@ -147,7 +147,7 @@ def trial_of(
 
 
 def thumb_voice(trial: Trial) -> tuple[Voice, Pool]:
-    """A string for `trial`, and its operator in a pool that has to stay."""
+    """A string for `trial`, and its operator's pool, which must stay alive."""
     state, pool = trial_voice(trial)
     state.record["thumb_loss"] = 0.0 if trial.lossless else LOSS
     return state, pool
@@ -163,7 +163,7 @@ def thumb_voice(trial: Trial) -> tuple[Voice, Pool]:
     ],
 )
 def test_a_slap_is_that_of_brute_force(preset: str, name: str, fret: int, speed: float, seconds: float) -> None:
-    """Brute force has the thumb in every fine step. A rattle takes a thousandth of another speed for 1 dB."""
+    """Brute force has the thumb in every fine step. In a rattle a thousandth more speed makes 1 dB."""
     trial = trial_of(preset, name, fret, 200, 384e3, seconds)
     place = trial.speaking.length - 0.3 * load_preset(preset).strings[0].length
     state, pool = thumb_voice(trial)
@@ -183,7 +183,7 @@ def test_a_slap_is_that_of_brute_force(preset: str, name: str, fret: int, speed:
 
 
 def energy(state: Voice, op: np.void, s: Speaking) -> Floats:
-    """That of string, obstacles and thumb by the scheme's own invariant, J, (3,)."""
+    """Energy of string, obstacles and thumb by the scheme's own invariant, J, (3,)."""
     slot = state.slots[int(state.record["slot"][0])]
     u, t, n = slot["u"], slot["thumb"], int(op["modes"])
     mu, dt = s.string.linear_density, float(op["fine"])
@@ -199,7 +199,7 @@ def energy(state: Voice, op: np.void, s: Speaking) -> Floats:
 
 
 def energies(trial: Trial, speed: float, place: float) -> tuple[Floats, int]:
-    """Energy after each frame, (n, 3), and the number of frames in which the string is pressed on an obstacle."""
+    """Energy after each frame, (n, 3), and the number of frames with the string pressed on an obstacle."""
     state, pool = thumb_voice(trial)
     ops = pool.records[0]
     event, one = strike(speed, place), np.zeros(1)
@@ -243,12 +243,12 @@ def test_energy_never_grows_but_by_the_hand(speed: float) -> None:
     assert off.size and np.diff(string[off]).max() < 1e-11 * thrown
 
 
-# What a slap is asked to be
+# Requirements of a slap
 
 
 @pytest.mark.parametrize("i", range(4))
 def test_the_thumb_presses_for_some_milliseconds(i: int) -> None:
-    """4 to 8 at a hard slap, longer at a softer one: the design's mass is there for 11 at 1 m/s."""
+    """4 to 8 at a hard slap, longer at a softer one: the design's mass stays for 11 at 1 m/s."""
     engine = slapped(i=i)
     for velocity, longest in ((80, 11.0), (100, 9.0), (127, 8.0)):
         e = engine.another()
@@ -269,7 +269,7 @@ def test_a_thumb_without_stiffness_is_silent() -> None:
 
 @pytest.mark.parametrize("i", [0, 1])
 def test_harder_slaps_are_brighter(i: int) -> None:
-    """Energy over 2 kHz within 50 ms grows faster than the square of the MIDI velocity."""
+    """Energy above 2 kHz within 50 ms grows faster than the square of the MIDI velocity."""
     engine, high, velocities = slapped(i=i), [], (60, 127)
     for velocity in velocities:
         sound = note(engine, velocity, 0.05)
@@ -297,7 +297,7 @@ def test_a_slap_settles_at_the_pitch_of_a_pluck(i: int) -> None:
 
 
 def test_anything_may_strike_anywhere() -> None:
-    """Random speeds, places and masses, one after the other in the middle of each other: finite, and it ends."""
+    """Random speeds, places and masses, each interrupting the last: the sound is finite, and it ends."""
     rng = np.random.default_rng(5)
     engine = slapped()
     for _ in range(6):
@@ -320,7 +320,7 @@ def test_anything_may_strike_anywhere() -> None:
 @pytest.mark.parametrize("mass", [1e-3, 0.03, 0.1])
 @pytest.mark.parametrize(("stiffness", "loss", "width"), [(1e8, 10.0, 50e-3), (7e5, 2.0, 50e-3), (1e8, 0.0, 1e-3)])
 def test_any_thumb_of_a_preset_lets_go(i: int, mass: float, stiffness: float, loss: float, width: float) -> None:
-    """At the limits of the keys, at 8 m/s: the string has no more energy than the thumb had, and is soon alone."""
+    """At the limits of the keys, at 8 m/s: the string has no more energy than the thumb had, and is soon free of it."""
     engine = slapped(i=i, thumb_loss=loss)
     voice, ops, none = engine.voices[0], engine.pool.records[0], np.zeros(0, EVENT)
     event, one, op = strike(8.0, 0.6, mass=mass, width=width, stiffness=stiffness), np.zeros(1), ops[0]
@@ -345,7 +345,7 @@ def test_no_thumb_comes_at_no_speed(x: float) -> None:
 
 
 def test_blocks_change_nothing_while_a_thumb_presses() -> None:
-    """Slaps on sounding strings, on other frets, ended while the thumb is there, and cut."""
+    """Slaps on sounding strings, on other frets, ended under the thumb, and cut."""
     notes = [(0.0, 0.02, 28, 127), (0.021, 0.003, 28, 100), (0.03, 0.1, 33, 90), (0.05, 0.1, 31, 127)]
     score = score_of(notes, RATE)
     whole = in_blocks(score, [10**9], "slap")

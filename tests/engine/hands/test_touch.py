@@ -25,28 +25,28 @@ FINGERS = ("jazz-finger", "precision-finger", "flatwound", "five-string", "six-s
 FRETS = (0, 5, 12)
 VELOCITIES = (30, 60, 90)
 BRIGHT = 700.0, 3000.0  # Hz
-GROWTH = 4.0, 2.0  # dB, from one of these velocities to the next; of the worst note, and ...
-PICK_GROWTH = 3.8  # ... of one of a pick
-MEDIAN_GROWTH = 5.0, 3.5  # ... of a typical one; real basses grow by 8 to 21 dB from soft to medium notes
-LEAST_DULLING = 0.65  # centroid at 20 ms over that at 100 ms of the worst note; ...
-DULLING = 1.02, 3.5  # ... and of a typical one, which in real basses has 1.1 to 1.9 times
-# dB, at least, of a pick over a finger, 2 to 8 kHz; over one that plucks by the bridge, or that a bass of picks has
+GROWTH = 4.0, 2.0  # dB, between these velocities, in order; of the worst note, and ...
+PICK_GROWTH = 3.8  # ... of the worst note of a pick
+MEDIAN_GROWTH = 5.0, 3.5  # ... of a typical note; real basses grow by 8 to 21 dB from soft to medium notes
+LEAST_DULLING = 0.65  # centroid at 20 ms over the centroid at 100 ms of the worst note; ...
+DULLING = 1.02, 3.5  # ... and of a typical note; in real basses 1.1 to 1.9
+# dB, at least, of a pick over a finger, 2 to 8 kHz; over a finger by the bridge, or on a pick's bass
 CLICK, CLICK_NEAR = 8.0, 0.0
 PAPER = ("paper-g", "paper-bass", "paper-fretless")
 PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wire, as narrow as a pick
 BASSES = {name: load_preset(name) for name in preset_names()}
 OVER_FRETS = [name for name, bass in BASSES.items() if not bass.over_board]
 POPPED = [name for name in OVER_FRETS if BASSES[name].player.stroke != "pick"]
-POP_OVER = 10.0  # dB, at most, of the peak of a pop, straight up, over that of the loudest note of fingers, across
-FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string over what a finger does, where it can
-# dB, of the fundamental of a note, 9 ms after a finger has taken its string: in front of the bridge pickup, and by it,
-# where the string gives a finger less to take
+POP_OVER = 10.0  # dB, at most, of the peak of a straight-up pop over the loudest finger note's, across
+FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string above a finger's, where it can
+# dB of a note's fundamental 9 ms after a finger takes its string: in front of the bridge pickup, and by it, where the
+# string gives a finger less to take
 OLD_NOTE, OLD_NOTE_NEAR, NEAR = -20.0, -8.0, 0.85
 TAKEN = 9e-3  # s
 
 
 class Hand:
-    """A bass of which every string and fret can be plucked alone, from rest."""
+    """A bass whose strings and frets can each be plucked alone, from rest."""
 
     def __init__(self, bass: Instrument, stroke: int = FINGER, seed: int = 0) -> None:
         self.bass, self.engine = bass, Engine(bass, QUALITIES["live"], RATE, seed=seed)
@@ -54,7 +54,7 @@ class Hand:
         self.pull = bass.player.pull_time
 
     def strokes(self, i: int, fret: int, velocity: int, count: int = 1) -> np.ndarray:
-        """The plucks, (count,) EVENT, of as many equal notes on one string."""
+        """The plucks, (count,) EVENT, of `count` equal notes on one string."""
         alone = self.engine.performer.copy()
         alone["strings"], alone["open"][0, 0], alone["slapped"] = 1, self.bass.strings[i].open_note, 0
         events = np.zeros(count + performer.MOST_EVENTS, EVENT)
@@ -83,7 +83,7 @@ class Hand:
 
 
 def even(name: str, **player: float) -> Instrument:
-    """A bass whose player is even."""
+    """A bass with an even player."""
     return without_noise(name, **{"unevenness": 0.0, **player})
 
 
@@ -95,7 +95,7 @@ def band(x: Floats, low: float, high: float) -> float:
 
 
 def brightness(x: Floats, fundamental: float) -> float:
-    """Level (dB) of BRIGHT over that of the fundamental, in 0.3 s."""
+    """Level (dB) of BRIGHT relative to the fundamental, in 0.3 s."""
     heard = x[: round(0.3 * RATE)]
     return band(heard, *BRIGHT) - band(heard, 0.75 * fundamental, 1.4 * fundamental)
 
@@ -109,14 +109,14 @@ def centroid(x: Floats, at: float) -> float:
 
 
 def grown(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
-    """How much brighter each note gets from one of VELOCITIES to the next, (notes, 2), dB."""
+    """The brightening of each note between successive VELOCITIES, (notes, 2), dB."""
     notes = [(i, fret) for i in range(len(hand.bass.strings)) for fret in frets]
     levels = [[brightness(hand.note(*note, v), hand.fundamental(*note)) for v in VELOCITIES] for note in notes]
     return np.diff(levels, axis=1)
 
 
 def dulled(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
-    """Centroid at 20 ms over that at 100 ms of each note at velocity 127, (notes,)."""
+    """Centroid at 20 ms over the centroid at 100 ms of each note at velocity 127, (notes,)."""
     sounds = [hand.note(i, fret, 127) for i in range(len(hand.bass.strings)) for fret in frets]
     return np.array([centroid(x, hand.pull + 0.02) / centroid(x, hand.pull + 0.1) for x in sounds])
 
@@ -130,7 +130,7 @@ def test_notes_brighten_with_force(name: str) -> None:
 
 @pytest.mark.parametrize("name", FINGERS)
 def test_hard_notes_dull_from_the_attack_on(name: str) -> None:
-    """A cone, as recorded ones are: what they lose on the frets lets them rattle for moments only."""
+    """A cone, as in recordings: their losses on the frets let them rattle only for moments."""
     ratio = dulled(Hand(even(name)))
     typical = float(np.median(ratio))
     assert DULLING[0] < typical < DULLING[1], f"{name}: centroid at 20 ms {typical:.2f} times that at 100 ms"
@@ -142,11 +142,11 @@ def test_so_do_those_of_a_pick(name: str) -> None:
     hand = Hand(even(name), PICK)
     growth, ratio = grown(hand), dulled(hand)
     assert (np.median(growth, axis=0) >= PICK_GROWTH).all()
-    assert np.median(ratio) > 0.9  # recorded ones: 1.1
+    assert np.median(ratio) > 0.9  # recordings: 1.1
 
 
 def click_of(name: str) -> float:
-    """By how much a pick clicks over the finger of a preset, dB at least."""
+    """The least click of a pick over the finger of a preset, dB."""
     player = BASSES[name].player
     return CLICK if player.pluck_position < NEAR and player.stroke == "finger" else CLICK_NEAR
 
@@ -159,7 +159,7 @@ def click_of(name: str) -> float:
     ),
 )
 def test_a_pick_clicks(name: str, velocity: int) -> None:
-    """2 to 8 kHz of the first 20 ms, both at the same level of the fundamental."""
+    """2 to 8 kHz of the first 20 ms, both at equal level of the fundamental."""
     bass = even(name)
     finger, pick = Hand(bass), Hand(bass, PICK)
     over = []
@@ -180,9 +180,9 @@ def attack_over_fundamental(x: Floats, fundamental: float) -> tuple[float, float
 
 @pytest.mark.parametrize("name", of_each_kind(PLAYERS, dear="fretless"))
 def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> None:
-    """At any velocity, of any hand: over the finger's note, a softer one, that has as loud a fundamental.
+    """At any velocity, for any hand: compared with a softer finger note of an equally loud fundamental.
 
-    A hand that pulls hard strings up rattles them: at the same velocity it may be as bright as a pick.
+    A hand that pulls hard strings up rattles them: at equal velocity it may be as bright as a pick.
     """
     finger, pick = (Hand(even(name), stroke) for stroke in (FINGER, PICK))
     least = np.inf
@@ -199,7 +199,7 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
 
 @pytest.mark.parametrize("name", OVER_FRETS)
 def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
-    """On any string and fret, so that it is not much louder than the loudest other note of the bass."""
+    """On any string and fret, so it is not much louder than the loudest other note of the bass."""
     finger, pop = (Hand(even(name), stroke) for stroke in (FINGER, POP))
     notes = [(i, fret) for i in range(len(pop.bass.strings)) for fret in (0, 5, 12, 17, 20) if fret <= pop.engine.frets]
     for i, fret in notes:
@@ -222,9 +222,9 @@ def test_the_centroid_rises_with_velocity_below_all_contact(name: str) -> None:
 
 @pytest.mark.parametrize("name", POPPED)
 def test_a_pop_hits_a_fret_within_a_half_period(name: str) -> None:
-    """Of the note, from the release on; not before it. Softer ones swing clear of all frets, high up first.
+    """Half a period of the note, from the release on, not before. Softer pops clear all frets, high up first.
 
-    Few frets are left near the body, and a force that reaches them would be far louder than the notes below.
+    Few frets are left near the body, and a force that reached them would be far louder than the notes below.
     """
     hand = Hand(even(name), POP)
     for i in range(len(hand.bass.strings)):
@@ -257,7 +257,7 @@ def motion(hand: Hand, i: int, fret: int, starts: tuple[float, ...], until: floa
     ),
 )
 def test_a_finger_takes_the_old_fundamental_away(name: str, fret: int) -> None:
-    """What is left of it on any string: the difference between a note that is plucked again and one out of silence."""
+    """The remainder on any string: the difference between a note plucked again and one from silence."""
     hand = Hand(even(name))
     again = 0.2
     for i in range(len(hand.bass.strings)):
@@ -291,14 +291,14 @@ def test_index_and_middle_finger_take_turns() -> None:
 @pytest.mark.parametrize(
     ("line", "fingers"),
     [
-        ([(3, 0), (2, 60), (1, 120)], [0, 0, 0]),  # on to lower strings at once: a rake
+        ([(3, 0), (2, 60), (1, 120)], [0, 0, 0]),  # quickly to lower strings: a rake
         ([(3, 0), (2, 100), (1, 200)], [0, 1, 0]),  # later
-        ([(1, 0), (2, 60), (3, 120)], [0, 1, 0]),  # on to higher strings
+        ([(1, 0), (2, 60), (3, 120)], [0, 1, 0]),  # to higher strings
         ([(1, 0), (1, 60), (0, 120)], [0, 1, 1]),  # the same string
     ],
 )
 def test_a_finger_that_rakes_does_not_take_turns(line: list[tuple[int, int]], fingers: list[int]) -> None:
-    """The finger of each note, 1 the middle one; (string, ms) of the notes."""
+    """Lists the finger of each note, 1 for the middle one; (string, ms) of the notes."""
     bass = without_noise("jazz-finger")
     engine, used = Engine(bass, QUALITIES["live"], RATE), []
     for i, ms in line:
@@ -321,7 +321,7 @@ def test_a_pick_goes_down_and_up() -> None:
 
 
 def test_shape_and_place_follow_the_force() -> None:
-    """From velocity 1 to 127 within what the player says, evenly in the logarithm."""
+    """From velocity 1 to 127 within the player's limits, evenly in the logarithm."""
     bass = even("jazz-finger")
     player, hand = bass.player, Hand(bass)
     soft, middle, hard = (hand.strokes(0, 5, velocity)[0] for velocity in (1, 64, 127))
@@ -336,7 +336,7 @@ def test_shape_and_place_follow_the_force() -> None:
 
 
 def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
-    """A rest stroke pulls the string down: the held triangle may not reach a fret."""
+    """A rest stroke pulls the string down: the held triangle must not reach a fret."""
     bass = even("jazz-finger", pluck_angle=np.radians(110.0), softest=1.0, hardest=50.0, greatest_apex=0.03)
     hand = Hand(bass)
     for i in range(4):
@@ -367,7 +367,7 @@ def test_the_papers_pluck_stays_a_triangle(name: str) -> None:
 
 
 def test_a_finger_that_moves_as_it_lets_go_does_not_jump() -> None:
-    """Through the release, the string goes on at the speed of the finger."""
+    """Through the release, the string goes on at the finger's speed."""
     steps = []
     for speed in (0.0, 2.0):
         hand = Hand(even("jazz-finger", release_speed=speed, pluck_angle=0.0, greatest_apex=2e-3))
@@ -381,7 +381,7 @@ def test_a_finger_that_moves_as_it_lets_go_does_not_jump() -> None:
 
 
 def test_the_default_player_has_one_touch() -> None:
-    """A preset that does not speak of touch keeps its sound."""
+    """A preset without touch settings keeps its sound."""
     player = Player()
     assert player.release_time == player.release_time_soft == player.rounding_soft == player.nearer_when_hard == 0.0
 

@@ -1,7 +1,7 @@
-"""Sine, cosine, exponential, logarithm and power of the kernels: exact to an ulp, and the same bits everywhere.
+"""The kernels' sine, cosine, exponential, logarithm and power: exact to an ulp, and the same bits everywhere.
 
-The exact values are mpmath's at 3000 bits, rounded once: the worst arguments of a million random ones in each range
-first, and those nearest to whole quarter turns.
+mpmath gives the exact values at 3000 bits, rounded once. First come the worst of a million random arguments in each
+range, and those nearest to whole quarter turns.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ SPECIAL_POWERS = (
 
 
 def ulps(found: float, exact: float) -> float:
-    """Returns how many units of the last place of `exact` lie between the two."""
+    """Returns the number of units in the last place of `exact` between the two."""
     return float(abs(found - exact) / np.spacing(abs(exact)))
 
 
@@ -154,7 +154,7 @@ def fill(kind, x, out):
 
 @compiled(fastmath=LANES)
 def fill_loosely(x, sines, cosines, exponentials):
-    """As modal.py's loops are compiled: sums of its own may be reordered, those of the functions may not."""
+    """Compiled like modal.py's loops: the caller's own sums may be reordered, the functions' may not."""
     for i in range(x.size):
         sines[i], cosines[i] = elementary.sin_cos(x[i])
         exponentials[i] = elementary.exp(-x[i])
@@ -186,7 +186,7 @@ def neighbours(x: float) -> np.ndarray:
     ],
 )
 def test_no_step_down_where_the_parts_meet(name: str, x: float) -> None:
-    """All grow at these places, and each fourth number is far enough from the last for that to show."""
+    """All grow at these places, and every fourth number differs enough from the last to show it."""
     found = values(KINDS.index(name), neighbours(x)[::4])
     assert np.all(np.diff(found) >= 0)
     assert found[-1] > found[0]
@@ -215,7 +215,7 @@ def test_loops_and_callers_with_fastmath_give_the_bits_of_single_calls() -> None
 
 @pytest.mark.parametrize("decorate", [jit, elementary.joined], ids=["jit", "joined"])
 def test_a_caller_with_fastmath_that_comes_first_changes_nothing(decorate: Callable[..., Any]) -> None:
-    """numba compiles a function once, for the first caller: its sums must not become reorderable for all others."""
+    """numba compiles a function once, for its first caller: its sums must not become reorderable for all others."""
 
     @decorate
     def rounded(x):
@@ -233,8 +233,8 @@ def test_a_caller_with_fastmath_that_comes_first_changes_nothing(decorate: Calla
 
 
 def digest() -> str:
-    """Returns a hash of 60000 results: whatever computes them, they have the same bits."""
-    rng = np.random.Generator(np.random.PCG64(5))  # integers: these are the same everywhere too
+    """Returns a hash of 60000 results: every machine must give the same bits."""
+    rng = np.random.Generator(np.random.PCG64(5))  # integers: the same everywhere
     unit = rng.integers(-(1 << 52), 1 << 52, 10_000) * 2.0**-52
     spans = (1e4, 1e6, 740.0, 1070.0)
     parts = [values(kind, unit * span) for kind, span in enumerate(spans)]
@@ -270,13 +270,13 @@ def test_the_constants_are_those_that_are_derived() -> None:
         assert [getattr(elementary, name) for name in names] == numbers
 
 
-# What kernels may call of numpy and math: IEEE defines the result, and processors have it.
+# The numpy and math functions allowed in kernels: IEEE defines the result, and processors have them.
 EXACT_CALLS = {"sqrt", "floor", "ceil", "rint", "isinf", "isnan", "absolute", "minimum"}
 MODULES, ALIASES = ("math", "cmath", "numpy"), (None, "np")
 
 
 def foreign(source: str) -> list[str]:
-    """Returns the calls in a kernel's source whose last bits would depend on the system, with their lines."""
+    """Returns the calls in a kernel's source, with lines, whose last bits would depend on the system."""
     found = []
     for node in ast.walk(ast.parse(source)):
         name = ""
@@ -297,7 +297,7 @@ def foreign(source: str) -> list[str]:
             name = "pow"
         elif isinstance(node, (ast.BinOp, ast.AugAssign)) and isinstance(node.op, ast.Pow):
             exponent = node.right if isinstance(node, ast.BinOp) else node.value
-            try:  # a whole number is a few products
+            try:  # an integer power is a few products
                 whole = isinstance(ast.literal_eval(exponent), int)
             except ValueError:
                 whole = False

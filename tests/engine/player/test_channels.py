@@ -1,4 +1,4 @@
-"""Controllers belong to the channel that sends them, and a note keeps its channel's. One channel is as ever."""
+"""Controllers belong to their channel, and a note keeps its channel's. With one channel nothing changes."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def rpn(number: int, whole: int, fine: int | None = None) -> list[Message]:
 
 
 def two(instrument: object = None) -> Hands:
-    """E1 sounds on channel 1 and A1 on channel 2."""
+    """E1 sounds on channel 1, A1 on channel 2."""
     hands = Hands(instrument)  # type: ignore[arg-type]
     hands(*by(0, on(OPEN[E])), *by(1, on(OPEN[A])))
     return hands
 
 
 def told(events: NDArray[np.void], kind: int) -> dict[int, float]:
-    """The last number of a kind that each string is told."""
+    """The last number of a kind sent to each string."""
     return {int(e["string"]): float(e["value"]) for e in events if e["kind"] == kind}
 
 
@@ -66,7 +66,7 @@ MOVED = pytest.mark.parametrize(("messages", "kind", "value"), [m[1:] for m in M
 
 @MOVED
 def test_a_channel_moves_its_own_note(messages: list[Message], kind: int, value: float) -> None:
-    """And strings that nobody has played, on which the next note may be its."""
+    """It also moves unplayed strings, which may get its next note."""
     assert told(two()(*by(1, *messages)), kind) == pytest.approx({A: value, D: value, G: value})
     assert told(two()(*by(0, *messages)), kind) == pytest.approx({E: value, D: value, G: value})
     assert told(two()(*by(9, *messages)), kind) == pytest.approx({D: value, G: value})
@@ -74,7 +74,7 @@ def test_a_channel_moves_its_own_note(messages: list[Message], kind: int, value:
 
 @MOVED
 def test_what_comes_before_a_note_is_there_when_it_begins(messages: list[Message], kind: int, value: float) -> None:
-    """On a string that another channel has played, too; and a note of that one is again as that one has it."""
+    """Also on a string last played by another channel; that channel's next note has its own values again."""
     hands = two()
     hands(*by(0, off(OPEN[E])), *by(1, *messages))
     events = hands(*by(1, on(OPEN[E])))
@@ -87,7 +87,7 @@ def test_what_comes_before_a_note_is_there_when_it_begins(messages: list[Message
 @MOVED
 @pytest.mark.parametrize("channel", [0, 6, 15])
 def test_one_channel_moves_all_strings(channel: int, messages: list[Message], kind: int, value: float) -> None:
-    """Whichever it is, with the same events; a host's and a change of bass find them on any channel."""
+    """Any channel gives the same events; a host's values and a change of bass reach any channel."""
     line = [on(OPEN[E]), *messages, on(OPEN[A]), off(OPEN[E]), on(OPEN[E])]
     first, other = Hands(), Hands()
     assert first(*line).tobytes() == other(*by(channel, *line)).tobytes()
@@ -117,7 +117,7 @@ def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
 
 
 def test_a_reset_is_of_its_channel_and_leaves_tuning_range_and_volume() -> None:
-    """As RP-015 says."""
+    """As RP-015 requires."""
     hands = two()
     for channel in (0, 1):
         hands(*by(channel, *rpn(0, 4), *rpn(1, 96, 0), *rpn(2, 65), control(7, 64), control(11, 64), wheel(8191)))
@@ -192,7 +192,7 @@ def test_the_first_end_of_a_channel_ends_its_key_however_often_it_was_struck() -
 
 
 def test_a_string_goes_back_to_the_channel_of_the_key_under_the_last() -> None:
-    """Hammered on by another channel, which bends; pulled off again, and unbent."""
+    """Another channel hammers on and bends; pulled off again, the string is unbent."""
     hands = Hands()
     hands(*by(1, wheel(4096)), *by(0, on(45)), control(68, 127))
     assert semitones(hands(*by(1, on(47)))) == pytest.approx({G: 1.0}, abs=1e-3)
@@ -248,7 +248,7 @@ def test_a_controller_for_a_parameter_is_the_whole_basss() -> None:
 
 @pytest.mark.parametrize("zone", [STRINGS_FROM_1, MPE], ids=["strings", "notes"])
 def test_while_channels_mean_something_the_others_are_for_the_whole_bass(zone: Sequence[Message]) -> None:
-    """Whoever had played before, also as the mode begins: what bent one string bends all."""
+    """A bend of one string then bends all, whoever played before, even as the mode begins."""
     hands = two()
     hands(*by(8, wheel(8191)))
     events = hands(*zone)
@@ -307,7 +307,7 @@ any_message = st.one_of(
 def test_strings_are_always_as_the_channel_that_they_follow(
     sequence: list[tuple[int, Message]], wheel_does: str
 ) -> None:
-    """What each string was told last of bend, gain and vibrato is what its channel says, whatever came before."""
+    """The last bend, gain and vibrato sent to each string are its channel's, whatever came before."""
     hands = Hands(bass(wheel=wheel_does))
     last: dict[int, dict[int, float]] = {at.BEND: {}, at.GAIN: {}, at.WAVER: {}}
     usual = {at.BEND: 1.0, at.GAIN: 1.0, at.WAVER: 0.0}

@@ -1,7 +1,8 @@
 """Equal velocity, equal level: over every preset, string, fret and stroke that a player uses.
 
-A level is that of the first LENGTH s, rms, of an even player's note: what an ear takes for its loudness. `python
-tests/engine/player/test_evenness.py PRESET ...` prints the table, a row a string, stroke and velocity, a column a fret.
+A level is the rms of the first LENGTH s of an even player's note, which an ear takes for its loudness. `python
+tests/engine/player/test_evenness.py PRESET ...` prints a table: a row per string, stroke and velocity, a column per
+fret.
 """
 
 from __future__ import annotations
@@ -24,26 +25,26 @@ from livebass.units import decibels
 RATE = 48000
 LENGTH = 0.3  # s
 STRING, NEIGHBOURS = 6.0, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
-GUEST = 1.0  # dB more, of strokes that a key switches to
-# dB more, of strings whose short notes die away soonest: an upright's, old flat wounds on a short neck
+GUEST = 1.0  # dB more, for strokes chosen by a key
+# dB more, for strings whose short notes die soonest: an upright's, old flat wounds on a short neck
 DYING = {"upright": 6.0, "short-scale": 3.0, "six-string": 0.5}
-LAST_THUMB = 7.0  # dB, of the last fret under the thumb of slap: there is none under it to slap the string on
-# Key switches of the strokes, by the usual map; "own": what the bass begins with
+LAST_THUMB = 7.0  # dB, at the last fret under slap's thumb: no fret lies under it to slap the string on
+# Key switches of the strokes, by the usual map; "own": the bass's initial stroke
 KEYS = {"own": None, "fingers": 13, "pick": 15, "thumb and pops": 18, "tap": 2, "ghost": 10, "left": 7}
 STROKES = ("own", "pick", "thumb and pops")
 SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
-PAPER = ("paper-bass", "paper-fretless", "paper-g")  # strings of a laboratory, that nobody slaps
+PAPER = ("paper-bass", "paper-fretless", "paper-g")  # laboratory strings, which nobody slaps
 SLAPPED = ("slap", "slap-impulse")
-# What always runs: the stroke that the preset begins with, on one bass of each kind, and two others
+# Always run: the preset's initial stroke, on one bass of each kind, and two others
 ALWAYS = {"own": KINDS, "pick": {"jazz-finger", "six-string"}, "thumb and pops": {"precision-finger", "muted"}}
-PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody takes a pick to an upright, or slaps it so
+PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody plays an upright with a pick, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
-THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of the thumb and of pops; on a bass of fingers
-UP_STROKE = (0.5, 2.0)  # dB of a pick's stroke that goes up under one that goes down
-LEGATO, ANY_LEGATO = (0.3, 6.5), (-1.0, 10.0)  # dB of typical hammer-ons and taps at velocity 80 under plucks; of any
-SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on differs with the moment
+THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of thumb and pops; on a finger bass
+UP_STROKE = (0.5, 2.0)  # dB of a pick's up-stroke below its down-stroke
+LEGATO, ANY_LEGATO = (0.3, 6.5), (-1.0, 10.0)  # dB over plucks: typical hammer-ons and taps at velocity 80; any
+SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on varies with its moment
 GHOST_AND_LEFT = 6.5  # dB, between typical peaks of ghost notes and of left-hand slaps
-AFTER, ANEW = 0.25, 0.4  # s between two notes of a string; dB, at most, between the second and one out of silence
+AFTER, ANEW = 0.25, 0.4  # s between two notes of a string; dB, at most, between the second and one from silence
 LOUDNESS = 2.0  # LU, between any two basses but `muted`
 HARD_LINE = (-7.0, -2.0)  # dBFS, peak
 
@@ -62,14 +63,14 @@ def play(player: Engine, *messages: tuple[int, int, int]) -> None:
 
 
 def on_string(player: Engine, i: int, fret: int) -> int:
-    """The key of a note, which string `i` will play."""
+    """The key of a note that string `i` will play."""
     key = player.instrument.strings[i].open_note + fret
     player.performer["controls"]["string_of"][0, key] = i
     return key
 
 
 def sound(name: str, i: int, fret: int, stroke: str, velocity: int, up: bool = False) -> np.ndarray:
-    """The first LENGTH s of one note out of silence, (n_frames,)."""
+    """The first LENGTH s of one note from silence, (n_frames,)."""
     player = engine(name).another()
     switch = KEYS[stroke]
     if switch is not None:
@@ -118,9 +119,9 @@ def test_a_string_is_even(name: str, stroke: str) -> None:
                 assert abs(found[-1] - found[-2]) <= LAST_THUMB, what
                 found = found[:-1]
             assert np.ptp(found) <= STRING + more, f"{what} differ by {np.ptp(found):.1f} dB"
-            # frets that are tested are apart, so that this is more than is asked
+            # the tested frets are not neighbours, so this is stricter than required
             assert np.abs(np.diff(found)).max() <= STRING + more
-            beside = levels(name, i, (0, 1), stroke, velocity)  # the steepest: the nut stands high
+            beside = levels(name, i, (0, 1), stroke, velocity)  # the steepest step: the nut stands high
             assert np.ptp(beside) <= NEIGHBOURS + more, f"{what}: a step of {np.ptp(beside):.1f} dB"
 
 
@@ -137,7 +138,7 @@ def typical(name: str, strings: Iterable[int], stroke: str, velocity: int) -> fl
     ),
 )
 def test_pops_are_level_with_the_thumb(name: str, velocity: int) -> None:
-    """Those of a bass that is slapped, and those that a key brings to another."""
+    """Pops of a slapped bass, and pops that a key brings to another."""
     apart = THUMB_AND_POPS if name in SLAPPED else GUESTS
     slapped = engine(name).instrument.player.slapped_strings or 2
     thumb = typical(name, range(slapped), "thumb and pops", velocity)
@@ -147,7 +148,7 @@ def test_pops_are_level_with_the_thumb(name: str, velocity: int) -> None:
 
 @pytest.mark.parametrize("name", SLAPPED)
 def test_a_slapped_bass_pops_of_itself(name: str) -> None:
-    """What it begins with is what key 18 switches to; with fingers, key 13, it does not pop."""
+    """Its initial stroke is the one of key 18; with fingers, key 13, it does not pop."""
     last = len(engine(name).instrument.strings) - 1
     own, keyed, fingers = (sound(name, last, 5, stroke, 100) for stroke in ("own", "thumb and pops", "fingers"))
     assert np.array_equal(own, keyed)
@@ -165,7 +166,7 @@ def test_a_pick_that_goes_up_is_hardly_softer(name: str) -> None:
 
 
 def hammered(name: str, i: int, first: int, second: int, after: float, velocity: int = 80) -> float:
-    """Level of a hammer-on from fret to fret, `after` s after the pluck."""
+    """Level of a hammer-on between two frets, `after` s after the pluck."""
     player = engine(name).another()
     play(player, (0x90, KEYS["fingers"] or 0, 100), (0xB0, 68, 127), (0x90, on_string(player, i, first), velocity))
     player.process(round(after * RATE))
@@ -175,7 +176,7 @@ def hammered(name: str, i: int, first: int, second: int, after: float, velocity:
 
 @pytest.mark.parametrize("name", of_each_kind(HAMMERED, dear="fretless"))
 def test_a_hammer_on_is_a_little_softer_than_a_pluck_at_any_moment(name: str) -> None:
-    """Whatever the string does as the finger lands; a tap, out of silence, likewise."""
+    """Whatever the string's motion when the finger lands; a tap from silence too."""
     strings = range(len(engine(name).instrument.strings))
     under = []
     for k, (i, (first, second)) in enumerate(itertools.product(strings, ((0, 2), (5, 7), (3, 4)))):
@@ -212,7 +213,7 @@ def second(name: str, i: int, before: int, fret: int, stroke: str) -> float:
     ),
 )
 def test_a_note_is_as_loud_on_a_string_that_hands_have_just_ended(name: str, stroke: str) -> None:
-    """What no ear hears of the note before takes nothing of this one, from the same fret or from another."""
+    """The inaudible rest of the last note takes nothing from this one, on the same fret or another."""
     for i in range(len(engine(name).instrument.strings)):
         for before, fret in ((3, 3), (5, 3), (0, 7)):
             change = second(name, i, before, fret, stroke) - level(name, i, fret, stroke, 100)

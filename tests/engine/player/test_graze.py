@@ -1,4 +1,4 @@
-"""The neck by whose grazing the hand measures its force: player.graze_action and its like."""
+"""The neck whose grazing gauges the hand's force: player.graze_action and related keys."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ACTION = {"unit": "mm", "values": [2.4, 2.2, 2.1, 2.0]}  # of jazz-finger
 
 
 def bass_of(preset: str = "jazz-finger", player: dict[str, Any] | None = None, **neck: Any) -> Instrument:
-    """A preset with other keys of its player, and of its neck; one that is None is left out."""
+    """A preset with other keys for its player and its neck; None removes a key."""
     data = copy.deepcopy(preset_tables(preset)[1])
     data["player"] |= player or {}
     data["neck"] = {key: value for key, value in (data["neck"] | neck).items() if value is not None}
@@ -33,7 +33,7 @@ def bass_of(preset: str = "jazz-finger", player: dict[str, Any] | None = None, *
 
 
 def played(bass: Instrument, velocity: int, frames: int = 0) -> tuple[Floats, int]:
-    """The apexes (m) of a note on each string, and how many contacts that on the lowest has."""
+    """The apexes (m) of a note on each string, and the number of contacts of the lowest."""
     engine = Engine(bass, QUALITIES["live"], 48000)
     keys = [string.open_note for string in bass.strings]
     events = engine.play_messages(np.zeros(len(keys), np.int64), np.array([[0x90, key, velocity] for key in keys]))
@@ -42,7 +42,7 @@ def played(bass: Instrument, velocity: int, frames: int = 0) -> tuple[Floats, in
 
 
 def test_a_lower_action_buzzes_more_where_the_hand_stays() -> None:
-    """E1 at velocity 110: the pull is the same on every neck, and the lower it is, the more contacts it makes."""
+    """E1 at velocity 110: the pull is the same on every neck, so a lower neck makes more contacts."""
     kept = {"graze_action": ACTION}
     necks = [f"{mm} mm" for mm in (3.0, 2.4, 1.5, 1.0)]
     hands = [played(bass_of(player=kept, action=action), 110, 24000) for action in necks]
@@ -58,7 +58,7 @@ def test_a_lower_action_buzzes_more_where_the_hand_stays() -> None:
 def test_the_necks_own_action_changes_nothing(preset: str) -> None:
     data = preset_tables(preset)[1]
     action = data["neck"].get("action")
-    if action is None:  # measured: that of each string is the gap at fret 12
+    if action is None:  # measured: each string's action is its gap at fret 12
         action = {"unit": "m", "values": [-neck.fret_heights[11] for neck in bass_of(preset).necks]}
     for velocity in (20, 90, 127):
         own, other = (
@@ -94,7 +94,7 @@ def test_the_hand_stays_whatever_the_neck_becomes(player: dict[str, Any], neck: 
 
 
 def test_files_have_the_hand(tmp_path: Path) -> None:
-    """In every tier the pool of a file has the heights of the hand's neck, and else those of its own."""
+    """In every tier a file's pool has the heights of the hand's neck, or of its own neck without one."""
     bass = bass_of("fretless", {"graze_action": "3 mm"})
     (tmp_path / "a.lbass").write_bytes(instrument_file(bass))
     file, own = read_instrument(tmp_path / "a.lbass"), Engine(bass_of("fretless"), QUALITIES["live"], 48000)
@@ -132,7 +132,7 @@ def test_what_is_wrong_is_said(preset: str, player: dict[str, Any], says: str) -
 
 
 def test_grazing_is_by_the_hands_neck() -> None:
-    """A force of 1 on the open string grazes the neck that the hand measures by."""
+    """A force of 1 on the open string grazes the neck that gauges the hand."""
     hand = {"graze_action": "3.3 mm", "unevenness": 0.0, "softest": 1.0, "hardest": 1.0, "greatest_apex": "30 mm"}
     bass = bass_of(player=hand)
     engine = Engine(bass, QUALITIES["live"], 48000)

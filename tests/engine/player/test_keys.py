@@ -1,4 +1,4 @@
-"""What key maps, controllers, the pitch wheel and velocity curves do: events of the strings, and their sound."""
+"""Key maps, controllers, the pitch wheel and velocity curves: their events on the strings, and their sound."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from livebass.techniques import FUNCTION_ROWS, LEARNABLE, LEARNED, PARAMETER_ROW
 FEW = Quality("few", 30, 192e3)  # modes do not matter here
 RATE = 48000
 TICKS = 20  # of a bar of the MIDI file
-KEY, HIGHER = 45, 48  # an A that every string has, and a C above it
+KEY, HIGHER = 45, 48  # an A found on every string, and a C above it
 
 
 @cache
@@ -38,7 +38,7 @@ def engine_of(preset: str = "jazz-finger") -> Engine:
 
 
 def bass(preset: str = "jazz-finger", **player: object) -> Instrument:
-    """The bass of `preset`, played evenly, with these fields of its player."""
+    """The bass of `preset`, played evenly, with the fields `player`."""
     instrument = engine_of(preset).instrument
     return replace(instrument, player=replace(instrument.player, **{"unevenness": 0.0, **player}))  # type: ignore[arg-type]
 
@@ -78,7 +78,7 @@ def sound(instrument: Instrument, messages: Sequence[tuple[int, Message]], frame
 
 
 def test_numbers_in_files_and_projects_stay() -> None:
-    """New rows come after those that there are."""
+    """New rows come after the existing ones."""
     switched = "string ghost legato harmonic tap palm_mute slide vibrato finger pick slap stop_all"
     switched += " down_stroke up_stroke hand detach left_slap"
     moved = "place volume expression let_ring vibrato palm_mute slide legato bend hand blend"
@@ -102,7 +102,7 @@ def test_a_key_and_a_controller_do_one_thing(keys: KeyMap) -> None:
 
 
 def test_the_second_map_is_an_octave_above_the_first() -> None:
-    """But for palm mute, whose key strokes have there."""
+    """Except palm mute, whose key belongs to strokes there."""
     above = {(key - 12, name, value) for key, name, value in MODO_12.keys}
     assert set(MODO.keys) - above == {(3, "palm_mute", 0)}
     assert {key: value for key, name, value in MODO.keys if name == "string"} == {
@@ -121,7 +121,7 @@ def test_the_second_map_is_an_octave_above_the_first() -> None:
 
 
 def phrases(keys: KeyMap) -> Iterator[tuple[int, str, int, list[Message]]]:
-    """For each switch of a map: its key, technique and value, and what is played while it is held."""
+    """For each switch of a map: its key, technique and value, and the notes played while it is held."""
     for key, name, value in keys.keys:
         if name in ("legato", "slide"):
             yield key, name, value, [on(key), on(KEY), on(HIGHER), off(KEY), off(HIGHER), off(key)]
@@ -132,7 +132,7 @@ def phrases(keys: KeyMap) -> Iterator[tuple[int, str, int, list[Message]]]:
 
 
 def midi_file(path: Path, keys: KeyMap) -> list[tuple[str, int]]:
-    """Writes a MIDI file with a bar for each switch of a map; returns what each bar is for."""
+    """Writes a MIDI file with a bar for each switch of a map; returns the purpose of each bar."""
     track, bars = mido.MidiTrack([mido.Message("program_change", program=33)]), []
     for _, name, value, messages in phrases(keys):
         bars.append((name, value))
@@ -144,14 +144,14 @@ def midi_file(path: Path, keys: KeyMap) -> list[tuple[str, int]]:
 
 
 def memory(record: NDArray[np.void]) -> bytes:
-    """All that a performer remembers, but for where events go."""
+    """A performer's whole memory, except the destination of events."""
     kept = record.copy()
     kept["out"] = 0
     return kept.tobytes()
 
 
 def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> bool:
-    """True if `events` of a phrase are what the technique asks for; `stroke` is what plucks."""
+    """True if `events` of a phrase show the technique; `stroke` is the plucking stroke."""
     plucked, touched = of(events, records.PLUCK), of(events, records.TOUCH_EVENT)["finger"].tolist()
     hammered, struck = len(of(events, records.HAMMER)), len(of(events, records.STRIKE_EVENT))
     strings = {4: 0, 9: 1, 2: 2, 7: 3}  # by pitch class; no C, no B
@@ -174,7 +174,7 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
 
 @pytest.mark.parametrize("keys", MAPS.values(), ids=MAPS)
 def test_midi_made_for_modo_plays_as_written(keys: KeyMap, tmp_path: Path) -> None:
-    """A file with each key switch, read as `render` reads it: each asks for its technique, and none is a note."""
+    """A file with each key switch, read as in `render`: each switch asks for its technique, and none is a note."""
     bars = midi_file(tmp_path / "modo.mid", keys)
     score = read_score(tmp_path / "modo.mid", 8000)
     played = [tuple(map(int, m)) for m in score.messages[score.messages[:, 0] != 0xC0]]
@@ -267,7 +267,7 @@ def test_all_notes_off_releases_keys_that_switch() -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap"])
 def test_the_usual_map_leaves_files_as_they_were(preset: str) -> None:
-    """Controllers that files send for synths: none that is not in the map does anything."""
+    """Controllers meant for synths: those not in the map do nothing."""
     hands = Hands(bass(preset), preset)
     taken = {number for number, _ in MODO.controllers} | {
         6,
@@ -340,7 +340,7 @@ def test_a_wheel_that_slides_goes_over_frets() -> None:
 
 
 def test_a_wheel_that_slides_does_not_jitter_between_frets() -> None:
-    """Half way between two frets it stays on the one that it is on."""
+    """Half way between two frets it stays where it is."""
     hands = Hands(bass(wheel="slide"))
     fret = int(hands(on(48))["fret"][0])
 
@@ -360,7 +360,7 @@ def test_a_wheel_that_slides_does_not_jitter_between_frets() -> None:
     [(1, records.HAMMER), (2, records.HAMMER), (3, records.PLUCK), (-2, records.PULL_OFF), (-3, records.PLUCK)],
 )
 def test_in_mono_mode_overlapping_notes_near_each_other_are_legato(by: int, kind: int) -> None:
-    """Controller 126 with one voice: up to two semitones. Those farther apart are plucked, and so are single notes."""
+    """Controller 126 with one voice: up to two semitones. Wider intervals and single notes are plucked."""
     hands = Hands()
     hands(control(126, 1))
     (first,) = hands(on(50))
@@ -374,7 +374,7 @@ def test_in_mono_mode_overlapping_notes_near_each_other_are_legato(by: int, kind
 
 
 def test_a_string_goes_back_to_four_keys_that_are_still_held() -> None:
-    """Each pulled off to the one before it; a fifth is forgotten, and the string is stopped."""
+    """Each is pulled off to the one before; a fifth is forgotten, and the string is stopped."""
     hands = Hands()
     hands(control(68, 127))
     frets = [int(hands(on(key))["fret"][0]) for key in range(44, 50)]
@@ -439,7 +439,7 @@ def test_the_blend_leaves_one_pickup(value: int, off_pickup: str) -> None:
 
 @pytest.mark.parametrize("number", [17, 18])
 def test_tone_and_blend_move_without_a_click(number: int) -> None:
-    """Swept from end to end and switched at once: no step above those of the note itself; the same in any blocks."""
+    """Swept end to end and switched at once: no step exceeds the note's own; blocks of any size sound the same."""
     notes = [(0, on(45, 100))]
     still = sound(bass(), notes, 24000)
     moves = [(6000 + 100 * k, control(number, k)) for k in range(0, 128, 4)] + [(20000, control(number, 0))]
@@ -466,7 +466,7 @@ def test_every_parameter_has_a_controller(symbol: str) -> None:
 
 
 def test_the_left_hand_slaps() -> None:
-    """A mass on the strings about fret 7, with fingers on them: a clack in which no partial rings."""
+    """A mass on the strings about fret 7, with fingers on them: a clack without ringing partials."""
     hands = Hands(bass())
     hands(on(7))
     events = hands(on(33))

@@ -1,4 +1,4 @@
-"""The performer: MIDI messages become plucks, strikes, hands, bends and gains on strings and frets."""
+"""The performer turns MIDI messages into plucks, strikes, hands, bends and gains on strings and frets."""
 
 from __future__ import annotations
 
@@ -180,7 +180,7 @@ def test_the_oldest_string_is_taken_of_two_alike(again: bool) -> None:
 
 
 def test_a_note_struck_again_stays_on_its_string() -> None:
-    """It stays there even if a lower place is free and nearer by now."""
+    """It stays there even if a lower place is free and nearer now."""
     hands = Hands()
     assert hands.tab([43]) == "G0" and hands.plays(45) == (2, 7)
     hands(off(43), on(29))
@@ -206,7 +206,7 @@ def test_same_messages_same_events_however_sent(sequence: list[Message], cut: in
     assert events(sequence[:cut], sequence[cut:]) == whole
 
 
-# Notes the bass does not have
+# Notes outside the bass's range
 
 
 @pytest.mark.parametrize("key", [*range(LOWEST), *range(HIGHEST + 1, 128)])
@@ -225,7 +225,7 @@ def test_out_of_range(key: int) -> None:
 
 
 @given(st.lists(st.integers(0, 127), max_size=60), st.sampled_from(["drop", "transpose"]))
-@example([60, 30, 19, 14], "transpose")  # 19 and 14 become 31 and 26, which no string has
+@example([60, 30, 19, 14], "transpose")  # 19 and 14 become 31 and 26, which are on no string
 def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
     hands = Hands(bass_tuned([20, 62], frets=5, out_of_range=option))
     hands(*[on(key) for key in keys])
@@ -235,7 +235,7 @@ def test_every_note_on_is_counted_once(keys: list[int], option: str) -> None:
     assert option == "transpose" or hands.p["notes"] == len(there)
 
 
-# How hard, and where
+# Force and place
 
 
 @pytest.mark.parametrize("preset", AUDIBLE)
@@ -258,7 +258,7 @@ def test_velocity_to_apex(preset: str) -> None:
             assert all(a < b < most for a, b in pairwise(apex)), (string, fret)
             assert apex[0] > 0 and apex[126] <= most
             if events[0]["kind"] == at.STRIKE_EVENT:
-                continue  # what a thumb's impulse comes to is up to the string
+                continue  # a thumb's impulse acts as the string decides
             if hands.p["stroke"] == FINGER:
                 player, e = instrument.player, events[63]
                 force = player.softest * (player.hardest / player.softest) ** (63 / 126)
@@ -267,9 +267,9 @@ def test_velocity_to_apex(preset: str) -> None:
 
 
 def even_apex(instrument: Instrument, string: int, fret: int, where: float) -> float:
-    """Apex (m) of the force that has the open string graze a fret, on a stopped one, as far from the saddle.
+    """Apex (m), on a stopped string, of the force that makes the open string graze a fret, equally far from the saddle.
 
-    The same force pulls by x (L - x) / L, and hands play a shorter string more gently, by the root of its length.
+    A force pulls by x (L - x) / L, and hands play a shorter string more gently, by the root of its length.
     """
     open_string, stopped = (speaking(instrument.strings[string], instrument.necks[string], f) for f in (0, fret))
     from_saddle = stopped.length - where
@@ -332,7 +332,7 @@ def test_controller_16_moves_the_hand_over_the_body() -> None:
 
 
 def test_controller_74_of_mpe_is_brighter_the_higher() -> None:
-    """A note of a zone of MPE is plucked nearer to the saddle, as controller 16 has it for all."""
+    """A note of an MPE zone is plucked nearer to the saddle, like all notes by controller 16."""
     places = []
     for value in (0, 64, 127):
         hands = Hands(bass())
@@ -345,7 +345,7 @@ def test_controller_74_of_mpe_is_brighter_the_higher() -> None:
 @pytest.mark.parametrize("value", [0, 16, 64, 127])
 @pytest.mark.parametrize("preset", AUDIBLE)
 def test_every_place_is_on_the_string(preset: str, value: int) -> None:
-    """Any position controller plucks every fretted string well away from its ends."""
+    """Every position controller plucks every fretted string well away from its ends."""
     for string in range(4):
         hands = Hands(loaded(preset), string)
         hands(control(16, value))
@@ -521,7 +521,7 @@ def test_data_entry_is_for_the_range_only_when_selected(deselect: list[Message])
     assert len(hands(control(6, 12))) == 4, "selected in the other order"
 
 
-# Volume and what is not heard
+# Volume and ignored messages
 
 
 def test_volume_and_expression() -> None:
@@ -547,7 +547,7 @@ def test_what_is_passed_over(message: Message) -> None:
     hands(on(33), *RPN_RANGE)
     before = hands.p.copy()
     assert kinds(hands(message)) == []
-    before["out"] = hands.p["out"]  # where its events would have gone
+    before["out"] = hands.p["out"]  # the destination of its events
     assert hands.p.tobytes() == before.tobytes()
 
 
@@ -558,7 +558,7 @@ def test_any_channel(channel: int) -> None:
     assert kinds(hands((0x80 | channel, 33, 0))) == hands_on(1)
 
 
-STRINGS_FROM_1 = (0xB0, 126, 6)  # more channels than strings: 5 and 6 have none
+STRINGS_FROM_1 = (0xB0, 126, 6)  # more channels than strings: 5 and 6 have no string
 MPE = ((0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, 5))
 
 
@@ -596,7 +596,7 @@ def test_keys_switch_on_channels_of_their_own(zone: tuple[Message, ...]) -> None
 
 
 def test_the_range_of_a_master_is_its_own() -> None:
-    """RPN 0 on a channel that has notes is theirs; on the master it is that of the wheel that bends all of them."""
+    """RPN 0 on a channel with notes sets their range; on the master, the range of the wheel that bends them all."""
     hands = Hands()
     hands(*MPE, (0xB1, 101, 0), (0xB1, 100, 0), (0xB1, 6, 24), (0xB1, 38, 50), (0xB0, 6, 5), (0xB0, 38, 0))
     assert (hands.p["controls"]["channel_range"], hands.any["range"]) == (24.5, 5.0)
@@ -608,7 +608,7 @@ def test_the_range_of_a_master_is_its_own() -> None:
 
 
 def test_the_first_note_off_ends_a_key_however_often_it_was_struck() -> None:
-    """A note-off may be lost, or never sent between two note-ons, as by pads: no note hangs."""
+    """A note-off may be lost or, as with pads, never sent between two note-ons: no note hangs."""
     hands = Hands()
     hands(on(33), on(33), on(33))
     assert kinds(hands(off(33))) == hands_on(1) and kinds(hands(off(33))) == []
@@ -648,7 +648,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
             assert 0 <= e["finger"] < at.TOUCHES and 0.0 <= e["resistance"] < 100.0
             assert e["place"] > 0.0 or e["resistance"] == 0.0
         elif e["kind"] == at.HAMMER:
-            assert 0.003 < e["speed"] < 30.0  # m/s, with 12 dB less or more
+            assert 0.003 < e["speed"] < 30.0  # m/s, give or take 12 dB
         elif e["kind"] in (at.TONE, at.BLEND):
             assert -1.0 <= e["value"] <= 1.0
         elif e["kind"] == at.IDLE:
@@ -668,7 +668,7 @@ RING = [m for s in EIGHT.strings for m in (on(s.open_note), off(s.open_note))]
 
 @given(st.lists(any_message, max_size=60), st.sampled_from([bass(), loaded("slap-impulse"), EIGHT]))
 @example([control(64, 127), *RING, control(121)], EIGHT)
-@example([on(2, 1), on(29, 1)], bass())  # a tap as soft as can be
+@example([on(2, 1), on(29, 1)], bass())  # the softest possible tap
 def test_any_bytes_leave_the_performer_sane(sequence: list[Message], instrument: Instrument) -> None:
     hands = Hands(instrument, switches=True)
     for m in sequence:

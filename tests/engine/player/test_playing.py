@@ -24,7 +24,7 @@ from livebass.model.quality import QUALITIES
 from livebass.units import cents, decibels
 
 RATE = 48000
-THEN = 0.4  # s, when what is tested happens; not at a multiple of the bend's 128 frames
+THEN = 0.4  # s of the tested change; not at a multiple of the bend's 128 frames
 OPEN = (28, 33, 38, 43)
 OUTPUTS = ("jazz-finger", "paper-bass")  # pickups, displacement
 QUIET, FIRM = 30, 90  # velocities: no contact, contact
@@ -51,7 +51,7 @@ def engine(preset: str = "jazz-finger") -> Engine:
 
 @cache
 def played(preset: str, messages: tuple[Timed, ...], seconds: float) -> Floats:
-    """The sound of timed messages, (strings, frames); kept for the next test that asks for it."""
+    """The sound of timed messages, (strings, frames); kept for the next test."""
     bass = engine(preset)
     frames = np.array([round(t * RATE) for t, _ in messages], np.int64)
     bass.send(frames, np.array([m for _, m in messages], np.uint8).reshape(-1, 3))
@@ -115,11 +115,11 @@ CHANGES: dict[str, list[Message]] = {
 
 # dB above 10 kHz in 2 ms, from the level just before: a step by a hundredth of the level is at -67
 CLICK = -70.0
-# The wide corner of the paper's pluck has an attack so dull that a finger landing is brighter, still 55 dB down.
+# The paper's wide pluck has so dull an attack that a landing finger is brighter, still 55 dB down.
 DULL = {"paper-bass": 4.0}  # dB
-# s after which the string grazes a fret, as it does 34 ms later without the change
+# s after which the string grazes a fret; without the change it does so 34 ms later
 GRAZES = {("bend down", 127, "paper-bass"): 4e-3}
-# dB: a hand that is there at once; fingers that leave a fret, sensed as a displacement without any filter
+# dB: a hand present at once; fingers that leave a fret, sensed as an unfiltered displacement
 EXCUSED = {"all sound off": -58.0, "note off paper-bass": -60.0, "all notes off paper-bass": -60.0}
 
 
@@ -136,7 +136,7 @@ def test_no_click(change: str, velocity: int, preset: str) -> None:
     click = decibels(burst(changed, THEN, watch) / level)
     assert click < EXCUSED.get(f"{change} {preset}", EXCUSED.get(change, CLICK)), f"{click:.1f} dB"
     sharper = jerk(changed, THEN, watch) / jerk(plain, THEN, watch)
-    assert sharper < (2.2 if "octave" in change else 1.6), f"{sharper:.2f}"  # higher notes are
+    assert sharper < (2.2 if "octave" in change else 1.6), f"{sharper:.2f}"  # higher notes are sharper
 
 
 def test_the_click_test_hears_a_click() -> None:
@@ -149,7 +149,7 @@ def test_the_click_test_hears_a_click() -> None:
 
 
 def attack(preset: str, key: int, velocity: int, watch: float = 12e-3) -> float:
-    """`burst` of a pluck out of silence."""
+    """`burst` of a pluck from silence."""
     return burst(mix([(THEN, on(key, velocity))], 0.5, preset), THEN, watch)
 
 
@@ -213,7 +213,7 @@ def test_two_plucks_at_once_are_the_second() -> None:
 @pytest.mark.parametrize("velocity", [QUIET, 127])
 @pytest.mark.parametrize("key", [28, 40, 50, 62])
 def test_a_hand_damps_within_tens_of_milliseconds(key: int, velocity: int, preset: str) -> None:
-    """Within 20 to 100 ms the level of 10-ms windows falls 40 dB below that of the last 30 ms."""
+    """Within 20 to 100 ms the level of 10-ms windows falls 40 dB below the last 30 ms."""
     sound = mix([(0.0, on(key, velocity)), (THEN, off(key))], 0.7, preset)
     before = rms(part(sound, THEN - 0.03, THEN))
     after = [decibels(max(rms(part(sound, t, t + 0.01)), 1e-30) / before) for t in np.arange(THEN, 0.69, 0.01)]
@@ -268,7 +268,7 @@ def pitch(x: Floats, near: float) -> float:
 @pytest.mark.parametrize("key", [28, 40, 55])
 @pytest.mark.parametrize("when", [0.0, 0.3])
 def test_bends_are_in_tune(when: float, key: int, messages: list[Message], interval: float) -> None:
-    """Within 2 cents, if the wheel moves before the note or while it sounds."""
+    """Within 2 cents, whether the wheel moves before the note or during it."""
     straight = pitch(part(mix([(0.0, on(key))], 1.2), 0.5, 1.2), note_frequency(key))
     bent = mix([*[(when, m) for m in messages], (0.0, on(key))], 1.2)
     found = cents(pitch(part(bent, 0.5, 1.2), note_frequency(key + interval / 100)) / straight)
@@ -284,7 +284,7 @@ def test_a_note_at_another_fret_takes_the_bend_along() -> None:
 
 @pytest.mark.parametrize("later", [1, 5, 77])
 def test_a_bent_note_is_bent_from_its_first_frame(later: int) -> None:
-    """Bent and then struck a few frames later, a note gives the same sound; a strike sounds at once."""
+    """Bent and then struck a few frames later, a note sounds the same; a strike sounds at once."""
     note = [(0.0, BEND_UP), (0.1, on(28))]
     sound = play(note, 0.3, "slap")
     shifted = play([note[0], (0.1 + later / RATE, on(28))], 0.3, "slap")[:, later:]
@@ -360,7 +360,7 @@ def test_long_notes_decay_and_have_no_dc(key: int, velocity: int, preset: str) -
 
 
 def contacts(preset: str, string: int, velocities: list[int]) -> dict[tuple[int, int], int]:
-    """The number of contacts in the first 60 ms by (fret, velocity), on a bass of that one string."""
+    """The number of contacts in the first 60 ms by (fret, velocity), on a bass with that one string."""
     bass = Engine(one_string(even(load_preset(preset)), string), QUALITIES["live"], RATE)
     found = {}
     for fret in range(20):
@@ -378,7 +378,7 @@ def contacts(preset: str, string: int, velocities: list[int]) -> dict[tuple[int,
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger", "flatwound", "muted", "paper-bass"])
 @pytest.mark.parametrize("string", range(4))
 def test_soft_notes_touch_no_fret_and_hard_ones_do(string: int, preset: str) -> None:
-    """Near the body few frets are left, and the same force leaves them alone; hard plucks go more across."""
+    """Near the body few frets are left, out of reach of the same force; hard plucks go more across."""
     found = contacts(preset, string, [1, 60, 127])
     assert {place: n for place, n in found.items() if place[1] <= 60 and n} == {}
     assert {place: n for place, n in found.items() if place[1] == 127 and n < 1 and place[0] <= 12} == {}
@@ -423,9 +423,9 @@ def test_wild_playing_stays_within_bounds(seed: int, preset: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("preset", preset_names())
 def test_long_wild_playing(preset: str) -> None:
-    """Every frame of it is finite and bounded, in blocks of any size, and all sound off ends it.
+    """Every frame is finite and bounded, in blocks of any size, and all sound off ends it.
 
-    Boards at the contact rate of frets: at their own it takes three times as long.
+    Boards run at the contact rate of frets: at their own they take three times as long.
     """
     quality = replace(QUALITIES["live"], on_board=None)
     bass, rng = Engine(even(load_preset(preset)), quality, RATE), np.random.default_rng(1)
@@ -433,7 +433,7 @@ def test_long_wild_playing(preset: str) -> None:
     high = keys[-1] + bass.frets - 1  # notes on short strings are louder, and a thumb's player pops them
     plucks = [[(0.0, control(16, place)), (0.01, on(key, 127))] for key in (*keys, high) for place in (64, 127)]
     loudest = max(float(np.abs(play(pluck, 0.2, preset)).max()) for pluck in plucks)
-    first = 20 * preset_names().index(preset)  # other playing on each bass
+    first = 20 * preset_names().index(preset)  # each bass is played differently
     for second in range(first, first + 20):
         start, timed = bass.frame, wild(second)
         frames = np.array([start + int(t * RATE) for t, _ in timed])
@@ -473,9 +473,9 @@ def test_a_string_that_is_no_number_ends_and_plays_again() -> None:
 @pytest.mark.parametrize("gap", [0.2, 0.4, 1.0])
 @pytest.mark.parametrize(("preset", "key"), [("slap", 28), ("slap", 33), ("jazz-finger", 28), ("muted", 33)])
 def test_a_note_again_is_as_loud_as_the_first(preset: str, key: int, gap: float) -> None:
-    """Peak and share above 2 kHz are alike: the hand that damps the old motion leaves the new one alone.
+    """Peak and share above 2 kHz agree: the hand that damps the old motion leaves the new one alone.
 
-    A thumb that bounces meets what is left of the old motion, within some dB.
+    A bouncing thumb meets the rest of the old motion, so it varies by some dB.
     """
     sound = mix([(0.0, on(key, 115)), (0.1, off(key)), (gap, on(key, 115)), (gap + 0.1, off(key))], gap + 0.2, preset)
     first, second = part(sound, 0.0, 0.1), part(sound, gap, gap + 0.1)
@@ -489,7 +489,7 @@ def test_a_note_again_is_as_loud_as_the_first(preset: str, key: int, gap: float)
 
 
 def test_rows_of_working_sets_begin_on_cache_lines() -> None:
-    """In the engine and in the live bass: a vector that lies across two lines takes twice as long."""
+    """In the engine and in the live bass: a vector across two cache lines takes twice as long."""
     bass = load_preset("jazz-finger")
     engine = Engine(bass, QUALITIES["live"], RATE)
     live = LiveBass(bass, QUALITIES["live"], RATE)

@@ -1,4 +1,4 @@
-"""The performer's records: a stroke is its row and nothing else, and controls outlive a change of bass whole."""
+"""The performer's records: a stroke is its row and nothing else, and controls fully survive a change of bass."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from livebass.kernels.player.performer import CONTROLS, MOST_EVENTS
 from livebass.kernels.string.records import EVENT
 
 MOST_PARAMETERS = 8
-OWN = {  # the player's number that stands for a 0 of a row
+OWN = {  # the player's number replacing a 0 in a row
     "soft_width": "rounding_soft", "hard_width": "rounding", "soft_release": "release_time_soft",
     "hard_release": "release_time", "place": "pluck_position", "angle": "pluck_angle", "nearer": "nearer_when_hard",
 }  # fmt: skip
@@ -49,7 +49,7 @@ def test_rows_of_strokes_are_the_standard_ones_with_the_players_numbers(preset: 
 @pytest.mark.parametrize("stroke", [PICK, NAIL, POP])
 @pytest.mark.parametrize("unevenness", [0.0, 0.1])
 def test_a_stroke_is_its_row(stroke: int, unevenness: float) -> None:
-    """Fingers with the row of a pick pluck as a pick does, down and up, also where they would rake."""
+    """Fingers with a pick's row pluck like a pick, down and up, even where fingers would rake."""
     bass = load_preset("jazz-finger")
     bass = replace(bass, player=replace(bass.player, unevenness=unevenness, pluck_angle=0.3, nearer_when_hard=0.01))
     engine = Engine(bass, QUALITIES["live"], 48_000)
@@ -80,7 +80,7 @@ def test_controls_outlive_a_change_of_bass_whole() -> None:
 @pytest.mark.parametrize("key", [9, 14, 16])  # of the strings A, D and E
 def test_a_string_whose_key_is_held_is_played_after_a_change_of_bass(key: int) -> None:
     old, new = (Engine(load_preset(name), QUALITIES["live"], 48_000) for name in ("jazz-finger", "slap"))
-    note, events = 45, np.zeros(2 * MOST_EVENTS, EVENT)  # which E, A, D and G have
+    note, events = 45, np.zeros(2 * MOST_EVENTS, EVENT)  # available on E, A, D and G
     wanted = [string.called for string in load_preset("slap").strings].index(key % 12)
 
     def string_of_note() -> int:

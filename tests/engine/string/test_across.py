@@ -1,4 +1,4 @@
-"""A second polarisation with a law of its own: its frequencies and dampings, its beats, in tune in every technique."""
+"""A second polarisation with its own law: its frequencies, dampings and beats, in tune in every technique."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NONE = np.zeros(0, EVENT)
 
 
 def test_v_has_the_frequencies_and_dampings_of_its_own_neck() -> None:
-    """An oblique pluck that touches nothing: v is the free motion by `modes` across."""
+    """In an oblique pluck without contacts, v is the free motion of `modes` across."""
     s = with_own_across(speaking(g_string(), g_neck(), 0))
     trial = dataclasses.replace(oblique(case_b(modes=60, duration=0.3), 1.2, 1e-3), speaking=s)
     motion, t = solve_trial(trial), np.arange(trial.samples) / trial.output_rate
@@ -43,7 +43,7 @@ def test_v_has_the_frequencies_and_dampings_of_its_own_neck() -> None:
 
 
 def test_a_v_that_is_as_u_changes_nothing() -> None:
-    """A law of its own that says the same is the same motion."""
+    """An own law with the same numbers gives the same motion."""
     trial = oblique(case_b(300, 1e6, duration=0.05), 0.8, 4e-3)
     s = dataclasses.replace(trial.speaking, own_across=True)
     plain, same = solve_trial(trial), solve_trial(dataclasses.replace(trial, speaking=s))
@@ -59,11 +59,11 @@ def test_brute_force_agrees_where_it_touches(string: String | None) -> None:
     assert assert_agree(dataclasses.replace(trial, sensor_v=s.length - 0.03), "v of its own, frets that give way")
 
 
-# ---- what the numbers of a neck mean
+# ---- the meaning of a neck's numbers
 
 
 def neck_with(y: Admittance, **given: float) -> Neck:
-    """The paper's neck with that admittance."""
+    """The paper's neck with the admittance `y`."""
     return dataclasses.replace(g_neck(), admittance=y, stop_conductance=2e-3, **given)
 
 
@@ -73,7 +73,7 @@ TABLE = Admittance((), tuple((f, 1e-3 * (2 + np.sin(f / 40)), 5e-4 * np.cos(f / 
 
 @pytest.mark.parametrize("fret", [0, 5, 12])
 def test_a_stiffer_neck_bends_at_higher_frequencies(fret: float) -> None:
-    """With the mass it has: sqrt(2.5) times as high. That the whole bass moves hangs on no neck."""
+    """With the mass it has: sqrt(2.5) times as high. The whole bass moves the same on any neck."""
     given = {"stiffness_across": 2.5, "stop_across": 0.3}
     s = speaking(g_string(), neck_with(BACK, **given), int(fret))
     part = [bending_shape(r.shape, (0.863 - s.length) / (0.6 * 0.863)) ** 2 for r in BACK.resonances]
@@ -89,7 +89,7 @@ def test_a_stiffer_neck_bends_at_higher_frequencies(fret: float) -> None:
 
 
 def test_a_measured_neck_is_one_of_resonances_that_are_higher() -> None:
-    """Y of a neck that vibrates h times as high is Y(nu / h) / h: as for resonances, so for a table."""
+    """Y of a neck vibrating h times as high is Y(nu / h) / h, for resonances and tables."""
     bending = Admittance(BACK.resonances[:2])
     nu = np.arange(2.0, 3000.0, 0.25)
     table = Admittance(
@@ -97,7 +97,7 @@ def test_a_measured_neck_is_one_of_resonances_that_are_higher() -> None:
     )
     asked = np.linspace(30, 1500, 500)
     for fret in (0, 4):
-        if fret:  # a table knows no shapes: it counts by the first one
+        if fret:  # a table has no shapes: it counts by the first one
             bending = Admittance(tuple(dataclasses.replace(r, shape=1) for r in bending.resonances))
         ours, theirs = (
             speaking(g_string(), neck_with(y, stiffness_across=2.0), fret).admittance_across.at(asked)
@@ -109,7 +109,7 @@ def test_a_measured_neck_is_one_of_resonances_that_are_higher() -> None:
 @pytest.mark.parametrize("y", [BACK, TABLE, Admittance()], ids=["resonances", "table", "rigid"])
 @pytest.mark.parametrize("capo", [0.0, g_neck().fret_positions[1]], ids=["open", "capo"])
 def test_v_is_longer_stiffer_and_stopped_by_itself(y: Admittance, capo: float) -> None:
-    """Frequencies and dampings of v, by eqs. 8 and 9 with the neck that v meets."""
+    """Frequencies and dampings of v, by eqs. 8 and 9 with v's own neck."""
     given = {"stiffness_across": 1.7, "stop_across": 0.3, "longer_across": 1.5e-3, "capo": capo}
     string = dataclasses.replace(g_string(), measured_frequencies=(), measured_dampings=())
     for fret in (0, 3):
@@ -131,7 +131,7 @@ def test_v_is_longer_stiffer_and_stopped_by_itself(y: Admittance, capo: float) -
 
 
 def test_what_was_measured_is_of_u() -> None:
-    """v is as far off as the law says, in frequency and, above what the string loses by itself, in damping."""
+    """v differs as the law says, in frequency and, beyond the string's own loss, in damping."""
     s = with_own_across(speaking(g_string(), g_neck(), 0))
     measured = dataclasses.replace(s, string=g_string())
     far = modes.frequencies(s, 34, across=True) - modes.frequencies(s, 34) / (1 + s.longer_across)
@@ -146,25 +146,25 @@ def test_what_was_measured_is_of_u() -> None:
     alone = np.minimum(np.pi * law * modes.loss_factor(measured, law), u)
     assert u == pytest.approx(g_string().measured_dampings, rel=1e-12)
     assert v == pytest.approx(np.maximum(u - takes[0], alone) + takes[1], rel=1e-12)
-    assert 5 < np.count_nonzero(u - takes[0] > alone) < 30  # both cases are there
+    assert 5 < np.count_nonzero(u - takes[0] > alone) < 30  # both cases occur
     assert np.all(v > 0)
 
 
 @pytest.mark.parametrize("part", [0.0, 0.1, 1.0])
 def test_v_loses_at_least_what_its_neck_takes(part: float) -> None:
-    """However little was measured of u: v never grows, and what the neck takes of it is gone."""
+    """However low the measured losses of u: v never grows, and loses its neck's share."""
     few = tuple(part * sigma for sigma in g_string().measured_dampings)
     s = with_own_across(speaking(g_string(), g_neck(), 0))
     s = dataclasses.replace(s, string=dataclasses.replace(g_string(), measured_dampings=few))
     taken = 2 * modes.impedance(s) * s.fundamental * np.real(s.felt(True).at(modes.frequencies(s, 34, across=True)))
     v = modes.dampings(s, 34, across=True)
     assert np.all(taken > 0) and np.all(v >= taken) and np.all(v <= (few + taken) * (1 + 1e-12))
-    assert np.any(modes.dampings(s, 34) < taken)  # so that it is said of modes whose u loses less
+    assert np.any(modes.dampings(s, 34) < taken)  # so the test covers modes whose u loses less
 
 
 @pytest.mark.parametrize("partial", [1, 2, 3, 5])
 def test_a_pluck_at_45_degrees_beats_as_its_frequencies_say(partial: int) -> None:
-    """What both polarisations give together swells and fades |nu_v - nu_u| times a second."""
+    """The sum of both polarisations swells and fades |nu_v - nu_u| times a second."""
     s = dataclasses.replace(with_own_across(speaking(g_string(), g_neck(), 0)), longer_across=9e-3)
     trial = dataclasses.replace(case_b(40, 96e3, duration=8.0, output_rate=4000.0, lossless=True), speaking=s)
     motion = solve_trial(oblique(trial, np.pi / 4, 0.5e-3))
@@ -186,7 +186,7 @@ def test_a_pluck_at_45_degrees_beats_as_its_frequencies_say(partial: int) -> Non
 
 
 def own_cents(preset: str, i: int, fret: int) -> Floats:
-    """How far (cents) v lies from u in its lowest partials, (PARTIALS,), by the model."""
+    """Model's distance (cents) of v from u in its lowest partials, (PARTIALS,)."""
     name = preset.removesuffix(YIELDS)
     bass = yielding(load_preset(name))
     s = speaking(bass.strings[i], bass.necks[i], fret)
@@ -203,7 +203,7 @@ def cents(a: Floats, b: Floats) -> Floats:
 
 
 def plucked(preset: str, i: int, fret: int) -> Played:
-    """A string plucked softly at 45 degrees, which no tension bends."""
+    """A string plucked softly at 45 degrees, unbent by tension."""
     string = Played(preset, i)
     string.record["stretch"] = 0.0
     length = float(string.ops[fret]["length"])
@@ -221,7 +221,7 @@ def slot_of(string: Played) -> np.void:
 
 
 def heard_cents(string: Played, seconds: float) -> Floats:
-    """How far (cents) v sounds from u, (PARTIALS,), by the turns that their modes make in `seconds`."""
+    """Audible distance (cents) of v from u, (PARTIALS,), from their modes' turns in `seconds`."""
     total, last = np.zeros((2, PARTIALS)), np.zeros((2, PARTIALS))
     for frame in range(round(seconds * RATE) + 1):
         for k, name in enumerate("uv"):
@@ -286,18 +286,18 @@ def in_vibrato(string: Played) -> int:
 @pytest.mark.parametrize("preset", quick(["jazz-finger" + YIELDS, "fretless" + YIELDS], ["jazz-finger" + YIELDS]))
 @pytest.mark.parametrize("name", GESTURES)
 def test_v_stays_in_tune_with_u(name: str, preset: str) -> None:
-    """In the cents of partials 1 to 5 it lies from u as the model says of the fret where the technique ends."""
+    """In cents of partials 1 to 5, v lies from u as in the model at the technique's last fret."""
     string = plucked(preset, 2, 2)
     wait(string, 0.05)
     fret = GESTURES[name](string)
     wanted = own_cents(preset, 2, fret)
     assert np.abs(wanted).min() > 0.5
-    # the tension of a vibrato is as much for both, which is a little more of the slower one
+    # a vibrato adds the same tension to both, which is a little more for the slower one
     assert heard_cents(string, 1.0) == pytest.approx(wanted, abs=0.15 if name == "in_vibrato" else 0.05)
 
 
 def test_v_stays_in_tune_on_the_way_of_a_glide() -> None:
-    """Between two frets it goes from the one's cents to the other's, without a step."""
+    """Between two frets it moves from the first one's cents to the second's, without a step."""
     preset = "fretless" + YIELDS
     string, between, last = plucked(preset, 2, 2), 0, own_cents(preset, 2, 2)
     wait(string, 0.05)
@@ -314,7 +314,7 @@ def test_v_stays_in_tune_on_the_way_of_a_glide() -> None:
 
 
 def energy_across(string: Played) -> float:
-    """J of v, by what eq. 12 conserves."""
+    """Energy (J) of v, by the invariant of eq. 12."""
     slot = slot_of(string)
     op, n = string.ops[int(slot["fret"])], int(slot["v_active"])
     q, p = (modal_row(slot["v"], row)[:n] for row in ("q", "p"))
@@ -340,7 +340,7 @@ def test_fingers_only_take_from_v(places: tuple[float, ...], resistance: float) 
     assert slot_of(string)["v_active"] > 0
 
 
-# Heard by sensors of displacement, one of u and one of v
+# Sensed by displacement, one sensor of u and one of v
 
 
 def sensed(level: float, raw: bool, before: int = 1000, after: int = 1000) -> tuple[Floats, Floats, Played]:
@@ -367,7 +367,7 @@ def test_output_of_sensors_is_u_and_v_at_its_level(level: float) -> None:
 
 
 def test_the_sensor_of_u_does_not_jump_when_a_finger_comes_down() -> None:
-    """It hears the string from the line that it rests on, which is another one from then on."""
+    """It senses the string from its line of rest, which changes at that moment."""
     u, _, string = sensed(0.0, raw=True, after=10)
     line = float(string.record["saddle"][0] / string.ops[5]["length"] * slot_of(string)["offset"])
     assert abs(line) > 5e-6

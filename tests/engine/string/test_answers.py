@@ -1,4 +1,4 @@
-"""Idle strings answer those that sound: against brute force, passive, muted, silent when off, and to the bit."""
+"""Idle strings answer sounding ones: against brute force, passive, muted, silent when off, and to the bit."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PEDAL_DOWN, PEDAL_UP = (0xB0, 64, 127), (0xB0, 64, 0)
 
 
 def answering(when: str = "always", preset: str = "jazz-finger") -> Instrument:
-    """A preset; jazz-finger with the losses of neck and strings of `muted`, which the levels below are of."""
+    """A preset; jazz-finger with the neck and string losses of `muted`, to which the levels below refer."""
     bass = even(load_preset(preset))
     if preset == "jazz-finger":
         other = load_preset("muted")
@@ -62,7 +62,7 @@ def prepared(when: str = "always", linear: bool = False, preset: str = "jazz-fin
 
 
 def told(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.ndarray:
-    """The events that let strings `idle` answer, a bit each, and pluck `voice`."""
+    """The events that let the strings in the bits of `idle` answer, and pluck `voice`."""
     events = np.zeros(2, EVENT)
     events["kind"], events["value"] = (IDLE, PLUCK), (idle, 0)
     events["fret"][1], events["apex"][1], events["place"][1] = fret, apex, place
@@ -76,7 +76,7 @@ def amplitudes(voice: Voice) -> Floats:
 
 
 def state(voice: Voice) -> tuple[Floats, Floats]:
-    """Displacements and velocities of the modes of u in the slot that plays."""
+    """Displacements and velocities of the modes of u in the playing slot."""
     u = voice.slots[voice.record["slot"][0]]["u"]
     q, p, pace, sigma = (modal_row(u, name) for name in ("q", "p", "pace", "sigma"))
     return q, pace * p - sigma * q
@@ -86,7 +86,7 @@ def db(x: float) -> float:
     return float(20 * np.log10(max(x, 1e-30)))
 
 
-# Against brute force; dB: the answer of that partial after 1 s, to what the partial that made it had at the beginning
+# Against brute force; dB: the answer of a partial after 1 s, relative to its source's amplitude at the beginning
 
 
 @pytest.mark.parametrize(
@@ -97,7 +97,7 @@ def db(x: float) -> float:
 def test_answers_are_those_of_brute_force(
     sounding: int, fret: int, idle: int, partials: tuple[int, int], level: float
 ) -> None:
-    """Within 0.7 dB where partials meet, 1.5 dB for all within 30 dB of the strongest and 5 Hz of their partial."""
+    """Within 0.7 dB where partials meet, and 1.5 dB for all within 30 dB of the strongest and 5 Hz of their partial."""
     engine = prepared(linear=True).another()
     voice, ops = engine.voices[sounding], engine.pool.records[sounding]
     length = float(ops[fret]["length"])
@@ -130,7 +130,7 @@ def test_answers_are_those_of_brute_force(
 
 
 def energy(engine: Engine, i: int) -> float:
-    """Energy (J) of string `i` and of all that answers it."""
+    """Energy (J) of string `i` and of everything that answers it."""
     voice, a = engine.voices[i], engine.voices[i].string["answers"][0]
     total = 0.0
     for slot in voice.slots[voice.slots["on"] == 1]:
@@ -144,7 +144,7 @@ def energy(engine: Engine, i: int) -> float:
 
 @pytest.mark.parametrize("lossless", [False, True])
 def test_the_energy_of_all_never_grows(lossless: bool) -> None:
-    """Nor where the strings lose nothing but by the neck: from each exchange of a pair to its next."""
+    """Not even where strings lose only to the neck: from each exchange of a pair to its next."""
     bass = free(answering())
     if lossless:
         dull = [
@@ -167,7 +167,7 @@ def test_the_energy_of_all_never_grows(lossless: bool) -> None:
 
 
 def test_losses_limit_what_a_mode_gives_to_several() -> None:
-    """Re G of all pairs of a mode, with each other's losses, is within what these allow."""
+    """Re G of all pairs of a mode stays within the limit set by their mutual losses."""
     engine = Engine(free(answering("always", "five-string")), QUICK, RATE)
     for i, voice in enumerate(engine.voices):
         for fret in (0, 2, 5, 7, 12):
@@ -210,7 +210,7 @@ def test_without_the_pedal_nothing_answers_and_no_bit_changes() -> None:
 
 
 def test_idle_strings_answer_while_the_pedal_is_down() -> None:
-    """E, open, answers the A string at fret 7; the pedal up again, hands damp it by 40 dB in 0.4 s."""
+    """E, open, answers the A string at fret 7; after the pedal, hands damp it by 40 dB in 0.4 s."""
     engine = prepared("pedal").another()
     send(engine, PEDAL_DOWN, (0x90, 9, 100), (0x90, 40, 100))
     play(engine, 1.0)
@@ -238,7 +238,7 @@ def test_a_string_that_is_plucked_answers_no_more_until_it_is_idle() -> None:
 
 
 def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> None:
-    """No answer jumps when the string goes to another fret; after the note E rings on, and all is silent in the end."""
+    """No answer jumps when the string changes fret; after the note E rings on, and everything ends in silence."""
     engine = prepared("always").another()
     send(engine, (0x90, 9, 100), (0x90, 12, 100), (0x90, 40, 100))
     play(engine, 0.5)
@@ -258,7 +258,7 @@ def test_what_answers_goes_on_after_the_note_and_through_a_change_of_fret() -> N
 
 
 def test_answers_keep_no_string_awake() -> None:
-    """Half a second after all notes have ended only answers are computed, which cost next to nothing."""
+    """Half a second after all notes have ended only answers are computed, at almost no cost."""
     engine = prepared("always").another()
     keys = (28, 33, 38, 43)
     send(engine, *[(0x90, key, 110) for key in keys], (0x90, 16, 100), (0x90, 35, 100))
@@ -274,7 +274,7 @@ def test_answers_keep_no_string_awake() -> None:
 
 
 def test_the_answer_is_heard() -> None:
-    """After the A string is stopped, E2 rings on by the open E alone; without answers there is nothing."""
+    """After the A string is stopped, E2 rings on through the open E alone; without answers there is silence."""
     levels = []
     for when in ("off", "always"):
         engine = prepared(when).another()

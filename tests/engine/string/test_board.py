@@ -21,7 +21,7 @@ from livebass.model.trial import Trial
 from livebass.paper import cases as paper_cases
 from livebass.reference.solver import solve
 
-COARSE = 160  # grid steps of a string, for brute force to be quick
+COARSE = 160  # grid steps of a string, few for a fast brute force
 DATA = Path(__file__).parents[4] / "shared/data/issanchou-bass/fretless_neck.csv"
 
 
@@ -38,7 +38,7 @@ def trial(s: Speaking, apex: float, angle: float = 0.0, rate: float = 1e6, durat
 
 
 def with_v(trial: Trial) -> Trial:
-    """`trial` with a law of its own for v."""
+    """`trial` with its own law for v."""
     return dataclasses.replace(trial, speaking=with_own_across(trial.speaking))
 
 
@@ -59,7 +59,7 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_engine_is_brute_force_over_a_board(name: str) -> None:
-    """Contacts are at the same points and steps, and both polarisations move alike."""
+    """Contacts are at the same points and steps, and both polarisations agree."""
     asked = CASES[name]
     fast, slow = solve_trial(asked), solve(asked)
     assert slow.contact_step.size > 30 and (len(asked.speaking.contact_fret) > at.MOST_NEAR) == (name != "few points")
@@ -93,7 +93,7 @@ def test_energy_never_rises_over_a_board(stiffness: float, loss: float) -> None:
 
 
 def test_wood_between_frets_is_only_touched_where_frets_leave_it() -> None:
-    """A profile with high crowns moves a string as the crowns alone do; low crowns let it reach the wood."""
+    """A string moves the same over a profile with high crowns as over the crowns alone; low crowns expose the wood."""
     string, neck = g_string(), g_neck()
     x, h = neck.fret_positions, neck.fret_heights
     hit = {}

@@ -1,6 +1,6 @@
 """The contact solver satisfies r_i + sum_k W_ik f_k = r*_i, f of eq. 6, for any number of points and any guess.
 
-Also with the loss of Hunt and Crossley.
+Covers the loss of Hunt and Crossley too.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def test_the_equations_hold(seed: int, exponent: float, loss: float) -> None:
 @pytest.mark.parametrize("loss", [0.0, 3.0])  # of 1 / DEPTH
 @pytest.mark.parametrize("touching", [1, 2])
 def test_a_force_may_press_another_point_on(touching: int, loss: float) -> None:
-    """With truncated modes some W are negative, so a force may press down a point that would not touch by itself."""
+    """With truncated modes some W are negative, so a force may press down a point that would not touch alone."""
     coupling = COMPLIANCE * (1.3 * np.eye(3) - 0.4 * (1 - np.eye(3)))
     old = np.full(3, -0.1 * DEPTH)
     wanted = np.array([2.0, 2.0 if touching == 2 else -0.5, 0.05]) * DEPTH

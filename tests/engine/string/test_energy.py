@@ -1,7 +1,7 @@
-"""Energy over random techniques: hands alone put any in, no more than they do to a string at rest.
+"""Energy over random techniques: only hands add any, and no more than to a string at rest.
 
-The energy is the scheme's own invariant, eq. 12 of Issanchou et al. (2018), in the frames at which no fret pushes, and
-that of the tension (kernels/string/tension.py).
+The energy is the scheme's own invariant, eq. 12 of Issanchou et al. (2018), in frames without a pushing fret, plus the
+tension's (kernels/string/tension.py).
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ from livebass.kernels.string.records import (
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.model.modes import frequencies, pluck_amplitudes
 
-EVERY = 500  # frames from one technique to the next, on average
-RIPPLE = 4e-4  # by which tension, a symplectic step, lets the energy waver, over its least so far
+EVERY = 500  # average frames between techniques
+RIPPLE = 4e-4  # wavering of the energy by tension, a symplectic step, over its least so far
 ROUNDING = 1e-11
-# By which the sums and products of a leap in float32 may be wrong, of its result: |a q| + |b P| + their sum, half a
+# Rounding error of the sums and products of a float32 leap, relative to its result: |a q| + |b P| + their sum, half a
 # unit of the last place each, with |cos| + |sin| <= 2^0.5
 LEAP_ROUNDING = (1.0 + 2.0**0.5) * 2.0**-24
 IDLE = 1e-9  # J
 PALM = (12e-3, 25e-3, 38e-3)  # m from the saddle
 TECHNIQUES = ("pluck", "pop", "slap", "hammer", "tap", "pull", "slide", "touch", "palm", "bend", "vibrato", "end")
 PLUCKS, LEFT_HAND = ("pluck", "pop", "slap"), ("hammer", "tap", "pull", "slide", "end")
-LEFT_HAND_J = 20e-3  # J; a hammer-on of 2.5 m/s does 13 mJ to a string at rest, which a finger lets down with up to 6
-SLACK = 1.2  # of the energy: where a motion changes its length it keeps its energy to some percent
+LEFT_HAND_J = 20e-3  # J; a hammer-on of 2.5 m/s adds 13 mJ to a string at rest, lowered by a finger with up to 6
+SLACK = 1.2  # of the energy: a motion that changes length keeps its energy to some percent
 STRINGS = (("jazz-finger", 0), ("jazz-finger", 3), ("slap", 1), ("five-string", 2), ("paper-bass", 2), ("fretless", 0))
 YIELDING = (("jazz-finger" + YIELDS, 2), ("slap" + YIELDS, 0), ("fretless" + YIELDS, 1))
 
@@ -102,7 +102,7 @@ def random_events(name: str, string: Played, rng: np.random.Generator) -> np.nda
 
 
 def own_energy(preset: str, i: int, events: np.ndarray, tuned: float) -> float:
-    """J that these events put into a string at rest that is bent as far; of a mass, all that it has."""
+    """Energy (J) that `events` put into a string at rest, bent as far; for a mass, all of its energy."""
     if events[0]["kind"] == THROW:
         return float(events[0]["mass"] * events[0]["speed"] ** 2) / 2
     string, none = Played(preset, i), np.zeros(0, EVENT)
@@ -114,17 +114,17 @@ def own_energy(preset: str, i: int, events: np.ndarray, tuned: float) -> float:
 
 
 def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[int, int]:
-    """Plays random techniques at random frames; returns the frames that were free, and how much work was looked at.
+    """Plays random techniques at random frames; returns the number of free frames and of checked work.
 
-    In frames in which no hand works the energy does not grow: beyond its least since one did, by the ripple of the
-    tension alone. Fingers and palm that land and lift, and the beginnings of bends and vibratos, do no work either.
-    What plucks and strikes do to a string that moves adds no more to the square root of its energy than they do to a
-    string at rest, as in any sum of two motions; what a left hand does, no more than LEFT_HAND_J.
+    In frames without a working hand the energy exceeds its least since the last work only by the tension's ripple.
+    Landing and lifting fingers and palms, and the beginnings of bends and vibratos, do no work either. Plucks and
+    strikes add no more to the square root of a moving string's energy than to a string at rest, as in any sum of two
+    motions; a left hand adds at most LEFT_HAND_J.
     """
     string, rng = Played(preset, i), np.random.default_rng(seed)
     ripple = RIPPLE if float(string.record["stretch"]) else ROUNDING
     none, least, due, free, works_seen = np.zeros(0, EVENT), np.inf, 10, 0, 0
-    most = np.inf  # J after the work that goes on
+    most = np.inf  # J after the work in progress
     for frame in range(round(seconds * RATE)):
         now, name = none, ""
         if frame == due:
@@ -139,7 +139,7 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
             elif name in LEFT_HAND and np.isfinite(least):
                 most = SLACK * (np.sqrt(least) + np.sqrt(LEFT_HAND_J)) ** 2
             elif before[1] != after[1] or name:
-                most = np.inf  # an arm that bends works too, or two hands work together
+                most = np.inf  # a bending arm works too, or two hands work together
             least = np.inf
         elif not string.voice.pressed():
             energy = string.energy()
@@ -170,7 +170,7 @@ def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None
 
 @pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 0), ("slap", 2), ("fretless", 1)])
 def test_fingers_leave_out_what_has_died_and_still_take_energy(preset: str, i: int) -> None:
-    """Fingers that end a note move fewer modes as these die under them; the energy falls all the same, to silence."""
+    """Fingers that end a note damp fewer modes as these die; the energy still falls, to silence."""
     string, none = Played(preset, i), np.zeros(0, EVENT)
     string.record["stretch"] = 0.0  # tension, a symplectic step, lets the energy waver
     string.play(event(PLUCK, 0, apex=0.5e-3, place=0.2, width=5e-3, seconds=1e-4, angle=0.3))
@@ -194,13 +194,13 @@ def test_fingers_leave_out_what_has_died_and_still_take_energy(preset: str, i: i
 
 
 def held_energy(s: Speaking, apex: float, x: float) -> float:
-    """J of the triangle in which a string is held `apex` m off its line of rest at `x` (m from the stop)."""
+    """Energy (J) of the triangle of a string held `apex` m off its line of rest at `x` (m from the stop)."""
     force = s.string.linear_density * (2 * s.length * s.fundamental) ** 2  # N, its tension
     return force / 2 * apex**2 * s.length / (x * (s.length - x))
 
 
 def plucked_energy(s: Speaking, pluck: Pluck, count: int) -> float:
-    """J that a pluck puts into the lowest modes of a string."""
+    """Energy (J) of a pluck in the lowest modes of a string."""
     speed = 2 * np.pi * frequencies(s, count) * pluck_amplitudes(s, count, pluck)
     return 0.5 * s.string.linear_density * float(speed @ speed)
 
@@ -208,11 +208,11 @@ def plucked_energy(s: Speaking, pluck: Pluck, count: int) -> float:
 @pytest.mark.parametrize(("high", "low"), [(2, 0), (4, 2), (5, 2), (7, 0), (12, 5), (10, 3)])
 @pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 0), ("jazz-finger", 1), ("jazz-finger", 2), ("slap", 3)])
 def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int, high: int, low: int) -> None:
-    """Energy after = that of the short string before + that of the triangle held on the fret + the finger's pluck.
+    """Energy after = short string's before + triangle's held on the fret + finger's pluck.
 
-    To 3 %, also on E, where the corner of the triangle bends most. The finger
-    of a pull-off pulls the string across the neck alone, while the fret held it upright: these two add as energies, not
-    as displacements. No fret is hit, at any of three moments.
+    To 3 %, also on E, where the corner of the triangle bends most. The finger of a pull-off pulls the string only
+    across the neck, while the fret held it upright: these add as energies, not as displacements. No fret is hit, at any
+    of three moments.
     """
     bass, none = load_preset(preset), np.zeros(0, EVENT)
     s = speaking(bass.strings[i], bass.necks[i], low)
@@ -232,7 +232,7 @@ def test_a_pull_off_adds_what_the_finger_held_and_its_pluck(preset: str, i: int,
 
 
 def most_of_leap(w: np.void, op: np.void, leap: int) -> float:
-    """The most by which a leap multiplies a mode of float32, by the energy's own norm: P over b^0.5 beside q."""
+    """The greatest factor of a leap on a float32 mode, by the energy's own norm: P over b^0.5 beside q."""
     modes, split = int(op["modes"]), int(op["split"])
     a, b, g = (w["high"]["leaps"][leap][name][: modes - split].astype(float) for name in "abg")
     turn = (w["kappa"] * w["omega"])[split:modes]
@@ -243,7 +243,7 @@ def most_of_leap(w: np.void, op: np.void, leap: int) -> float:
 
 
 def of_float32(w: np.void, op: np.void) -> np.ndarray:
-    """The energy of each mode of float32, in units of its own."""
+    """The energy of each float32 mode, in its own units."""
     modes, split = int(op["modes"]), int(op["split"])
     q, p = (w["high"][name][: modes - split].astype(float) for name in "qp")
     return p**2 + ((w["kappa"] * w["omega"])[split:modes] * q) ** 2
@@ -252,7 +252,7 @@ def of_float32(w: np.void, op: np.void) -> np.ndarray:
 @pytest.mark.parametrize("quality", ["live", "studio"])
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
 def test_no_mode_of_float32_grows_where_nothing_is_lost(preset: str, quality: str) -> None:
-    """No leap, of whatever length, lets a mode grow, nor does what is rounded in one; so none does in half a minute."""
+    """No leap of any length, and no rounding in one, makes a mode grow; so none grows in half a minute."""
     seconds = 30
     string = Played(preset + RINGS_ON, 1, quality)
     string.record["stretch"] = 0.0  # tension, a symplectic step, lets the energy waver

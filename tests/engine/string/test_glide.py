@@ -1,4 +1,4 @@
-"""A glide on a bare board: against the exact motion of a string whose end moves, and no tones of its own."""
+"""A glide on a bare board: equal to the exact motion of a string with a moving end, and without tones of its own."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ A_FRET = 22e-3  # s
 
 
 def row_of_strings(name: str) -> list[Speaking]:
-    """An ideal string of `fretless` at all semitones: it does not bend, nothing gives way, the board is far below."""
+    """Ideal strings of `fretless` at all semitones: no stiffness, nothing yields, the board is far below."""
     bass = without_noise("fretless")
     i = bass.string_index(name)
     far = tuple((x, h - 0.05) for x, h in bass.necks[i].surface)
@@ -44,9 +44,9 @@ def row_of_strings(name: str) -> list[Speaking]:
 
 
 def glided(row: list[Speaking], first: int, last: int, seconds: float, partials: int = MODES) -> Floats:
-    """u (n,) at SENSOR of a string plucked at `first` that glides to `last` from BEGIN on, by the engine.
+    """The engine's u (n,) at SENSOR of a string plucked at `first` that glides to `last` from BEGIN on.
 
-    It goes on with so many partials after the pluck.
+    After the pluck it keeps `partials` partials.
     """
     rates = Rates(RATE, 960_000)
     notes = [
@@ -68,7 +68,7 @@ def glided(row: list[Speaking], first: int, last: int, seconds: float, partials:
 
 
 def way(row: list[Speaking], first: int, last: int) -> tuple[Callable[[Floats], Floats], float]:
-    """Length (m) of the string at times (s), and how long the glide takes (s)."""
+    """Length (m) of the string at times (s), and the glide's duration (s)."""
     begin, end = row[first].length, row[last].length
     seconds = max(A_FRET * abs(last - first), 40e-3)
 
@@ -80,10 +80,10 @@ def way(row: list[Speaking], first: int, last: int) -> tuple[Callable[[Floats], 
 
 
 def exact(row: list[Speaking], first: int, last: int, seconds: float) -> Floats:
-    """u (n,) at SENSOR of the same string, by the solution of the wave equation over a length l(t) that changes.
+    """u (n,) at SENSOR of the same string, by the solution of the wave equation over a changing length l(t).
 
-    With x from the saddle u = a(t - x / c) - a(t + x / c), and a(t + l / c) = a(t - l / c) at the end that moves: what
-    arrives there goes back (d'Alembert 1747, Moore 1970).
+    With x from the saddle u = a(t - x / c) - a(t + x / c), and a(t + l / c) = a(t - l / c) at the moving end, which
+    reflects arriving waves (d'Alembert 1747, Moore 1970).
     """
     length, _ = way(row, first, last)
     begin = row[first].length
@@ -100,7 +100,7 @@ def exact(row: list[Speaking], first: int, last: int, seconds: float) -> Floats:
         y = y.copy()
         while (late := y > begin / c).any():
             t = np.interp(y[late], arrive, times)
-            for _ in range(3):  # Newton: when did it leave the end
+            for _ in range(3):  # Newton: the time of leaving the end
                 speed = (length(t + 1e-7) - length(t - 1e-7)) / 2e-7
                 t -= (t + length(t) / c - y[late]) / (1 + speed / c)
             y[late] = t - length(t) / c
@@ -115,7 +115,7 @@ def exact(row: list[Speaking], first: int, last: int, seconds: float) -> Floats:
     [("G", 2, 7), ("G", 7, 2), ("G", 4, 3), pytest.param("E", 0, 12, marks=pytest.mark.slow), ("E", 12, 3)],
 )
 def test_a_glide_is_that_of_a_string_whose_end_moves(name: str, first: int, last: int) -> None:
-    """Third octaves of the velocity while it glides and after, bands within 40 dB; asked for are 2.5 dB."""
+    """Third octaves of the velocity during the glide and after, bands within 40 dB; required are 2.5 dB."""
     row = row_of_strings(name)
     _, takes = way(row, first, last)
     seconds = BEGIN + takes + 0.1
@@ -130,7 +130,7 @@ def test_a_glide_is_that_of_a_string_whose_end_moves(name: str, first: int, last
 
 @pytest.mark.parametrize(("name", "first", "last"), [("G", 2, 7), ("G", 7, 2), ("E", 5, 3)])
 def test_a_glide_has_no_tones_at_the_rate_of_its_hand_overs(name: str, first: int, last: int) -> None:
-    """Three partials below 1 kHz: all above, and at multiples of 1 kHz beside them, is 60 dB down while it glides."""
+    """Three partials below 1 kHz: all else above, and at multiples of 1 kHz beside them, is 60 dB down."""
     row = row_of_strings(name)
     _, takes = way(row, first, last)
     sound = np.diff(glided(row, first, last, BEGIN + takes, partials=3))[round(BEGIN * RATE) :]
@@ -141,7 +141,7 @@ def test_a_glide_has_no_tones_at_the_rate_of_its_hand_overs(name: str, first: in
 
 
 def sliding_notes(seed: int, seconds: float) -> list[tuple[int, int, int, int]]:
-    """Messages (frame, status, first, second) that slide, and interrupt slides by everything else that there is."""
+    """Messages (frame, status, first, second) that slide, and interrupt slides with all other kinds."""
     rng = np.random.default_rng(seed)
     frames = np.sort(rng.integers(10, round(seconds * RATE), round(60 * seconds))).tolist()
     messages = [(0, 0xB0, 65, 127), (0, 0xB0, 1, 100), (1, 0x90, 45, 100)]
@@ -153,7 +153,7 @@ def sliding_notes(seed: int, seconds: float) -> list[tuple[int, int, int, int]]:
             5: (0xB0, 65, 0), 6: (0xB0, 9, value), 7: (0xB0, 68, value),
         }  # fmt: skip
         messages.append((frame, *rare.get(kind, (0x80 if kind < 11 else 0x90, key, value))))
-        if kind in (0, 1, 5):  # on with it
+        if kind in (0, 1, 5):  # continues
             messages += [(frame + 5, 0xB0, 65, 127), (frame + 6, 0x90, key, 110)]
     return sorted(messages)
 
@@ -189,7 +189,7 @@ def test_running_ahead_changes_no_glide() -> None:
 
 @pytest.mark.parametrize("seed", [5, pytest.param(6, marks=pytest.mark.slow), pytest.param(7, marks=pytest.mark.slow)])
 def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
-    """Finite, within full scale without a limiter's help, no motion scaled back, silent after panic."""
+    """Finite, within full scale without a limiter, no motion scaled back, silent after panic."""
     synth, device = synth_and_device("fretless", adaptive=False)
     for frame, *message in sliding_notes(seed, 3.0):
         while frame >= synth.frame + 64:
@@ -205,7 +205,7 @@ def test_whatever_interrupts_a_glide_the_sound_is_sane(seed: int) -> None:
 
 
 def test_operators_may_change_while_a_finger_glides() -> None:
-    """To coarse ones by overload, and back."""
+    """Overload swaps in coarse ones, and back."""
     synth, device = synth_and_device("fretless")
     load, bass = Load(synth), synth.bass
     assert bass is not None

@@ -1,4 +1,4 @@
-"""The modes that count when a motion is handed over to another length."""
+"""The modes that count in the hand-over of a motion to another length."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ def needed(working, n):
 
 
 def counted(q: Floats, p: Floats) -> int:
-    """Number of the modes that are handed over, of weighed displacements `q` and velocities `p`, (MODES,) each."""
+    """Number of modes handed over, from weighted displacements `q` and velocities `p`, (MODES,) each."""
     working = np.zeros(1, WORK)
     working["q_before"][0, :MODES], working["p_before"][0, :MODES] = q, p
     return int(needed(working, MODES))
 
 
 def spectrum(blocks: int, above: float = 0.0) -> Floats:
-    """Amplitudes of modes, (MODES,): 1 in so many blocks of them, `above` beyond."""
+    """Amplitudes of modes, (MODES,): 1 in the first `blocks` blocks, `above` beyond."""
     return np.where(np.arange(MODES) < blocks * BLOCK, 1.0, above)
 
 

@@ -1,4 +1,4 @@
-"""Contact that loses: engine and brute force agree, energy only falls, and nothing hangs on grid or tier."""
+"""Lossy contact: engine and brute force agree, energy only falls, and no result depends on grid or tier."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from livebass.model.quality import QUALITIES, quality_with
 from livebass.model.trial import Trial
 from livebass.reference.solver import solve
 
-# K, SI; c, s/m; what of the energy is left of case B, which loses nothing else, after 80 ms
+# K, SI; c, s/m; share of the energy left after 80 ms of case B, which has no other loss
 LEFT = (
     (1e13, 0.01, 0.990), (1e13, 3.0, 0.806), (1e11, 10.0, 0.632), (1e10, 30.0, 0.519), (1e9, 100.0, 0.452),
     (3e8, 50.0, 0.378), (1e8, 100.0, 0.385), (1e8, 1e5, 0.684),
@@ -38,7 +38,7 @@ def test_engine_and_brute_force_agree(stiffness: float, loss: float) -> None:
 
 
 def random_losing_trial(seed: int) -> Trial:
-    """A random string over frets of K 1e8 to 1e13 that lose K c of 1e9 to 1e11 (SI)."""
+    """A random string over frets of K 1e8 to 1e13 with K c of 1e9 to 1e11 (SI)."""
     rng = np.random.default_rng(seed)
     stiffness = 10 ** rng.uniform(8, 13)
     return losing(random_trial(seed, 0.02), stiffness, 10 ** rng.uniform(9, 11) / stiffness)
@@ -46,7 +46,7 @@ def random_losing_trial(seed: int) -> Trial:
 
 @pytest.mark.parametrize("seed", quick(range(60), range(0, 10, 2)))
 def test_random_losses(seed: int) -> None:
-    """With friction, and with a law of its own for v."""
+    """With friction, and with an own law for v."""
     trial, rng = random_losing_trial(seed), np.random.default_rng(seed)
     assert_agree(trial, f"seed {seed}", least=0.1)
     law = {"friction": 10 ** rng.uniform(1, 3.5), "friction_speed": 10 ** rng.uniform(-6, -2)}
@@ -66,7 +66,7 @@ def test_frets_only_take_energy(stiffness: float, loss: float, left: float) -> N
 
 @pytest.mark.parametrize("seed", quick(range(0, 40, 4), range(0, 40, 8)))
 def test_energy_never_rises_on_random_strings(seed: int) -> None:
-    """Nor where the maximum cuts: a string that comes back faster than the fret is held by nothing."""
+    """Not even at the cut-off: a string that returns faster than the fret is free of it."""
     rng = np.random.default_rng(seed)
     trial = random_losing_trial(seed)
     s = dataclasses.replace(with_own_across(trial.speaking), contact_loss=10 ** rng.uniform(-2, 5))
@@ -90,7 +90,7 @@ def test_energy_never_rises_in_the_engine(stiffness: float, loss: float, modes: 
 
 
 def plucked(step: float, stiffness: float, loss: float = 50.0) -> Floats:
-    """u (n,) over frets that push on `step` (m) of string with that K and c (s/m), which 15 N s/m must mean."""
+    """u (n,) over frets pushing on `step` (m) of string with K and c (s/m), which 15 N s/m must imply."""
     neck = dataclasses.replace(g_neck(stiffness), grid_step=step, contact_loss=15.0 * loss / 50.0)
     assert neck.loss == pytest.approx(loss * 3e8 * 1e-3 / (stiffness * step), rel=1e-12)
     trial = dataclasses.replace(case_b(200, 4e6, duration=0.04), speaking=speaking(g_string(), neck, 0))
@@ -98,12 +98,12 @@ def plucked(step: float, stiffness: float, loss: float = 50.0) -> Floats:
 
 
 def apart(a: Floats, b: Floats) -> float:
-    """The root mean square of the difference of two motions, as part of the second."""
+    """The root mean square difference of two motions, relative to the second."""
     return float(np.sqrt(np.mean((a - b) ** 2) / np.mean(b**2)))
 
 
 def test_a_fret_loses_alike_on_every_grid() -> None:
-    """It is a fret that has K dx and a loss, whatever the length of string that it pushes on; all lie on each grid."""
+    """A fret with a given K dx and loss, whatever string length it pushes on; every grid contains all frets."""
     usual = plucked(0.5e-3, 6e8)
     for step in (0.25e-3, 1e-3):
         assert apart(plucked(step, 3e8 * 1e-3 / step), usual) < 3e-4, step
@@ -121,7 +121,7 @@ def test_contact_loss_is_the_resistance_at_a_tenth_of_a_millimetre(stiffness: fl
 
 
 def far_from_reference(stiffness: float, loss: float) -> list[float]:
-    """How far (dB) 450 modes at 672 kHz are from all modes at 8 MHz, the waveforms of hard plucks of the paper's G."""
+    """dB between 450 modes at 672 kHz and all modes at 8 MHz, for waveforms of hard plucks of the paper's G."""
     found = []
     for fret in (0, 2, 5, 9):
         s = speaking(g_string(), dataclasses.replace(g_neck(stiffness), contact_loss=loss), fret)
@@ -136,17 +136,17 @@ def far_from_reference(stiffness: float, loss: float) -> list[float]:
 
 
 def test_contact_that_loses_needs_few_modes_and_steps() -> None:
-    """Stiff frets that lose nothing are chaotic: the same pluck is another motion at another rate."""
+    """Stiff lossless frets are chaotic: at another rate the same pluck moves differently."""
     assert max(far_from_reference(3e8, 15.0)) < -50.0  # -57 to -62
     assert min(far_from_reference(1e13, 0.0)) > -30.0  # -16 to -21
 
 
 def test_the_loss_says_how_finely_contact_is_computed() -> None:
-    """The least of all strings: a board that loses nothing takes all modes and megahertz; much loss is over soon."""
+    """The string of least loss decides: lossless boards need all modes and megahertz; lossy contact ends soon."""
     bass, live = without_noise("fretless"), QUALITIES["live"]
     for loss, modes, rate in ((0.0, None, 2.5e6), (1.0, 450, 672e3), (45.0, 450, 240e3)):
         last = dataclasses.replace(bass.necks[-1], contact_loss=loss)
-        assert last.loss == pytest.approx(loss / 2.0)  # 2e9 on a grid of 1 mm, at 0.1 mm
+        assert last.loss == pytest.approx(loss / 2.0)  # 2e9 on a grid of 1 mm, here 0.1 mm
         other = dataclasses.replace(bass, necks=(*bass.necks[:-1], last))
         assert other.loss == last.loss and other.over_board
         quality = live.for_contact(other.loss, board=True)

@@ -1,4 +1,4 @@
-"""Modes that are tuned: what a bend makes of their frequencies, and of the motion that they have."""
+"""Tuned modes: the effect of a bend on their frequencies and on their motion."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from support.played import Played, event
 from livebass.arrays import Floats
 from livebass.kernels.string.records import BEND, EVENT, PLUCK
 
-HIGHEST = 0.45  # of the contact rate, which carries no mode that is much faster
+HIGHEST = 0.45  # of the contact rate, which carries no mode much faster
 
 
 def tuned(string: Played) -> tuple[Floats, Floats]:
-    """Turns a fine step of the modes of u, (modes,): before it is bent an octave upwards, and once it is."""
+    """Turns per fine step of the modes of u, (modes,): before and after a bend of an octave upwards."""
     op = string.ops[0]
     string.play(event(PLUCK, apex=2e-3, place=0.7 * float(op["length"]), width=5e-3, seconds=1e-4))
     turns = [string.voice.slots[int(string.record["slot"])]["u"]["omega"].copy()]

@@ -1,7 +1,7 @@
-"""The rows and the coil filter that the kernels prepare are those of the physics in numpy.
+"""The kernels' prepared rows and coil filter match the physics in numpy.
 
-A mode shape at an obstacle is taken at its grid point: sin(pi j k / N) of whole numbers j k, which model.modes.shapes
-cannot do, as a place in metres is rounded.
+Mode shapes at obstacles are taken at grid points: sin(pi j k / N) of integers j k. model.modes.shapes cannot do this,
+as a place in metres is rounded.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from livebass.preset.load import load_preset
 from tests.support.played import YIELDS
 from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across, yielding
 
-SINGLE = 2.0**-24  # of a number: by which rounding to float32 may change it
+SINGLE = 2.0**-24  # relative error of rounding to float32
 
 
 def row(pool: Pool, address: int, count: int) -> Floats:
@@ -40,7 +40,7 @@ def row(pool: Pool, address: int, count: int) -> Floats:
 
 
 def mixed_rows(pool: Pool, op: np.void, address: int, count: int) -> Floats:
-    """`count` rows of modes at an address, (count, padded): op["split"] of each are float64, the others float32."""
+    """`count` rows of modes at an address, (count, padded): op["split"] of each are float64, the rest float32."""
     split, n = int(op["split"]), int(op["padded"])
     words = split + (n - split) // 2
     made = row(pool, address, count * words).reshape(count, words)
@@ -48,7 +48,7 @@ def mixed_rows(pool: Pool, op: np.void, address: int, count: int) -> Floats:
 
 
 def assert_mixed(made: Floats, wanted: Floats, op: np.void, within: float, name: str) -> None:
-    """`assert_same` of rows of modes, (..., modes): rounded to float32 from op["split"] on."""
+    """`assert_same` for rows of modes, (..., modes): rounded to float32 from op["split"] on."""
     assert made.shape == wanted.shape, name
     rounded = np.where(np.arange(wanted.shape[-1]) < int(op["split"]), 0.0, SINGLE * np.abs(wanted))
     error = np.maximum(np.abs(made - wanted) - rounded, 0.0)
@@ -71,7 +71,7 @@ def shapes_on_grid(s: Speaking, count: int) -> Floats:
 
 
 def fade(s: Speaking, count: int, rate: int) -> Floats:
-    """Weights of the modes in the output, (count,): those above the audio band are left out."""
+    """Weights of the modes in the output, (count,); modes above the audio band have none."""
     low, high = FADE_FROM * rate, FADE_TO * rate
     nu = frequencies(s, count)
     return np.where(nu >= high, 0.0, 0.5 + 0.5 * np.cos(np.pi * np.clip((nu - low) / (high - low), 0, 1)))
@@ -113,7 +113,7 @@ def assert_coefficients(
 
 
 def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rates, lossless: bool = False) -> None:
-    """Fails if coefficients, contact points, mode shapes, W or R differ from those in numpy."""
+    """Fails if coefficients, contact points, mode shapes, W or R differ from numpy's."""
     n, points, dt = -(-count // BLOCK) * BLOCK, len(s.contact_position), 1 / rates.contact_rate
     assert (op["modes"], op["padded"], op["points"]) == (count, n, points)
     assert op["diagonal"] == (count == s.grid_points - 1)
@@ -231,7 +231,7 @@ def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> N
 
 
 def test_the_pool_is_as_long_as_modes_and_points() -> None:
-    """Little is left of the 30 MB that rows of 1048 took for both tiers of four strings; v of its own has rows, too."""
+    """Little remains of the 30 MB of rows of 1048 for both tiers of four strings; a v of its own has rows too."""
     bass = load_preset("jazz-finger")
     made = image(bass, QUALITIES["live"], Quality("coarse", 150, 192e3))
     fine, coarse = made.pool(LIVE, 48000), made.pool(COARSE, 48000)
@@ -243,7 +243,7 @@ def test_the_pool_is_as_long_as_modes_and_points() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
-    """Rates whose ratio is not whole, places off the grid, without losses, with a neck that yields, v of its own."""
+    """Non-integer ratios of rates, places off the grid, no losses, a neck that yields, a v of its own."""
     trial, rng = random_trial(seed), np.random.default_rng(seed)
     y = Admittance(
         tuple(Resonance(*row) for row in ((40.0, 20.0, 2.0), (210.0, 35.0, 0.7), (1500.0, 50.0, 0.4))[: seed % 4]),
@@ -271,7 +271,7 @@ def test_a_trial_has_the_rows_of_numpy(seed: int) -> None:
 
 @pytest.mark.parametrize("part", [0.0, 1.0, 30.0])
 def test_measured_modes_of_v_lose_to_its_own_neck(part: float) -> None:
-    """However little or much was measured: the engine's coefficients are those of the model."""
+    """Whatever was measured: the engine's coefficients match the model's."""
     string = dataclasses.replace(
         g_string(), measured_dampings=tuple(part * sigma for sigma in g_string().measured_dampings)
     )
@@ -297,7 +297,7 @@ def test_obstacles_off_the_grid_are_where_they_are() -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_a_board_has_its_points_from_end_to_end_and_crowns_where_they_are_nearest(seed: int) -> None:
-    """A straight board whose ends lie on the grid, with crowns narrower than a grid step, some above the string."""
+    """A straight board with ends on the grid, and crowns narrower than a grid step, some above the string."""
     rng, bass = np.random.default_rng(seed), load_preset("fretless")
     s, modes = speaking(bass.strings[0], bass.necks[0], 0), int(rng.integers(60, 400))
     step = s.length / (modes + 1)
@@ -334,7 +334,7 @@ def test_what_cannot_be_prepared_is_refused() -> None:
 
 
 def random_coil(rng: np.random.Generator) -> Coil:
-    """A coil a preset may have; one in three has its tone pot closed, one has it open."""
+    """A coil that a preset may have; one in three has its tone pot closed, one in three open."""
     limits = ((0.1, 20), (100, 1e5), (1e-11, 1e-8), (1e4, 1e7), (1e4, 1e7), (1e-10, 1e-6))
     parts = (math.exp(rng.uniform(math.log(least), math.log(most))) for least, most in limits)
     return Coil(*parts, tone=float(rng.choice([0.0, 1.0, rng.uniform(1e-6, 1)])))

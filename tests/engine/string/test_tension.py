@@ -1,4 +1,4 @@
-"""Tension that follows the motion, and the motion that is too small to count."""
+"""Tension that follows the motion, and the motion too small to count."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LEAST = 1e-9  # of the tension
 
 
 def tension_added(string: Played) -> float:
-    """What the motion adds to the tension, as a part of it."""
+    """The tension added by the motion, relative to the tension."""
     slot = string.voice.slots[int(string.record["slot"])]
     op = string.ops[int(slot["fret"])]
     slope = 0.0
@@ -34,7 +34,7 @@ def pluck(string: Played, apex: float) -> None:
 @pytest.mark.parametrize("quality", ["live", "studio", "reference"])
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap"])
 def test_tension_is_left_out_of_small_motion_alone(preset: str, quality: str) -> None:
-    """Where modes are float64 it never is; a hand ends it."""
+    """With float64 modes it never is; a hand ends it."""
     string = Played(preset, 3, quality)
     pluck(string, 1e-3)
     slot = string.voice.slots[int(string.record["slot"])]

@@ -1,4 +1,4 @@
-"""What a string tells: contacts with their speed, and the events from which its motion can be made again."""
+"""A string's reports: contacts with their speed, and the events from which its motion can be replayed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from livebass.plugin.instrument import instrument_file
 from livebass.units import OFF
 
 RATE = 48000
-# Keys, switches and controllers (modo): palm and bend stay on from note to note, so that a replay must know of them
+# Keys, switches and controllers (modo): palm and bend last from note to note, so a replay must know them
 PHRASE = [
     (100, 0x90, 28, 100), (4000, 0xB0, 1, 90), (5000, 0x90, 31, 80), (9000, 0xE0, 0, 80), (12000, 0x80, 31, 0),
     (30000, 0x90, 33, 120), (36000, 0x80, 33, 0), (36000, 0x80, 28, 0),
@@ -39,7 +39,7 @@ class Watched(Engine):
         self.voices, self.performer = self.bass.voices, self.bass.performer
 
     def kept(self) -> Bass:
-        """The bass as new."""
+        """A fresh bass."""
         return self.image.bass(
             LIVE, self.rate, self.seed, self.pools, self.play_string, contacts=self.contacts, events=self.events
         )
@@ -62,7 +62,7 @@ def test_keeping_is_not_heard(preset: str) -> None:
 
 
 def test_contacts_have_fret_and_speed() -> None:
-    """A ring of the last contacts. None is slower than standing still, or faster than hard plucks are."""
+    """The ring keeps the last contacts. None is slower than standing still, or faster than hard plucks."""
     bass = load_preset("paper-g")
     engines = [Watched(bass, QUALITIES["live"], RATE), Watched(bass, QUALITIES["live"], RATE)]
     engines[1].contacts = 4
@@ -83,7 +83,7 @@ def test_contacts_have_fret_and_speed() -> None:
 
 
 def replayed(engine: Watched, i: int, frames: int) -> Floats:
-    """The motion of string `i` from the first of the events it has kept on, made again on a bass as new."""
+    """The motion of string `i`, replayed on a fresh bass from the first of its kept events."""
     told, events = engine.bass.told(i)
     bass = engine.kept()
     string = bass.voices[i]
@@ -95,7 +95,7 @@ def replayed(engine: Watched, i: int, frames: int) -> Floats:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap", "fretless", "precision-pick"])
 def test_the_same_events_make_the_same_motion(preset: str) -> None:
-    """Of notes on a string at rest, with what controllers did before: bit for bit, after notes long gone, too."""
+    """For notes on a resting string, after earlier controllers and notes long gone: bit for bit."""
     bass = load_preset(preset)
     engine = Watched(replace(bass, player=replace(bass.player, floor_noise=OFF)), QUALITIES["live"], RATE)
     sent(engine, PHRASE)
@@ -132,7 +132,7 @@ def test_more_events_than_there_is_room_for_are_told() -> None:
 
 
 def test_a_page_plays_the_last_note_again() -> None:
-    """In WebAssembly, on another bass: what a worker makes of the events is what was heard, bit for bit."""
+    """In WebAssembly, on another bass: a worker's replay of the events matches the sound bit for bit."""
     page = Module(instrument_file(load_preset("paper-g")), RATE, told=64)
     page.play(QUANTUM * 3)
     page.send(500, 0x90, 48, 127)
