@@ -375,6 +375,7 @@ def test_compiling_is_said_shown_and_no_part_of_the_time(
     from click import progressbar
 
     from livebass.cli import main, render
+    from livebass.cli import progress as progress_module
     from livebass.engine import render as rendering
 
     order: list[object] = []
@@ -399,7 +400,7 @@ def test_compiling_is_said_shown_and_no_part_of_the_time(
     monkeypatch.setattr(library, "cached", lambda: False)
     monkeypatch.setattr(library, "library", compiles)
     monkeypatch.setattr(rendering.time, "perf_counter", clock)
-    monkeypatch.setattr(render, "say", lambda line: order.append(line) if "compiling" in line else None)
+    monkeypatch.setattr(progress_module, "say", lambda line: order.append(line) if "compiling" in line else None)
     monkeypatch.setattr(render.sys.stderr, "isatty", lambda: terminal, raising=False)
     monkeypatch.setattr(render.click, "progressbar", bar)
     output = tmp_path / "a.wav"
@@ -629,7 +630,7 @@ NOTE = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "liv
 @pytest.mark.parametrize(
     "change, named",
     [
-        ("os.environ['LIVEBASS_LEVEL'] = 'pentium'", "LIVEBASS_LEVEL=pentium"),
+        ("os.environ['LIVEBASS_LEVEL'] = 'pentium'", "LIVEBASS_LEVEL must be x86-64-v"),
         ("platform.machine = lambda: 'riscv64'", "processor riscv64"),
         ("sys.executable = None", "sys.executable"),
         ("sys.executable = '/nowhere/python'", "/nowhere/python"),

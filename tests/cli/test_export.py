@@ -192,7 +192,7 @@ USAGE = [
     (["export", "vst2", "-p", "slap"], "vst2"),
     (["export", "lv2", "slap"], "name presets with -p"),
     (["export", "lv2", "-p", "slap", "-p", "slap"], "two basses called slap"),
-    (["export", "lv2", "-p", "slap", "--system", "solaris"], ", ".join(SYSTEMS)),
+    (["export", "lv2", "-p", "slap", "--system", "solaris"], ", ".join([*SYSTEMS][:-1]) + f" or {[*SYSTEMS][-1]}"),
     (["export", "lv2", "-p", "slap", "--quality"], "--quality"),
     (["export", "lv2", "-p", "slap", "--install", "-o", "here"], "--install and -o"),
     (["export", "lv2", "-p", "slap", "--install", "--system", "windows-x86_64"], "--install and --system"),

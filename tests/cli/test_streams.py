@@ -153,7 +153,7 @@ def test_rates_have_units_everywhere(run: Run, tmp_path: Path) -> None:
     assert np.load(tmp_path / "d" / "result.npz")["output_rate_hz"] == 22050
     status, _, err = run("play", "--rate", "44.1")
     assert_one_clear_line(status, err, (2,))
-    assert "whole numbers of Hz from 22.05 kHz to 192 kHz" in err
+    assert "a whole number of Hz from 22.05 kHz to 192 kHz" in err
 
 
 @pytest.mark.parametrize(

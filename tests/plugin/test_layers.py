@@ -17,11 +17,11 @@ LAYERS = (
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck"},
     {"learn", "hand", "layout", "vst3_midi"},
-    {"notes", "state", "parts"},
+    {"notes", "state", "parts", "text"},
     {"sounds", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},
-    {"page", "vst3_view", "loader"},
+    {"vst3_view", "loader"},
     {"clap", "lv2", "lv2_ui", "vst3"},  # the shells: none knows another
 )
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)

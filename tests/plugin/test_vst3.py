@@ -80,7 +80,7 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by group
     assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
     assert (
-        plugin.technique == "as the bass has it"
+        plugin.technique == "the bass's own"
         and plugin.gain_db == 0
         and plugin.bend_range_semitones == "0 semitones (the bass has 2)"
     )

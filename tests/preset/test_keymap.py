@@ -109,4 +109,4 @@ def test_a_curve_that_is_none(bad: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("bad", ["9", "0", "loud", "1:1,64:x", "1:1:1", "64:1,1:64"])
 def test_a_curve_of_the_command_line_that_is_none(bad: str, tmp_path: Path, run: Run) -> None:
     status, _, err = run("render", "--note", "E1", "--velocity-curve", bad, "-o", tmp_path / "a.wav")
-    assert status == 2 and err.count("\n") == 1 and f"'{bad}': allowed: linear, soft, hard" in err
+    assert status == 2 and err.count("\n") == 1 and "must be linear, soft, hard" in err and bad in err

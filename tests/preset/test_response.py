@@ -25,7 +25,7 @@ BAD = {
     "hall": (np.tile([1.0, -0.5], 60_000), RATE, "lasts 2.5 s without silence"),
     "endless": (np.append(np.zeros(61 * 8000), 1.0), 8000, "lasts 61 s; a response lasts 60 s at most"),
     "slow": (GOOD, 7999, "its rate must be from 8000 to 192000 Hz, not 7999 Hz"),
-    "fast": (GOOD, 192_001, "not 192001 Hz"),
+    "fast": (GOOD, 192_001, "its rate must be from 8000 to 192000 Hz, not 192001 Hz"),
     "nan": (np.where(np.arange(2000) == 7, np.nan, GOOD), RATE, "sample 7 is not a finite number"),
     "infinite": (np.where(np.arange(2000) == 9, -np.inf, GOOD), RATE, "sample 9 is not a finite number"),
     "nan-left": (np.stack([np.where(np.arange(2000) == 5, np.nan, GOOD), GOOD], 1), RATE, "sample 5 is not a finite"),

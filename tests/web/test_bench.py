@@ -327,7 +327,7 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
     opened.execute_script(count)
     opened.execute_script("press('test', 33, 100, performance.now())")
     opened.execute_async_script(
-        "const done = arguments[0], slider = $('bench-action'); let k = 0; window.first = [...names.keys()][0];"
+        "const done = arguments[0], slider = $('bench-action'); let k = 0; window.first = [...player.names.keys()][0];"
         "const drag = () => { slider.value = -0.004 * ++k; slider.dispatchEvent(new Event('input'));"
         " if (k < 300) return setTimeout(drag, 4); window.rings = player.names.has(first);"
         " slider.dispatchEvent(new Event('change')); done(); }; drag();"
@@ -350,11 +350,11 @@ def test_what_is_changed_is_heard_without_a_gap_and_the_stroke_stays(opened: Any
 def test_a_neck_that_cannot_be_played_is_told_and_the_bass_before_goes_on(opened: Any) -> None:
     opened.find_element("id", "power").click()
     wait(lambda: "plays" in opened.find_element("id", "said").text)
-    bass = opened.execute_script("return [...names.keys()]")
+    bass = opened.execute_script("return [...player.names.keys()]")
     opened.execute_script("onBench(() => bench().setAll({fret: 7, fret_height: 1.5, action: -1.9}))")
     wait(lambda: "stands" in opened.find_element("id", "said").text)
     assert "fret 7 stands 0.86 mm above string E at rest" in opened.find_element("id", "said").text
-    assert opened.execute_script("return [...names.keys()]") == bass
+    assert opened.execute_script("return [...player.names.keys()]") == bass
     opened.execute_script("$('undo').click()")
     wait(lambda: opened.execute_script("return !building.now && !player.next"))
 
@@ -442,7 +442,7 @@ def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) 
     wait(lambda: opened.execute_script("return !building.now && !player.next"))
     opened.find_element("id", "power").click()
     wait(lambda: opened.execute_script("return player.context.state === 'running' && player.names.size === 1"))
-    text = "const bytes = new Uint8Array(player.basses.get([...names.keys()][0]).file); let text = '';"
+    text = "const bytes = new Uint8Array(player.basses.get([...player.names.keys()][0]).file); let text = '';"
     text += (
         "for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));"
     )

@@ -65,7 +65,7 @@ const [song] = arguments;
 const withSong = () => openSong(new File([Uint8Array.from(atob(song), c => c.charCodeAt(0))], "two.mid"));
 // What has to be before a control can do something, by its name
 window.READY = {
-  "undo": () => bent({action: bench().value("action") === 2 ? 2.1 : 2}), "reset": () => bent({tone: 0.5}),
+  "undo": () => bent({action: bench().value("action") === 2 ? 2.1 : 2}), "reset": () => bent({foam: 5}),
   "redo": () => { bent({relief: 0.5}); $("undo").click(); },
   "slot-A": () => $("slot-B").click(), "slot-B": () => $("slot-A").click(), "link": () => sayBench(""),
   "again": async () => {
@@ -229,7 +229,7 @@ def test_a_strangers_first_minute_on_a_phone(browser: Any, whole: str) -> None:
         after = contacts()
         assert after > 1.3 * before, (before, after)
         link, toml = browser.execute_script("return [location.href, bench().toml()]")
-        assert "#bass=jazz-finger&action=" in link
+        assert "#like=jazz-finger&action=" in link
     with opened(browser, link, 1280, 800, False):
         assert browser.execute_script("return bench().toml()") == toml
         assert "The bass is as the link says." in browser.find_element("id", "bench-said").text

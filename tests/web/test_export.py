@@ -196,7 +196,8 @@ def test_a_bass_of_ones_own_and_a_tuned_one_have_their_bench(run: Run, tmp_path:
     status, _, err = run("export", "web", "-p", tmp_path / "mine.toml", "slap", "--tuning", "drop-d", "-o", page)
     assert status == 0, err
     mine, slap = (bass["bench"] for bass in page_of(page / "index.html")["basses"])
-    assert mine["like"] == "mine.toml" and mine["neck"]["action"] == [pytest.approx(1.9e-3)] * 4
+    (action,) = (slider for slider in mine["sliders"] if slider["symbol"] == "action")
+    assert mine["like"] == "mine.toml" and action["own"] == pytest.approx(1.9)
     assert slap["like"] == "slap" and slap["head"] == {"": {"tuning": '"drop-d"'}} == mine["head"]
     assert names(page / "basses") == ["mine.bench", "mine.lbass", "slap.bench", "slap.lbass"]
 

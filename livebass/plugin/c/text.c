@@ -9,7 +9,7 @@
 enum { NUMBER = 40, MOST_DIGITS = 17 }; /* bytes in a number; digits that distinguish all doubles */
 
 /* Writes the fault into `to`; returns it. */
-static const char *wrong(lb_kept *to, const char *form, ...) {
+__attribute__((format(printf, 2, 3))) static const char *wrong(lb_kept *to, const char *form, ...) {
     va_list more;
     va_start(more, form);
     vsnprintf(to->why, sizeof to->why, form, more);
@@ -162,7 +162,7 @@ const char *lb_parse_text(const char *text, lb_kept *to) {
     return read_link(copy, to);
 }
 
-static size_t add(char *text, size_t end, const char *form, ...) {
+__attribute__((format(printf, 3, 4))) static size_t add(char *text, size_t end, const char *form, ...) {
     va_list more;
     va_start(more, form);
     const int count = vsnprintf(text + end, LB_MOST_TEXT - end, form, more);

@@ -30,7 +30,7 @@ export class Lines {
     const latest = (events, least) => events.reduce((latest, event) => Math.max(latest, event.frame), least);
     const last = latest(this.events.filter(isNote), 0), rest = last + RULE.longestRest * rate;
     if (last > RULE.longest * rate)
-      throw new Error(`lasts ${(last / rate / 3600).toFixed(1)} hours, allowed: up to ${RULE.longest / 3600}`);
+      throw new Error(`lasts ${(last / rate / 3600).toFixed(1)} hours, more than ${RULE.longest / 3600}`);
     this.end = latest(this.events, end);
     if (this.end <= rest) return;
     this.events = this.events.filter(event => event.frame <= rest);

@@ -196,12 +196,12 @@ export class Smf {
   // Reads the header; returns a cursor after it.
   readHeader(data) {
     const file = new ByteCursor(data, 4, data.length, "header"), size = bigEndian(file.take(4, "header length"));
-    if (size < 6) throw new Error(`header, byte 4: header length ${size}, allowed: 6 or more`);
+    if (size < 6) throw new Error(`header, byte 4: the header's length must be 6 or more, not ${size}`);
     const body = file.take(size, "header");
     const [kind, count, division] = [0, 2, 4].map(k => bigEndian(body.subarray(k, k + 2)));
     [this.kind, this.count] = [kind, count];
     if (this.kind > 2)
-      throw new Error(`type ${this.kind} MIDI file, allowed: 0 (one track), 1 (tracks together) and 2 (patterns)`);
+      throw new Error(`its type must be 0 (one track), 1 (tracks together) or 2 (patterns), not ${this.kind}`);
     this.takeDivision(division);
     return file;
   }
@@ -209,12 +209,12 @@ export class Smf {
   // Sets ticksPerQuarter, or 0 and ticksPerSecond [numerator, denominator].
   takeDivision(word) {
     this.ticksPerQuarter = word & 0x8000 ? 0 : word;
-    if (word === 0) throw new Error("header, byte 12: 0 ticks per quarter note, allowed: 1 to 32767");
+    if (word === 0) throw new Error("header, byte 12: ticks per quarter note must be from 1 to 32767, not 0");
     if (this.ticksPerQuarter) return;
     const frames = 256 - (word >> 8), ticks = word & 0xff, rate = RULE.smpteRates[frames];
     if (!rate || !ticks) {
-      const what = `${frames} SMPTE frames of ${ticks} ticks`;
-      throw new Error(`header, byte 12: ${what}, allowed: 24, 25, 29 or 30 frames of 1 to 255 ticks`);
+      const rule = "24, 25, 29 or 30 frames of 1 to 255 ticks";
+      throw new Error(`header, byte 12: the time code must be ${rule}, not ${frames} of ${ticks}`);
     }
     this.ticksPerSecond = [rate[0] * ticks, rate[1]];
   }
