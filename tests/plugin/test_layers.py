@@ -17,7 +17,8 @@ LAYERS = (
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck"},
     {"learn", "hand", "layout", "vst3_midi"},
-    {"notes", "state", "parts", "text"},
+    {"notes", "state", "parts"},
+    {"text"},
     {"sounds", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},
