@@ -18,8 +18,8 @@ F follows from a discrete gradient. With psi = phi^2 / 2 and eta taken in the mi
     R = beta K eta^1.5,    r = eta^{n+1} - eta^n = r_free - A F,
 
 where A is how far string and thumb yield to each other within a frame. r_free assumes that the frets push as in the
-last frame; this frame's push is not known yet. So the flesh's energy is tracked: it gains what the two really lose,
-less R r^2 / h or all it has, and never exceeds psi; the thumb pays any deficit. So only the hand's work adds energy.
+last frame; this frame's push is not known yet. So the flesh's energy is tracked: it gains the two's actual loss, less
+R r^2 / h or all it has, and never exceeds psi; the thumb pays any deficit. So only the hand's work adds energy.
 (Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
 
 The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio

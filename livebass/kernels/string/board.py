@@ -46,7 +46,7 @@ def groups_of(op):
 @jit
 def suspect_points(slot, op, step, end):
     """Checks the groups that are due, then the points of doubtful groups; returns as `frame.advance_frame` wants."""
-    suspects = checks = np.int64(0)  # a constant would be a type of its own
+    suspects = checks = np.int64(0)  # a constant would have its own type
     for g in range(groups_of(op)):
         slot.u.group_clearance_now[g] = 0.0
         if end <= slot.u.group_due[g] or not doubtful(slot, op, g, step, end):

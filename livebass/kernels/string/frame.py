@@ -145,7 +145,7 @@ def find_near(slot, op, count, step):
     u.clearance_now receives the clearances at its end; over a board a lower bound if that is enough.
     """
     u, reach = slot.u, most_travel(slot, op) * op.part_steps
-    close = np.int64(0)  # a constant would be a type of its own
+    close = np.int64(0)  # a constant would have its own type
     for i in range(count):
         m = slot.suspects[i]
         before = u.clearance[m]

@@ -32,7 +32,7 @@ def over_frets(string, k, op, steps):
 @jit
 def suspect_frets(slot, op, step, end):
     """Checks every point that is due; returns as `frame.advance_frame` wants."""
-    suspects = checks = np.int64(0)  # a constant would be a type of its own
+    suspects = checks = np.int64(0)  # a constant would have its own type
     for m in range(op.points):
         if end <= slot.u.due[m]:
             continue

@@ -986,7 +986,7 @@ def take_coefficients(w, op, rows):
 
 @jit
 def change_coefficients(w, old, op, rows):
-    """Replaces the working set's coefficients, of `old`, by those of `op` at `rows`, and keeps the motion.
+    """Replaces the working set's coefficients of `old` by `op`'s at `rows`, and keeps the motion.
 
     New modes, and modes that only fill up a block, are at rest and untouched by hands.
     """

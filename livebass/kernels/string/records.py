@@ -484,7 +484,7 @@ EVENT = np.dtype(
         ("apex", "f8"),  # m, of a pluck; of a pull-off, across the neck; of a strike, the depth of its push
         ("place", "f8"),  # m from the stop; of a touch, from the saddle
         ("speed", "f8"),  # m/s, of a thrown mass, of a hammering finger, and of a pluck's noise
-        ("width", "f8"),  # m, half the contact width; 0: that of the player's finger or thumb
+        ("width", "f8"),  # m, half the contact width; 0: the player's finger or thumb
         ("angle", "f8"),  # rad, of a pluck, from u towards v; 0: the player's
         # How gradually a pluck lets go, 0: the player's value; time until a touch lifts, 0: it stays; time for which a
         # hammering finger first damps the string; time per fret of a slide

@@ -103,7 +103,7 @@ def load_points(slot, op, near, count, step):
 @jit
 def find_watched(slot, near, count, step):
     """Fills slot.watched with the points in `near` to watch in fine step `step`; returns their number."""
-    watching = np.int64(0)  # a constant would be a type of its own
+    watching = np.int64(0)  # a constant would have its own type
     for i in range(count):
         if slot.u.next_watch[near[i]] <= step:
             slot.watched[watching] = near[i]

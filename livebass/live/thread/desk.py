@@ -177,7 +177,7 @@ def send_settings(desk, synth, low, frame):
 
 @jit
 def reset_settings(desk, synth, frame):
-    """Sets ranges and tunings that the score has told the synth to those of a channel that is told none."""
+    """Resets the ranges and tunings that the score has set to the channels' usual values."""
     words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
     for channel in range(CHANNELS):
         rpn: Any = np.int64(NO_RPN)

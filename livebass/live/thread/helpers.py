@@ -96,7 +96,7 @@ def play_strings(synth, b, strings, end):
 
 @jit
 def help_once(address):
-    """Takes one string from the job of the synth at `address`; returns 0 if none was left, else 1."""
+    """Plays one string of the job of the synth at `address`; returns 0 if none is left, else 1."""
     synth = synth_at(address)
     word = load_acquire(address + JOB)
     if word & TAKEN == 0:
