@@ -7,12 +7,12 @@ pickup would hear them through its own comb. This model omits that.
 
 - Skin: 0.8 to 5 kHz. It grows while the finger pulls, peaks as the finger lets go, and fades by e in SKIN_TIME. The
   performer sets its level, which grows with force (player/strokes.py).
-- Knock: 130 to 1300 Hz, at once when a hand ends a note, fading by e in KNOCK_TIME, by 20 dB in 51 ms. Hands hit medium
-  and hard notes equally. Below FAINT of a medium pluck's motion they come proportionally more gently, so a knock never
-  stands far above the note it ends; a string at rest gets none. Notes that are cut, or ended by another note on the
-  same string, do not knock.
+- Knock: 130 to 1300 Hz, at once when a hand ends a note, fading by e in KNOCK_TIME, by 20 dB in 51 ms. Hands land alike
+  on medium and hard notes. Below FAINT of a medium pluck's motion they come more gently, in proportion, so a knock
+  never stands far above the note it ends; a string at rest gets none. Notes that are cut, or ended by another note on
+  the same string, do not knock.
 
-Levels: measured from notes and release noises of five real electric basses. Each frame draws a random number from the
+Levels: from notes and release noises of five real electric basses. Each frame draws a random number from the
 seed and the count of noise frames so far: a note sounds the same whenever it is played, and no two notes are alike.
 [audio thread]
 """

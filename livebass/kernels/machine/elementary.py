@@ -265,7 +265,7 @@ def power(x, y):
 
 @jit
 def chance(seed, count):
-    """Pseudo-random number from -1 to 1, a function of `seed` and `count`: SplitMix64 (Steele, Lea, Flood 2014)."""
+    """Pseudo-random number from -1 to 1 for `seed` and `count`: SplitMix64 (Steele, Lea, Flood 2014)."""
     z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

@@ -17,7 +17,7 @@ elif PLAIN:
 else:
 
     def __getattr__(name: str) -> Any:
-        """A placeholder for any instruction: only kernels call it, or code that makes further placeholders from it."""
+        """A placeholder for any instruction: only kernels call it, or makers of further ones."""
         if name.startswith("__"):
             raise AttributeError(name)
         return lambda *_, **__: None

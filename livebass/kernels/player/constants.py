@@ -27,7 +27,7 @@ KEY_MAP = record(KEY_MAP_WORDS)
 STROKE_WORDS = [
     *words(Pick),
     Word("gentler", "f8", 0.0, 10.0),  # a shorter string's force is scaled by its part of the length to this power
-    # Every other stroke: shift to the saddle (m), factors for apex and release, angle (rad; 0: the same)
+    # Every other stroke: shift towards the saddle (m), factors for apex and release, angle (rad; 0: the same)
     Word("other_nearer", "f8", -1.0, 1.0),
     Word("other_level", "f8", TINY, 10.0),
     Word("other_release", "f8", 0.0, 10.0),

@@ -138,7 +138,7 @@ def move_hand(p, fret):
 
 @jit
 def stopped_at(p, i, fret):
-    """Returns the fret that stops string `i` for `fret`, shifted by a sliding wheel. Open strings stay open."""
+    """Returns the fret that stops string `i` for a note of `fret`, shifted by a sliding wheel. Open strings stay."""
     shift = p.hands.shift[followed(p, i)]
     if fret == 0 or shift == 0:
         return fret

@@ -19,7 +19,7 @@ MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on 
 # Meaning of the channels: none; one per string (MIDI mode 4); one per note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
-ANY = CHANNELS  # in place of a channel: the bass as a whole
+ANY = CHANNELS  # instead of a channel: the whole bass
 # When idle strings may answer sounding ones (no hand rests on them): never, while the pedal is down, always
 NEVER, WITH_PEDAL, ALWAYS = range(3)
 ANSWERS_WHEN = 3
@@ -38,7 +38,7 @@ CHANNEL = np.dtype(
         ("bend_up", "f8"),  # semitones, by the controller ...
         ("bend_ready", "i8"),  # ... once it has been below BEND_STARTS
         ("vibrato", "f8"),  # 0 to 1
-        ("fine", "i8"),  # tuning, 0 to 16383: IN_TUNE is none, and a semitone lies on either side
+        ("fine", "i8"),  # tuning, 0 to 16383, a semitone to either side of IN_TUNE
         ("coarse", "i8"),  # tuning, semitones
         ("rpn", "i8"),  # selected; NO_RPN: none
     ],

@@ -469,7 +469,7 @@ def displacement_under(rows, n, phi):
 @at(one)
 @jit
 def displacement_before_leap(rows, n, phi):
-    """Displacement (m) at a contact point before the last `try_leap`, or of `keep_step_before`."""
+    """Displacement (m) at a contact point before the last `try_leap`, or from `keep_step_before`."""
     return sum_of_products(phi, rows.q_before, like(rows, 0.0), n)
 
 

@@ -59,7 +59,7 @@ def gap_under(numbers, frets, count, k, action, relief, nut_height):
 
 @shared
 def along(numbers, frets, count, k):
-    """Position of fret `k`, from 0, as part of the way from the first to the last fret."""
+    """Place of fret `k`, from 0: 0 at the first fret, 1 at the last."""
     if count == 1:
         return 0.0
     first = numbers[frets]

@@ -137,7 +137,7 @@ def release_score(desk, synth, frame):
 
 @jit
 def note_message(desk, status, first, second):
-    """Keeps track of notes, pedals, bends and program after a score message."""
+    """Tracks held notes, pedals, bends and the program."""
     kind, channel = status & 0xF0, status & 0x0F
     if kind == 0x90 or kind == 0x80:
         desk.held[channel, first] = 1 if kind == 0x90 and second > 0 else 0
@@ -262,7 +262,7 @@ def go_to(desk, synth, place, frame):
 
 @jit
 def follow_transport(desk, synth, step):
-    """Goes to the place of JACK's transport; returns True if the transport moves."""
+    """Follows JACK's transport; returns True if it rolls."""
     room = record_address(desk) + TRANSPORT
     rolling = status_from(desk.transport_query, desk.client, room, np.int64(0)) == ROLLING  # it takes two arguments
     there = ((desk.transport[POSITION_FRAME] >> 32) & 0xFFFFFFFF) * step

@@ -17,7 +17,7 @@ from livebass.live.thread.mix import end_old_bass
 from livebass.live.thread.records import HISTOGRAM, HORIZON, operators_of, performer_of, string_of
 
 MOST_SHARE = 0.6  # of a block's time to run ahead, at most
-FORGOTTEN = 5e-3  # decrease of that share per second
+FORGOTTEN = 5e-3  # decrease of the shares per second
 HIGH, LOW = 0.75, 0.35  # load above which a string becomes coarse, below which the synth calms down
 CALM = 0.5  # s of low load before a string gets its fine operators back
 
