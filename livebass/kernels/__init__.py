@@ -1,1 +1,1 @@
-"""Everything numba compiles for playing: how a string moves and what hands do to it. Imports only the compiler."""
+"""Everything numba compiles for playing: the string's motion and the hands' actions. Imports only the compiler."""

@@ -1,7 +1,7 @@
-"""One string of the bass: from events and motion to a signal.
+"""One string of the bass: turns events and motion into a signal.
 
-`run` is the whole life of a string: per frame events, output, then one frame of motion. It allocates nothing and
-touches only what it is handed. [audio thread]
+`run` is a string's whole life: in each frame events, output, then one frame of motion. It allocates nothing and touches
+only its arguments. [audio thread]
 """
 
 import numpy as np
@@ -39,9 +39,9 @@ from livebass.kernels.string.records import (
 )
 from livebass.kernels.string.slot import REST_EVERY, remove_thumb, rest_slot
 
-CUT_RATE = 900.0  # 1/s of all-sound-off
+CUT_RATE = 900.0  # 1/s, for all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
-INAUDIBLE = 1e-17  # of the signal of a string at rest: what the filters still hold below it is silence
+INAUDIBLE = 1e-17  # signal of a string at rest below which the filters' memory counts as silence
 
 
 string_at, operators_at, events_at = record_at(STRING), records_at(OPERATOR), records_at(EVENT)
@@ -49,7 +49,7 @@ string_at, operators_at, events_at = record_at(STRING), records_at(OPERATOR), re
 
 @entry("int64(int64, int64, int64, int64, int64, int64, int64, int64)")
 def run_string(string, ops, frets, events, count, out, across, frames):
-    """C function: `run` for addresses; `frets` + 1 operators, `across` 0: v is not wanted."""
+    """C function: `run` for addresses; `frets` + 1 operators; `across` 0: no v."""
     return run(
         string_at(string), operators_at(ops, frets + 1), events_at(events, count), count, floats_at(out, frames),
         floats_at(across, frames if across != 0 else 0),
@@ -58,7 +58,7 @@ def run_string(string, ops, frets, events, count, out, across, frames):
 
 @jit
 def run(string, ops, events, count, out, across):
-    """Plays out.shape[0] frames of `string` (STRING) with the operators `ops` (OPERATOR, one a fret).
+    """Plays out.shape[0] frames of `string` (STRING) with the operators `ops` (OPERATOR, one per fret).
 
     `events[:count]` are this string's (EVENT), by frame, none before voice.frame. With voice.raw `out` receives u (m)
     and `across`, as long or empty, v. Returns the number of events used.
@@ -67,7 +67,7 @@ def run(string, ops, events, count, out, across):
     taps = string.taps
     used = 0
     i = 0
-    held = np.int64(0)  # frames that wait for the filters
+    held = np.int64(0)  # frames waiting for the filters
     while i < out.shape[0]:
         if used < count and events[used].frame <= voice.frame:
             held = filter_batch(string, out, i, held)
@@ -115,7 +115,7 @@ def run(string, ops, events, count, out, across):
 
 @jit
 def write_silence(string, out, i, end):
-    """Writes the silence of a string that is still to out[i:], up to frame `end`; returns the place behind it."""
+    """Writes a still string's silence to out[i:], up to frame `end`; returns the next index."""
     voice = string.voice
     x = filter_sample(voice, 0.0)
     until = i + end - voice.frame
@@ -127,7 +127,7 @@ def write_silence(string, out, i, end):
 
 @jit
 def skip_to(voice, end):
-    """Moves the clock of a string that is still to frame `end`."""
+    """Moves a still string's clock to frame `end`."""
     voice.frame = end
     voice.step = end * voice.numerator
     if voice.denominator > 1:
@@ -136,8 +136,8 @@ def skip_to(voice, end):
 
 @jit
 def is_time_to_rest(voice, frame):
-    """True if dead modes are looked for at `frame`: counted from the event that woke the string, so that it sounds the
-    same at any time.
+    """True if `frame` is time to look for dead modes, counted from the event that woke the string: so it always sounds
+    the same.
     """
     return (frame - voice.woken) % REST_EVERY == 0
 
@@ -146,7 +146,7 @@ def is_time_to_rest(voice, frame):
 def note_stillness(string):
     """Marks the string at rest as still if its output is constant until the next event.
 
-    That is so once its filters hold nothing but zeros, all of REST_EVERY frames old.
+    It is once its filters hold only zeros that are all REST_EVERY frames old.
     """
     voice = string.voice
     held = abs(voice.block_in) + abs(voice.block_out)
@@ -162,19 +162,19 @@ def note_stillness(string):
     quiet = voice.pulling == 0 and voice.landing == 0 and held == 0.0 and not voice.raw
     voice.still = np.int64(1 if quiet and tuned else 0)
     if voice.still:
-        voice.depth = 0.0  # a vibrato begins anew with the next note
+        voice.depth = 0.0  # a vibrato restarts with the next note
 
 
 @jit
 def at_rest(string):
-    """True if nothing of the string can be heard, or its signal is NaN: what could jump may be set at once."""
+    """True if the string is inaudible or its signal is NaN: values may then jump."""
     moves = string.slots[0].on or string.slots[1].on or string.voice.answering or noise.is_noisy(string.voice)
     return not moves or not abs(string.voice.block_out) < np.inf
 
 
 @jit
 def handle_event(string, ops, event):
-    """Has the string do what one event says."""
+    """Performs one event on the string."""
     voice, slots = string.voice, string.slots
     if voice.still:
         voice.woken = voice.frame
@@ -230,9 +230,9 @@ def handle_event(string, ops, event):
 
 @jit
 def sense_string(string, ops, y):
-    """Fills y with what is sensed at this frame, of both slots and the held shape together.
+    """Fills y with this frame's sensed motion: both slots and the held shape together.
 
-    Displacement and velocity at each pickup; without one, the displacement alone.
+    Displacement and velocity at each pickup; without pickups, only the displacement.
     """
     voice = string.voice
     for i in range(2 * max(voice.pickups, 1)):
@@ -273,10 +273,10 @@ def sense_string(string, ops, y):
 
 @jit
 def sense_end(voice, op, slot, y):
-    """Adds what is sensed of the line from the moving stop to the saddle.
+    """Adds the sensed part of the line from the moving stop to the saddle.
 
-    Displacement is heard from the line that the string rests on, which is another one at each fret: the step between
-    two of them is spread over milliseconds.
+    Displacement counts from the line that the string rests on, which differs at each fret: the step between two lines
+    is spread over milliseconds.
     """
     for i in range(voice.pickups):
         part = voice.saddle[i] / op.length
@@ -289,7 +289,7 @@ def sense_end(voice, op, slot, y):
 
 @jit
 def sense_v(voice, op, v, n, y):
-    """Adds what is sensed of v: to the velocities, or as a displacement of its own, at its own sensor."""
+    """Adds v's sensed motion: to the velocities, or as a displacement at its own sensor."""
     if voice.pickups == 0:
         row = 2 * (voice.denominator + (voice.frame % voice.denominator if voice.denominator > 1 else 0))
         y[1] += modal.read_tap(v, n, op, (row, row + 1))
@@ -306,7 +306,7 @@ def sense_v(voice, op, v, n, y):
 
 @jit
 def hold_sample(string, held):
-    """Adds the taps of this frame to the batch, which holds `held` frames; returns how many it holds then."""
+    """Adds this frame's taps to the batch of `held` frames; returns the new number of frames."""
     voice = string.voice
     for k in range(2 * max(voice.pickups, 1)):
         string.batch[k, held] = string.taps[k]
@@ -316,9 +316,9 @@ def hold_sample(string, held):
 
 @jit
 def filter_batch(string, out, end, held):
-    """Writes the `held` samples of the batch to `out`, up to place `end`; returns how many it holds then: none.
+    """Writes the `held` samples of the batch to `out`, up to index `end`; returns the new number held: 0.
 
-    Each is what it would be alone: together, exponentials take a quarter of their time.
+    Batching changes no sample; it cuts the time of the exponentials to a quarter.
     """
     voice, x, flux = string.voice, string.mixed, string.flux
     for k in range(held):
@@ -342,7 +342,7 @@ def filter_batch(string, out, end, held):
 
 @jit
 def filter_sample(voice, x):
-    """Filters one sample of the mix of the pickups: coil and tone circuit, DC blocker, volume."""
+    """Filters one sample of the pickup mix: coil and tone circuit, DC blocker, volume."""
     out = voice.b[0] * x + voice.z[0]
     voice.z[0] = voice.b[1] * x - voice.a[1] * out + voice.z[1]
     voice.z[1] = voice.b[2] * x - voice.a[2] * out + voice.z[2]
@@ -371,8 +371,8 @@ def flush_filters(voice):
 def move_string(string, ops):
     """Moves both slots by one frame.
 
-    Frames in which something may touch are taken by C functions, called by their addresses: they are compiled once,
-    not inlined into every caller, and the one for boards only where there is a board.
+    C functions, called by address, handle frames with possible contact: they are compiled once, not inlined into every
+    caller, and the one for boards only if there is a board.
     """
     voice = string.voice
     after = (voice.frame + 1) * voice.numerator
@@ -427,5 +427,5 @@ def move_string(string, ops):
             if slot.on and not busy:
                 rest_slot(slot, glide.current_operator(string, ops, k), voice)
         if at_rest(string):
-            note_stillness(string)  # before: zeros that have gone through the filters since they were set
+            note_stillness(string)  # first: only zeros have gone through the filters since they were flushed
             flush_filters(voice)

@@ -1,1 +1,1 @@
-"""A whole bass as numbers: the instrument file, and what is made of it."""
+"""A whole bass as numbers: the instrument file, and everything made from it."""

@@ -1,9 +1,9 @@
-"""Makes the notes of a bass from its numbers: strings, necks and pickups in, NOTEs (preparing.py) and their lists out.
+"""Makes a bass's notes from its numbers: strings, necks and pickups in, NOTEs (preparing.py) and their lists out.
 
 A BENCH holds the maker's decisions, in SI units, with a BENCH_STRING for each string and its neck. Lists of any length
-lie in one array of numbers, as the lists of a NOTE do. Python works out once all that takes powers or bending shapes:
-the frequencies of the notes, and the part of each resonance of the neck that is felt at each fret.
-kernels/string/note.py makes each note. [any thread]
+lie in one array of numbers, like a NOTE's lists. Python computes everything that needs powers or bending shapes once:
+the notes' frequencies, and how much of each neck resonance is felt at each fret. kernels/string/note.py makes each
+note. [any thread]
 """
 
 from typing import Any
@@ -23,28 +23,28 @@ from livebass.rows import rows
 jit = compiled(attributes=SMALL)
 
 PICKUPS = 8  # of a bass
-LANES = 8  # partial sums of a long sum: of every eighth number
+LANES = 8  # partial sums of a long sum, each over every eighth number
 
 BENCH_STRING = np.dtype(
     [
         ("paper_law", "i8"),  # 1: String.stiffness_law is "paper", 0: "hinged"
-        ("answering_modes", "i8"),  # of the open string, that may answer others
+        ("answering_modes", "i8"),  # of the open string: modes that may answer other strings
         ("tap_width", "i8"),  # numbers of a tap
-        ("capo", "i8"),  # 1: the neck has one, and even the open string a stop
+        ("capo", "i8"),  # 1: the neck has a capo, so even the open string has a stop
         ("bowed", "i8"),  # 1: the surface is a bare board through the frets, see `bow_through`
         ("length", "f8"),  # m, nut to saddle
-        # The rows of both, in SI; but `contact_loss` is c of contact.py, s/m
+        # The rows of string and neck, in SI; but `contact_loss` is c of contact.py, s/m
         *((name, "f8") for part in (StringNumbers, NeckNumbers) for name in rows(part)),
-        ("nut_conductance", "f8"),  # m/s/N, as `stop_conductance`, of the nut
-        ("own_across", "i8"),  # 1: v has a neck of its own, the next two and `longer_across`; 0: it is as u
+        ("nut_conductance", "f8"),  # m/s/N, of the nut, as `stop_conductance`
+        ("own_across", "i8"),  # 1: v has its own neck: the next two and `longer_across`; 0: u's neck
         ("stop_conductance_across", "f8"),  # m/s/N
-        ("higher_across", "f8"),  # by which factor the neck's bending is higher, Hz
-        *listed("pitches"),  # (Hz, and how many times as high the string is tuned for it) of the notes, the open first
+        ("higher_across", "f8"),  # factor by which the neck's bending is higher, Hz
+        *listed("pitches"),  # (Hz, tuning factor of the string for it) of the notes, the open first
         *listed("frets"),  # (m from the nut, height of the crown in m) each
         *listed("resonances"),  # (Hz, Q, kg) each
         *listed("bending"),  # (1 if it bends the neck, 0 if the whole bass moves,) of each resonance
-        # For the nut and each fret, one after the other, the part of each resonance, and then that of the table, that
-        # is felt there; and the part by which a force there moves the nut, where strings answer
+        # For the nut and each fret in turn: how much of each resonance, then of the table, is felt there; and, if
+        # strings answer, the part by which a force there moves the nut
         *listed("parts"),
         *listed("nut_parts"),
         *listed("table"),  # (Hz, Re Y, Im Y) each, ascending
@@ -59,20 +59,20 @@ BENCH_STRING = np.dtype(
 BENCH = np.dtype(
     [
         ("strings", "i8"),
-        ("frets", "i8"),  # that every string is played at
+        ("frets", "i8"),  # played on every string
         ("sensed", "i8"),  # as INSTRUMENT
-        ("tiers", "i8", (TIERS,)),  # modes of the open strings; 0: all that the grid carries
+        ("tiers", "i8", (TIERS,)),  # modes of the open strings; 0: all the grid carries
         ("most_modes", "i8"),
         ("string", BENCH_STRING, (MOST_STRINGS,)),
-        # What the sliders move (change.py) besides, as the bass has it:
+        # Other values that the sliders move (change.py), as the bass has them:
         ("contact_loss", "f8", (MOST_STRINGS,)),  # N s/m, and the force ...
-        ("pressing", "f8", (MOST_STRINGS,)),  # ... in N over which it is the contact_loss of BENCH_STRING
+        ("pressing", "f8", (MOST_STRINGS,)),  # ... in N that divides it to give BENCH_STRING's contact_loss
         ("pickups", "i8"),  # of the bass, and of each:
         ("position", "f8", (PICKUPS,)),  # m from the saddle
         ("aperture", "f8", (PICKUPS,)),  # m
         ("decay_length", "f8", (PICKUPS,)),  # m
         ("pickup_level", "f8", (PICKUPS,)),
-        ("tap", "i8", (PICKUPS, MOST_STRINGS)),  # which of a string's taps it is; -1: it does not sense the string
+        ("tap", "i8", (PICKUPS, MOST_STRINGS)),  # the pickup's tap on a string; -1: it does not sense the string
         ("capacitance", "f8"),  # F
         ("rounding", "f8"),  # of the player, as the next four
         ("rounding_soft", "f8"),
@@ -84,7 +84,7 @@ BENCH = np.dtype(
         ("modes", "i8"),  # address: int64 (TIERS, strings, frets + 1)
         ("lists", "i8"),  # address: float64 (room,) for the lists of the notes
         ("room", "i8"),  # `measure_bench` sets it
-        ("used", "i8"),  # of that; `fill_bench` sets it, or where it failed:
+        ("used", "i8"),  # of `room`; `fill_bench` sets it, or the place of its failure:
         ("fault_string", "i8"),
         ("fault_fret", "i8"),
         ("fault_height", "f8"),  # m above the string at rest
@@ -95,18 +95,18 @@ BENCH = np.dtype(
 )
 bench_at = record_at(BENCH)
 
-BOARD_ABOVE = 2  # what `fill_bench` returns besides MADE and CROWN_ABOVE
+BOARD_ABOVE = 2  # `fill_bench` returns this, MADE or CROWN_ABOVE
 
 
 @entry("void(int64)", SMALL)
 def measure_bench(address):
-    """Sets the `room` for lists that the BENCH at an address needs, at most."""
+    """Sets the most `room` that the BENCH at an address needs for lists."""
     measure_lists(bench_at(address))
 
 
 @jit
 def measure_lists(bench):
-    """Sets the `room` for lists that a BENCH needs, at most."""
+    """Sets the most `room` that a BENCH needs for lists."""
     bench.room = 0
     answering = 0
     for i in range(bench.strings):
@@ -122,13 +122,13 @@ def measure_lists(bench):
 
 @entry("int64(int64)", SMALL)
 def fill_bench(address):
-    """Makes the notes of the BENCH at an address that `measure_bench` has seen; returns MADE or what stands above."""
+    """Makes the notes of the BENCH at an address, after `measure_bench`; returns MADE, CROWN_ABOVE or BOARD_ABOVE."""
     return make_notes(bench_at(address))
 
 
 @jit
 def make_notes(bench):
-    """Makes the notes of a BENCH; returns as `fill_bench`."""
+    """Makes a BENCH's notes; returns as `fill_bench`."""
     numbers, lists = floats_at(bench.numbers, ALL), floats_at(bench.lists, bench.room)
     modes = words_at(bench.modes, TIERS * bench.strings * (bench.frets + 1))
     answering = list_answering(bench, numbers, lists)
@@ -155,7 +155,7 @@ def make_notes(bench):
 
 @jit
 def bow_surface(numbers, frets, count, first, rows):
-    """Gives a board of `rows` (place, height) from `first` on the bow of the frets, straight beyond them."""
+    """Gives a board of `rows` (place, height) from `first` on the frets' bow, straight beyond them."""
     for k in range(1, rows - 1):
         numbers[first + 2 * k + 1] = bow_through(numbers, frets, count, numbers[first + 2 * k])
     near, next_near = first + 2, first + 4
@@ -168,7 +168,7 @@ def bow_surface(numbers, frets, count, first, rows):
 
 @jit
 def modes_of(wanted, most, note, open_length):
-    """Modes of a note, of `wanted` on the open string (m), 0: all; at most what the grid carries, and `most`."""
+    """Modes of a note if the open string (m) has `wanted` (0: all); at most what the grid carries, and `most`."""
     full = min(note.grid_points - 1, most)
     if wanted == 0:
         return full
@@ -177,7 +177,7 @@ def modes_of(wanted, most, note, open_length):
 
 @jit
 def clear_of_board(bench, note, lists):
-    """True unless the board, on the note's grid, stands above the string at rest; `bench` is told where."""
+    """True unless the board, on the note's grid, stands above the string at rest; sets the place in `bench`."""
     rows, step = note.surface_count, note.length / note.grid_points
     if rows == 0:
         return True
@@ -207,7 +207,7 @@ def clear_of_board(bench, note, lists):
 
 @jit
 def list_answering(bench, numbers, lists):
-    """Puts the frequencies (Hz) of all modes that may answer to the end of the lists; returns where they begin."""
+    """Puts the frequencies (Hz) of all modes that may answer at the end of the lists; returns their start."""
     count = 0
     for t in range(bench.strings):
         count += bench.string[t].answering_modes
@@ -224,7 +224,7 @@ def list_answering(bench, numbers, lists):
 
 @jit
 def set_answers(bench, i, stop, note, numbers, lists, answering, end):
-    """Lists how a force at a stop of string `i` moves the nut, at each mode of other strings that may answer."""
+    """Lists how a force at a stop of string `i` moves the nut, for each mode of other strings that may answer."""
     string = bench.string[i]
     note.answers, note.answers_count = end, 0
     for t in range(bench.strings):
@@ -239,9 +239,9 @@ def set_answers(bench, i, stop, note, numbers, lists, answering, end):
 
 @jit
 def toward_nut(string, numbers, stop, nu):
-    """Re and Im (m/s/N) of the velocity of the nut over a force at a stop, at `nu` (Hz).
+    """Re and Im (m/s/N) of the nut's velocity over a force at a stop, at `nu` (Hz).
 
-    Eight partial sums, added in pairs, and what is left over one by one: so does numpy, which once made these numbers.
+    Adds eight partial sums in pairs, then the remainder one by one, as numpy does, which once made these numbers.
     """
     parts, felt = string.nut_parts + stop * (string.resonances_count + 1), 0
     for k in range(string.resonances_count):
@@ -268,7 +268,7 @@ def toward_nut(string, numbers, stop, nu):
 
 @jit
 def part_sum(string, numbers, parts, nu, first, step, end):
-    """Adds up every `step`-th resonance that is felt, from the `first` on and before `end`, over nu: Re and Im, m/N."""
+    """Sums every `step`-th felt resonance from `first` to before `end`, over nu: Re and Im, m/N."""
     real, imaginary, place = 0.0, 0.0, 0
     for k in range(string.resonances_count):
         part, row = numbers[parts + k], string.resonances + 3 * k

@@ -1,15 +1,15 @@
-"""Changes a bass by the sliders of the bench (techniques.py): the same for Python, plugins and page.
+"""Changes a bass by the bench sliders (techniques.py): the same for Python, plugins and page.
 
-`move_bench` changes a BENCH: Python calls it for the section [bench] of a preset. `make_change` makes the instrument
-file of a changed bass from its own file and its bench file: plugins and page call it. A bench file lies beside an
-instrument file. It is a BENCH_FILE with the BENCH of the bass, the numbers of its lists, all strokes and effects that
-an instrument file may have, and a checksum.
+`move_bench` changes a BENCH: Python calls it for a preset's section [bench]. `make_change` makes the instrument file of
+a changed bass from its own file and its bench file: plugins and page call it. A bench file lies beside an instrument
+file: a BENCH_FILE with the bass's BENCH, the numbers of its lists, all strokes and effects that an instrument file may
+have, and a checksum.
 
-A slider counts from the bass as it is; 0 leaves it. A slider in % multiplies what each string has, and keeps the
-differences between the strings. So does Action: it multiplies the action of all strings by the ratio that the lowest
-string gets. A luthier lowers a bass like this, string by string: the same number of millimetres on every string would
-bring the thin strings, which sit lower, to the frets first. The hand stays while the neck changes: it goes on measuring
-its force by the heights of the bass as it was. [any thread]
+Sliders are relative to the bass as it is; 0 leaves it unchanged. A slider in % multiplies each string's value and keeps
+the differences between strings. So does Action: it multiplies the action of all strings by the ratio that the lowest
+string gets. A luthier lowers a bass like this, string by string: the same millimetres on every string would bring the
+thin strings, which sit lower, to the frets first. The hand stays the same while the neck changes: it still measures its
+force by the original heights. [any thread]
 """
 
 import math
@@ -67,16 +67,16 @@ from livebass.techniques import (
 jit = compiled(attributes=SMALL)
 
 BENCH_MAGIC = 0x4843_4E45_4253_424C  # "LBSBENCH"
-LOSSES = 3  # ranges of the loss at the frets, each with tiers of its own
+LOSSES = 3  # ranges of the fret loss, each with its own tiers
 BENCH_FILE = np.dtype(
     [
         ("magic", "i8"),
         ("words", "i8"),  # of the whole file
-        ("of", "u8"),  # checksum of the instrument file that it is beside
+        ("of", "u8"),  # checksum of its instrument file
         ("bytes", "i8"),  # of this record
-        ("numbers", "i8"),  # words of the lists, behind this
-        ("rest", "i8"),  # words of strokes and effects, behind these
-        ("from_loss", "f8", (LOSSES,)),  # s/m, ascending, where each range begins
+        ("numbers", "i8"),  # words of the lists, after this record
+        ("rest", "i8"),  # words of strokes and effects, after the lists
+        ("from_loss", "f8", (LOSSES,)),  # s/m, ascending, the start of each range
         ("modes", "i8", (LOSSES, TIERS)),  # as BENCH.tiers
         ("contact_rate", "f8", (LOSSES, TIERS)),  # Hz
         ("heavy", "i8", (LOSSES, TIERS)),
@@ -91,13 +91,13 @@ BENCH_PLACE = BENCH_FILE.fields["bench"][1]  # type: ignore[index]
 CHANGE = np.dtype(
     [
         ("file", "i8"),  # address of the instrument file, which `check_file` accepts
-        ("bench", "i8"),  # address of the bench file; it is changed
-        ("size", "i8"),  # of that, bytes
+        ("bench", "i8"),  # address of the bench file; `make_change` modifies it
+        ("size", "i8"),  # of the bench file, bytes
         ("value", "f8", (SLIDERS,)),  # of the sliders, in their units
-        ("memory", "i8"),  # address of the workspace, and of the file that is made ...
-        ("bytes", "i8"),  # ... and how many it has: `measure_change` sets them
+        ("memory", "i8"),  # address of the workspace, including the new file ...
+        ("bytes", "i8"),  # ... and its size: `measure_change` sets it
         ("made", "i8"),  # address of the file that `make_change` made
-        ("words", "i8"),  # of that
+        ("words", "i8"),  # of the made file
     ],
     align=True,
 )
@@ -106,13 +106,13 @@ change_at = record_at(CHANGE)
 MM, PERCENT, PICO, DEGREE = 1e-3, 1e-2, 1e-12, math.pi / 180.0
 LEAST_CAPACITANCE = 50e-12  # F
 STEEPEST = 1.55  # rad from straight up
-LEAST_FRETS = 3  # of a neck whose heights follow from action, relief and nut
+LEAST_FRETS = 3  # that a neck needs for action, relief and nut to set its heights
 APART = 1.0  # Hz between resonances of the neck, at least
 
 
 @entry("int64(int64)", SMALL)
 def measure_change(address):
-    """Sets the `bytes` that the CHANGE at an address needs; returns 0 for a bench file that is not its file's."""
+    """Sets the `bytes` that the CHANGE at an address needs; returns 0 if the bench file does not fit the file."""
     change = change_at(address)
     if change.size < BENCH_FILE_BYTES + WORD or change.size % WORD != 0 or change.size > WORD * MOST_WORDS:
         return np.int64(0)
@@ -139,9 +139,9 @@ def measure_change(address):
 
 @entry("int64(int64)", SMALL)
 def make_change(address):
-    """Makes the file of the CHANGE at an address that `measure_change` has seen; returns as `fill_bench`.
+    """Makes the file of the CHANGE at an address, after `measure_change`; returns as `fill_bench`.
 
-    `check_file` must accept it before it is played.
+    `check_file` must accept the file before it is played.
     """
     change = change_at(address)
     b, file, bench = bench_file_at(change.bench), file_at(change.file), bench_at(change.bench + BENCH_PLACE)
@@ -164,13 +164,13 @@ def make_change(address):
 
 @entry("int64(int64, int64)", SMALL)
 def move_bench(bench, values):
-    """Moves the BENCH at an address by SLIDERS float64 at another; returns 1 if frets or board stand otherwise."""
+    """Moves the BENCH at an address by SLIDERS float64 at another; returns 1 if frets or board have moved."""
     return np.int64(move(bench_at(bench), floats_at(values, SLIDERS)))
 
 
 @jit
 def move(bench, value):
-    """Moves a BENCH by the values of the sliders; returns True if frets or board stand otherwise."""
+    """Moves a BENCH by the slider values; returns True if frets or board have moved."""
     numbers = floats_at(bench.numbers, ALL)
     move_strings(bench, value)
     move_pickups(bench, numbers, value)
@@ -182,9 +182,9 @@ def move(bench, value):
 
 @jit
 def move_strings(bench, value):
-    """Makes the strings thicker at their pitch, heavier for their thickness, older, damped by foam and by the frets.
+    """Makes the strings thicker at their pitch, heavier for their thickness, older, damped by foam and frets.
 
-    The tension goes with the mass; the bending stiffness E I with the fourth power of the thickness, and B with E I
+    The tension scales with the mass, the bending stiffness E I with the fourth power of the thickness, and B with E I
     over the tension.
     """
     g, t, older = 1.0 + PERCENT * value[GAUGE], 1.0 + PERCENT * value[TENSION], 1.0 + PERCENT * value[WEAR]
@@ -204,9 +204,9 @@ def move_strings(bench, value):
 
 @jit
 def move_pickups(bench, numbers, value):
-    """Moves the pickups along the strings, as far as there is room, and nearer to them; changes their cable.
+    """Moves the pickups along the strings, as far as there is room, and towards them; changes their cable.
 
-    Nearer to the strings is louder: the flux falls e times with each decay length.
+    Nearer to the strings is louder: the flux falls by a factor of e per decay length.
     """
     if value[CABLE] != 0.0:
         bench.capacitance = max(bench.capacitance + PICO * value[CABLE], LEAST_CAPACITANCE)
@@ -230,7 +230,7 @@ def move_pickups(bench, numbers, value):
 
 @jit
 def end_of_neck(string, numbers):
-    """Returns where the last fret is, or the end of a board beyond it, m from the nut."""
+    """Returns the place of the last fret, or the end of a board beyond it, m from the nut."""
     end = 0.0
     if string.frets_count > 0:
         end = numbers[string.frets + 2 * (string.frets_count - 1)]
@@ -253,7 +253,7 @@ def move_hand(bench, value):
 
 @jit
 def move_resonance(bench, numbers, value):
-    """Moves the lowest resonance that bends the neck, between those beside it, and the mass that moves there."""
+    """Moves the lowest resonance that bends the neck, kept between its neighbours, and its moving mass."""
     for i in range(bench.strings):
         string, k = bench.string[i], 0
         while k < string.bending_count and numbers[string.bending + k] == 0.0:
@@ -273,9 +273,9 @@ def move_resonance(bench, numbers, value):
 
 @jit
 def move_neck(bench, numbers, value):
-    """Raises the strings over the frets by what the differences come to there; returns True if it did.
+    """Raises the strings over the frets by the changes in action, relief and nut; returns True if it did.
 
-    It leaves a neck whose frets count from a capo, or with too few of them, or a board that no bow fits.
+    Skips necks whose frets count from a capo or are too few, and boards that no bow fits.
     """
     action, relief, nut_height = MM * value[ACTION], MM * value[NECK_RELIEF], MM * value[NUT_HEIGHT]
     if action == 0.0 and relief == 0.0 and nut_height == 0.0:
@@ -298,7 +298,7 @@ def move_neck(bench, numbers, value):
 
 @jit
 def action_of(string, numbers):
-    """Gap (m) under an open string at fret 12, or at its last fret."""
+    """Gap (m) under an open string at fret 12, or at the last fret."""
     count = min(12, string.frets_count)
     return -numbers[string.frets + 2 * count - 1] if count > 0 else 0.0
 
@@ -318,7 +318,7 @@ def lift_fret(bench, numbers, value):
 
 @jit
 def take_bench(bench, instrument):
-    """Gives an INSTRUMENT the numbers of a BENCH that sliders move, as `instrument_numbers` in Python does."""
+    """Copies the numbers that sliders move from a BENCH to an INSTRUMENT, as Python's `instrument_numbers` does."""
     instrument.circuit.capacitance = bench.capacitance
     player = instrument.player
     player.rounding = bench.rounding
@@ -336,7 +336,7 @@ def take_bench(bench, instrument):
 
 @jit
 def choose_tiers(b, bench, instrument):
-    """Takes the tiers that the least loss at the frets calls for; over a board, at that."""
+    """Picks the tiers that the lowest fret loss calls for, or the lowest board loss if there is a board."""
     board, least = False, np.inf
     for i in range(bench.strings):
         board |= bench.string[i].surface_count > 0
@@ -355,14 +355,14 @@ def choose_tiers(b, bench, instrument):
 
 @jit
 def contacts_of(file, i):
-    """How many contacts are under the open string `i` of the file at an address."""
+    """Number of contacts under the open string `i` of the file at an address."""
     note = note_at(file + FILE_BYTES + NOTE_BYTES * i * (file_at(file).instrument.frets + 1))
     return note.obstacles_count + note.surface_count
 
 
 @jit
 def put_together(change, b, bench, other_neck):
-    """Writes the file: the notes of the BENCH, their lists, heights for the hand, strokes and effects, checksum."""
+    """Writes the file: the BENCH's notes, their lists, heights for the hand, strokes and effects, checksum."""
     own, file = file_at(change.file), file_at(change.made)
     notes, before = notes_of(file), words_before_numbers(file)
     copy_words(bench.notes, change.made + FILE_BYTES, NOTE_BYTES // WORD * notes)
@@ -393,9 +393,9 @@ def put_together(change, b, bench, other_neck):
 
 @jit
 def copy_heights(change, i, first, end):
-    """Puts the heights by which the hand measures its force on string `i` of its own file at word `end` of the new one.
+    """Copies string `i`'s heights that the hand measures its force by from its own file to word `end` of the new one.
 
-    first: where they begin among the numbers there, and 1; 0: they are those of the open note. Returns the word behind.
+    first: 1 + their index among the own file's numbers; 0: use the open note's heights. Returns the next word.
     """
     own = file_at(change.file)
     numbers = floats_at(change.file + WORD * words_before_numbers(own), ALL)

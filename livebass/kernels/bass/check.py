@@ -1,7 +1,7 @@
-"""Checks instrument files: what `check_file` accepts may be played.
+"""Checks instrument files: a file that `check_file` accepts may be played.
 
-It refuses what is damaged, and whatever would make other kernels read or write outside their memory. Limits come from
-the rows of the numbers (rows.py). [any thread]
+It rejects damaged files, and any that would make other kernels read or write outside their memory. Limits come from the
+rows of the numbers (rows.py). [any thread]
 """
 
 import numpy as np
@@ -37,9 +37,9 @@ from livebass.rows import LARGEST, limits, table
 
 jit = compiled(attributes=SMALL)
 
-# What `check_file` returns
+# Return values of `check_file`
 GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
-# Limits of the words of an INSTRUMENT, behind them of a NOTE, of a STROKE and of an ADDED: columns as rows.Limit
+# Limits of the words of an INSTRUMENT, then a NOTE, a STROKE and an ADDED: columns as rows.Limit
 LIMITS = table(
     [*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS), *limits(STROKE_WORDS), *limits(ADDED_WORDS)]
 )
@@ -59,7 +59,7 @@ def checksum(address, count):
 
 @entry("int64(int64, int64)", SMALL)
 def check_file(address, size):
-    """Returns GOOD for the file of `size` bytes at an address, or why it cannot be played."""
+    """Returns GOOD for the file of `size` bytes at an address, or the reason it cannot be played."""
     if size < FILE_BYTES + WORD or size % WORD != 0 or size > WORD * MOST_WORDS:
         return np.int64(FOREIGN)
     file, last = file_at(address), size // WORD - 1
@@ -127,7 +127,7 @@ def all_within(address, count, least, most):
 
 @jit
 def are_within(address, first, last, strings):
-    """True if the words of a record at an address are within LIMITS, rows `first` to `last`, of so many `strings`."""
+    """True if a record's words at an address are within LIMITS, rows `first` to `last`, for `strings` strings."""
     for row in range(first, last):
         place, count = address + WORD * np.int64(LIMITS[row, PLACE]), np.int64(LIMITS[row, COUNT])
         if LIMITS[row, PER_STRING] > 0.0:
@@ -142,7 +142,7 @@ def are_within(address, first, last, strings):
 
 @jit
 def is_instrument(instrument):
-    """True if the numbers of an INSTRUMENT are such as kernels take."""
+    """True if kernels can take the numbers of an INSTRUMENT."""
     strings = min(max(instrument.strings, 0), MOST_STRINGS)
     if not are_within(record_address(instrument), 0, NOTE_LIMITS, strings):
         return False
@@ -154,7 +154,7 @@ def is_instrument(instrument):
 
 @jit
 def are_strokes(address):
-    """True if the numbers of STROKES rows of STROKE at an address are such as kernels take."""
+    """True if kernels can take the numbers of STROKES rows of STROKE at an address."""
     good = True
     for k in range(STROKES):
         good &= are_within(address + STROKE_BYTES * k, STROKE_LIMITS, ADDED_LIMITS, 0)
@@ -163,7 +163,7 @@ def are_strokes(address):
 
 @jit
 def are_effects(address, room):
-    """True if the effects of the file at an address are such as kernels take, and fit into `room` words."""
+    """True if kernels can take the effects of the file at an address, and they fit into `room` words."""
     place = added_of(address)
     if not are_within(place, ADDED_LIMITS, len(LIMITS), 0) or room_of_effects(address) > room:
         return False
@@ -173,7 +173,7 @@ def are_effects(address, room):
 
 @jit
 def is_hand(address, i, note, numbers):
-    """True if the heights by which the hand measures its force on string `i` are among so many numbers of the file."""
+    """True if string `i`'s heights that the hand measures its force by lie within the file's `numbers`."""
     added = added_of(address)
     if added == 0 or added_at(added).hand[i] == 0:
         return True
@@ -183,7 +183,7 @@ def is_hand(address, i, note, numbers):
 
 @jit
 def is_note(address, sensed, where, numbers):
-    """True if the NOTE at an address is such as kernels take, with its lists among the `numbers` at `where`."""
+    """True if kernels can take the NOTE at an address, with its lists among the `numbers` at `where`."""
     if not are_within(address, NOTE_LIMITS, STROKE_LIMITS, 0):
         return False
     words = words_at(address, NOTE_BYTES // WORD)

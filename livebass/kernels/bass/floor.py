@@ -1,11 +1,11 @@
-"""The floor of a bass: the noise of its electronics, which follows its volume and no note.
+"""The noise floor of a bass: the noise of its electronics, which follows the volume but no note.
 
-It belongs to the whole bass, so that no string has to stay awake for it, and is added to the signal of the lowest
-string where the strings are mixed: so the strings' signals add up to the mix. It opens with the first frame in which a
-string is louder than OPENS, stays for HOLD after the last one, through rests, and fades away within FADE: a bass that
-nobody plays is silent. Strings that a panic cuts take it along: it is not held then. That, and each chance of its
-noise, is a function of the frame and of the strings' signals, the same in blocks of any sizes. Nothing that asks
-whether strings sound counts it: it holds up no tail. Once another bass has taken over, it fades at once. [audio thread]
+It belongs to the whole bass, so no string has to stay awake for it. The mixer adds it to the lowest string's signal, so
+the strings' signals add up to the mix. It opens with the first frame in which a string is louder than OPENS, stays for
+HOLD after the last such frame, through rests, and fades within FADE: a bass that nobody plays is silent. When a panic
+cuts the strings, it fades without HOLD. It depends only on the frame and the strings' signals, random numbers included,
+so block sizes do not matter. Checks for sounding strings ignore it: it prolongs no tail. When another bass has taken
+over, it fades at once. [audio thread]
 """
 
 import numpy as np
@@ -17,11 +17,11 @@ from livebass.kernels.machine.native import floats_at, records_at
 from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
 from livebass.kernels.string.records import CUT, EVENT, GAIN
 
-FLOOR_BAND = (40.0, 3000.0)  # Hz: no hum, and the coil takes what is higher
+FLOOR_BAND = (40.0, 3000.0)  # Hz: no hum, and the coil filters out the rest
 OPENS = 1e-6  # of full scale
 HOLD, FADE = 4.0, 0.5  # s
-NOTE = 0.32  # level of a medium note's first 0.3 s, over that of a signal of the string's speed as it is plucked
-APART = 1 << 42  # chances beyond those of others
+NOTE = 0.32  # level of a medium note's first 0.3 s, over the signal of the string's speed at the pluck
+APART = 1 << 42  # random numbers beyond all others
 NEVER = 1 << 62  # a frame
 
 events_at = records_at(EVENT)
@@ -29,9 +29,9 @@ events_at = records_at(EVENT)
 
 @jit
 def make_floor(f, level, note, rate, gain_pole, seed):
-    """Makes the floor of a bass of a FLOOR of zeros, `level` (dB) over a medium note.
+    """Makes a bass's noise floor in a zeroed FLOOR, `level` (dB) over a medium note.
 
-    `note` is the signal that the speed of its pluck would give, `rate` in Hz.
+    `note` is the signal of that note's pluck speed, `rate` in Hz.
     """
     f.level = amplitude(level) * NOTE * note
     f.seed = seed
@@ -46,9 +46,9 @@ def make_floor(f, level, note, rate, gain_pole, seed):
 
 @jit
 def play_floor(f, loud, events, count):
-    """Replaces `loud`, how loud the strings are in each of the next frames, (n,), by the floor.
+    """Replaces `loud`, (n,), the strings' loudness in each of the next frames, by the floor.
 
-    `events[:count]` are those of the bass in these frames, by frame: the floor takes the volume that they set.
+    `events[:count]` are the bass's events in these frames, by frame: the floor follows their volume.
     """
     k = 0
     for j in range(loud.shape[0]):
@@ -70,7 +70,7 @@ def play_floor(f, loud, events, count):
 
 @jit
 def take_event(f, event):
-    """Takes the volume that an event sets, or the cut of a string."""
+    """Takes the volume, or the cut of a string, from an event."""
     if event.kind == GAIN and event.string == 0:
         f.gain_wanted = event.value
     elif event.kind == CUT:

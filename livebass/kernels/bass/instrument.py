@@ -1,9 +1,9 @@
 """A bass as numbers for any audio rate, INSTRUMENT, and the layout of the file that holds them.
 
 An instrument file is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
-their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; where a bass has strokes
-of its own, or effects, STROKES rows of STROKE; where it has effects, the samples of an impulse response, float64, and
-an ADDED; and a checksum. All of it is words of 8 bytes, little-endian. [any thread]
+their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; if a bass has its own
+strokes, or effects, STROKES rows of STROKE; if it has effects, the samples of an impulse response, float64, and an
+ADDED; and a checksum. All words have 8 bytes, little-endian. [any thread]
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ jit = compiled(attributes=SMALL)
 MOST_PICKUPS = 4
 MOST_FRETS = 127
 BEYOND = 0.12  # m of string behind nut and saddle, which stretches too
-# How finely it is computed: two qualities, and what overload falls back to
+# Tiers of precision: two qualities, and the fallback for overload
 LIVE, STUDIO, COARSE, TIERS = 0, 1, 2, 3
 TIER_WORDS = [
     Word("contact_rate", "f8", 8000.0, 64e6),  # Hz, at least
@@ -36,39 +36,39 @@ INSTRUMENT_WORDS = [
     Word("frets", "i8", 0, MOST_FRETS),
     Word("sensed", "i8", 0, 1),  # 1: the output is the displacement at sensors, 0: through pickups
     Word("slap", "i8", 0, 1),  # 1: the thumb strikes the lower strings
-    Word("drop", "i8", 0, 1),  # 1: notes out of range are left out
+    Word("drop", "i8", 0, 1),  # 1: notes out of range are dropped
     Word("stroke", "i8", 0, STROKES - 1),  # performer.FINGER, PICK, NAIL or POP
-    Word("answering", "i8", 0, ANSWERS_WHEN - 1),  # performer.NEVER, PEDAL or ALWAYS: when idle strings may answer
+    Word("answering", "i8", 0, ANSWERS_WHEN - 1),  # performer.NEVER, WITH_PEDAL or ALWAYS: when idle strings may answer
     Word("gain", "f8"),
-    Word("carried", "f8", TINY, 0.5),  # of the contact rate: the highest mode that is played
+    Word("carried", "f8", TINY, 0.5),  # of the contact rate: the highest mode played
     Word("tiers", TIER_WORDS, shape=(TIERS,)),
     Word("circuit", CIRCUIT_WORDS),
     Word("player", PLAYER_WORDS),
     Word("key_map", KEY_MAP_WORDS),
-    Word("part", "f8", 0.0, 1.0, (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
+    Word("part", "f8", 0.0, 1.0, (KEYS,)),  # by velocity: 0 the softest note, 1 the hardest
     Word("wheel_slides", "i8", 0, 1),  # 1: the pitch wheel slides along the frets
     Word("open_note", "i8", 0, 127, (MOST_STRINGS,)),
-    Word("answering_modes", "i8", 0, MOST_ANSWERS, (MOST_STRINGS,)),  # of each string, that may answer others
-    Word("pickups", "i8", 0, MOST_PICKUPS, (MOST_STRINGS,)),  # of each string, and of each of them:
+    Word("answering_modes", "i8", 0, MOST_ANSWERS, (MOST_STRINGS,)),  # of each string: modes that may answer others
+    Word("pickups", "i8", 0, MOST_PICKUPS, (MOST_STRINGS,)),  # of each string, and of each pickup:
     Word("decay", "f8", 0.0, shape=(MOST_STRINGS, MOST_PICKUPS)),  # 1/m
     Word("mix", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),
     Word("across", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),
-    Word("stretch", "f8", shape=(MOST_STRINGS,)),  # N/m, E A over twice the length that stretches
-    Word("slack", "f8", 1e-3, 1e3, (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
-    Word("called", "i8", 0, 11, (MOST_STRINGS,)),  # pitch class by which key switches call it
-    Word("saddle", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),  # m, from the saddle; of sensors, for u and v, too
+    Word("stretch", "f8", shape=(MOST_STRINGS,)),  # N/m, E A over twice the stretching length
+    Word("slack", "f8", 1e-3, 1e3, (MOST_STRINGS,)),  # how far a force pulls it, relative to before it was tuned
+    Word("called", "i8", 0, 11, (MOST_STRINGS,)),  # pitch class that calls it from key switches
+    Word("saddle", "f8", shape=(MOST_STRINGS, MOST_PICKUPS)),  # m, from the saddle; also of sensors, for u and v
     Word("aperture", "f8", 0.0, 1.0, (MOST_STRINGS, MOST_PICKUPS)),  # m
-    Word("winding", "f8", 0.0, 1.0, (MOST_STRINGS,)),  # m, pitch of the winding; 0: it is flat
+    Word("winding", "f8", 0.0, 1.0, (MOST_STRINGS,)),  # m, pitch of the winding; 0: flatwound
     Word("fretless", "i8", 0, 1, (MOST_STRINGS,)),  # 1: a finger slides along it without steps
 ]
 INSTRUMENT = record(INSTRUMENT_WORDS)
-# What only some files have: effects, and a hand of another neck
+# Only in some files: effects, and a hand that measures by another neck
 ADDED_WORDS = [
     *words(Knobs),
     Word("rate", "f8", LEAST_RATE, MOST_RATE),  # Hz, of the response
-    Word("count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples of the response; 0: there is none
-    # Of each string, where among the numbers those heights (m) of the contacts of its open note begin, one after the
-    # other, by which the hand measures its force, and 1; 0: by those that it has
+    Word("count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples of the response; 0: none
+    # Of each string: 1 + the index, among the numbers, of the contact heights (m) of its open note by which the hand
+    # measures its force, in a row; 0: the note's own heights
     Word("hand", "i8", 0, MOST_WORDS, (MOST_STRINGS,)),
 ]
 ADDED = record(ADDED_WORDS)
@@ -78,7 +78,7 @@ FILE = np.dtype(
         ("magic", "i8"),
         ("version", "i8"),
         ("words", "i8"),  # of the whole file
-        ("name", "u1", (64,)),  # UTF-8, zeros behind
+        ("name", "u1", (64,)),  # UTF-8, padded with zeros
         ("string_names", "u1", (MOST_STRINGS, 16)),
         ("instrument", INSTRUMENT),
     ],
@@ -96,7 +96,7 @@ ADDED_BYTES = ADDED.itemsize
 
 @jit
 def whole_steps(contact_rate, rate):
-    """Fine steps a frame: the least whole number that makes `contact_rate` (Hz) or more."""
+    """Fine steps per frame: the smallest whole number that gives `contact_rate` (Hz) or more."""
     return max(1.0, np.ceil(contact_rate / rate - 1e-9))
 
 
@@ -110,7 +110,7 @@ def copy_words(source, target, count):
 
 @jit
 def notes_of(file):
-    """How many notes a file has."""
+    """Number of notes in a file."""
     return file.instrument.strings * (file.instrument.frets + 1)
 
 
@@ -122,7 +122,7 @@ def words_before_numbers(file):
 
 @jit
 def strokes_of(address):
-    """Address of the own strokes of the file at an address; 0: it has none."""
+    """Address of the file's own strokes, for the file at an address; 0: none."""
     file = file_at(address)
     if file.version != WITH_STROKES and file.version != WITH_EFFECTS:
         return np.int64(0)
@@ -131,7 +131,7 @@ def strokes_of(address):
 
 @jit
 def added_of(address):
-    """Address of the ADDED of the file at an address; 0: it has none."""
+    """Address of the file's ADDED, for the file at an address; 0: none."""
     file = file_at(address)
     return address + WORD * (file.words - 1) - ADDED_BYTES if file.version == WITH_EFFECTS else np.int64(0)
 
@@ -145,7 +145,7 @@ def room_of_effects(address):
 
 @jit
 def answers_of(instrument, i):
-    """How many modes of the other strings may answer string `i`."""
+    """Number of modes of the other strings that may answer string `i`."""
     count = 0
     for t in range(instrument.strings):
         if t != i:
@@ -155,7 +155,7 @@ def answers_of(instrument, i):
 
 @jit
 def lines(size):
-    """`size` bytes, up to whole cache lines."""
+    """`size` bytes, rounded up to whole cache lines."""
     return (size + LINE - 1) // LINE * LINE
 
 

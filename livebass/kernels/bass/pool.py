@@ -1,4 +1,4 @@
-"""The pool of an instrument file: the operators of all its notes in one tier, at one rate. [any thread]"""
+"""The pool of an instrument file: the operators of all its notes, for one tier and rate. [any thread]"""
 
 import numpy as np
 
@@ -44,7 +44,7 @@ POOL = np.dtype(
         ("exact", "i8"),  # 1: all modes in float64
         ("rate", "f8"),  # audio, Hz
         ("memory", "i8"),  # address, on a cache line; OPERATOR (strings, frets + 1) come first
-        ("bytes", "i8"),  # of memory: `measure_pool` sets them
+        ("bytes", "i8"),  # of memory: `measure_pool` sets it
         ("preparing", PREPARING),
         ("note", NOTE),  # workspace
         ("operator", OPERATOR),  # workspace
@@ -56,7 +56,7 @@ pool_at = record_at(POOL)
 
 @jit
 def begin_pool(pool):
-    """Sets what the operators of all notes share, and forgets what was measured."""
+    """Sets the values that the operators of all notes share, and resets the measurements."""
     file, work = file_at(pool.file), pool.preparing
     notes, tier = notes_of(file), file.instrument.tiers[pool.tier]
     work.count = notes
@@ -97,14 +97,14 @@ def measure_pool(address):
 
 @entry("int64(int64)", SMALL)
 def fill_pool(address):
-    """Fills the memory of the POOL at an address that `measure_pool` has seen.
+    """Fills the memory of the POOL at an address, after `measure_pool`.
 
     Returns DONE, or why the file's modes cannot be played at this rate: OVERDAMPED or FROZEN (preparing.py). The memory
-    needs no care before; afterwards it only is read, and any number of basses may share it.
+    may hold anything before; afterwards it is read-only, and any number of basses may share it.
     """
     pool = pool_at(address)
     before = float_control()
-    set_float_control(before & ~flush_bits())  # the same rows whatever a host has set
+    set_float_control(before & ~flush_bits())  # the same rows whatever the host's settings
     clear_memory(pool.memory, pool.bytes)
     work, words = pool.preparing, pool.preparing.words
     begin_pool(pool)
@@ -123,7 +123,7 @@ def fill_pool(address):
 
 @jit
 def take_hands(pool):
-    """Has the hand measure its force by the heights that the file says, where it does."""
+    """Gives the hand the file's heights to measure its force by, if the file has them."""
     added, work = added_of(pool.file), pool.preparing
     if added == 0:
         return

@@ -1,8 +1,8 @@
-"""Sets up a bass in memory that the caller gives: all that playing needs is made here, nothing later.
+"""Sets up a bass in the caller's memory: everything that playing needs is made here, nothing later.
 
-`measure_bass` says how many bytes a bass needs, `fill_bass` makes it there, silent, with every page written to, so that
-the audio thread is not the first to need it; calling it again makes the bass as new. Engine, synth, plugins and page
-do the same. [any thread, not the one that plays]
+`measure_bass` sets the bytes a bass needs. `fill_bass` makes the bass there, silent, and writes to every page so the
+audio thread is not the first to touch it; calling it again resets the bass. Engine, synth, plugins and page all do
+this. [any thread but the playing one]
 """
 
 import numpy as np
@@ -62,9 +62,9 @@ from livebass.units import OFF
 
 jit = compiled(attributes=SMALL)
 
-# Running ahead: share of a block's time where contact ends soon, where it does not, and frames between looks at the
-# clock. Contact with frets that lose energy is over soon, and leaves most of the time to other programs; other contact
-# comes in bursts, and those of a heavy quality need all there is.
+# Running ahead: share of a block's time if contact ends soon, share if it does not, and frames between looks at the
+# clock. Contact with lossy frets ends soon and leaves most of the time to other programs; other contact comes in
+# bursts, and a heavy quality's bursts need all the time there is.
 LIGHT_SHARES, LIGHT_STRIDE = (0.15, 0.38), 2
 HEAVY_SHARES, HEAVY_STRIDE = (0.3, 0.7), 1
 
@@ -73,21 +73,21 @@ BUILDING = np.dtype(
         ("file", "i8"),  # address of a file that `check_file` accepts
         ("tier", "i8"),
         ("rate", "f8"),  # audio, Hz
-        ("seed", "i8"),  # of the player's unevenness and noises
-        ("ahead", "i8"),  # 1: strings can run ahead of the clock, which takes memory
+        ("seed", "i8"),  # for the player's unevenness and noises
+        ("ahead", "i8"),  # 1: strings can run ahead of the clock (takes memory)
         ("operators", "i8", (2,)),  # addresses: OPERATOR (strings, frets + 1), fine and coarse
         # addresses of these C functions
         ("over_frets", "i8"),
         ("over_board", "i8"),
         ("play_string", "i8"),
         ("memory", "i8"),  # address, on a cache line; a BASS comes first
-        ("bytes", "i8"),  # of memory: `measure_bass` sets them
+        ("bytes", "i8"),  # of memory: `measure_bass` sets it
         ("coil", COIL),  # workspace
-        # an impulse response in place of the file's: address of float64, how many (0: the file's), and their rate, Hz
+        # an impulse response replacing the file's: address of float64, count (0: the file's), and rate, Hz
         ("response", "i8"),
         ("response_count", "i8"),
         ("response_rate", "f8"),
-        # for who looks at the strings (told.py), of each: contacts and events that it keeps; 0: none
+        # for displays (told.py): contacts and events that each string keeps; 0: none
         ("log_room", "i8"),
         ("told_room", "i8"),
     ],
@@ -103,7 +103,7 @@ TONES_BYTES = WORD * ROW * TONES
 
 @jit
 def rows_kept(building, i):
-    """Float64 that save the motion of one polarisation of string `i`, with whichever operators; 0: none are saved."""
+    """Float64 count that saves one polarisation of string `i`, for either set of operators; 0: nothing is saved."""
     if not building.ahead:
         return np.int64(0)
     instrument = file_at(building.file).instrument
@@ -117,9 +117,9 @@ def rows_kept(building, i):
 
 @jit
 def bytes_ahead(rows, answers):
-    """Bytes of an AHEAD and what it points to, where saved motion takes `rows` float64; 0: its sound alone.
+    """Bytes of an AHEAD and its data, if saved motion takes `rows` float64; 0: only its sound.
 
-    `answers`: how many modes may answer the string.
+    `answers`: number of modes that may answer the string.
     """
     if rows == 0:
         return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
@@ -145,7 +145,7 @@ def measure_bass(address):
 
 @jit
 def bytes_told(building):
-    """Bytes of what a string keeps for who looks at it."""
+    """Bytes that a string keeps for displays."""
     kept = lines(CONTACT_BYTES * building.log_room)
     if building.told_room > 0:
         kept += TOLD_BYTES + lines(EVENT_BYTES * building.told_room)
@@ -154,7 +154,7 @@ def bytes_told(building):
 
 @jit
 def take_response_of_file(building):
-    """Gives a BUILDING without a response the response in its file, if there is one."""
+    """Gives a BUILDING without a response its file's response, if any."""
     added = added_of(building.file)
     if building.response_count == 0 and added != 0:
         building.response_count = added_at(added).count
@@ -164,7 +164,7 @@ def take_response_of_file(building):
 
 @jit
 def ends_soon(b):
-    """True if all strings are over frets whose contact loses energy."""
+    """True if all strings lie over frets that lose energy on contact."""
     ops, lasting = operators_at(b.operators[0], b.strings, b.frets + 1), 0
     for i in range(b.strings):
         lasting += ops[i, 0].points > MOST_NEAR or ops[i, 0].loss == 0.0
@@ -173,7 +173,7 @@ def ends_soon(b):
 
 @entry("void(int64)", SMALL)
 def fill_bass(address):
-    """Makes a bass in the memory of the BUILDING at an address that `measure_bass` has seen."""
+    """Makes a bass in the memory of the BUILDING at an address, after `measure_bass`."""
     building = building_at(address)
     clear_memory(building.memory, building.bytes)
     instrument, b = file_at(building.file).instrument, bass_at(building.memory)
@@ -196,7 +196,7 @@ def fill_bass(address):
     place = b.tones + lines(TONES_BYTES)
     take_circuit(building.coil, instrument, building.rate)
     fit_tones(b.tones, building.coil, instrument.gain)
-    note = 0.0  # signal of a medium pluck, on the mean
+    note = 0.0  # signal of a medium pluck, on average
     steps = np.int64(whole_steps(tier.contact_rate, building.rate))
     for i in range(instrument.strings):
         b.string[i] = place
@@ -231,7 +231,7 @@ def fill_bass(address):
 
 @jit
 def lay_out_ahead(address, rows, answers):
-    """Gives the AHEAD at an address its memory behind it; `rows` and `answers` as for `bytes_ahead`."""
+    """Lays out the memory after the AHEAD at an address; `rows` and `answers` as for `bytes_ahead`."""
     a = ahead_at(address)
     a.sound = address + lines(AHEAD_BYTES)
     if rows == 0:

@@ -1,4 +1,4 @@
-"""The strings and the player of an INSTRUMENT, as new. [any thread]"""
+"""Makes the strings and the player of an INSTRUMENT. [any thread]"""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from livebass.kernels.string.records import OPERATOR, STRING, VOICE_SLOTS
 
 jit = compiled(attributes=SMALL)
 
-MEDIUM, MEDIUM_PLACE = 0.5, 0.74  # of the way from the softest to the hardest note, and of the open string from the nut
+MEDIUM, MEDIUM_PLACE = 0.5, 0.74  # 0 softest note, 1 hardest; part of the open string from the nut
 BLOCKER_HZ = 6.0  # DC blocker's corner
 GAIN_TIME = 6e-3  # s, how fast volume follows its controller
 string_at = record_at(STRING)
@@ -32,9 +32,9 @@ CIRCUIT_BYTES = CIRCUIT.itemsize
 
 @entry("void(int64, float64, int64, int64, int64, int64)", SMALL)
 def rest_string(string, rate, numerator, denominator, over_frets, over_board):
-    """Makes a silent string of the STRING of zeros at an address; its output is its displacement.
+    """Makes a silent string in the zeroed STRING at an address; its output is its displacement.
 
-    `numerator` fine steps make `denominator` frames; over_frets and over_board are addresses of these C functions.
+    `numerator` fine steps make `denominator` frames; over_frets and over_board are addresses of C functions.
     """
     reset_string(string_at(string), rate, numerator, denominator, over_frets, over_board)
 
@@ -64,7 +64,7 @@ def reset_string(string, rate, numerator, denominator, over_frets, over_board):
 
 @entry("void(int64, int64, int64, int64)", SMALL)
 def connect_string(string, instrument, i, coil):
-    """Gives a string at rest the pickups and the hand of string `i` of an INSTRUMENT, and the filter of a COIL."""
+    """Gives a string at rest an INSTRUMENT's pickups and hand for string `i`, and a COIL's filter."""
     connect_pickups(string_at(string), instrument_at(instrument), i, coil_at(coil))
 
 
@@ -107,7 +107,7 @@ def connect_pickups(string, instrument, i, coil):
 
 @jit
 def fit_noises(string, i, instrument, p, ops, seed):
-    """Gives string `i` of an INSTRUMENT, connected, the noise of the performer's hands; `seed` of it."""
+    """Gives the connected string `i` of an INSTRUMENT the performer's hand noise; `seed` seeds it."""
     voice = string.voice
     voice.seed = seed + i
     voice.medium = 0.5 * speed_of_corner(p, ops[i, 0], i, force_at(p, MEDIUM), MEDIUM_PLACE * ops[i, 0].length)
@@ -116,7 +116,7 @@ def fit_noises(string, i, instrument, p, ops, seed):
 
 @jit
 def signal_of_medium(voice):
-    """Signal of the speed by which a medium pluck moves the string, below the resonance of the coil; 0: no pickup."""
+    """Signal of the string's speed after a medium pluck, below the coil's resonance; 0: no pickup."""
     level, top, bottom = 0.0, 0.0, 0.0
     for k in range(voice.pickups):
         level += abs(voice.level[k])
@@ -128,7 +128,7 @@ def signal_of_medium(voice):
 
 @entry("void(int64, int64, int64, int64)", SMALL)
 def connect_answers(string, i, instrument, ops):
-    """Gives string `i` of an INSTRUMENT, connected, the answers of the others; ops: address of all operators."""
+    """Gives the connected string `i` of an INSTRUMENT the others' answers; ops: address of all operators."""
     bass = instrument_at(instrument)
     answers.fill_answers(string_at(string), i, bass, operators_at(ops, bass.strings, bass.frets + 1))
 
@@ -141,7 +141,7 @@ def settle_string(string, performer, i):
 
 @jit
 def set_controls(voice, p, i):
-    """Sets the voice of string `i`, at rest, as the controllers of its performer stand, without a ramp."""
+    """Sets the voice of string `i`, at rest, to its performer's controllers, without a ramp."""
     voice.gain_wanted = loudness(p, i)
     voice.gain = voice.gain_wanted
     voice.bend = bend_ratio(p, i)
@@ -156,23 +156,23 @@ def set_controls(voice, p, i):
 
 @jit
 def take_circuit(coil, instrument, rate):
-    """Gives a COIL the parts of the instrument's circuit, and the rate (Hz)."""
+    """Gives a COIL the parts of the instrument's circuit and the rate (Hz)."""
     copy_words(record_address(instrument.circuit), record_address(coil), CIRCUIT_BYTES // WORD)
     coil.rate = rate
 
 
 @entry("void(int64, int64, int64)", SMALL)
 def new_performer(performer, instrument, seed):
-    """Makes the player of an INSTRUMENT of the PERFORMER of zeros at an address; `seed` of its unevenness.
+    """Makes an INSTRUMENT's player in the zeroed PERFORMER at an address; `seed` seeds its unevenness.
 
-    It has the standard strokes.
+    It gets the standard strokes.
     """
     make_performer(performer_at(performer), instrument_at(instrument), seed, 0)
 
 
 @jit
 def make_performer(p, instrument, seed, strokes):
-    """`new_performer` for records; strokes: address of the bass's own, 0: it has none."""
+    """`new_performer` for records; strokes: address of the bass's own strokes, 0: none."""
     p.strings = instrument.strings
     p.frets = instrument.frets
     for i in range(instrument.strings):

@@ -1,1 +1,1 @@
-"""Plays what comes after the DI, off by default: compressor, valve stage and impulse response, on a bass's mix."""
+"""Effects after the DI, off by default: compressor, valve stage and impulse response, on a bass's mix."""

@@ -1,7 +1,7 @@
-"""The effects of a bass, one behind the other: compressor, valve stage, impulse response.
+"""A bass's effects in series: compressor, valve stage, impulse response.
 
-They work on the mix of its strings, before the gain of a synth. All of them off are not there, bit for bit; splitting
-a block anywhere changes nothing. What is measured never goes through them.
+They process the mix of its strings, before the synth's gain. When all are off, the sound is unchanged, bit for bit;
+block boundaries change nothing. Measurements never go through them.
 """
 
 import numpy as np
@@ -23,9 +23,9 @@ from livebass.kernels.effects.response import place_response, take_response
 from livebass.kernels.effects.valve import drive_valve, fill_valve, set_drive, silence_valve
 from livebass.kernels.machine.native import floats_at, samples_at
 
-COMPRESSION, DRIVE = range(KNOBS)  # as techniques.EFFECTS has them
-SETTLES = 1.0  # s of silence, behind that of the response, after which nothing of a sound is left
-NOTHING = 1e-200  # a state below that is zero: numbers never become denormal
+COMPRESSION, DRIVE = range(KNOBS)  # in the order of techniques.EFFECTS
+SETTLES = 1.0  # s of silence, beyond the response, after which a sound is gone
+NOTHING = 1e-200  # smaller states become zero: numbers never become denormal
 LEAST_SAMPLE = 1.1754943508222875e-38  # normal, of a float32
 
 
@@ -37,7 +37,7 @@ def bytes_of_effects(count, given, rate):
 
 @jit
 def make_effects(address, rate, compression, drive, response, count, given):
-    """Makes effects in memory of zeros: the bass's own knobs, and `count` samples of a response at an address."""
+    """Makes effects in zeroed memory: the bass's own knobs, and `count` samples of a response at an address."""
     e = effects_at(address)
     e.rate = rate
     e.own_compression = compression
@@ -72,10 +72,10 @@ def rings(e):
 
 @jit
 def play_effects(e, sound, heard, frame, knobs, stride, n):
-    """Sends n frames of `sound`, float32, through the effects; `frame`: how many came before, since the bass began.
+    """Sends n frames of `sound`, float32, through the effects; `frame`: frames before, since the bass began.
 
-    knobs: address of what is asked of the knobs, float64 (KNOBS, stride), 0: as the bass has it; or 0 for all.
-    heard: (n,) float32, becomes 0 for frames on which no effect is on, which stay as they are, else 1.
+    knobs: address of the requested knobs, float64 (KNOBS, stride), 0: the bass's own; or address 0: all the bass's own.
+    heard: (n,) float32, becomes 0 for frames without an active effect, which stay unchanged, else 1.
     """
     done = 0
     while done < n:
@@ -100,7 +100,7 @@ def play_effects(e, sound, heard, frame, knobs, stride, n):
 
 @jit
 def begin(e):
-    """Sets the knobs as they are asked for in the first frame, at once."""
+    """Sets the knobs to the first frame's values immediately."""
     wanted = e.asked[COMPRESSION, 0] if e.asked[COMPRESSION, 0] > 0.0 else e.own_compression
     e.compression = wanted
     wanted = e.asked[DRIVE, 0] if e.asked[DRIVE, 0] > 0.0 else e.own_drive
@@ -111,7 +111,7 @@ def begin(e):
 
 @jit
 def play_part(e, sound, heard, place, n):
-    """Plays n frames from frame `place` of a partition on, not beyond it."""
+    """Plays n frames from frame `place` of a partition on, not beyond its end."""
     for j in range(n):
         e.sound[j] = sound[j]
         e.heard[j] = 0.0
@@ -132,7 +132,7 @@ def play_part(e, sound, heard, place, n):
 
 @jit
 def silence_all(e):
-    """Forgets all input."""
+    """Resets all effects."""
     silence_compressor(e)
     silence_valve(e)
     silence_response(e)
@@ -141,7 +141,7 @@ def silence_all(e):
 
 @jit
 def forget_nothings(e):
-    """Sets states of which nothing is left to zero."""
+    """Sets negligible states to zero."""
     for k in range(ALLPASSES):
         for i in range(2):
             e.up[k, i] = e.up[k, i] if abs(e.up[k, i]) > NOTHING else 0.0
@@ -154,7 +154,7 @@ def forget_nothings(e):
 
 @entry("void(int64, int64, int64, int64)")
 def add_effects(effects, sound, frame, n):
-    """Sends n frames of float32 at the address `sound` through EFFECTS; `frame`: how many came before."""
+    """Sends n frames of float32 at the address `sound` through EFFECTS; `frame`: frames before."""
     e = effects_at(effects)
     done = 0
     while done < n:

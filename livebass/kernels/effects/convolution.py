@@ -1,9 +1,9 @@
 """Convolves the mix with an impulse response, without latency and at the same cost in every block. [audio thread]
 
-The first partition of the response is a sum over its taps. The others are multiplied with the spectra of the input's
-partitions before (Gardner 1995, Wefers 2015: uniform partitions, overlap and save): of these products all but that of
-the newest spectrum are known a partition ahead, and are summed little by little while it passes. Partitions are counted
-from the bass's first frame on, so that it changes nothing how a host splits blocks.
+The response's first partition is a sum over its taps. The others are multiplied by the spectra of the input's earlier
+partitions (Gardner 1995, Wefers 2015: uniform partitions, overlap-save): all these products except the newest
+spectrum's are known a partition ahead, and are summed bit by bit during that partition. Partitions count from the
+bass's first frame, so the host's block boundaries change nothing.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from livebass.kernels.machine.native import floats_at
 
 @jit
 def convolve(e, place, n):
-    """Convolves the sound of an EFFECTS with its response: n frames from frame `place` of this partition on."""
+    """Convolves an EFFECTS' sound with its response: n frames from frame `place` of this partition on."""
     if e.taps == 0:
         return
     response, line, tail = floats_at(e.response, PART), floats_at(e.line, TURNS), floats_at(e.tail, PART)
@@ -32,7 +32,7 @@ def convolve(e, place, n):
 
 @jit
 def add_products(sound, line, response, first, n):
-    """Adds to n frames of `sound` those of `line`, from `first` on, through the taps of the first partition."""
+    """Filters n frames of `line`, from `first` on, with the first partition's taps, and adds them to `sound`."""
     for i in range(PART):
         tap = response[i]
         for j in range(n):
@@ -41,7 +41,7 @@ def add_products(sound, line, response, first, n):
 
 @jit
 def add_ahead(e, end):
-    """Sums products for the next partition, of the partitions 2 up to `end` of the response."""
+    """Sums products for the next partition, from the response's partitions 2 up to `end`."""
     real, imaginary = spectrum_at(e.sums, 0, 0), spectrum_at(e.sums, 0, 1)
     while e.done + 2 < end:
         k = e.done + 2
@@ -64,7 +64,7 @@ def add_product(real, imaginary, x, y, u, v):
 
 @jit
 def end_partition(e):
-    """Transforms the partition that has ended, and has ready what it and those before add to the next one."""
+    """Transforms the finished partition, and prepares the contribution of all partitions so far to the next."""
     line, tail = floats_at(e.line, TURNS), floats_at(e.tail, PART)
     if e.parts > 0:
         cosines, sines = floats_at(e.turns, PART), floats_at(e.turns + WORD * PART, PART)
@@ -87,7 +87,7 @@ def end_partition(e):
 
 @jit
 def silence_response(e):
-    """Forgets all input."""
+    """Resets the convolution."""
     if e.taps == 0:
         return
     line, tail = floats_at(e.line, TURNS), floats_at(e.tail, PART)

@@ -1,4 +1,4 @@
-"""The discrete Fourier transform of TURNS points, in place: Cooley and Tukey's, of radix 2. [any thread]"""
+"""The discrete Fourier transform of TURNS points, in place: Cooley and Tukey's radix 2. [any thread]"""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from livebass.kernels.machine.elementary import sin_cos
 
 @jit
 def fill_turns(cosines, sines):
-    """Writes the turns of the transform, (PART,) each."""
+    """Writes the transform's turns, (PART,) each."""
     for k in range(PART):
         sines[k], cosines[k] = sin_cos(np.pi * k / PART)
 
@@ -18,7 +18,7 @@ def fill_turns(cosines, sines):
 def transform(real, imaginary, cosines, sines):
     """Transforms `real` + i `imaginary`, (TURNS,) each: sums over n of x_n exp(-2 pi i n k / TURNS)."""
     other = 0
-    for k in range(1, TURNS):  # to the order of the bits read backwards
+    for k in range(1, TURNS):  # bit-reversed order
         bit = TURNS >> 1
         while other & bit:
             other ^= bit
@@ -45,7 +45,7 @@ def transform(real, imaginary, cosines, sines):
 
 @jit
 def spectrum_of(sound, real, imaginary, work_real, work_imaginary, cosines, sines):
-    """Writes the spectrum, (BINS,) real and imaginary, of the signal `sound` (TURNS,), by way of `work`, (TURNS,)."""
+    """Writes the spectrum, (BINS,) real and imaginary, of the signal `sound` (TURNS,); workspace: `work`, (TURNS,)."""
     for k in range(TURNS):
         work_real[k] = sound[k]
         work_imaginary[k] = 0.0
@@ -57,10 +57,10 @@ def spectrum_of(sound, real, imaginary, work_real, work_imaginary, cosines, sine
 
 @jit
 def signal_of(real, imaginary, work_real, work_imaginary, cosines, sines):
-    """Writes the signal (TURNS,) that has this spectrum, (BINS,) each, into `work_real`."""
+    """Writes the signal (TURNS,) with this spectrum, (BINS,) each, to `work_real`."""
     for k in range(BINS):
         work_real[k] = real[k] / TURNS
-        work_imaginary[k] = -imaginary[k] / TURNS  # conjugate: the transform back is the one there
+        work_imaginary[k] = -imaginary[k] / TURNS  # conjugate: the forward transform then serves as the inverse
     for k in range(1, PART):
         work_real[TURNS - k] = work_real[k]
         work_imaginary[TURNS - k] = -work_imaginary[k]

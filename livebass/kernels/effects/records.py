@@ -1,4 +1,4 @@
-"""The record of the effects of a bass, EFFECTS, and the memory behind it. [any thread]"""
+"""EFFECTS, the record of a bass's effects, and the memory after it. [any thread]"""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import floats_at, record_at
 from livebass.techniques import EFFECTS as EFFECT_KNOBS
 
-PART = 128  # frames of a partition of the response: the first one is convolved directly, without latency
+PART = 128  # frames of a partition of the response: the first is convolved directly, without latency
 TURNS = 2 * PART  # points of the Fourier transform
 BINS = PART + 1  # of the spectrum of a real signal
 LONGEST = 1.0  # s, of a response
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz, of a response
-LATE = 24  # samples that a response comes later where it had to be resampled: half the length of the interpolation
+LATE = 24  # samples of delay of a resampled response: half the interpolation's length
 WORD = 8  # bytes
 ALLPASSES = 8  # of a half-band filter
 KNOBS = len(EFFECT_KNOBS)
@@ -20,43 +20,43 @@ CURVE = 2049  # points of the valve's curve
 EFFECTS = np.dtype(
     [
         ("rate", "f8"),  # Hz
-        ("idle", "i8"),  # 1: all states are zero, so that silence stays silence
-        ("quiet", "i8"),  # frames of silence that came in
-        ("settles", "i8"),  # frames of silence after which nothing is heard any more
+        ("idle", "i8"),  # 1: all states are zero: silence stays silence
+        ("quiet", "i8"),  # frames of silent input
+        ("settles", "i8"),  # frames of silence after which all sound is gone
         # compressor
         ("own_compression", "f8"),  # of the bass, 0 to 1
-        ("compression", "f8"),  # as it is now: follows what is asked for
-        ("held", "f8"),  # dB of reduction that the release lets go ...
+        ("compression", "f8"),  # the present value, which follows the requested one
+        ("held", "f8"),  # dB of reduction, with the release ...
         ("reduction", "f8"),  # ... and that the attack follows
         # valve
         ("own_drive", "f8"),  # of the bass, 0 to 1
-        ("drive", "f8"),  # as it is now
-        ("wet", "f8"),  # part of the valve stage in what is heard, 0 to 1: it comes and goes gradually
-        ("volts", "f8"),  # at the grid for a signal of full scale, for this drive ...
-        ("level", "f8"),  # ... and what a volt behind the valve is worth
-        ("up", "f8", (ALLPASSES, 2)),  # half-band filters: last input and output of each allpass
+        ("drive", "f8"),  # the present value
+        ("wet", "f8"),  # part of the valve stage in the output, 0 to 1: it fades in and out
+        ("volts", "f8"),  # at the grid for a full-scale signal, at this drive ...
+        ("level", "f8"),  # ... and the level of a volt after the valve
+        ("up", "f8", (ALLPASSES, 2)),  # half-band filters: each allpass's last input and output
         ("down", "f8", (ALLPASSES, 2)),
         ("tone_b", "f8", (4,)),  # the tone stack at this rate ...
         ("tone_a", "f8", (4,)),
         ("tone", "f8", (3,)),  # ... and its state
-        ("curve", "f8", (CURVE,)),  # V behind the valve over V at the grid
+        ("curve", "f8", (CURVE,)),  # V after the valve over V at the grid
         # impulse response
-        ("taps", "i8"),  # of the response at this rate; 0: there is none
-        ("parts", "i8"),  # partitions behind the first one
-        ("newest", "i8"),  # place of the newest spectrum of the input
-        ("done", "i8"),  # partitions whose products for the next one are summed already
+        ("taps", "i8"),  # of the response at this rate; 0: none
+        ("parts", "i8"),  # partitions after the first
+        ("newest", "i8"),  # index of the input's newest spectrum
+        ("done", "i8"),  # partitions whose products for the next one are already summed
         ("response", "i8"),  # addresses: float64 (PART,), its first partition, ...
-        ("line", "i8"),  # ... the input of the last partition and of this one, (TURNS,), ...
-        ("tail", "i8"),  # ... what all but the first partition add to this one, (PART,), ...
-        ("sums", "i8"),  # ... and to the next one, real and imaginary, (2, BINS)
-        ("work", "i8"),  # of the transform, (2, TURNS)
+        ("line", "i8"),  # ... the input of the last partition and this one, (TURNS,), ...
+        ("tail", "i8"),  # ... the contribution of all but the first partition to this one, (PART,), ...
+        ("sums", "i8"),  # ... and to the next, real and imaginary, (2, BINS)
+        ("work", "i8"),  # the transform's workspace, (2, TURNS)
         ("turns", "i8"),  # cosines and sines of its turns, (2, PART)
         ("spectra", "i8"),  # of the other partitions, (parts, 2, BINS)
-        ("inputs", "i8"),  # of the input, likewise: a ring
-        ("asked", "f8", (KNOBS, PART)),  # of the knobs, for each frame; 0: as the bass has it
-        ("sound", "f8", (PART,)),  # as far as it is computed
+        ("inputs", "i8"),  # spectra of the input, the same shape: a ring
+        ("asked", "f8", (KNOBS, PART)),  # requested knobs for each frame; 0: the bass's own
+        ("sound", "f8", (PART,)),  # as computed so far
         ("heard", "f8", (PART,)),  # 1 for a frame that any effect has changed, else 0 ...
-        ("flags", "f4", (PART,)),  # ... as `add_effects` is told it
+        ("flags", "f4", (PART,)),  # ... the same, for `add_effects`
     ],
     align=True,
 )
@@ -67,7 +67,7 @@ EFFECTS_BYTES = EFFECTS.itemsize
 
 @jit
 def taps_at(count, given, rate):
-    """Taps at `rate` (Hz) of a response of `count` samples at the rate `given` (Hz)."""
+    """Taps at `rate` (Hz) for a response of `count` samples at the rate `given` (Hz)."""
     if count == 0 or given == rate:
         return count
     return np.int64(np.ceil(count * rate / given + 2 * LATE * max(1.0, rate / given)))
@@ -75,13 +75,13 @@ def taps_at(count, given, rate):
 
 @jit
 def parts_of(taps):
-    """Partitions of a response behind its first one."""
+    """Partitions of a response after its first."""
     return max(np.int64(0), (taps + PART - 1) // PART - 1)
 
 
 @jit
 def words_behind(taps):
-    """Float64 behind an EFFECTS whose response has so many taps."""
+    """Float64 count after an EFFECTS whose response has `taps` taps."""
     if taps == 0:
         return np.int64(0)
     return PART + TURNS + PART + 2 * BINS + 2 * TURNS + 2 * PART + 2 * parts_of(taps) * 2 * BINS
@@ -89,5 +89,5 @@ def words_behind(taps):
 
 @inlined
 def spectrum_at(address, k, which):
-    """The real (0) or imaginary (1) numbers of spectrum `k` of those at an address, (BINS,)."""
+    """The real (0) or imaginary (1) numbers of spectrum `k` at an address, (BINS,)."""
     return floats_at(address + WORD * BINS * (2 * k + which), BINS)

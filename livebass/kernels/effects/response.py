@@ -1,6 +1,6 @@
-"""Makes ready an impulse response: cuts off its silence, sets its level, resamples it, and transforms its partitions.
+"""Prepares an impulse response: cuts off silence, sets the level, resamples, and transforms the partitions.
 
-[any thread, not the one that plays]
+[any thread but the playing one]
 """
 
 import numpy as np
@@ -21,26 +21,26 @@ from livebass.kernels.effects.records import (
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at
 
-# Blackman and Harris' window of four terms (Harris 1978)
+# The 4-term Blackman-Harris window (Harris 1978)
 WINDOW0, WINDOW1, WINDOW2, WINDOW3 = 0.35875, 0.48829, 0.14128, 0.01168
 
-SILENT = 1e-6  # of the loudest sample: what is quieter at the end is silence
-LEAD = 1e-3  # of the loudest sample: what is quieter at the beginning is silence, of a response that loses it
-FAINT = 1e-6  # of the power of the loudest SLICE: what is less at the end is silence, of a response that is too long
+SILENT = 1e-6  # of the loudest sample: quieter samples at the end are silence
+LEAD = 1e-3  # of the loudest sample: quieter samples at the start are silence, if the response loses its start
+FAINT = 1e-6  # of the loudest SLICE's power: fainter slices at the end are silence, if the response is too long
 SLICE = 10e-3  # s
-NOTHING = 1e-15  # a loudest sample below it is none
-# What a bass sounds like, for the level: equal power in each octave around MIDDLE, less below LOWEST and above HIGHEST
+NOTHING = 1e-15  # a response with no louder sample is silent
+# A bass's spectrum, for the level: equal power in each octave around MIDDLE, less below LOWEST and above HIGHEST
 LOWEST, MIDDLE, HIGHEST = 40.0, 150.0, 5000.0  # Hz
-MOST_GAIN = 16.0  # of a level that is set, in the mean over 24 kHz: a response of high notes alone is not made a scream
+MOST_GAIN = 16.0  # for a set level, on average over 24 kHz: a response of only high notes must not become a scream
 BAND = 48_000.0  # Hz
 
 
 @entry("int64(int64, int64, float64, int64)")
 def cut_response(address, count, rate, normalized):
-    """Cuts silence off `count` float64 at an address, at `rate` Hz, in place; returns how many are left, 0 of silence.
+    """Cuts silence off `count` float64 at an address, at `rate` Hz, in place; returns the count left, 0 for silence.
 
-    normalized: 1 cuts what comes before the sound and sets the level, so that a bass is as loud as without the
-    response; 0 leaves the level, and what comes before the sound of a response of at most LONGEST.
+    normalized: 1 cuts the silence before the sound and sets the level to keep a bass as loud as without the response;
+    0 keeps the level, and also the silence before the sound unless the response is longer than LONGEST.
     """
     samples = floats_at(address, count)
     loudest = 0.0
@@ -66,7 +66,7 @@ def cut_response(address, count, rate, normalized):
 
 @jit
 def without_faint_end(samples, count, rate):
-    """How many of the samples there are up to the last SLICE that is not FAINT, which fades out."""
+    """Number of samples up to the last SLICE that is not FAINT; fades out that slice."""
     size = np.int64(np.ceil(SLICE * rate))
     slices = (count + size - 1) // size
     loudest = 0.0
@@ -82,7 +82,7 @@ def without_faint_end(samples, count, rate):
 
 @jit
 def power_of(samples, begin, end):
-    """Sum of squares from one sample up to another."""
+    """Sum of squares of samples[begin:end]."""
     total = 0.0
     for k in range(begin, end):
         total += samples[k] * samples[k]
@@ -91,7 +91,7 @@ def power_of(samples, begin, end):
 
 @jit
 def set_level(samples, count, rate, loudest):
-    """Scales a response to the energy of none, weighted as a bass sounds."""
+    """Scales a response to the energy without a response, weighted by a bass's spectrum."""
     for k in range(count):
         samples[k] /= loudest
     energy = np.float64(power_of(samples, 0, count)) * max(1.0, rate / BAND)
@@ -104,7 +104,7 @@ def set_level(samples, count, rate, loudest):
 
 @jit
 def weighted(samples, count, rate):
-    """Energy of `count` samples, of none: of one sample of 1, as far as a bass sounds there."""
+    """Energy of `count` samples (0: a single sample of 1), weighted by a bass's spectrum."""
     low = 1.0 - exp(-2.0 * np.pi * LOWEST / rate)
     middle = 1.0 - exp(-2.0 * np.pi * MIDDLE / rate)
     high = 1.0 - exp(-2.0 * np.pi * HIGHEST / rate)
@@ -141,7 +141,7 @@ def place_response(e, address, count, given):
 
 @jit
 def take_response(e, address, count, given):
-    """Takes the response of an EFFECTS that has its memory: `count` float64 at an address, at the rate `given` (Hz)."""
+    """Loads a response into an EFFECTS that has its memory: `count` float64 at an address, at the rate `given` (Hz)."""
     if e.taps == 0:
         return
     samples = floats_at(address, count)
@@ -166,9 +166,9 @@ def take_response(e, address, count, given):
 
 @jit
 def tap_of(samples, count, ratio, tap):
-    """A tap of the response; ratio: samples of the file a tap. With another rate: LATE samples later, by a sinc.
+    """A tap of the response; ratio: file samples per tap. At another rate: by a sinc, LATE samples later.
 
-    The sinc has a window, LATE samples of the slower rate to each side. Gains stay as they are below 0.4 of that rate.
+    The sinc's window spans LATE samples of the slower rate to each side. Below 0.4 of that rate gains stay unchanged.
     """
     if ratio == 1.0:
         return samples[tap]

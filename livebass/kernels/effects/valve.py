@@ -1,12 +1,11 @@
-"""A valve stage: a triode between two half-band filters, at twice the audio rate, and a tone stack behind it.
+"""A valve stage: a triode between two half-band filters, at twice the audio rate, followed by a tone stack.
 
-The triode is half a 12AX7 with a load of 100 kohm at 250 V, as Koren's law has it (Koren 1996, "Improved vacuum-tube
-models for SPICE"); through 68 kohm its grid takes a current where it becomes positive. So one half of a wave is cut off
-gradually, the other one sooner. What this comes to is one curve, computed beforehand. The filters are two branches of
-allpasses each (Valenzuela and Constantinides 1983): -99 dB from 0.54 of the audio rate on, and flat below 0.46. The
-tone stack is the passive circuit of a '59 Bassman (Yeh and Smith 2006) with its knobs where NOTE says, discretised
-by the bilinear transform; it lets no direct current through. At 0 of the knob all is not there, bit for bit.
-[audio thread]
+The triode is half a 12AX7 with a load of 100 kohm at 250 V, by Koren's law (Koren 1996, "Improved vacuum-tube models
+for SPICE"); its grid draws current through 68 kohm when positive. So one half of a wave clips gradually, the other
+sooner. Together this is one curve, computed beforehand. The filters are two branches of allpasses each (Valenzuela and
+Constantinides 1983): -99 dB from 0.54 of the audio rate on, and flat below 0.46. The tone stack is the passive circuit
+of a '59 Bassman (Yeh and Smith 2006) with its knobs at LOW, MIDDLE and HIGH, discretised by the bilinear transform; it
+blocks direct current. With the knob at 0 the sound is unchanged, bit for bit. [audio thread]
 """
 
 import math
@@ -22,15 +21,15 @@ from livebass.kernels.machine.elementary import exp, log2, power
 MU, EXPONENT, KG1, KP, KVB = 100.0, 1.4, 1060.0, 600.0, 300.0  # of Koren's law, for a 12AX7
 SUPPLY, LOAD = 250.0, 100e3  # V, ohm
 BIAS = -1.3  # V at the grid, at rest
-GRID, CONDUCTING, SOFT = 68e3, 2e3, 0.15  # ohm before the grid, ohm of the grid above 0 V, V over which it begins
-FARTHEST = 16.0  # V at the grid, to either side, that the curve has
-NEAR, STEPS = 1e-9, 60  # V, of a voltage at the plate; steps to it, at most
-GAIN = 60.0  # of the triode, about: what is taken back
+GRID, CONDUCTING, SOFT = 68e3, 2e3, 0.15  # ohm before the grid, ohm of the grid above 0 V, V over which it sets in
+FARTHEST = 16.0  # V at the grid, to either side, that the curve covers
+NEAR, STEPS = 1e-9, 60  # V, precision of a plate voltage; maximum number of steps
+GAIN = 60.0  # of the triode, about: compensated afterwards
 LN_2 = 0.6931471805599453
 # --- the knob ---
 CLEAN, DRIVEN = 0.35, 16.0  # V at the grid for full scale, with the knob near 0 and at 1
-LOUDER = 0.4  # power of what the knob adds that remains behind the valve
-# --- the half-band filters: coefficients of the allpasses, for the one branch and the other in turn ---
+LOUDER = 0.4  # power of the knob's gain that remains after the valve
+# --- the half-band filters: allpass coefficients, alternating between the two branches ---
 BRANCHES = (
     0.04063346092419326, 0.1505051290226746, 0.3007570559918741, 0.4607745049614506,
     0.6095243148961883, 0.7385038411188573, 0.8492238103920661, 0.9497427837050002,
@@ -39,7 +38,7 @@ BRANCHES = (
 R1, R2, R3, R4 = 250e3, 1e6, 25e3, 56e3  # ohm
 C1, C2, C3 = 250e-12, 20e-9, 20e-9  # F
 LOW, MIDDLE, HIGH = 0.3, 0.6, 0.5  # knobs
-UNITY = 100.0  # Hz, where the stage leaves the level as it is
+UNITY = 100.0  # Hz, where the stage leaves the level unchanged
 
 
 def tone_stack() -> tuple[tuple[float, ...], tuple[float, ...]]:
@@ -96,7 +95,7 @@ def soft_plus(x):
 
 @jit
 def plate_current(plate, grid):
-    """Koren's law: the current (A) for the voltages at plate and grid."""
+    """Koren's law: the current (A) for given plate and grid voltages."""
     inner = KP * (1.0 / MU + grid / np.sqrt(KVB + plate * plate))
     drawn = plate / KP * soft_plus(inner)
     return 2.0 * power(drawn, EXPONENT) / KG1 if drawn > 0.0 else 0.0
@@ -104,7 +103,7 @@ def plate_current(plate, grid):
 
 @jit
 def plate_voltage(volts, high):
-    """The voltage at the plate for `volts` before the grid's resistor, `high` at most, by the Illinois method."""
+    """The plate voltage for `volts` before the grid resistor, at most `high`, by the Illinois method."""
     grid = volts - GRID / (GRID + CONDUCTING) * SOFT * soft_plus(volts / SOFT)
     low, below = 0.0, -SUPPLY
     above = high + LOAD * plate_current(high, grid) - SUPPLY
@@ -127,7 +126,7 @@ def plate_voltage(volts, high):
 
 @jit
 def fill_valve(e):
-    """Computes the curve and the tone stack of an EFFECTS. [not the thread that plays]"""
+    """Computes the curve and the tone stack of an EFFECTS. [not the playing thread]"""
     plate = SUPPLY
     for k in range(CURVE):
         plate = plate_voltage(BIAS + FARTHEST * (2.0 * k / (CURVE - 1) - 1.0), plate + NEAR)
@@ -151,7 +150,7 @@ def fill_valve(e):
 
 @jit
 def add_term(e, power_of_s, factor, z0, z1, z2, z3):
-    """Adds what a power of s becomes, times (1 + 1/z)^3: `factor` times the polynomial in 1/z."""
+    """Adds the transform of a power of s, times (1 + 1/z)^3: `factor` times the polynomial in 1/z."""
     b, a = STACK_B[power_of_s] * factor, STACK_A[power_of_s] * factor
     e.tone_b[0] += b * z0
     e.tone_b[1] += b * z1
@@ -174,7 +173,7 @@ def set_drive(e, drive):
 
 @jit
 def triode(curve, volts):
-    """The curve at `volts`, between its points by Catmull and Rom's cubic."""
+    """The curve at `volts`, interpolated by Catmull and Rom's cubic."""
     where = min(max((volts + FARTHEST) / (2.0 * FARTHEST) * (CURVE - 1), 1.0), CURVE - 3.0)
     k = np.int64(where)
     t = where - k
@@ -186,7 +185,7 @@ def triode(curve, volts):
 
 @jit
 def branch(states, first, x):
-    """Returns what every second allpass from `first` on makes of the next sample `x`."""
+    """Sends the next sample `x` through every second allpass from `first` on; returns the output."""
     for k in range(first, ALLPASSES, 2):
         y = states[k, 0] + BRANCHES[k] * (x - states[k, 1])
         states[k, 0] = x
@@ -197,7 +196,7 @@ def branch(states, first, x):
 
 @jit
 def drive_valve(e, asked, n):
-    """Sends n frames of the sound of an EFFECTS through the valve stage; `asked` (n,) as for the compressor."""
+    """Sends n frames of an EFFECTS' sound through the valve stage; `asked` (n,) as for the compressor."""
     step = 1.0 - exp(-1.0 / (FOLLOWS * e.rate))
     for j in range(n):
         wanted = asked[j] if asked[j] > 0.0 else e.own_drive
@@ -226,7 +225,7 @@ def drive_valve(e, asked, n):
 
 @jit
 def silence_valve(e):
-    """Forgets all input."""
+    """Resets the valve stage."""
     for k in range(ALLPASSES):
         for i in range(2):
             e.up[k, i] = 0.0

@@ -1,5 +1,5 @@
-"""Does what hands do to a string.
+"""The hands: their actions on a string.
 
-A new note on the fret that sounds already goes into the same motion. On another fret the motion goes over to the other
-one of the string's two slots, whose modes have the new length (handover.py), and the stop moves into place (stop.py).
+A new note on the sounding fret continues the same motion. On another fret the motion passes to the other of the
+string's two slots, whose modes have the new length (handover.py), and the stop moves into place (stop.py).
 """

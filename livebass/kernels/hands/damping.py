@@ -1,4 +1,4 @@
-"""Fingers that lie on a string, and hands that end its note.
+"""Fingers that touch a string, and hands that end its note.
 
 `string` is a STRING, `ops` the operators of its frets. [audio thread]
 """
@@ -15,15 +15,15 @@ from livebass.kernels.string.records import TOUCHES
 from livebass.kernels.string.slot import remove_thumb
 
 USUAL_DAMPING = 90.0  # 1/s: how firmly hands end a note
-# Where fingers lie that end a note, from the stop towards the nut, m, and how firmly, in impedances of the string. The
-# distances are uneven, or what has nodes at all of them would ring; the last one is another finger, farther back.
+# The fingers that end a note: places from the stop towards the nut, m, and firmness, in impedances of the string. The
+# distances are uneven, or modes with nodes at all of them would ring; the last is another finger, farther back.
 EASED, EASING = (0.0, -21e-3, -58e-3, 95e-3), (1.8, 1.25, 1.25, 1.25)
-PRESSED, EASING_OFF = 150.0, 25e-3  # the finger that leaves the fret first holds as firmly; s
-# The same on an open string, parts of its length from the saddle: a finger of the right hand, then of the left
+PRESSED, EASING_OFF = 150.0, 25e-3  # firmness of the finger as it leaves the fret; s
+# The same for an open string, parts of its length from the saddle: a right-hand finger, then the left hand's
 RESTED, RESTING = (0.17, 0.56, 0.665, 0.75), (0.7, 0.5, 0.5, 0.5)
-FINGER_WIDTH, FRET_WIDTH = 3.5e-3, 1.2e-3  # m, half; the second one of the finger that eases off
-ENDING = 12e-3  # s in which these fingers land
-ALL_OVER = 12.0  # 1/s of all modes, by what else of the hands comes near
+FINGER_WIDTH, FRET_WIDTH = 3.5e-3, 1.2e-3  # m, half; the second for the finger that eases off
+ENDING = 12e-3  # s: landing time of these fingers
+ALL_OVER = 12.0  # 1/s for all modes, from the rest of the hands nearby
 
 
 @jit
@@ -38,9 +38,9 @@ def lay_finger(string, ops, event):
 
 @jit
 def end_note(string, ops, damping):
-    """Ends the note: the finger eases off its fret and stays on the string, on an open string both hands do.
+    """Ends the note: the finger eases off its fret but stays on the string; both hands damp an open string.
 
-    `damping` (1/s) is how firmly: USUAL_DAMPING is as a player's fingers damp, 0 lets the string ring on.
+    `damping` (1/s) sets the firmness: USUAL_DAMPING is a player's fingers, 0 lets the string ring on.
     """
     voice = string.voice
     slot = string.slots[voice.slot]

@@ -1,4 +1,4 @@
-"""The left hand at the frets: where the string is stopped, hammer-ons and pull-offs.
+"""The left hand at the frets: stopping the string, hammer-ons and pull-offs.
 
 `string` is a STRING, `ops` the operators of its frets. [audio thread]
 """
@@ -20,15 +20,15 @@ from livebass.kernels.string.slot import (
     wake_v,
 )
 
-PULLING_FINGER = 4e-3  # m, half width of the left hand's finger that plucks as it leaves a fret
-GENTLY = 0.0  # of a finger's speed
-# Damping by a finger that hammers (pulling.grip), and what part of it a node gets: a fingertip is no point
+PULLING_FINGER = 4e-3  # m, half width of the left-hand finger that plucks as it leaves a fret
+GENTLY = 0.0  # a finger's speed
+# Damping by a hammering finger (pulling.grip), and the part of it at a node: a fingertip is no point
 HAMMER_NEPERS, HAMMER_SPARES = 80.0, 0.3
 
 
 @jit
 def prepare_string(string, ops, fret):
-    """Prepares the string to sound at `fret`; one that sounds at another fret is pressed down gently."""
+    """Prepares the string to sound at `fret`; gently presses down a string that sounds at another fret."""
     voice, slots = string.voice, string.slots
     voice.slide_to = -1
     end_pull(string, ops)
@@ -56,10 +56,10 @@ def load_slot(string, ops, k, fret):
 
 @jit
 def change_fret(string, ops, fret, finger, held):
-    """Hands the motion of a string that sounds over to another fret (handover.py).
+    """Hands the motion of a sounding string over to another fret (handover.py).
 
-    Going to a lower one the string leaves its fret at once, and sounds by that, for as much as `held`, from 0 to 1; a
-    finger that eases off lets it down without a sound.
+    On the way to a lower fret the string leaves its own at once, which sounds in proportion to `held`, 0 to 1; a finger
+    that eases off lets it down silently.
     """
     voice = string.voice
     k = 1 - voice.slot
@@ -75,13 +75,13 @@ def change_fret(string, ops, fret, finger, held):
     if old.v_active > 0 or old.stop_v.place != 0.0:
         wake_v(new, to)
     shorter = op.length - to.length
-    if abs(shorter) < handover.CLOSE:  # one fret stands so high that both end on it
+    if abs(shorter) < handover.CLOSE:  # one high fret stops both
         copy_motion(old, op, new, to)
         if old.between:
             stop.begin_path(new.stop_u, old.stop_u.place, old.stop_u.speed, GENTLY, voice)
             stop.begin_path(new.stop_v, old.stop_v.place, old.stop_v.speed, GENTLY, voice)
     elif shorter > 0.0:
-        # a finger that presses gently has done so before: only what the string moves by is stopped
+        # a gentle finger has pressed already: it only stops the string's motion
         crown = handover.crown_height(op, shorter) if finger > 0.0 else 0.0
         part = to.length / op.length  # of the line from a stop that still moves
         x, v, x_v, v_v = handover.to_shorter(old, op, new, to)
@@ -96,7 +96,7 @@ def change_fret(string, ops, fret, finger, held):
         crown = handover.crown_height(to, -shorter)
         new.offset = to.length / op.length * (old.offset - held * crown)
         new.offset_speed = to.length / op.length * old.offset_speed
-        end = 1.0 if old.between else held  # what moves with a finger that glides is no shape that it holds
+        end = 1.0 if old.between else held  # a gliding finger moves the string but holds no shape
         at = held * crown + end * old.stop_u.place, end * old.stop_u.speed
         at_v = end * old.stop_v.place, end * old.stop_v.speed
         handover.to_longer(old, op, new, to, at, at_v)
@@ -112,7 +112,7 @@ def change_fret(string, ops, fret, finger, held):
 
 @jit
 def copy_motion(old, op, new, to):
-    """Hands a motion over where the length stays."""
+    """Hands over a motion when the length stays the same."""
     n = min(op.modes, to.modes)
     handover.velocities(old.u, n)
     for j in range(n):
@@ -132,9 +132,9 @@ def copy_motion(old, op, new, to):
 
 @jit
 def hammer_on(string, ops, event):
-    """Presses the string down to the event's fret, without a pluck; one at rest from where it is when open.
+    """Presses the string down to the event's fret, without a pluck; a string at rest starts from the open position.
 
-    One that sounds is damped before by the finger that comes down on it.
+    The approaching finger damps a sounding string first.
     """
     voice = string.voice
     voice.slide_to = -1
@@ -154,7 +154,7 @@ def hammer_on(string, ops, event):
 
 @jit
 def follow_hammer(string, ops):
-    """Counts the landing of a hammering finger down, and presses the string down at its end."""
+    """Counts down a hammering finger's landing, then presses the string down."""
     voice = string.voice
     voice.landing -= 1
     if voice.landing == 0:
@@ -178,9 +178,9 @@ def press_down(string, ops, fret, finger):
 
 @jit
 def pull_off(string, ops, event):
-    """Takes the finger off: the string goes on at the event's lower fret, plucked by that finger where it was.
+    """Pulls the finger off: it plucks the string where it was, and the string sounds on at the event's lower fret.
 
-    It pulls the string along across the neck: the fret that it lay on leaves no way down.
+    The finger pulls the string sideways across the neck: the fret under it blocks the way down.
     """
     fret, apex = event.fret, event.apex
     voice = string.voice
@@ -206,9 +206,9 @@ def pull_off(string, ops, event):
 
 @jit
 def change_operators(string, old, ops):
-    """Makes the string go on with operators `ops` in place of `old`: other modes, another contact rate.
+    """Switches the string from operators `old` to `ops`: other modes, another contact rate.
 
-    Both have whole fine steps in a frame. Displacement and velocity of the modes they share stay.
+    Both have whole fine steps per frame. Shared modes keep displacement and velocity.
     """
     voice = string.voice
     voice.numerator = ops[0].steps

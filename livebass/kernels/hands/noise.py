@@ -1,19 +1,19 @@
-"""What hands make heard besides the string's motion: skin and winding in a pluck, the knock of a release.
+"""Noise of the hands on top of the string's motion: skin and winding in a pluck, the knock of a release.
 
-Both are added to the speed of the string that every pickup senses, ahead of coil, tone and volume. That is not where
-they come from: a fingertip slips off a winding as a force of noise at its place, and a hand that lands knocks on
-string, fret and neck. As forces they would cost a pass over all modes in every frame of theirs; the string would ring
-on with them, some 20 dB below, and each pickup would hear them through a comb of its own. What is left out is that.
+Both are added to the string speed that every pickup senses, ahead of coil, tone and volume. In reality a fingertip
+slipping off a winding is a noise force at its place, and a landing hand knocks on string, fret and neck. As forces they
+would cost a pass over all modes in every noisy frame; the string would ring on with them, some 20 dB below, and each
+pickup would hear them through its own comb. This model omits that.
 
-- Skin: 0.8 to 5 kHz. It grows while the finger pulls, is loudest as that lets go, and fades by e in SKIN_TIME. The
-  performer says how loud: it grows with force (player/strokes.py).
-- Knock: 130 to 1300 Hz, at once as a hand comes to end a note, faded by e in KNOCK_TIME, by 20 dB in 51 ms. Hands come
-  alike to medium and to hard notes. To a string whose motion has fallen below FAINT of a medium pluck they come more
-  gently, in proportion, so that a knock never stands far above what it ends; one at rest gets none. A note that another
-  one on the same string ends, and one that is cut, do not knock.
+- Skin: 0.8 to 5 kHz. It grows while the finger pulls, peaks as the finger lets go, and fades by e in SKIN_TIME. The
+  performer sets its level, which grows with force (player/strokes.py).
+- Knock: 130 to 1300 Hz, at once when a hand ends a note, fading by e in KNOCK_TIME, by 20 dB in 51 ms. Hands land alike
+  on medium and hard notes. Below FAINT of a medium pluck's motion they come more gently, in proportion, so a knock
+  never stands far above the note it ends; a string at rest gets none. Notes that are cut, or ended by another note on
+  the same string, do not knock.
 
-Levels: real electric basses, notes and release noises of five. Noise is a chance a frame, by seed and by how many
-frames of it have sounded: a note sounds the same whenever it is played, and no two alike.
+Levels: from notes and release noises of five real electric basses. Each frame draws a random number from the
+seed and the count of noise frames so far: a note sounds the same whenever it is played, and no two notes are alike.
 [audio thread]
 """
 
@@ -26,10 +26,10 @@ from livebass.kernels.string import modal
 
 SKIN_BAND, SKIN_TIME = (800.0, 5000.0), 3.5e-3  # Hz; s
 KNOCK_BAND, KNOCK_TIME = (130.0, 1300.0), 22e-3
-LATER = 0.32  # level of a medium note 1 s after its onset, over the speed of its corner
-FAINT = 0.15  # rms speed of the string over that of the corner of a medium pluck
+LATER = 0.32  # level of a medium note 1 s after its onset, over its corner's speed
+FAINT = 0.15  # rms speed of the string over a medium pluck's corner speed
 INAUDIBLE = 1e-6  # m/s
-APART = 1 << 41  # chances beyond those of others
+APART = 1 << 41  # random numbers beyond all others
 
 
 @jit
@@ -50,7 +50,7 @@ def tune_noise(noise, ends, seconds, rate):
 
 @jit
 def begin_skin(voice, speed):
-    """Begins the noise of a pluck, to grow to `speed` (m/s, rms) until the finger lets go."""
+    """Begins a pluck's noise, which grows to `speed` (m/s, rms) until the finger lets go."""
     voice.skin.growth = speed / max(voice.pull, 1)
     if voice.pull == 0:
         voice.skin.speed += speed
@@ -58,7 +58,7 @@ def begin_skin(voice, speed):
 
 @jit
 def knock_string(voice, slot, op):
-    """Begins the knock of a hand that ends the note of a slot."""
+    """Begins the knock of a hand that ends a slot's note."""
     if voice.landing_noise > 0.0:
         square = modal.speed_square(slot.u, slot.active) + modal.speed_square(slot.v, slot.v_active)
         moving = np.sqrt(square / op.length) / (FAINT * voice.medium)
@@ -80,7 +80,7 @@ def end_noise(noise):
 
 @jit
 def hear_hands(voice, y):
-    """Adds the noises of this frame to the speed at each pickup in `y`, which lies behind its displacement."""
+    """Adds this frame's noises to each pickup's speed in `y`, which follows its displacement."""
     skin, knock = voice.skin, voice.knock
     x = 0.0
     if voice.pulling > 0:

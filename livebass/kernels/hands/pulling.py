@@ -1,4 +1,4 @@
-"""How a finger holds a string out: shapes, grips, the pluck in progress, and letting go.
+"""The finger that pulls the string: shapes, grips, the pluck in progress, and the release.
 
 `string` is a STRING, `ops` the operators of its frets. [audio thread]
 """
@@ -13,14 +13,14 @@ from livebass.kernels.string.operators import hand_heights, heights, positions
 from livebass.kernels.string.records import COMING
 from livebass.kernels.string.slot import SAFETY, invalidate_contact, rms_velocity, wake_slot
 
-FINGER_NEPERS = 5.0  # damping, at an antinode, of a finger that takes hold of a sounding string
+FINGER_NEPERS = 5.0  # damping, at an antinode, by a finger that grips a sounding string
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret
-GRIPPED, MOST_NEPERS = 2.35, 12.0  # of the fundamental, at least: near the saddle it holds more firmly, up to so much
+GRIPPED, MOST_NEPERS = 2.35, 12.0  # at least, for the fundamental: near the saddle the grip is firmer, up to the most
 
 
 @jit
 def shape_of_pluck(w, op, apex, position, rounding, release):
-    """Fills w.held with the modal amplitudes that a pluck leaves (model.modes.pluck_amplitudes)."""
+    """Fills w.held with a pluck's modal amplitudes (model.modes.pluck_amplitudes)."""
     length = op.length
     k1 = np.pi / length
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
@@ -53,13 +53,13 @@ def grazing(op, position):
 
 @jit
 def unit_apex(op, position):
-    """Apex (m) of a pluck of the open string at `position` (m) with a force of 1: it grazes where the hand measures."""
+    """Apex (m) of an open-string pluck at `position` (m) with a force of 1: it grazes the hand's heights."""
     return max(grazing_over(op, position, hand_heights(op)), LEAST_GRAZE)
 
 
 @jit
 def grazing_over(op, position, height):
-    """`grazing` where the contact points have other heights, (points,)."""
+    """`grazing` for contact points with other heights, (points,)."""
     a = op.length - position
     place = positions(op)
     least = np.inf
@@ -74,9 +74,9 @@ def grazing_over(op, position, height):
 
 @jit
 def grip(voice, slot, op, position, frames, most, least):
-    """Lays a finger on the string at `position` for some frames: modes with a node there go on.
+    """Lays a finger on the string at `position` for `frames` frames; modes with a node there survive.
 
-    An antinode is damped by `most` nepers at the most, a node by the part `least` of that.
+    It damps an antinode by at most `most` nepers, a node by the part `least` of that.
     """
     u = slot.u
     k1 = np.pi / op.length
@@ -92,9 +92,9 @@ def grip(voice, slot, op, position, frames, most, least):
 
 @jit
 def pull_profile(voice, left):
-    """Returns the fraction of the held shape with `left` frames of the pull to go, and its rate of change (1/s).
+    """Returns the fraction of the held shape with `left` frames to go, and its rate of change (1/s).
 
-    At the end of the pull it changes by voice.follow: the finger still moves as it lets go.
+    At the end of the pull that rate is voice.follow: the finger still moves as it lets go.
     """
     t = (voice.pull - left) / voice.pull
     seconds = voice.pull / voice.rate
@@ -104,7 +104,7 @@ def pull_profile(voice, left):
 
 @jit
 def end_pull(string, ops):
-    """Ends a pull before its end: the string goes on from its present displacement and velocity."""
+    """Ends a pull early: the string continues from its present displacement and velocity."""
     voice = string.voice
     if 0 < voice.pulling <= voice.pull:
         slot = string.slots[voice.slot]
@@ -124,13 +124,13 @@ def end_pull(string, ops):
 
 @jit
 def release_held_shape(voice, slot, op, follow):
-    """Releases the held shape, which grows by `follow` times itself a second."""
+    """Releases the held shape, which grows by `follow` times itself per second."""
     u, n = slot.u, op.padded
     own = np.sqrt(modal.held_speed_square(u, follow, n) / op.length)
     fastest = slot.safety * rms_velocity(u, op, n) + voice.pulse * own
     modal.add_shape(u, 1.0, follow, n)
     whole = rms_velocity(u, op, n)
-    if whole > 0.0:  # what sounded before and the pluck need each its own
+    if whole > 0.0:  # the earlier sound and the pluck each need their own
         slot.safety = max(SAFETY, min(max(slot.safety, voice.pulse), fastest / whole))
     if slot.v_ready:
         modal.add_shape(slot.v, 1.0, follow, op.padded)
@@ -146,7 +146,7 @@ def excite(voice, slot, op):
     if voice.fingering > 0:
         modal.damp_by_finger(slot.u, n, slot.u.finger)
         modal.damp_by_finger(slot.v, slot.v_active, slot.v.finger)
-        invalidate_contact(slot.u, op)  # it moves the string, so that a penetration known before is none
+        invalidate_contact(slot.u, op)  # the finger moves the string, so the earlier penetration is stale
         invalidate_contact(slot.v, op)
         voice.fingering -= 1
     if voice.pulling > 0:
@@ -154,7 +154,7 @@ def excite(voice, slot, op):
         if voice.pulling == 0:
             release_held_shape(voice, slot, op, voice.follow)
     if voice.striking > 0 and voice.fingering == 0:
-        # a raised cosine of force whose sum over the frames is one
+        # a raised cosine of force that sums to one over the frames
         t = (voice.strike - voice.striking) / voice.strike
         modal.add_strike(slot.u, n, slot.u.strike, (1 - cos(2 * np.pi * t)) / voice.strike)
         voice.striking -= 1

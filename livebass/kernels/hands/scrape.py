@@ -1,8 +1,8 @@
-"""A finger that slides along a wound string scrapes: a squeak at the rate at which it passes the windings, and noise.
+"""A finger that slides along a wound string scrapes: it squeaks at the rate of passing windings, plus noise.
 
-Where the fingertip ends, it falls off one winding after the other: a push on the string for a frame, each time it has
-gone by the pitch of the winding, give or take JITTER. Between them is noise. A force F over a frame h gives mode j the
-velocity F h / mu phi_j. w.strike holds that of a winding: no thumb strikes a string while a finger slides.
+The end of the fingertip falls off one winding after another: it pushes the string for a frame each time it has moved by
+the winding's pitch, give or take JITTER. Between pushes there is noise. A force F over a frame h gives mode j the
+velocity F h / mu phi_j. w.strike holds a winding's velocities: no thumb strikes a string while a finger slides.
 [audio thread]
 """
 
@@ -13,14 +13,14 @@ from livebass.kernels.machine.elementary import chance, sin_cos
 from livebass.kernels.string import modal
 
 TIP = 8e-3  # m, from the stop to the end of the fingertip
-PUSH = 0.02  # m/s, of one winding, as a force over the impedance of the string: an estimate, 0.02 to 0.05 N
+PUSH = 0.02  # m/s, of one winding, as a force over the string's impedance: an estimate, 0.02 to 0.05 N
 JITTER = 0.2  # of the pitch
-NOISE = 0.55  # of a push, times the square root of pushes a frame: 10 dB under them, as chance is even
+NOISE = 0.55  # of a push, times the square root of pushes per frame: 10 dB under them, as the noise is uniform
 
 
 @jit
 def fit_winding(voice, slot, op):
-    """Computes the modal velocities that one winding gives, for the present length of the string."""
+    """Computes one winding's modal velocities for the string's present length."""
     if voice.winding <= 0.0:
         return
     sine, cosine = sin_cos(np.pi / op.length * TIP)
@@ -32,7 +32,7 @@ def fit_winding(voice, slot, op):
 
 @jit
 def scrape(voice, slot, distance):
-    """Lets the finger scrape for a frame in which it goes `distance` m."""
+    """Scrapes for one frame, in which the finger moves `distance` m."""
     if voice.winding <= 0.0 or distance <= 0.0:
         return
     passed = distance / voice.winding

@@ -1,4 +1,4 @@
-"""The left hand that moves along and across the string: slides, bends, vibrato.
+"""The left hand moving along and across the string: slides, bends, vibrato.
 
 `string` is a STRING, `ops` the operators of its frets. [audio thread]
 """
@@ -13,15 +13,15 @@ from livebass.kernels.machine.elementary import cos, exp2, sin
 from livebass.kernels.string import glide
 from livebass.kernels.string.slot import highest_frequency, tune_slot, wake_slot
 
-SLIDING_HAND = 0.5  # m/s, of a finger that crosses a crown
-ONSET = 0.6  # s in which a vibrato gets a semitone deeper
-BEND_FRAMES = 128  # pitch bend is followed so often, one string after the other ...
-BEND_SPEED = 400.0  # semitones/s, ... and not faster
+SLIDING_HAND = 0.5  # m/s, of a finger crossing a crown
+ONSET = 0.6  # s for a vibrato to deepen by a semitone
+BEND_FRAMES = 128  # frames between pitch bend updates, one string after another ...
+BEND_SPEED = 400.0  # ... at semitones/s no faster than this
 
 
 @jit
 def follow_bend(string, ops):
-    """Tunes the string towards the bend, at BEND_SPEED at most: faster, the string would gain energy."""
+    """Tunes the string towards the bend, at most at BEND_SPEED: faster, the string would gain energy."""
     voice = string.voice
     most = exp2(BEND_SPEED * BEND_FRAMES / (12.0 * voice.rate))
     voice.tuned = min(max(voice.bend, voice.tuned / most), voice.tuned * most)
@@ -50,10 +50,10 @@ def is_vibrating(voice):
 
 @jit
 def vibrato_tension(voice, slot):
-    """The part of its tension by which a string in vibrato is tighter in this frame.
+    """The relative increase of a string's tension by vibrato in this frame.
 
-    It grows by the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings
-    have none.
+    It is the square of the frequency ratio, less one: upwards from a fret, both ways on a board. Open strings have
+    none.
     """
     most = 1.0 / (ONSET * voice.rate)
     voice.depth += min(max(voice.depth_wanted - voice.depth, -most), most)
@@ -68,7 +68,7 @@ def vibrato_tension(voice, slot):
 
 @jit
 def begin_slide(string, ops, fret, seconds):
-    """Begins to slide to `fret`, `seconds` a fret: over the crowns, or along a board."""
+    """Begins to slide to `fret`, `seconds` per fret: over the crowns, or along a board."""
     voice = string.voice
     voice.slide_every = np.int64(np.rint(seconds * voice.rate))
     voice.slide_left = 0
@@ -100,7 +100,7 @@ def follow_slide(string, ops):
 
 @jit
 def follow_frets(string, ops):
-    """Moves the finger that slides over the next crown when it is time; until then it scrapes."""
+    """Moves the sliding finger over the next crown when it is time; until then it scrapes."""
     voice = string.voice
     slot = string.slots[voice.slot]
     up = voice.slide_to > slot.fret
@@ -120,7 +120,7 @@ def follow_frets(string, ops):
 
 @jit
 def follow_glide(string, ops):
-    """Moves the finger that glides: to the next length when it is time, and towards that; at last to its fret."""
+    """Moves the gliding finger towards the next length, hands over when it is time, and ends at its fret."""
     voice = string.voice
     slot = string.slots[voice.slot]
     if slot.moving and not slot.between:

@@ -1,4 +1,4 @@
-"""The right hand: plucks, strikes, and a thumb that is thrown.
+"""The right hand: plucks, strikes, and a thrown thumb.
 
 `string` is a STRING, `ops` the operators of its frets. [audio thread]
 """
@@ -15,8 +15,8 @@ from livebass.kernels.string import modal, touch
 from livebass.kernels.string.operators import tap_row
 from livebass.kernels.string.slot import SAFETY, SAFETY_STRUCK, remove_thumb, wake_slot, wake_v
 
-TOUCHED_BEFORE = 0.5e-3  # s from the touch of a string that sounds to the strike
-NARROW = 1.6  # `safety` times sqrt(p (1 - p)) of a pluck at the part p of the length: its pulses reached 1.4 on a board
+TOUCHED_BEFORE = 0.5e-3  # s from touching a sounding string to the strike
+NARROW = 1.6  # `safety` times sqrt(p (1 - p)) of a pluck at the part p of the length: pulses reached 1.4 on a board
 
 
 @jit
@@ -33,7 +33,7 @@ def lift_fingers(string, frames):
 def begin_stroke(string, ops, fret, frames):
     """Prepares the string for a stroke at `fret`; returns its slot.
 
-    What lies on it lifts within so many frames; a thumb that strikes it ends.
+    Fingers on the string lift within `frames` frames; a striking thumb is removed.
     """
     voice = string.voice
     prepare_string(string, ops, fret)
@@ -48,9 +48,9 @@ def begin_stroke(string, ops, fret, frames):
 
 @jit
 def begin_pluck(string, ops, event):
-    """Takes the string with a finger, which pulls it for voice.pull frames and lets go.
+    """Grips the string with a finger, which pulls it for voice.pull frames and lets go.
 
-    Width, release and angle are the string's own where the event has none.
+    If the event has no width, release or angle, the string's own applies.
     """
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
@@ -89,7 +89,7 @@ def begin_strike(string, ops, event):
     op, position = ops[event.fret], event.place
     slot = begin_stroke(string, ops, event.fret, voice.strike)
     if sounding and (slot.active > 0 or slot.v_active > 0):
-        # it lies on the string, then throws it
+        # the thumb lies on the string, then throws it
         grip(voice, slot, op, position, max(voice.strike // 2, 1), MOST_NEPERS, 0.0)
     shape_of_strike(slot.u, op, event.apex, position, voice.strike_width)
     voice.striking = voice.strike
@@ -99,9 +99,9 @@ def begin_strike(string, ops, event):
 
 @jit
 def throw_mass(string, ops, event):
-    """Throws the thumb, or the mass of the event, on the string; one that sounds is touched 0.5 ms before.
+    """Throws the thumb, or the event's mass, on the string; touches a sounding string 0.5 ms before.
 
-    Where the string has to get to another fret first, the thumb waits for it.
+    If the string must get to another fret first, the thumb waits for it.
     """
     voice, op = string.voice, ops[event.fret]
     if not 0.0 < event.speed < np.inf:

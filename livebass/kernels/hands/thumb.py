@@ -1,26 +1,26 @@
-"""A mass strikes the string: the thumb of a slap, or a finger of the left hand. It presses the string on the frets and
-bounces off by itself.
+"""A mass strikes the string: the thumb of a slap, or a left-hand finger. It presses the string on the frets and bounces
+off by itself.
 
-With s_j = phi_j(x) exp(-(k_j a)^2 / 2), a its half width, the string below the thumb is u_s = sum_j s_j q_j high, and
-the thumb, z high, goes eta = u_s - z deep into its own flesh. That holds the energy psi = K eta^2.5 / 2.5, and resists
-with the loss of Hunt and Crossley: F = K eta^1.5 (1 + beta eta'). Flesh is soft and moves no wave shorter than its
-width, so that F changes little within a frame. It is constant there, and found before the frame; frets and their fine
-steps know nothing of it:
+With s_j = phi_j(x) exp(-(k_j a)^2 / 2), a its half width, the string below the thumb has the height
+u_s = sum_j s_j q_j, and the thumb at height z sinks eta = u_s - z into its own flesh. The flesh stores the energy
+psi = K eta^2.5 / 2.5 and resists with Hunt and Crossley's loss: F = K eta^1.5 (1 + beta eta'). Flesh is soft and moves
+no wave shorter than its width, so F changes little within a frame. F is found before the frame and kept constant; the
+frets and their fine steps need not know it:
 
 A string under a constant force moves freely about the shape -F c_j that the force would hold it in,
 c_j = dt^2 s_j / (mu b_j) in the terms of eq. 12's invariant, b_j = (kappa_j omega_j)^2. So q_j gets F c_j for the
-frame, and every obstacle F sum_j phi_j c_j; both lose it after. The energy that string and thumb lose to the flesh is
-exactly F times what eta has grown by, frets or not.
+frame, and every obstacle F sum_j phi_j c_j; both lose it afterwards. The energy that string and thumb lose to the flesh
+is exactly F times the growth of eta, frets or not.
 
-F is that of a discrete gradient. With psi = phi^2 / 2 and eta deep in the middle of the frame,
+F follows from a discrete gradient. With psi = phi^2 / 2 and eta taken in the middle of the frame,
 
     F = g (phi^n + phi^{n+1}) / 2 + R r / h,    phi^{n+1} = phi^n + g r,    g = sqrt(1.25 K) eta^0.25,
     R = beta K eta^1.5,    r = eta^{n+1} - eta^n = r_free - A F,
 
-A what string and thumb give way to each other within a frame. In r_free frets push as they did in the last frame; what
-they do in this one is not known yet. Therefore the energy in the flesh is counted: it gets what the two really lose,
-less R r^2 / h or all it has, and never holds more than psi; what it would lack the thumb pays. So nothing grows but by
-the hand's work. (Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
+where A is how far string and thumb yield to each other within a frame. r_free assumes that the frets push as in the
+last frame; this frame's push is not known yet. So the flesh's energy is tracked: it gains the two's actual loss, less
+R r^2 / h or all it has, and never exceeds psi; the thumb pays any deficit. So only the hand's work adds energy.
+(Energy as a state of its own: Lopes, Helie, Falaize 2015; Bilbao, Ducceschi, Zama 2023.)
 
 The hand throws the thumb, and lifts it from LIFTED on. `slot` is a SLOT, `op` its operator, t the slot's THUMB. [audio
 thread]
@@ -38,18 +38,18 @@ from livebass.kernels.string.records import BLOCK, COMING, THERE
 from livebass.kernels.string.slot import SAFETY_HANDED, SAFETY_STRUCK, SLACK, remove_thumb, wake_slot
 
 NARROWEST = 4.0  # of k a: the flesh moves no shorter waves ...
-MOST_TURN = 1.5  # rad in a fine step: ... nor faster ones
-LIFTED, LIFT = 3e-3, 50.0  # s after it came that the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
-THROUGH = 30e-3  # m of penetration that no flesh allows: one without stiffness passes through the string, and is gone
-GONE, AWAY = 20e-3, 4e-3  # s after which it is taken away once it is clear, and m of clearance at which it is at once
-LONGEST = 60e-3  # s after which it is taken away, clear or not
-NARROW = 1e-3  # s after it came that the pulse it makes may be narrow
-TURNS = 3  # for the depth in the middle of a frame
+MOST_TURN = 1.5  # rad per fine step: ... nor faster ones
+LIFTED, LIFT = 3e-3, 50.0  # s from its arrival until the hand begins to lift it, m/s^2: 1.5 N for a thumb of 30 g
+THROUGH = 30e-3  # m of penetration that no flesh allows: a thumb without stiffness passes through, and is removed
+GONE, AWAY = 20e-3, 4e-3  # s after which a clear thumb is removed, and m of clearance that removes it at once
+LONGEST = 60e-3  # s after which it is removed, clear or not
+NARROW = 1e-3  # s after its arrival in which its pulse may be narrow
+TURNS = 3  # iterations for the depth in the middle of a frame
 
 
 @jit
 def set_out(t, voice, op, event):
-    """Sets speed (m/s), place, mass and flesh of what strikes the string in the next frame, from a THROW."""
+    """Sets speed (m/s), place, mass and flesh of the thumb for the next frame, from a THROW."""
     t.on = COMING
     t.wait = 0
     t.frames = 0
@@ -79,13 +79,13 @@ def approach_string(slot, op):
 
 @jit
 def shape_under(op, k, x, width):
-    """The mode shape with the wave number `k` (1/m), m^-0.5, under a thumb at `x` (m) of half that `width` (m)."""
+    """The mode shape for wave number `k` (1/m), m^-0.5, under a thumb at `x` (m) of half width `width` (m)."""
     return np.sqrt(2 / op.length) * sin(k * x) * exp(-0.5 * squared(k * width))
 
 
 @jit
 def fit_thumb(slot, op):
-    """Computes mode shapes and compliances under the thumb, if its place, its width or the tuning has changed."""
+    """Computes mode shapes and compliances under the thumb if its place, width or the tuning has changed."""
     t, key, row, c = slot.thumb, slot.thumb_key, slot.thumb_shape, slot.thumb_yield
     if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients and key[3] == slot.ratio:
         return
@@ -115,7 +115,7 @@ def fit_thumb(slot, op):
 
 @jit
 def press_on(slot, op, voice, steps, which):
-    """Finds the force of the thumb in the next frame (`steps` fine steps, leaps[which]) and applies it."""
+    """Finds the thumb's force for the next frame (`steps` fine steps, leaps[which]) and applies it."""
     t = slot.thumb
     if t.on != THERE:
         return
@@ -126,7 +126,7 @@ def press_on(slot, op, voice, steps, which):
     t.frames += 1
     t.force = 0.0
     t.depth = now - t.height
-    path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)  # the depth after a frame without frets or a force
+    path = t.depth + later - now - h * (t.speed + 0.5 * h * lift)  # depth after a frame without frets or force
     deep, free = max(t.depth, 0.0), max(path + t.pushed, 0.0)
     if t.frames > LONGEST * voice.rate or not deep < THROUGH:
         remove_thumb(slot)
@@ -150,7 +150,7 @@ def press_on(slot, op, voice, steps, which):
 
 @jit
 def find_force(t, deep, free, give, h):
-    """Force (N) of a frame of `h` s that begins `deep` m in the flesh and would end `free` m in it without a force."""
+    """Force (N) in a frame of `h` s that begins `deep` m in the flesh and would end `free` m in it without force."""
     t.energy = min(t.energy, 0.4 * t.stiffness * deep * deep * np.sqrt(deep))
     end = free
     f = 0.0
@@ -167,10 +167,10 @@ def find_force(t, deep, free, give, h):
 
 @jit
 def add_force_to_string(slot, op, voice):
-    """Applies the force of the frame to string and obstacles, and bounds the string's speed under it."""
+    """Applies the frame's force to string and obstacles, and bounds the string's speed under it."""
     f, height, x = slot.thumb.force, slot.u.height, positions(op)
     modal.copy_row(slot.thumb_heights, height, op.points)
-    bent = 0.0  # m^2/s^2, as in `rms_velocity`: of the energy that the frets keep the string bent with
+    bent = 0.0  # m^2/s^2, as in `rms_velocity`: from the energy of the bend that the frets hold
     for m in range(op.points):
         height[m] += f * slot.thumb_reach[m]
         if height[m] > 0.0:
@@ -185,7 +185,7 @@ def add_force_to_string(slot, op, voice):
 
 @jit
 def take_off(slot, op, after):
-    """Removes the force after the frame, which ended at fine step `after`, and adds its work to the flesh's energy."""
+    """Removes the force after the frame, which ended at fine step `after`; adds its work to the flesh's energy."""
     t, n = slot.thumb, slot.thumb_modes
     if t.on != THERE or not t.force > 0.0:
         return

@@ -1,1 +1,1 @@
-"""What kernels share with the machine: memory at addresses, its instructions, and sines to the bit."""
+"""The kernels' machine layer: memory at addresses, instructions, and bit-exact sines."""

@@ -1,22 +1,21 @@
 """Sine, cosine, exponential, logarithm and power: the same bits in every build, on every processor and system.
 
-The C libraries of Linux, macOS, Windows and browsers round these functions each in its own way, and numpy another on
-every kind of processor; in hard playing, which is chaotic, one such last bit becomes audible. Here they consist of
-IEEE additions, multiplications, divisions and comparisons of float64, and of operations on their bits; each of these
-has one result everywhere. The order of the operations is as written: `jit` says to numba that there is no fastmath,
-so that LLVM neither reassociates nor contracts a product and a sum into one instruction, and inlining by LLVM
-(`forceinline`) keeps that in callers compiled with fastmath. `inlined` would not: it compiles a function with its
-caller's flags.
+The C libraries of Linux, macOS, Windows and browsers round these functions differently, and numpy does so on every kind
+of processor; in hard playing, which is chaotic, one such last bit becomes audible. Here they consist of IEEE additions,
+multiplications, divisions and comparisons of float64, and of operations on their bits; each of these has one result
+everywhere. The operations keep their written order: `jit` compiles without fastmath, so LLVM neither reassociates nor
+contracts a product and a sum into one instruction, and LLVM's inlining (`forceinline`) keeps that in callers compiled
+with fastmath. `inlined` would not: it compiles a function with its caller's flags.
 
 Results are within one ulp of the exact ones. Worst of some million random arguments, in ulp: sine 0.91 and cosine 0.87
-up to 1e6 rad, exp 0.79 and exp2 0.77 (0.71 where the result is normal), log2 0.50, power 0.99, where its exponents are
-in the thousands, and 0.70 in the contact law. There are hardly any branches and no tables: values are selected, so that
-loops over modes become vector instructions. No fused multiply-add either, which older processors and WebAssembly lack:
-where a product must keep its lower half, `exact_product` splits the factors. The sign of a NaN is not defined, that of
-a zero is not kept. Where the thread takes denormal numbers for zero (native.flush_bits), so do these functions.
+up to 1e6 rad, exp 0.79 and exp2 0.77 (0.71 for normal results), log2 0.50, power 0.99 for exponents in the thousands,
+and 0.70 in the contact law. There are hardly any branches and no tables: values are selected, so loops over modes
+become vector instructions. Nor is there a fused multiply-add, which older processors and WebAssembly lack: where a
+product must keep its lower half, `exact_product` splits the factors. The sign of a NaN is undefined, the sign of a zero
+is lost. If the thread treats denormal numbers as zero (native.flush_bits), so do these functions.
 
-Constants: tools/elementary.py derives them. A trailing digit counts the parts of a number, the highest first, or
-the powers of a polynomial. `rounded` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]
+tools/elementary.py derives the constants. A trailing digit counts the parts of a number, the highest first, or the
+powers of a polynomial. `rounded` adds and subtracts 1.5 * 2^52, whose last bit is worth 1. [any thread]
 """
 
 import numpy as np
@@ -24,7 +23,7 @@ import numpy as np
 from livebass.compiling import compiled, jit
 from livebass.kernels.machine.native import bits, from_bits
 
-# Becomes part of its callers once these are compiled: loops over modes become vector instructions only so.
+# LLVM inlines these into their callers: only then do loops over modes become vector instructions.
 joined = compiled(forceinline=True)
 
 # pi / 2 in parts of 33, 33, 33 and 53 bits, and 2 / pi
@@ -50,18 +49,18 @@ L0, L1, L2, L3 = 0.2, 0.14285714285714685, 0.11111111110826934, 0.09090909167899
 L4, L5, L6, L7 = 0.0769229746181797, 0.06667403302047484, 0.058530949094471645, 0.05861811780422839
 
 MAGIC, MAGIC_BITS = 1.5 * 2.0**52, 0x4338000000000000
-UPPER = -(1 << 27)  # the bits of a float64 without the lower half of its digits
+UPPER = -(1 << 27)  # mask of a float64 without the lower half of its digits
 MANTISSA = (1 << 52) - 1
 EXPONENT = 1023  # of 1.0
 ROOT_HALF = 0x3FE6A09E667F3BCD  # the bits of the square root of 1/2
 LEAST_NORMAL = 2.0**-1022
-RAISE, LAST_BIT = 2.0**54, 2.0**-52  # a power in a function would be one of numba's, with errors of Python's
+RAISE, LAST_BIT = 2.0**54, 2.0**-52  # a power inside a function would be numba's, with Python's errors
 FARTHEST = 2.0**50  # argument above which sine and cosine mean nothing
 
 
 @joined
 def rounded(x):
-    """Returns `x` rounded to an integer, even ones preferred, for |x| < 2^51."""
+    """Returns `x` rounded to an integer, ties to even, for |x| < 2^51."""
     return (x + MAGIC) - MAGIC
 
 
@@ -85,7 +84,7 @@ def upper(x):
 
 @joined
 def exact_product(a, b):
-    """Returns a * b rounded, and what rounding took away (Dekker 1971)."""
+    """Returns a * b rounded, and the rounding error (Dekker 1971)."""
     a1, b1 = upper(a), upper(b)
     a2, b2 = a - a1, b - b1
     p = a * b
@@ -94,7 +93,7 @@ def exact_product(a, b):
 
 @joined
 def difference(a, b):
-    """Returns a - b rounded, and what rounding took away (Knuth, Moeller)."""
+    """Returns a - b rounded, and the rounding error (Knuth, Moeller)."""
     d = a - b
     back = d - a
     return d, (a - (d - back)) - (b + back)
@@ -102,9 +101,9 @@ def difference(a, b):
 
 @joined
 def quarter_turn(x):
-    """Returns sine and cosine of what is left of `x` (rad) without its whole quarter turns, and bits that count these.
+    """Returns sine and cosine of the rest of `x` (rad) after whole quarter turns, and bits that count these turns.
 
-    pi / 2 in four parts (Cody and Waite): up to 2^20 quarter turns the first three products are exact. Above, the
+    pi / 2 has four parts (Cody and Waite): up to 2^20 quarter turns the first three products are exact. Above that the
     argument is off by about one rounding of `x`; from FARTHEST on it is zero.
     """
     x = x if abs(x) < FARTHEST else x * 0.0
@@ -128,7 +127,7 @@ def quarter_turn(x):
 
 @joined
 def sin_of(sine, cosine, quarters):
-    """Returns the sine from the three that `quarter_turn` gives."""
+    """Returns the sine from the three results of `quarter_turn`."""
     x = cosine if quarters & 1 else sine
     return from_bits(bits(x) ^ ((quarters & 2) << 62))
 
@@ -170,7 +169,7 @@ def exp_of(high, low, k):
 
 @joined
 def exp_of_parts(x, rest):
-    """Returns exp(x + rest), -1400 < x < 1400, `rest` small; infinite or zero where it does not fit."""
+    """Returns exp(x + rest), -1400 < x < 1400, `rest` small; infinite or zero if it does not fit."""
     k = rounded(x * OCTAVES0)
     near = x - k * LN20
     less = k * LN21 - rest
@@ -198,14 +197,14 @@ def exp2(x):
 
 @joined
 def log_parts(x):
-    """Returns k and ln m in two parts, good to 2^-63 of it: x = 2^k m and 1 / 2 <= m^2 < 2, for finite x > 0."""
+    """Returns k and ln m in two parts, accurate to 2^-63 of it: x = 2^k m and 1 / 2 <= m^2 < 2, for finite x > 0."""
     tiny = x < LEAST_NORMAL
     x = x * RAISE if tiny else x
     word = bits(x) + ((EXPONENT << 52) - ROOT_HALF)
     m = from_bits((word & MANTISSA) + ROOT_HALF)
-    # not by a conversion, whose instruction waits for the last value of its register: calls would not overlap
+    # not a conversion: its instruction waits for its register's last value, and calls would not overlap
     k = from_bits((word >> 52) + MAGIC_BITS) - (MAGIC + EXPONENT + 54.0 if tiny else MAGIC + EXPONENT)
-    # s = (m - 1) / (m + 1) and what its rounding took away
+    # s = (m - 1) / (m + 1) and its rounding error
     top = m - 1.0
     under = m + 1.0
     inverse = 1.0 / under
@@ -266,7 +265,7 @@ def power(x, y):
 
 @jit
 def chance(seed, count):
-    """Pseudo-random number from -1 to 1, a function of both: SplitMix64 (Steele, Lea, Flood 2014)."""
+    """Pseudo-random number from -1 to 1 for `seed` and `count`: SplitMix64 (Steele, Lea, Flood 2014)."""
     z = np.uint64(seed) + np.uint64(count) * np.uint64(0x9E3779B97F4A7C15)
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)

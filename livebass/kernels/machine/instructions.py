@@ -1,7 +1,7 @@
 """Instructions that numba lacks: atomic words, raw addresses, bits of floats, calls of C functions, flush bits.
 
 Addresses are int64. Everything here compiles to a few instructions; nothing allocates or locks. Kernels import these
-from native.py, which imports numba only where they are compiled. [any thread]
+from native.py, which imports numba only to compile them. [any thread]
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numba import types
 from numba.core import cgutils
 from numba.np import arrayobj
 
-# Typed as Any: numba passes an intrinsic its context itself, and mypy cannot know that.
+# Typed as Any: numba itself passes the context to an intrinsic, and mypy cannot know that.
 intrinsic: Any = numba.extending.intrinsic
 
 WORD = ir.IntType(64)
@@ -24,7 +24,7 @@ WORD = ir.IntType(64)
 
 @intrinsic
 def load_acquire(_context: Any, address: Any) -> Any:
-    """Loads the int64 at `address`, and sees all that was written before it was stored."""
+    """Loads the int64 at `address`, and sees everything written before it was stored."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         pointer = builder.inttoptr(args[0], WORD.as_pointer())
@@ -35,7 +35,7 @@ def load_acquire(_context: Any, address: Any) -> Any:
 
 @intrinsic
 def store_release(_context: Any, address: Any, value: Any) -> Any:
-    """Stores the int64 `value` at `address`, after all that was written before."""
+    """Stores the int64 `value` at `address`, after everything written before."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         pointer = builder.inttoptr(args[0], WORD.as_pointer())
@@ -49,7 +49,7 @@ def store_release(_context: Any, address: Any, value: Any) -> Any:
 def replace_word(_context: Any, address: Any, old: Any, new: Any) -> Any:
     """Stores the int64 `new` at `address` if `old` is there, in one step; returns 1 if so, else 0.
 
-    Who stores sees all that was written before `old` was stored by `store_release` or `replace_word`.
+    The storing thread sees everything written before `store_release` or `replace_word` stored `old`.
     """
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -82,7 +82,7 @@ def record_address(_context: Any, record: Any) -> Any:
 
 @intrinsic
 def copy_record(_context: Any, target: Any, source: Any) -> Any:
-    """Copies the record `source` to `target`, one of the same type."""
+    """Copies the record `source` to `target`, a record of the same type."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         cgutils.raw_memcpy(builder, args[0], args[1], WORD(signature.args[0].size), 1)
@@ -103,7 +103,7 @@ def bits(_context: Any, value: Any) -> Any:
 
 @intrinsic
 def from_bits(_context: Any, word: Any) -> Any:
-    """Returns the float64 whose 64 bits are those of the int64 `word`."""
+    """Returns the float64 with the 64 bits of the int64 `word`."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return builder.bitcast(args[0], ir.DoubleType())
@@ -187,7 +187,7 @@ def record_at(dtype: np.dtype[Any]) -> Any:
 
 @intrinsic
 def nanoseconds(_context: Any, clock_gettime: Any, clock: Any) -> Any:
-    """Reads `clock` (ns) by the C function at address `clock_gettime`; 0 if that address is 0."""
+    """Reads `clock` (ns) with the C function at address `clock_gettime`; 0 if that address is 0."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         function, number = args
@@ -260,7 +260,7 @@ def _call(arguments: int) -> Any:
     return types.void(*[types.int64] * (1 + arguments)), generate
 
 
-# By its address a function is called without being compiled into the caller.
+# A function called by its address is not compiled into the caller.
 @intrinsic
 def call_2(_context: Any, function: Any, a: Any, b: Any) -> Any:
     """Calls void function(int64, int64)."""
@@ -280,7 +280,7 @@ def call_4(_context: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 
 def _of_processor(name: str, result: Any, *arguments: Any) -> Any:
-    """Makes the type and the code of an intrinsic that calls a function of emitter.PROCESSOR, which goes by machine."""
+    """Makes the type and the code of an intrinsic that calls a machine-dependent function of emitter.PROCESSOR."""
 
     def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         kind = ir.FunctionType(ir.VoidType() if result == types.void else WORD, [WORD] * len(args))
@@ -292,7 +292,7 @@ def _of_processor(name: str, result: Any, *arguments: Any) -> Any:
 
 @intrinsic
 def float_control(_context: Any) -> Any:
-    """Returns the floating-point control word of this thread's processor; 0 where there is none."""
+    """Returns the floating-point control word of this thread's processor; 0 if there is none."""
     return _of_processor("float_control", types.int64)
 
 
@@ -304,5 +304,5 @@ def set_float_control(_context: Any, word: Any) -> Any:
 
 @intrinsic
 def flush_bits(_context: Any) -> Any:
-    """Returns the bits of `float_control` that take denormal numbers for zero."""
+    """Returns the bits of `float_control` that flush denormal numbers to zero."""
     return _of_processor("flush_bits", types.int64)

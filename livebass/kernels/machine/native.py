@@ -1,6 +1,6 @@
-"""The door to instructions.py: its functions where kernels are compiled, plain.py's where they run uncompiled.
+"""Chooses the kernels' instructions: instructions.py to compile kernels, plain.py to run them uncompiled.
 
-Everywhere else placeholders stand for them: kernels that come compiled need no numba in the process that plays them.
+Otherwise they are placeholders: a process that plays precompiled kernels needs no numba.
 [any thread]
 """
 
@@ -17,7 +17,7 @@ elif PLAIN:
 else:
 
     def __getattr__(name: str) -> Any:
-        """Stands for any instruction: it is called only by kernels, or to make another one of it."""
+        """A placeholder for any instruction: only kernels call it, or makers of further ones."""
         if name.startswith("__"):
             raise AttributeError(name)
         return lambda *_, **__: None

@@ -1,7 +1,7 @@
-"""Noise of a band of frequencies, made of chances that are a function of a seed and the frame.
+"""Band noise from random numbers that are a function of a seed and the frame.
 
-So it is the same whichever blocks it is computed in, and again after a string has gone back. Two poles at either end:
-at its corners a band is 6 dB down, and falls by 12 dB an octave beyond. [any thread]
+So it is the same for any block sizes, and again after a string has gone back. Two poles at either end: a band is 6 dB
+down at its corners, and falls by 12 dB per octave beyond. [any thread]
 """
 
 import numpy as np
@@ -10,16 +10,16 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, power
 from livebass.units import OFF
 
-HIGHEST = 0.45  # of the rate: no corner is higher
+HIGHEST = 0.45  # of the rate: the highest corner
 POLES = 2  # at either end
-SETTLED = 30.0  # time constants of the lower corner after which a band has answered
-EVEN = 3.0  # an even chance from -1 to 1 has the power 1 / EVEN
+SETTLED = 30.0  # time constants of the lower corner after which a band's response has ended
+EVEN = 3.0  # a uniform random number from -1 to 1 has the power 1 / EVEN
 
 BAND = np.dtype(
     [
-        ("up", "f8"),  # part of the way that a pole of the upper corner goes each frame ...
-        ("down", "f8"),  # ... and one of the lower corner
-        ("scale", "f8"),  # by which the band of a chance each frame has an rms of 1
+        ("up", "f8"),  # part of the way per frame for the upper corner's poles ...
+        ("down", "f8"),  # ... and for the lower corner's
+        ("scale", "f8"),  # gives the band an rms of 1 for one random number per frame
         ("low_pass", "f8", (POLES,)),  # memory
         ("high_pass", "f8", (POLES,)),
     ],
@@ -29,7 +29,7 @@ BAND = np.dtype(
 
 @jit
 def amplitude(level):
-    """Amplitude ratio of a level (dB); 0 for one that is off."""
+    """Amplitude ratio of a level (dB); 0 if the level is off."""
     return power(10.0, level / 20.0) if level > OFF else 0.0
 
 
@@ -50,7 +50,7 @@ def tune_band(band, lowest, highest, rate):
 
 @jit
 def next_of_band(band, x):
-    """Returns the next sample of the band of what has `x` as its next sample."""
+    """Filters the next sample `x`; returns the band's next sample."""
     for k in range(POLES):
         band.low_pass[k] += band.up * (x - band.low_pass[k])
         x = band.low_pass[k]

@@ -1,7 +1,7 @@
 """The functions of instructions.py in plain Python, for a debugger: LIVEBASS_PLAIN=1 runs the kernels uncompiled.
 
-They do the same to the same memory, thousands of times slower, and in one thread: nothing here is atomic. A record at
-an address is a numpy record that writes through. Kernels import these from native.py. [one thread]
+They do the same to the same memory, but thousands of times slower and in one thread: nothing here is atomic. A record
+at an address is a numpy record that writes through. Kernels import these from native.py. [one thread]
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def bits(value: float) -> int:
 
 
 def from_bits(word: int) -> np.float64:
-    """Returns the float64 with the lower 64 bits of `word`; compiled kernels wrap integers round as this does."""
+    """Returns the float64 with the lower 64 bits of `word`; compiled kernels wrap integers in the same way."""
     return np.float64(struct.unpack("<d", struct.pack("<Q", int(word) & WORD))[0])
 
 
@@ -93,7 +93,7 @@ def bytes_at(address: int, count: int) -> NDArray[np.uint8]:
 
 
 class Record(np.void):  # type: ignore[misc]  # numpy allows it
-    """A record whose fields are attributes; np.record hides a field that has the name of a method, as `diagonal`."""
+    """A record whose fields are attributes; np.record hides fields named like a method, such as `diagonal`."""
 
     def __getattribute__(self, name: str) -> Any:
         if name in np.void.__getattribute__(self, "dtype").names:
@@ -105,7 +105,7 @@ class Record(np.void):  # type: ignore[misc]  # numpy allows it
 
 
 def _with_attributes(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """Returns a type like `dtype` whose fields, of records within it too, are attributes, as in compiled kernels."""
+    """Returns a type like `dtype` whose fields, also in nested records, are attributes, as in compiled kernels."""
     if dtype.subdtype:
         item, shape = dtype.subdtype
         return np.dtype((_with_attributes(item), shape))

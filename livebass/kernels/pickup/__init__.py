@@ -1,1 +1,1 @@
-"""From the motion of a string to a voltage: the coil's circuit and its tone pot."""
+"""From string motion to voltage: the coil's circuit and its tone pot."""

@@ -1,14 +1,12 @@
-"""Fits the digital filter that stands for a pickup's circuit: coil, cable, volume and tone pot.
+"""Fits the digital filter that models a pickup's circuit: coil, cable, volume and tone pot.
 
-The coil (L, R) feeds three things in parallel: the volume pot, the cable's capacitance, and the tone branch, which is
-the tone pot, as far as it is open, in series with its capacitor. The filter has the circuit's poles. Its numerator is
-fitted by least squares of the relative error up to `FITTED` of the rate: there the response is within 0.7 dB of the
-circuit's (1.2 dB with the tone closed, far below the low notes) and `LATE` samples late, where a bilinear transform
-would be 18 dB off.
+The coil (L, R) feeds three loads in parallel: the volume pot, the cable's capacitance, and the tone branch, which is
+the open part of the tone pot in series with its capacitor. The filter has the circuit's poles. Its numerator minimises
+the squared relative error up to `FITTED` of the rate: there the response is within 0.7 dB of the circuit's (1.2 dB with
+the tone closed, far below the low notes) and `LATE` samples late; a bilinear transform would be 18 dB off.
 
-`fit_coil` takes the address of one record, COIL: the parts of the circuit in, the coefficients of the filter out. The
-poles are the roots of the circuit's cubic; the fit is solved by Givens rotations one row after the other, so that 800
-equations need the room of 4. [any thread]
+`fit_coil` takes the address of one record, COIL: circuit parts in, filter coefficients out. The poles are the roots of
+the circuit's cubic; Givens rotations solve the fit row by row, so 800 equations need the room of 4. [any thread]
 """
 
 import numpy as np
@@ -20,9 +18,9 @@ from livebass.parts import Coil
 from livebass.rows import record, words
 
 ORDER = 3  # poles of the circuit
-FITTED = 0.45  # of the sampling rate, up to which the response is fitted
-LATE = 0.25  # samples of delay that the fit is allowed
-FREQUENCIES = 400  # at which the response is fitted
+FITTED = 0.45  # of the sampling rate: upper limit of the fit
+LATE = 0.25  # samples of delay allowed to the fit
+FREQUENCIES = 400  # number of fitted frequencies
 ROOT_STEPS = 500  # at most
 
 CIRCUIT_WORDS = words(Coil)
@@ -33,12 +31,12 @@ COIL = np.dtype(
         ("rate", "f8"),  # Hz
         ("b", "f8", (ORDER + 1,)),  # the filter's numerator ...
         ("a", "f8", (ORDER + 1,)),  # ... and denominator, a[0] = 1
-        ("circuit", "f8", (ORDER + 1,)),  # denominator of the circuit in ascending powers of s
+        ("circuit", "f8", (ORDER + 1,)),  # the circuit's denominator in ascending powers of s
         ("real", "f8", (ORDER,)),  # of its poles, 1/s
         ("imaginary", "f8", (ORDER,)),
         ("product", "f8", (2, ORDER + 1)),  # workspace: a product of complex factors, ...
         ("triangle", "f8", (ORDER + 1, ORDER + 2)),  # ... the equations solved so far, ...
-        ("row", "f8", (ORDER + 2,)),  # ... and the next one
+        ("row", "f8", (ORDER + 2,)),  # ... and the next equation
     ],
     align=True,
 )
@@ -73,7 +71,7 @@ def fit(coil):
 
 @jit
 def set_circuit(coil, time):
-    """Sets the circuit's denominator; its numerator is 1 + s time (as in the head of this file)."""
+    """Sets the circuit's denominator; its numerator is 1 + s time."""
     loss = 1.0 / coil.volume_pot
     first = coil.capacitance + loss * time + coil.tone_capacitor
     second = coil.capacitance * time
@@ -85,7 +83,7 @@ def set_circuit(coil, time):
 
 @jit
 def set_poles(coil):
-    """Sets the poles, all left of the imaginary axis, and returns how many: one less with the tone pot closed."""
+    """Sets the poles, all left of the imaginary axis; returns their number: one less with the tone pot closed."""
     d = coil.circuit
     c, b, a, order = d[0], d[1], d[2], 2
     if d[3] > 0.0:
@@ -93,7 +91,7 @@ def set_poles(coil):
         x = real_root(d)
         coil.real[2] = x
         coil.imaginary[2] = 0.0
-        # what is left over is a s^2 + b s + c: b from the end at which no digits cancel
+        # the remaining factor is a s^2 + b s + c; b comes from the end where no digits cancel
         a = d[3]
         c = -d[0] / x
         b = (c - d[1]) / x if a * abs(x) * x * x > d[0] else d[2] + a * x
@@ -154,7 +152,7 @@ def set_denominator(coil, order):
 
 @jit
 def add_equations(coil, time, part):
-    """Adds the two equations, real and imaginary, of the relative response at `part` of the rate."""
+    """Adds the two equations, real and imaginary, for the relative response at `part` of the rate."""
     turn = 2.0 * np.pi * part
     s = turn * coil.rate  # rad/s, on the imaginary axis
     d = coil.circuit
@@ -186,7 +184,7 @@ def quotient(a, b):
 
 @jit
 def add_row(coil):
-    """Turns the next equation into the triangle, one column after the other."""
+    """Rotates the next equation into the triangle, column by column."""
     for i in range(ORDER + 1):
         x, y = coil.triangle[i, i], coil.row[i]
         if y == 0.0:

@@ -1,9 +1,8 @@
-"""The tone pot and the blend of pickups that a player turns: filters fitted beforehand, and levels.
+"""The player's tone pot and pickup blend: prefitted filters, and levels.
 
-The row of filters goes from the pot closed, by the bass's own filter in the middle, to the pot open. Between two
-filters their reflection coefficients are interpolated: as long as these are within -1 and 1, which those of a stable
-filter are, the filter between is stable too. A string follows pot and blend gradually, so that nothing clicks.
-[any thread]
+The row of filters runs from the closed pot, through the bass's own filter in the middle, to the open pot. Between two
+filters the reflection coefficients are interpolated: a stable filter's are within -1 and 1, so every filter in between
+is stable too. A string follows pot and blend gradually, to avoid clicks. [any thread]
 """
 
 from typing import Any
@@ -15,13 +14,13 @@ from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at
 from livebass.kernels.pickup.coil import ORDER, fit
 
-BELOW, ABOVE = 32, 16  # filters between the bass's own one and the pot closed, and open
+BELOW, ABOVE = 32, 16  # filters between the bass's own and the closed pot, and the open pot
 TONES = BELOW + 1 + ABOVE
 ROW = 3 * (ORDER + 1)  # float64 of a filter: b, a, reflection coefficients and the gain at 0 Hz
-FRAMES = 8  # between steps of a string after the pot
-TIME = 6e-3  # s, how fast it follows ...
-SWEEP = 0.05  # s, ... but no faster from the bass's own tone to either end: a pot that opens at once would click
-NEAR = 1e-3  # of the way: it is there
+FRAMES = 8  # between a string's steps towards the pot
+TIME = 6e-3  # s, time constant of the steps ...
+SWEEP = 0.05  # s, ... but at least this from the bass's own tone to either end: a pot that opens at once would click
+NEAR = 1e-3  # of the way: close enough to jump to the target
 
 
 @inlined
@@ -32,7 +31,7 @@ def filters_at(address):
 
 @jit
 def fit_tones(address, coil, gain):
-    """Fits all filters of a COIL whose tone is the bass's own; leaves the COIL as it would be with that tone alone."""
+    """Fits all filters for a COIL that has the bass's own tone; leaves the COIL fitted for that tone."""
     own, filters = coil.tone, filters_at(address)
     for k in range(TONES):
         k = (k + BELOW + 1) % TONES  # the bass's own comes last
@@ -48,7 +47,7 @@ def fit_tones(address, coil, gain):
 
 @jit
 def keep_filter(filters, at, coil, gain):
-    """Writes the filter of a COIL, times `gain`, to the row of `filters` that begins at `at`."""
+    """Writes a COIL's filter, times `gain`, to the row of `filters` that begins at `at`."""
     b, a, parts = at, at + ORDER + 1, at + 2 * (ORDER + 1)
     sum_b, sum_a = 0.0, 0.0
     for k in range(ORDER + 1):
@@ -96,7 +95,7 @@ def set_tone(voice, x):
     for i in range(ORDER + 1):
         sum_a += voice.a[i]
     gain = filters[parts] + part * (filters[parts + ROW] - filters[parts])
-    scale = gain * sum_a / sum_b  # low notes stay as loud as the circuit has them
+    scale = gain * sum_a / sum_b  # low notes keep the circuit's level
     if 0.1 < scale < 10.0:
         for i in range(ORDER + 1):
             voice.b[i] *= scale
@@ -104,7 +103,7 @@ def set_tone(voice, x):
 
 @jit
 def follow_tone(voice):
-    """Takes a string's filter a step nearer to the tone that is wanted."""
+    """Moves a string's filter a step towards the wanted tone."""
     step = 1.0 - exp(-FRAMES / (TIME * voice.rate))
     most = FRAMES / (SWEEP * voice.rate)
     x = voice.tone + min(max(step * (voice.tone_wanted - voice.tone), -most), most)
@@ -117,7 +116,7 @@ def follow_tone(voice):
 def set_blend(voice, x):
     """Gives a string's pickups the levels of the blend `x`, -1 to 1; 0 is exactly the bass's own.
 
-    The pickup at one end is turned down to nothing as the blend goes to the other; those between go half as far.
+    The pickup at one end fades to nothing as the blend goes to the other end; middle pickups fade half as far.
     """
     voice.blend = x
     nearest, farthest = np.inf, 0.0  # to the saddle, m
@@ -133,7 +132,7 @@ def set_blend(voice, x):
 
 @jit
 def follow_blend(voice):
-    """Takes the levels of a string's pickups a step nearer to the blend that is wanted."""
+    """Moves the levels of a string's pickups a step towards the wanted blend."""
     x = voice.blend + voice.gain_pole * (voice.blend_wanted - voice.blend)
     if abs(voice.blend_wanted - x) < NEAR:
         x = voice.blend_wanted

@@ -1,1 +1,1 @@
-"""Who plays: MIDI messages become events of the strings."""
+"""The player: turns MIDI messages into string events."""

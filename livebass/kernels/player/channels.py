@@ -1,8 +1,8 @@
-"""Which channel's controllers a string follows: those of the channel that has played it last. [audio thread]
+"""A string follows the controllers of the channel that played it last. [audio thread]
 
-A channel's messages go to its own record (performer.CHANNEL) and to that of the bass as a whole, ANY. Strings that
-nobody has played yet, and all strings while channels mean something (MPE, mode 4 of MIDI), follow ANY. So whatever
-comes on one channel alone is for all strings.
+A channel's messages set its own record (performer.CHANNEL) and the whole bass's record, ANY. Strings that have not
+been played yet follow ANY; while channels have a meaning (MPE, MIDI mode 4), all strings do. So if everything comes on
+one channel, it applies to all strings.
 """
 
 from livebass.compiling import jit
@@ -24,20 +24,20 @@ def record_of(p, i):
 
 @jit
 def follows(p, i, channel):
-    """True if string `i` does what `channel` asks for. All strings do what ANY asks for."""
+    """True if string `i` obeys `channel`. All strings obey ANY."""
     which = followed(p, i)
     return channel == ANY or which in (channel, ANY)
 
 
 @jit
 def leading(p, channel):
-    """Returns the record that tells what a message of `channel` means: which RPN it has selected, for one."""
+    """Returns the record that gives a message of `channel` its meaning, such as the selected RPN."""
     return p.controls.channel[channel if p.controls.mode == ALL_ALIKE else ANY]
 
 
 @jit
 def pedal_is_down(p):
-    """True if the pedal of any channel is down."""
+    """True if any channel's pedal is down."""
     if p.controls.mode != ALL_ALIKE:
         return p.controls.channel[ANY].pedal != 0
     pedals = 0

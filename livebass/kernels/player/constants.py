@@ -1,4 +1,4 @@
-"""What a performer is made of and never changes: PLAYER, the hands; STROKE, what plucks; KEY_MAP, what keys do."""
+"""The fixed parts of a performer: PLAYER, the hands; STROKE, the plucking finger or pick; KEY_MAP, the keys."""
 
 from dataclasses import astuple
 
@@ -14,37 +14,37 @@ CONTROLLERS = 128
 PLAYER_WORDS = words(PlayerNumbers)
 PLAYER = record(PLAYER_WORDS)
 
-# What keys and controllers do: numbers of techniques.py
+# What keys and controllers do, as numbers from techniques.py
 KEY_MAP_WORDS = [
     Word("action", "i8", 0, ACTIONS - 1, (KEYS,)),
     Word("value", "i8", 0, KEYS - 1, (KEYS,)),
     Word("function", "i8", 0, FUNCTIONS - 1, (CONTROLLERS,)),
-    Word("over_notes", "i8", 0, 1),  # 1: keys switch although the bass has their notes
+    Word("over_notes", "i8", 0, 1),  # 1: keys switch even if the bass has their notes
 ]
 KEY_MAP = record(KEY_MAP_WORDS)
 
-# What plucks: a row each. Widths, releases, place, angle and `nearer` of 0 are the player's own.
+# One row per way to pluck. For widths, releases, place, angle and `nearer`, 0 means the player's own value.
 STROKE_WORDS = [
     *words(Pick),
-    Word("gentler", "f8", 0.0, 10.0),  # power of its part of the length by which a shorter string is played more gently
-    # Every other stroke: nearer to the saddle (m), factors of apex and release, angle (rad; 0: the same)
+    Word("gentler", "f8", 0.0, 10.0),  # a shorter string's force is scaled by its part of the length to this power
+    # Every other stroke: shift towards the saddle (m), factors for apex and release, angle (rad; 0: the same)
     Word("other_nearer", "f8", -1.0, 1.0),
     Word("other_level", "f8", TINY, 10.0),
     Word("other_release", "f8", 0.0, 10.0),
     Word("other_angle", "f8", -1.6, 1.6),
-    # 1: it goes down and up in turn. 0: index and middle finger take turns, alike if the player is even; one that goes
-    # on to a lower string rakes, by itself.
+    # 1: strokes alternate down and up. 0: index and middle finger alternate (identical if the player is even); a finger
+    # that moves on to a lower string rakes it without alternating.
     Word("two_ways", "i8", 0, 1),
 ]
 STROKE = record(STROKE_WORDS)
 FINGER, PICK, NAIL, POP = range(4)
 STROKES = 4
-# Estimates. The tip of a pick bends and slips off where flesh rolls; a pop pulls the string up. A pick's place and
-# release times are such that notes brighten by 4 dB from velocity 30 to 60 and to 90, and click by 8 dB more than a
-# finger's at the least of these. A pickup hears v with its sign: mirrored, a stroke up would be far under one down;
-# it lifts the string out of that more than one down does. A hand plays a shorter string more gently: the same force
-# would be heard up to 8 dB louder near the body, where a pickup lies under the middle of the string and no fret takes
-# its fundamental; that of a pop, which frets take most from, up to 15 dB.
+# Estimates. A pick's tip bends and slips off where flesh rolls; a pop pulls the string up. A pick's place and release
+# times are set so that notes brighten by 4 dB from velocity 30 to 60 and again to 90, and click 8 dB more than a
+# finger's at velocity 30. A pickup hears v with its sign: a mirrored up-stroke would be far quieter than a down-stroke,
+# so it lifts the string more than a down-stroke does. A hand plays a shorter string more gently:
+# near the body, where a pickup lies under the string's middle and no fret damps its fundamental, the same force would
+# sound up to 8 dB louder; a pop, which loses most to the frets, up to 15 dB.
 _MIDDLE = (4e-3, 0.933, 0.9, 0.0)  # the middle finger, which follows the index
 STANDARD = np.array(
     [

@@ -1,6 +1,6 @@
-"""Control changes and key switches: by the map of the bass, and else as MIDI has it. [audio thread]
+"""Control changes and key switches: the bass's map decides, otherwise the MIDI standard. [audio thread]
 
-What a change of bass keeps: `take_over`.
+`take_over` copies the settings that a change of bass keeps.
 """
 
 import numpy as np
@@ -57,7 +57,7 @@ from livebass.techniques import (
 jit = compiled(attributes=SMALL)
 
 BEND_UP = 2.0  # semitones of the controller that bends upwards
-PEDAL = 64  # at 0 it lets go in every map that gives it no other function
+PEDAL = 64  # releases at 0 in every map that gives it no other function
 # Controllers of MIDI
 DATA, DATA_FINE, NRPN_FINE, NRPN, RPN_FINE, RPN = 6, 38, 98, 99, 100, 101
 ALL_SOUND_OFF, RESET_CONTROLLERS, ALL_NOTES_OFF = 120, 121, 123  # and all that follow
@@ -67,7 +67,7 @@ COARSE_MIDDLE = 64
 
 @jit
 def control(p, ops, channel, number, value):
-    """Handles a control change of a channel: by the map of the bass, and else as MIDI has it."""
+    """Handles a channel's control change by the bass's map, otherwise by the MIDI standard."""
     what = p.key_map.function[number]
     if what >= CC_PARAMETER:
         turn_parameter(p, what - CC_PARAMETER, value)
@@ -98,7 +98,7 @@ def control(p, ops, channel, number, value):
 
 @jit
 def use_function(p, ops, channel, what, value):
-    """Does what the map of the bass has a controller of a channel do (techniques.py)."""
+    """Performs the function that the bass's map gives a channel's controller (techniques.py)."""
     controls, own, bass = p.controls, p.controls.channel[channel], p.controls.channel[ANY]
     if what == CC_PLACE:
         p.position = p.player.pluck_nearest + (p.player.pluck_farthest - p.player.pluck_nearest) * value / 127.0
@@ -138,7 +138,7 @@ def use_function(p, ops, channel, what, value):
 
 @jit
 def bend_upwards(record, value):
-    """Bends the strings of a record up by the controller, once that has been near 0."""
+    """Bends a record's strings up by the controller, once it has been near 0."""
     record.bend_ready = 1 if value < BEND_STARTS else record.bend_ready
     if record.bend_ready:
         record.bend_up = BEND_UP * value / 127.0
@@ -146,7 +146,7 @@ def bend_upwards(record, value):
 
 @jit
 def set_pedal(p, channel, value):
-    """Presses the pedal of a channel, or lets it go with the strings that it alone held."""
+    """Presses a channel's pedal, or releases it and stops the strings that it alone held."""
     pedal = 1 if value >= 64 else 0
     p.controls.channel[channel].pedal = pedal
     p.controls.channel[ANY].pedal = pedal
@@ -156,7 +156,7 @@ def set_pedal(p, channel, value):
 
 @jit
 def set_rpn(p, channel, number, value):
-    """Selects a registered parameter of a channel, or sets it: the range of its wheel, or its tuning."""
+    """Selects a channel's registered parameter, or sets it: the wheel range or the tuning."""
     own, bass = p.controls.channel[channel], p.controls.channel[ANY]
     if number in (DATA, DATA_FINE):
         rpn = leading(p, channel).rpn
@@ -170,7 +170,7 @@ def set_rpn(p, channel, number, value):
 
 @jit
 def rpn_with(rpn, number, value):
-    """Returns the RPN that is selected when a controller from NRPN_FINE to RPN comes where `rpn` was."""
+    """Returns the selected RPN after a controller from NRPN_FINE to RPN; `rpn` was selected before."""
     if number == RPN:
         return (value << 7) | (rpn & 127)
     if number == RPN_FINE:
@@ -180,7 +180,7 @@ def rpn_with(rpn, number, value):
 
 @jit
 def set_data(record, rpn, number, value):
-    """Sets a part of what `rpn` is in a record of channels; returns False where that is nothing that bends."""
+    """Sets part of the parameter `rpn` in a channel record; returns False if it does not affect the pitch."""
     if rpn == BEND_RANGE_RPN:
         record.range = range_with(record.range, number, value)
     elif rpn == FINE_RPN:
@@ -194,7 +194,7 @@ def set_data(record, rpn, number, value):
 
 @jit
 def range_with(semitones, number, value):
-    """Returns a range of bends, semitones, with its whole (DATA) or fine part (DATA_FINE, cents) set to `value`."""
+    """Returns a bend range, semitones, with its whole (DATA) or fine part (DATA_FINE, cents) set to `value`."""
     if number == DATA:
         return float(min(value, MOST_RANGE)) + (semitones - np.floor(semitones))
     return np.floor(semitones) + min(value, 99) / 100.0
@@ -202,9 +202,9 @@ def range_with(semitones, number, value):
 
 @jit
 def reset_controllers(p, channel):
-    """Sets pedal, wheel, expression and RPN of a channel as when new, and with them what all channels share.
+    """Resets a channel's pedal, wheel, expression and RPN, and the controllers that all channels share.
 
-    Palm and vibrato go to where a host has set them. Volume, range and tuning stay, as MIDI asks (RP-015).
+    Palm and vibrato return to the host's values. Volume, range and tuning stay, as MIDI asks (RP-015).
     """
     controls = p.controls
     reset_channel(controls.channel[channel], controls.vibrato_set)
@@ -222,7 +222,7 @@ def reset_controllers(p, channel):
 
 @jit
 def reset_channel(record, vibrato):
-    """`reset_controllers` for one record of channels, whose vibrato becomes `vibrato`."""
+    """`reset_controllers` for one channel record; sets its vibrato to `vibrato`."""
     record.pedal = 0
     record.wheel = 0.0
     record.expression = 1.0
@@ -234,7 +234,7 @@ def reset_channel(record, vibrato):
 
 @jit
 def make_controls(p):
-    """Fills the CONTROLS of zeros of a new performer, whose player is known, and its strings' channels."""
+    """Fills a new performer's zeroed CONTROLS and its strings' channels; its player must already be set."""
     p.controls.level = 1.0
     for key in range(KEYS):
         p.controls.place_of[key] = np.nan
@@ -252,13 +252,13 @@ def make_controls(p):
 
 @jit
 def is_switch(p, key):
-    """True if `key` switches: if the map has it, and the bass has no such note or the map goes before notes."""
+    """True if `key` is a switch: it is in the map, and it lies below the bass's notes or the map overrides them."""
     return p.key_map.action[key] != NO_SWITCH and (p.key_map.over_notes != 0 or key < note_range(p)[0])
 
 
 @jit
 def turn_switch(p, ops, key, on):
-    """Handles a key switch that is pressed or released."""
+    """Handles the press or release of a key switch."""
     action, before = p.key_map.action[key], p.pressed[key]
     p.pressed[key] = max(before + (1 if on else -1), 0)
     p.switched[action] += p.pressed[key] - before
@@ -302,10 +302,10 @@ def release_switches(p, ops):
 
 @jit
 def take_over(p, old):
-    """Sets controllers and parameters of a bass that has not played as they stand at `old`, the performer before it.
+    """Copies controllers and parameters from `old`, the previous performer, to a bass that has not played yet.
 
-    Parameters go by this bass's own numbers. So does the place of a pluck, and the range of each channel's wheel,
-    unless a controller had moved them.
+    Parameters apply to this bass's own numbers. The pluck position and each channel's wheel range are this bass's own
+    too, unless a controller had moved them.
     """
     for number in range(GAIN_DB + 1, PARAMETERS):
         adjust_player(p, number, old.controls.adjusted[number])

@@ -1,6 +1,6 @@
-"""Writes what strings are to do, one event after the other, to where `p.out` says. [audio thread]
+"""Writes the strings' events, one after another, to `p.out`. [audio thread]
 
-String `i` gets the event at the frame of the message. What each field says: records.EVENT.
+String `i` gets the event at the frame of the message. records.EVENT describes the fields.
 """
 
 from livebass.compiling import jit
@@ -30,7 +30,7 @@ EVENT_BYTES, EVENT_WORDS = EVENT.itemsize, EVENT.itemsize // 8
 
 @jit
 def next_event(p, i):
-    """Begins the next event; returns it, with zeros for all that its kind says."""
+    """Begins the next event and returns it; all fields but frame and string are 0."""
     address = p.out.events + EVENT_BYTES * p.out.count
     words, e = words_at(address, EVENT_WORDS), event_at(address)
     for k in range(EVENT_WORDS):
@@ -43,7 +43,7 @@ def next_event(p, i):
 
 @jit
 def send_pluck(p, i, fret, apex, place, width, release, angle):
-    """Plucks the string; returns the event, as yet without noise of skin."""
+    """Plucks the string; returns the event, still without skin noise."""
     e = next_event(p, i)
     e.kind = PLUCK
     e.fret = fret
@@ -57,7 +57,7 @@ def send_pluck(p, i, fret, apex, place, width, release, angle):
 
 @jit
 def send_strike(p, i, fret, depth, place):
-    """Strikes the string by an impulse."""
+    """Strikes the string with an impulse."""
     e = next_event(p, i)
     e.kind = STRIKE_EVENT
     e.fret = fret
@@ -67,7 +67,7 @@ def send_strike(p, i, fret, depth, place):
 
 @jit
 def send_throw(p, i, fret, speed, place, mass, width, stiffness):
-    """Throws a mass on the string; where the last three are 0, the thumb's."""
+    """Throws a mass on the string: the thumb's if the last three arguments are 0."""
     e = next_event(p, i)
     e.kind = THROW
     e.fret = fret
@@ -90,7 +90,7 @@ def send_hammer(p, i, fret, speed, landing):
 
 @jit
 def send_pull_off(p, i, fret, deflection):
-    """Takes the finger off, down to `fret`."""
+    """Pulls the finger off, down to `fret`."""
     e = next_event(p, i)
     e.kind = PULL_OFF
     e.fret = fret
@@ -99,7 +99,7 @@ def send_pull_off(p, i, fret, deflection):
 
 @jit
 def send_slide(p, i, fret, seconds):
-    """Slides to `fret`, so many seconds a fret."""
+    """Slides to `fret`, taking `seconds` per fret."""
     e = next_event(p, i)
     e.kind = GLIDE
     e.fret = fret
@@ -120,7 +120,7 @@ def send_touch(p, i, finger, place, resistance, width, seconds):
 
 @jit
 def send_stop(p, i, fret, damping):
-    """Ends the string's note at `fret` by the hands."""
+    """Damps the string's note at `fret` with the hands."""
     e = next_event(p, i)
     e.kind = HAND
     e.fret = fret
@@ -135,7 +135,7 @@ def send_cut(p, i):
 
 @jit
 def send_vibrato(p, i, depth, rate):
-    """Has the string waver."""
+    """Sets the string's vibrato."""
     e = next_event(p, i)
     e.kind = WAVER
     e.value = depth
@@ -176,7 +176,7 @@ def send_blend(p, i, blend):
 
 @jit
 def send_idle(p, i, strings):
-    """Tells the string which ones nobody plays or mutes, a bit each."""
+    """Tells the string which strings are neither played nor muted, a bit each."""
     e = next_event(p, i)
     e.kind = IDLE
     e.value = float(strings)

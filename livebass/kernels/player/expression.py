@@ -1,4 +1,4 @@
-"""How notes that sound are shaped: bend, vibrato, volume, and a wheel that slides along the frets. [audio thread]"""
+"""Shapes sounding notes: bend, vibrato, volume, and a wheel that slides along the frets. [audio thread]"""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from livebass.kernels.player.fingering import stopped_at, string_of_key
 from livebass.kernels.player.performer import ANY, FREE, IN_TUNE
 from livebass.techniques import VIBRATO
 
-MOST_BEND = 97.0  # semitones: no bend goes farther than the largest range and its fine part
-SHIFTS = 0.6  # semitones off its fret at which a wheel that slides changes frets: with half a one it would jitter
-SLIDE_TIME = 22e-3  # s a fret
+MOST_BEND = 97.0  # semitones: the largest range with its fine part
+SHIFTS = 0.6  # semitones off the fret at which a sliding wheel changes frets: at 0.5 it would jitter
+SLIDE_TIME = 22e-3  # s per fret
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 
 
@@ -25,13 +25,13 @@ def wheel_of(first, second):
 
 @jit
 def limited_bend(semitones):
-    """A bend, held within what there is; NaN is none."""
+    """A bend, held within its limits; NaN means no bend."""
     return 0.0 if np.isnan(semitones) else min(max(semitones, -MOST_BEND), MOST_BEND)
 
 
 @jit
 def bend_ratio(p, i):
-    """Frequencies of string `i` relative to those without a bend."""
+    """Frequency ratio of string `i`'s bend."""
     channel = record_of(p, i)
     wheel = 0.0 if p.wheel_slides else channel.wheel * channel.range
     tuning = channel.coarse + (channel.fine - IN_TUNE) / float(IN_TUNE)
@@ -49,7 +49,7 @@ def send_bends(p, channel):
 
 @jit
 def bend_string(p, i, semitones):
-    """Bends string `i` by so many semitones, besides what the wheel does."""
+    """Bends string `i` by `semitones`, on top of the wheel."""
     if i < p.strings:
         p.controls.string_bend[i] = limited_bend(semitones)
         send_bend(p, i, bend_ratio(p, i))
@@ -66,7 +66,7 @@ def bend_note(p, channel, key, semitones):
 
 @jit
 def follow_wheel(p, channel):
-    """Slides the fretted strings of `channel` that are played to the fret that its wheel is at, if that has changed."""
+    """Slides the played, fretted strings of `channel` to its wheel's fret, if that has changed."""
     if not p.wheel_slides:
         return
     own, bass = moves_shift(p, channel), moves_shift(p, np.int64(ANY))
@@ -79,7 +79,7 @@ def follow_wheel(p, channel):
 
 @jit
 def moves_shift(p, which):
-    """Shifts the record `which` by whole frets to where its wheel is; returns False if it is near enough."""
+    """Shifts the record `which` by whole frets to its wheel; returns False if it is near enough already."""
     wanted = p.controls.channel[which].wheel * p.controls.channel[which].range
     if abs(wanted - p.hands.shift[which]) <= SHIFTS:
         return False
@@ -89,7 +89,7 @@ def moves_shift(p, which):
 
 @jit
 def loudness(p, i):
-    """Gain of volume and expression of string `i`, by the square as General MIDI asks."""
+    """Gain of string `i` from volume and expression, squared as General MIDI asks."""
     channel = record_of(p, i)
     return squared(channel.volume * channel.expression) * p.controls.level
 
@@ -104,19 +104,19 @@ def send_gains(p, channel):
 
 @jit
 def vibrato_depth(p, i):
-    """Returns the depth of the vibrato that channel and key switch give string `i`, semitones."""
+    """Returns string `i`'s vibrato depth from channel and key switch, semitones."""
     return VIBRATO_DEPTH * max(record_of(p, i).vibrato, 1.0 if p.switched[VIBRATO] > 0 else 0.0)
 
 
 @jit
 def string_vibrato(p, i):
-    """Returns the depth of the vibrato of string `i`, semitones: its channel's or its note's, whichever is more."""
+    """Returns string `i`'s vibrato depth, semitones: the channel's or the note's, whichever is larger."""
     return max(vibrato_depth(p, i), VIBRATO_DEPTH * p.hands.note_vibrato[i])
 
 
 @jit
 def send_vibratos(p, channel):
-    """Sends depth and rate of the vibrato to every string that follows `channel`."""
+    """Sends vibrato depth and rate to every string that follows `channel`."""
     for i in range(p.strings):
         if follows(p, i, channel):
             send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
@@ -124,7 +124,7 @@ def send_vibratos(p, channel):
 
 @jit
 def take_channel(p, i, channel):
-    """Has string `i` follow `channel` from now on; -1: ANY. Sends what of bend, gain and vibrato that changes."""
+    """Makes string `i` follow `channel` (-1: ANY). Sends bend, gain and vibrato if they change."""
     if p.hands.channel[i] == channel:
         return
     bend, gain, vibrato = bend_ratio(p, i), loudness(p, i), string_vibrato(p, i)
@@ -141,7 +141,7 @@ def take_channel(p, i, channel):
 def vibrate_note(p, channel, key, amount):
     """Sets the vibrato of the string that played `key` of `channel` last, 0 to 1, until its next note.
 
-    The channel's own vibrato is the least. NaN is none.
+    The vibrato is never less than the channel's. NaN means none.
     """
     i = string_of_key(p, channel, key)
     if i >= 0:
@@ -151,7 +151,7 @@ def vibrate_note(p, channel, key, amount):
 
 @jit
 def end_note_expression(p, i):
-    """Takes bend and vibrato of the note before from string `i`."""
+    """Clears the previous note's bend and vibrato on string `i`."""
     if p.hands.note_bend[i] != 0.0:
         p.hands.note_bend[i] = 0.0
         send_bend(p, i, bend_ratio(p, i))

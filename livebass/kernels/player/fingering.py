@@ -1,4 +1,4 @@
-"""Which string plays a note, at which fret, and where the left hand is: `choose_string`. [audio thread]"""
+"""Chooses a note's string and fret (`choose_string`) and moves the left hand. [audio thread]"""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from livebass.kernels.player.channels import followed, follows
 from livebass.kernels.player.performer import FREE, HELD
 
 HAND_SPAN = 3  # frets beyond the first finger
-# What a string costs, the cheapest of which is chosen: a fret, a fret beyond the hand, and to take one that
-# sounds, less for older notes. One that sounds is only taken for its own note, or where no other can play this one.
+# The cheapest string is chosen. Costs: per fret, per fret beyond the hand, and for taking a sounding string, less for
+# older notes. A sounding string is only taken for its own note, or if no other string can play this one.
 FRET_COST, MOVE_COST, TAKEN_COST, AGE_GAIN = 0.4, 2.5, 1000.0, 1e-6
-SHARED_COST = 500.0  # of one that sounds this note for another channel: both sound where a string is free
-HARMONICS = (12, 19, 24, 28, 31)  # semitones above the open string of its harmonics 2 to 6
+SHARED_COST = 500.0  # of a string that sounds this note for another channel: both sound if a string is free
+HARMONICS = (12, 19, 24, 28, 31)  # semitones of harmonics 2 to 6 above the open string
 
 
 @jit
 def choose_string(p, channel, note):
-    """Returns the string for `note` of `channel`, -1 if none has it: free ones, near positions, then the oldest."""
+    """Returns the string for `note` of `channel`, -1: none has it. Prefers free, then near, then oldest strings."""
     hands = p.hands
     best = -1
     least = np.inf
@@ -48,9 +48,9 @@ def has_note(p, i, note):
 
 @jit
 def sounding_string(p, note):
-    """Returns the string that was played last of those held that have `note`; -1: there is none.
+    """Returns the held string played last that has `note`; -1: none.
 
-    The string whose key is held goes before.
+    The string whose key switch is held takes precedence.
     """
     hands = p.hands
     last = -1
@@ -64,9 +64,9 @@ def sounding_string(p, note):
 
 @jit
 def natural_harmonic(p, note, wanted):
-    """Returns a string of which `note` is a natural harmonic, free ones first, and its number; -1, 0: there is none.
+    """Returns a string that has `note` as a natural harmonic, free ones first, and its number; -1, 0: none.
 
-    It is on the string `wanted` only, if that is one; the string whose key is held goes before.
+    Only string `wanted` counts, unless it is -1; the string whose key switch is held takes precedence.
     """
     state = p.hands.state
     best, number = -1, 0
@@ -82,7 +82,7 @@ def natural_harmonic(p, note, wanted):
 
 @jit
 def string_of_key(p, channel, key):
-    """Returns the string that played `key` of `channel` last; -1: there is none. ANY: of any channel."""
+    """Returns the string that played `key` of `channel` last; -1: none. ANY: any channel."""
     last = -1
     for i in range(p.strings):
         if p.hands.key[i] == key and follows(p, i, channel) and (last < 0 or p.hands.age[i] > p.hands.age[last]):
@@ -92,7 +92,7 @@ def string_of_key(p, channel, key):
 
 @jit
 def string_called(p, pitch_class):
-    """Returns the highest string that is called by this pitch class; the lowest of all where none is."""
+    """Returns the highest string that this pitch class calls; the lowest of all if it calls none."""
     for i in range(p.strings - 1, -1, -1):
         if p.called[i] == pitch_class:
             return i
@@ -112,7 +112,7 @@ def note_range(p):
 
 @jit
 def fold_note(note, low, high):
-    """Returns `note` moved by octaves to `high` or below and, if that range has an octave, to `low` or above."""
+    """Returns `note` moved by octaves to `high` or below and, if the range spans an octave, to `low` or above."""
     while note < low:
         note += 12
     while note > high:
@@ -122,7 +122,7 @@ def fold_note(note, low, high):
 
 @jit
 def reach_fret(p, fret):
-    """Moves the hand as little as lets a finger reach `fret`."""
+    """Moves the hand just far enough for a finger to reach `fret`."""
     if fret > 0:
         if fret < p.hands.place:
             p.hands.place = fret
@@ -138,7 +138,7 @@ def move_hand(p, fret):
 
 @jit
 def stopped_at(p, i, fret):
-    """Returns the fret at which string `i` is stopped for a note of `fret`, by a wheel that slides. Open ones stay."""
+    """Returns the fret that stops string `i` for a note of `fret`, shifted by a sliding wheel. Open strings stay."""
     shift = p.hands.shift[followed(p, i)]
     if fret == 0 or shift == 0:
         return fret

@@ -1,6 +1,6 @@
-"""MIDI messages to the performer: what channels mean, and who handles what. [audio thread]
+"""MIDI messages to the performer: gives channels their meaning and dispatches messages. [audio thread]
 
-Before a message, its frame stands in `p.out`, and the place for its events.
+The caller sets the frame of the message and the place for its events in `p.out` first.
 """
 
 import numpy as np
@@ -50,11 +50,11 @@ from livebass.techniques import CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
 
-GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 says another range
+GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 sets another range
 NOTE_OFF, NOTE_ON, CONTROL, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xD0, 0xE0  # kinds of messages
-RELEASE = 64  # velocity of a note-off that has none
-BRIGHTNESS = 74  # the controller by which a channel of MPE says where its next note is plucked
-MONO, POLY = 126, 127  # channel mode messages: mode 4 of MIDI, and its end
+RELEASE = 64  # velocity of a note-off without one
+BRIGHTNESS = 74  # an MPE channel's controller for the place of its next pluck
+MONO, POLY = 126, 127  # channel mode messages: MIDI mode 4, and its end
 MPE_RPN = 6
 
 events_at = records_at(EVENT)
@@ -70,7 +70,7 @@ def take_message(p, ops, status, first, second):
 
 @entry("void(int64, int64, int64, int64, int64, int64)", SMALL)
 def take_message_ringing(p, ops, player, status, first, second):
-    """C function: `ring_on` for addresses, with all events of `player`."""
+    """C function: `ring_on` for addresses, with all of `player`'s events."""
     performer = performer_at(p)
     operators = operators_at(ops, performer.strings, performer.frets + 1)
     ring_on(performer, operators, performer_at(player), np.int64(0), status, first, second)
@@ -78,10 +78,9 @@ def take_message_ringing(p, ops, player, status, first, second):
 
 @jit
 def handle_message(p, ops, status, first, second):
-    """Handles one channel message: its events, at most MOST_EVENTS, go to `p.out`.
+    """Handles one channel message: writes at most MOST_EVENTS events to `p.out`.
 
-    ops (strings, frets + 1) are the operators. Anything that is not a channel message with data bytes of 0 to 127 is
-    ignored.
+    ops (strings, frets + 1) are the operators. Anything but a channel message with data bytes of 0 to 127 is ignored.
     """
     if 0x80 <= status <= 0xEF and first <= 127 and second <= 127:
         channel = status & 0x0F
@@ -93,10 +92,10 @@ def handle_message(p, ops, status, first, second):
 
 @jit
 def ring_on(p, ops, player, before, status, first, second):
-    """`handle_message` for a bass that rings out while `player` plays: it starts no note.
+    """`handle_message` for a bass that rings out while `player` plays: it starts no notes.
 
-    `player` has turned the message into its events from `before` on: a string that is plucked or struck there is damped
-    here, by its tuning.
+    `player` has turned the message into its events from `before` on. If they pluck or strike a string, the string
+    of the same tuning is damped here.
     """
     if not (status & 0xF0 == NOTE_ON and second > 0):
         handle_message(p, ops, status, first, second)
@@ -112,7 +111,7 @@ def ring_on(p, ops, player, before, status, first, second):
 
 @jit
 def handle_common_message(p, ops, status, first, second):
-    """Handles a message of a channel that has no string, and no zone, of its own."""
+    """Handles a message of a channel without a string or zone of its own."""
     kind, channel = status & 0xF0, status & 0x0F
     if kind in (NOTE_ON, NOTE_OFF):
         on = kind == NOTE_ON and second > 0
@@ -123,7 +122,7 @@ def handle_common_message(p, ops, status, first, second):
         else:
             note_off(p, ops, channel, first, second if kind == NOTE_OFF else RELEASE, np.int64(EVERY_STRING))
     elif kind == CONTROL and first == DATA and leading(p, channel).rpn == MPE_RPN:
-        # the zone of MPE of this master channel
+        # this master channel's MPE zone
         members = min(second, CHANNELS - 1)
         set_mode(p, np.int64(NOTE_A_CHANNEL), 1 if channel == 0 else CHANNELS - 1 - members, members)
     elif kind == CONTROL:
@@ -142,7 +141,7 @@ def handle_common_message(p, ops, status, first, second):
 
 @jit
 def set_mode(p, mode, first, channels):
-    """Gives channels a meaning: `channels` of them from `first` on."""
+    """Gives `channels` channels from `first` on a meaning."""
     controls = p.controls
     wanted = mode if channels > 1 else ALL_ALIKE
     if wanted != controls.mode:
@@ -161,7 +160,7 @@ def set_mode(p, mode, first, channels):
 
 @jit
 def forget_channels(p):
-    """Has all strings follow the bass as a whole, whatever channel has played them, and forgets who holds what."""
+    """Makes all strings follow ANY, whichever channel played them, and forgets which channels hold keys."""
     for i in range(p.strings):
         take_channel(p, i, np.int64(-1))
     for key in range(KEYS):
@@ -170,7 +169,7 @@ def forget_channels(p):
 
 @jit
 def handle_own_message(p, ops, status, first, second):
-    """Handles a message of a channel that has a string, or notes, of its own; False: it is for the bass."""
+    """Handles a message of a channel with its own string or notes; False: it is for the bass."""
     controls, kind, channel = p.controls, status & 0xF0, status & 0x0F
     if (kind in (NOTE_OFF, NOTE_ON)) and is_switch(p, first):
         return False
@@ -195,7 +194,7 @@ def handle_own_message(p, ops, status, first, second):
     elif kind == CONTROL and first == BRIGHTNESS:
         controls.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
     elif kind == CONTROL and controls.channel[ANY].rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):
-        controls.channel_range = range_with(controls.channel_range, first, second)  # the bass's is any other channel's
+        controls.channel_range = range_with(controls.channel_range, first, second)  # other channels set the bass's
     elif kind == CONTROL and (first in (DATA, DATA_FINE)):
         return controls.channel[ANY].rpn in (FINE_RPN, COARSE_RPN)  # no channel of a zone tunes the others
     else:
@@ -205,10 +204,10 @@ def handle_own_message(p, ops, status, first, second):
 
 @jit
 def play_own_note(p, ops, i, channel, key, velocity):
-    """Plays a note of a channel of its own, at that channel's place and with its bend; on string `i` if it has one."""
+    """Plays a note of a zone's channel, with the channel's place and bend; on string `i` if it has one."""
     controls = p.controls
     if controls.mode == STRING_A_CHANNEL:
-        if not (has_note(p, i, key) or has_harmonic(p, i, key)):  # none has any on a channel without a string
+        if not (has_note(p, i, key) or has_harmonic(p, i, key)):  # a channel without a string has no notes
             p.dropped += 1
             return
         controls.string_of[key] = i
@@ -223,13 +222,13 @@ def play_own_note(p, ops, i, channel, key, velocity):
 
 @jit
 def has_harmonic(p, i, key):
-    """True if harmonics are played, and `key` is a natural one of string `i`, which may be -1."""
+    """True if harmonics are on and `key` is a natural harmonic of string `i`, which may be -1."""
     return i >= 0 and p.switched[HARMONIC] > 0 and natural_harmonic(p, key, i)[1] > 0
 
 
 @jit
 def update_idle(p):
-    """Tells every string which ones nobody plays or mutes, where that has changed: they may answer (answers.py)."""
+    """Tells every string which strings are neither played nor muted, if that changed: they may answer (answers.py)."""
     idle = 0
     if p.answering == ALWAYS or (p.answering == WITH_PEDAL and pedal_is_down(p)):
         for i in range(p.strings):

@@ -1,4 +1,4 @@
-"""A note begins, goes on to another key by the left hand, and ends. [audio thread]"""
+"""Begins notes, moves them to other keys with the left hand, and ends them. [audio thread]"""
 
 import numpy as np
 
@@ -26,18 +26,18 @@ from livebass.techniques import DETACH, GHOST, HARMONIC, LEGATO, SLIDE, TAP
 jit = compiled(attributes=SMALL)
 
 MONO_STEP = 2  # semitones
-HAMMER_SPEED = 0.36  # speed of a finger that hammers over that by which a pluck of the same force moves the string
-HAMMER_LANDING = 4e-3  # s in which the finger that hammers damps a string that sounds
-TAP_LIFTING = 0.5e-3  # s in which fingers leave a string that is tapped
-# m across, by which the finger of a pull-off takes the string along: to the side where pickups hear it with what the
-# string does as it leaves its fret, not against that
+HAMMER_SPEED = 0.36  # speed of a hammering finger over the string's speed after a pluck of the same force
+HAMMER_LANDING = 4e-3  # s in which the hammering finger damps a sounding string
+TAP_LIFTING = 0.5e-3  # s in which fingers leave a tapped string
+# m across: how far a pull-off's finger takes the string along, to the side where pickups hear this pull in phase with
+# the string leaving its fret
 LEAST_PULL, MOST_PULL = 0.1e-3, 0.9e-3
 EVERY_STRING, EVERY_KEY = -1, -1
 
 
 @jit
 def note_on(p, ops, channel, key, velocity):
-    """Plays a key of a channel: finds note and string, then sounds it by the left hand or a stroke."""
+    """Plays a channel's key: finds note and string, then sounds it with the left hand or a stroke."""
     hands = p.hands
     channel = hold_key(p, channel, key)
     own_place, own_string = p.controls.place_of[key], p.controls.string_of[key]
@@ -84,7 +84,7 @@ def note_on(p, ops, channel, key, velocity):
 
 @jit
 def hold_key(p, channel, key):
-    """Notes that `channel` holds `key`; returns the channel that the note's string is to follow, -1: none in a zone."""
+    """Records that `channel` holds `key`; returns the channel for the note's string to follow, -1 in a zone."""
     if p.controls.mode != ALL_ALIKE:
         return np.int64(-1)
     p.hands.holding[key] |= 1 << channel
@@ -93,7 +93,7 @@ def hold_key(p, channel, key):
 
 @jit
 def forget_keys(p, channel):
-    """Forgets the keys that `channel` holds, but for those that play a string."""
+    """Forgets the keys that `channel` holds, except keys that play a string."""
     for key in range(KEYS):
         p.hands.holding[key] &= ~(1 << channel)
     unstack_key(p, channel, np.int64(EVERY_KEY), np.int64(EVERY_STRING))
@@ -101,9 +101,9 @@ def forget_keys(p, channel):
 
 @jit
 def find_note(p, key, own_string):
-    """Returns the note of a key, and the string and number of the natural harmonic that it is (-1, 0: it is none).
+    """Returns a key's note, and the string and number of its natural harmonic (-1, 0: none).
 
-    Keys out of range are moved by octaves; the note is -1 where that cannot be, or is not wanted.
+    Keys out of range move by octaves; the note is -1 if that fails or is switched off.
     """
     i, node = -1, 0
     if p.switched[HARMONIC] > 0:
@@ -121,7 +121,7 @@ def find_note(p, key, own_string):
 
 @jit
 def tied_string(p, note, own_string):
-    """Returns the string whose note goes on to `note` without a stroke: legato, sliding, mono; -1: there is none."""
+    """Returns the string whose note continues to `note` without a stroke: legato, sliding, mono; -1: none."""
     if p.controls.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.hands.state[own_string] == HELD:
         return own_string
     legato = (p.controls.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
@@ -135,7 +135,7 @@ def tied_string(p, note, own_string):
 
 @jit
 def string_for(p, channel, note, own_string):
-    """Returns the string that a stroke plays `note` of `channel` on: the one asked for, or the best; -1: none."""
+    """Returns the string for a stroke of `note` of `channel`: the requested one, or the best; -1: none."""
     if has_note(p, own_string, note):
         return own_string
     if has_note(p, p.forced, note):
@@ -151,7 +151,7 @@ def is_sliding(p):
 
 @jit
 def take_string_for(p, i, fret, key):
-    """Gives string `i` to a key, at `fret`, which the left hand reaches for."""
+    """Gives string `i` to a key, at `fret`, and moves the left hand there."""
     hands = p.hands
     reach_fret(p, fret)
     p.notes += 1
@@ -165,7 +165,7 @@ def take_string_for(p, i, fret, key):
 
 @jit
 def stop_elsewhere(p, i, channel, key):
-    """Stops a key of `channel` on other strings than `i`, on which it is played now."""
+    """Stops a key of `channel` on all strings but `i`, which plays it now."""
     for k in range(p.strings):
         if k != i and p.hands.state[k] != FREE and p.hands.key[k] == key and follows(p, k, channel):
             stop_string(p, k)
@@ -173,9 +173,9 @@ def stop_elsewhere(p, i, channel, key):
 
 @jit
 def go_to_fret(p, ops, i, before, fret, part):
-    """Has string `i` go from fret `before` to `fret` by the left hand: hammer-on, pull-off or slide.
+    """Moves string `i` from fret `before` to `fret` with the left hand: hammer-on, pull-off or slide.
 
-    `part` is of the way from the softest to the hardest.
+    `part`: 0 is the softest, 1 the hardest.
     """
     if is_sliding(p):
         send_slide(p, i, fret, SLIDE_TIME)
@@ -193,7 +193,7 @@ def hammer_string(p, ops, i, fret, part):
 
 @jit
 def tap_string(p, ops, i, fret, part):
-    """Hammers string `i` down to `fret`, whatever it does: fingers that ended its last note come off."""
+    """Hammers string `i` down to `fret`, whatever its state: fingers that ended its last note lift off."""
     for k in range(TOUCHES):
         send_touch(p, i, k, 0.0, 0.0, 0.0, TAP_LIFTING)
     hammer_string(p, ops, i, fret, part)
@@ -203,11 +203,11 @@ def tap_string(p, ops, i, fret, part):
 
 @jit
 def note_off(p, ops, channel, key, velocity, own_string):
-    """Releases the strings that the key holds; only `own_string` if that is not EVERY_STRING.
+    """Releases the strings that the key holds; only `own_string` unless that is EVERY_STRING.
 
-    A channel that holds the key ends its own notes; one that does not ends those of any channel. The first note-off
-    ends a key, however often it was struck: to wait for as many note-offs as there were note-ons would leave a note
-    hanging whenever one is lost, as pads and MIDI guitars that strike again without one do.
+    A channel that holds the key ends its own notes; otherwise it ends any channel's notes. The first note-off ends a
+    key, however often it was struck: waiting for one note-off per note-on would leave notes hanging whenever a note-off
+    is missing. Pads and MIDI guitars strike again without one.
     """
     hands = p.hands
     if p.controls.mode != ALL_ALIKE or not (hands.holding[key] >> channel) & 1:
@@ -228,7 +228,7 @@ def note_off(p, ops, channel, key, velocity, own_string):
 
 @jit
 def go_back_to_key(p, ops, i, velocity):
-    """Has string `i` play on with the key that is still held under the one released: pull-off, or hammer-on."""
+    """Returns string `i` to the key still held under the released one: by pull-off or hammer-on."""
     hands = p.hands
     hands.stacked[i] -= 1
     key = hands.stack[i, hands.stacked[i]]
@@ -241,7 +241,7 @@ def go_back_to_key(p, ops, i, velocity):
 
 @jit
 def stack_key(p, i):
-    """Remembers the key that string `i` plays under the one that it is to play now."""
+    """Pushes the key that string `i` plays onto its stack, before it plays the next."""
     hands = p.hands
     n = hands.stacked[i]
     if n == STACK:
@@ -255,16 +255,16 @@ def stack_key(p, i):
 
 @jit
 def move_stacked(p, i, place, to):
-    """Moves the key at `place` under the one that string `i` plays."""
+    """Moves the stacked key of string `i` at `place` to `to`."""
     p.hands.stack[i, to] = p.hands.stack[i, place]
     p.hands.stack_channel[i, to] = p.hands.stack_channel[i, place]
 
 
 @jit
 def unstack_key(p, channel, key, own_string):
-    """Takes a key of `channel` (or ANY) that was released from under those that play; EVERY_KEY: all of them.
+    """Removes a released key of `channel` (or ANY) from the stacks; EVERY_KEY: all of its keys.
 
-    It does so on `own_string` only if that is not EVERY_STRING.
+    Does so only on `own_string`, unless that is EVERY_STRING.
     """
     hands = p.hands
     for i in range(p.strings):
@@ -281,7 +281,7 @@ def unstack_key(p, channel, key, own_string):
 
 @jit
 def release_string(p, i):
-    """Lets go of a held note; the pedal may still hold it."""
+    """Releases a held note; the pedal may still hold it."""
     if record_of(p, i).pedal:
         p.hands.state[i] = PEDALLED
     else:
@@ -298,7 +298,7 @@ def stop_string(p, i):
 
 @jit
 def cut_string(p, i):
-    """Ends the sound of string `i` at once; no key plays it then."""
+    """Ends the sound of string `i` at once and frees it from its key."""
     p.hands.state[i] = FREE
     p.hands.key[i] = -1
     p.hands.stacked[i] = 0

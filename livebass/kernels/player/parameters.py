@@ -1,6 +1,6 @@
-"""Parameters that hosts set while the bass plays, by number (techniques.py), and controllers that move them.
+"""Parameters, by number (techniques.py), that hosts or controllers move while the bass plays.
 
-0 is always "as the bass itself has it". [audio thread]
+0 always means the bass's own value. [audio thread]
 """
 
 import numpy as np
@@ -33,12 +33,12 @@ from livebass.techniques import (
 )
 
 MOST_UNEVENNESS = 0.5
-VOLUME_LAW = 40.0 * 0.30102999566398120  # dB when a volume controller doubles
+VOLUME_LAW = 40.0 * 0.30102999566398120  # dB per doubling of a volume controller
 
 
 @jit
 def within_limits(number, value):
-    """The value of parameter `number`, held within its limits; NaN is as usual."""
+    """The value of parameter `number`, held within its limits; NaN means 0, the usual."""
     if np.isnan(value):
         return 0.0
     return min(max(value, LEAST[number]), MOST[number])
@@ -46,7 +46,7 @@ def within_limits(number, value):
 
 @jit
 def set_parameter(p, number, value):
-    """Sets parameter `number`, of those that the player has, to a value within its limits."""
+    """Sets the player's parameter `number` to a value within its limits."""
     adjust_player(p, number, value)
     if number == TONE_POT:
         for i in range(p.strings):
@@ -57,7 +57,7 @@ def set_parameter(p, number, value):
 
 @jit
 def adjust_player(p, number, value):
-    """`set_parameter` for the player alone."""
+    """`set_parameter` without the events for the strings."""
     p.controls.adjusted[number] = value
     if number == TONE_POT:
         p.tone = value
@@ -82,7 +82,7 @@ def adjust_player(p, number, value):
 
 @jit
 def set_technique(p, which):
-    """Has the thumb strike as many strings as the value `which` of TECHNIQUE says; the others are popped then."""
+    """Sets how many strings the thumb strikes by `which`, a value of TECHNIQUE; the others are then popped."""
     p.slapped = p.usual_slapped
     if which == PLUCKED:
         p.slapped = 0
@@ -100,7 +100,7 @@ def set_technique(p, which):
 def set_amount(p, ops, function, amount):
     """Sets palm mute or vibrato to `amount`, 0 to 1, as its controller does.
 
-    `function`: CC_PALM or CC_VIBRATO. NaN is none.
+    `function`: CC_PALM or CC_VIBRATO. NaN means 0.
     """
     controls = p.controls
     amount = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
@@ -123,24 +123,24 @@ def set_amount(p, ops, function, amount):
 
 @jit
 def place_note(p, key, x):
-    """Has the next note of `key` plucked at a place of its own, given as PLUCK_POSITION."""
+    """Gives the next note of `key` its own pluck position, in units of PLUCK_POSITION."""
     if key < KEYS:
         p.controls.place_of[key] = x if np.isnan(x) else within_limits(np.int64(PLUCK_POSITION), x)
 
 
 @jit
 def string_note(p, key, i):
-    """Has the next note of `key` played on string `i`, where that has it."""
+    """Plays the next note of `key` on string `i`, if that string has it."""
     if key < KEYS:
         p.controls.string_of[key] = np.int64(i) if 0.0 <= i < p.strings else -1
 
 
 @jit
 def value_at(number, value):
-    """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is as usual.
+    """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is the usual value.
 
-    The gain is that of a volume controller, from silence to 0 dB. Parameters that begin at 0 go from there to the most
-    at 127: the bend range in whole numbers, the technique in equal parts.
+    The gain follows a volume controller, from silence to 0 dB. Parameters whose minimum is 0 run from there to their
+    maximum at 127: the bend range in whole numbers, the technique in equal steps.
     """
     least, most = LEAST[number], MOST[number]
     if number == GAIN_DB:
@@ -158,8 +158,8 @@ def value_at(number, value):
 
 @jit
 def turn_parameter(p, number, value):
-    """Moves parameter `number` by a controller, as a host would."""
-    x = np.float64(np.float32(value_at(number, value)))  # as precise as those of a host
+    """Moves parameter `number` with a controller, as a host would."""
+    x = np.float64(np.float32(value_at(number, value)))  # as precise as a host's values
     if number == GAIN_DB:
         p.controls.level = power(10.0, x / 20.0) if x > LEAST[GAIN_DB] else 0.0
         send_gains(p, np.int64(ANY))

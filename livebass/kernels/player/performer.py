@@ -1,8 +1,8 @@
-"""The performer: the record of all that a bass's player remembers, PERFORMER. In this room p is that record.
+"""The performer: PERFORMER, the record of all that a bass's player remembers. In this package p is that record.
 
-The performer turns MIDI messages into events of the strings: which string and fret, how hard, when a note stops. It
-decides when the message arrives, from what was played so far: a file and a keyboard give the same performance, and the
-same input always the same one. [audio thread]
+The performer turns MIDI messages into string events: which string and fret, how hard, when a note stops. It decides as
+each message arrives, only from what was played so far: a file and a keyboard give the same performance, and the same
+input always gives the same result. [audio thread]
 """
 
 import numpy as np
@@ -14,20 +14,20 @@ from livebass.techniques import ACTIONS, PARAMETERS
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
-MOST_EVENTS = 8 * MOST_STRINGS  # one message gives at most so many: reset-controllers
+MOST_EVENTS = 8 * MOST_STRINGS  # per message at most: reset-controllers
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
-# What the channels mean: nothing; one each for every string (mode 4 of MIDI); one for each note (MPE)
+# Meaning of the channels: none; one per string (MIDI mode 4); one per note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
-ANY = CHANNELS  # in place of a channel: the bass as a whole
-# When idle strings may answer those that sound: no hand rests on them never, while the pedal is down, or always
+ANY = CHANNELS  # instead of a channel: the whole bass
+# When idle strings may answer sounding ones (no hand rests on them): never, while the pedal is down, always
 NEVER, WITH_PEDAL, ALWAYS = range(3)
 ANSWERS_WHEN = 3
-STACK = 4  # keys held on one string that it goes back to, one after the other
+STACK = 4  # held keys that one string can go back to, one after another
 OVER = 1e-9  # signal below which a bass that rings out has ended
-FADE = 0.03  # s of fade-out of a bass that rings out, once another one or an overload needs its place
+FADE = 0.03  # s: a bass that rings out fades in this time when another bass or an overload needs its place
 
-# What the messages of one channel set
+# Set by the messages of one channel
 CHANNEL = np.dtype(
     [
         ("volume", "f8"),
@@ -38,7 +38,7 @@ CHANNEL = np.dtype(
         ("bend_up", "f8"),  # semitones, by the controller ...
         ("bend_ready", "i8"),  # ... once it has been below BEND_STARTS
         ("vibrato", "f8"),  # 0 to 1
-        ("fine", "i8"),  # tuning, 0 to 16383: IN_TUNE is none, and a semitone lies on either side
+        ("fine", "i8"),  # tuning, 0 to 16383, a semitone to either side of IN_TUNE
         ("coarse", "i8"),  # tuning, semitones
         ("rpn", "i8"),  # selected; NO_RPN: none
     ],
@@ -47,24 +47,24 @@ CHANNEL = np.dtype(
 NO_RPN = 16383
 IN_TUNE = 8192
 
-# What outlives a change of bass
+# Kept when the bass changes
 CONTROLS = np.dtype(
     [
-        ("channel", CHANNEL, (CHANNELS + 1,)),  # the last one, ANY, has what any channel outside a zone has set last
-        ("level", "f8"),  # of the parameter gain, where a controller of the bass's own moves that
-        ("blend", "f8"),  # of the pickups, -1 the one nearest to the neck alone, 1 the bridge's; 0: as the bass has it
+        ("channel", CHANNEL, (CHANNELS + 1,)),  # the last, ANY, holds the latest value from any channel outside a zone
+        ("level", "f8"),  # the gain parameter, if one of the bass's own controllers moves it
+        ("blend", "f8"),  # of the pickups: -1 the neck pickup alone, 1 the bridge pickup alone; 0: the bass's own blend
         ("palm", "f8"),  # 0 to 1, by the controller ...
         ("palm_set", "f8"),  # ... and by `set_amount`
         ("vibrato_set", "f8"),  # 0 to 1, of all channels, by `set_amount`
         ("legato", "i8"),  # 1: by the controller
         ("sliding", "i8"),  # 1: by the controller
-        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, besides the wheel's
-        ("string_of", "i8", (KEYS,)),  # that the next note of each key is played on; -1: the performer chooses
-        ("place_of", "f8", (KEYS,)),  # of the next note of each key, as PLUCK_POSITION; NaN: none of its own
-        ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: as the bass has it
+        ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, on top of the wheel
+        ("string_of", "i8", (KEYS,)),  # string for each key's next note; -1: the performer chooses
+        ("place_of", "f8", (KEYS,)),  # of each key's next note, as PLUCK_POSITION; NaN: none of its own
+        ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: the bass's own
         # channels
         ("mode", "i8"),  # ALL_ALIKE, STRING_A_CHANNEL or NOTE_A_CHANNEL
-        ("first_channel", "i8"),  # of those that have a string or notes of their own ...
+        ("first_channel", "i8"),  # first channel with its own string or notes ...
         ("channels", "i8"),  # ... and how many
         ("mono", "i8"),  # 1: overlapping notes at most MONO_STEP semitones apart are legato
         ("channel_range", "f8"),  # semitones
@@ -74,25 +74,25 @@ CONTROLS = np.dtype(
     align=True,
 )
 
-# What the hands do: the left one frets, the right one plucks
+# State of the hands: the left frets, the right plucks
 HANDS = np.dtype(
     [
         ("state", "i8", (MOST_STRINGS,)),  # FREE, HELD or PEDALLED
         ("key", "i8", (MOST_STRINGS,)),  # the key that plays the string, -1: none since all-off
         ("fret", "i8", (MOST_STRINGS,)),
-        ("channel", "i8", (MOST_STRINGS,)),  # that has played the string last; -1: none, and in a zone
+        ("channel", "i8", (MOST_STRINGS,)),  # that played the string last; -1: none, or in a zone
         ("age", "i8", (MOST_STRINGS,)),  # the clock when its note began
         ("clock", "i8"),  # counts notes
-        ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the one that plays, the last on top
+        ("stack", "i8", (MOST_STRINGS, STACK)),  # keys held on a string under the sounding one, the last on top
         ("stack_channel", "i8", (MOST_STRINGS, STACK)),  # ... and their channels
         ("stacked", "i8", (MOST_STRINGS,)),
-        ("holding", "i8", (KEYS,)),  # the channels that hold each key, a bit each
-        ("note_bend", "f8", (MOST_STRINGS,)),  # semitones, of the note that it plays, besides all others
-        ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of the note that it plays
+        ("holding", "i8", (KEYS,)),  # channels that hold each key, a bit each
+        ("note_bend", "f8", (MOST_STRINGS,)),  # semitones, of its current note, on top of all other bends
+        ("note_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 1, of its current note
         ("place", "i8"),  # fret of the first finger
-        ("shift", "i8", (CHANNELS + 1,)),  # frets by which a wheel that slides has got from those of the notes
-        ("latest", "i8"),  # string of the last note; -1: it was left out
-        ("channel_string", "i8", (CHANNELS,)),  # that the channel's last note is played on; -1: none
+        ("shift", "i8", (CHANNELS + 1,)),  # frets by which a sliding wheel has moved away from the notes' frets
+        ("latest", "i8"),  # string of the last note; -1: it was dropped
+        ("channel_string", "i8", (CHANNELS,)),  # string of the channel's last note; -1: none
         ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
@@ -103,9 +103,9 @@ HANDS = np.dtype(
 # Where events go
 OUT = np.dtype(
     [
-        ("frame", "i8"),  # of the message that is handled
+        ("frame", "i8"),  # of the current message
         ("events", "i8"),  # address: EVENT, with room for MOST_EVENTS more
-        ("count", "i8"),  # of those written
+        ("count", "i8"),  # events written
     ],
     align=True,
 )
@@ -116,33 +116,33 @@ PERFORMER = np.dtype(
         ("strings", "i8"),
         ("frets", "i8"),
         ("open", "i8", (MOST_STRINGS,)),
-        ("called", "i8", (MOST_STRINGS,)),  # pitch class by which key switches call it
-        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, over how far before it was tuned
+        ("called", "i8", (MOST_STRINGS,)),  # pitch class that calls it from key switches
+        ("slack", "f8", (MOST_STRINGS,)),  # how far a force pulls it, relative to before it was tuned
         ("player", PLAYER),
         ("strokes", STROKE, (STROKES,)),
         ("key_map", KEY_MAP),
-        ("part", "f8", (KEYS,)),  # by velocity: part of the way from the softest to the hardest note
+        ("part", "f8", (KEYS,)),  # by velocity: 0 the softest note, 1 the hardest
         ("usual_slapped", "i8"),  # how many strings the player's thumb strikes, from the lowest
         ("wheel_slides", "i8"),  # 1: the wheel slides along the frets
         ("answering", "i8"),  # NEVER, WITH_PEDAL or ALWAYS
-        ("drop", "i8"),  # 1: notes out of range are left out
+        ("drop", "i8"),  # 1: notes out of range are dropped
         ("seed", "i8"),
-        # what controllers, parameters and key switches make of the player
+        # the player's state, as set by controllers, parameters and key switches
         ("position", "f8"),  # of a pluck, fraction of the open string
-        ("placed", "f8"),  # the position that the controllers' reset goes back to
+        ("placed", "f8"),  # the position after a controller reset
         ("ranged", "f8"),  # semitones, the range of a channel's wheel until a controller sets another
-        ("dynamics", "f8"),  # factor of every note's force
-        ("tone", "f8"),  # of the tone pot, -1 to 1; 0: as the bass has it
+        ("dynamics", "f8"),  # factor for every note's force
+        ("tone", "f8"),  # of the tone pot, -1 to 1; 0: the bass's own
         ("hand_damping", "f8"),
         ("unevenness", "f8"),
         ("slapped", "i8"),  # strings that the thumb strikes
         ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
-        ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key that switches
-        ("switched", "i8", (ACTIONS,)),  # keys held, of each action
-        ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
+        ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key switch
+        ("switched", "i8", (ACTIONS,)),  # held keys per action
+        ("forced", "i8"),  # string that plays all notes while its key is held; -1: none
         ("controls", CONTROLS),
         ("hands", HANDS),
-        ("idle", "i8"),  # strings that may answer, a bit each, as the strings have been told
+        ("idle", "i8"),  # strings that may answer, a bit each, as last sent to the strings
         ("out", OUT),
         # counters
         ("notes", "i8"),

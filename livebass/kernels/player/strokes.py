@@ -1,7 +1,7 @@
-"""How the right hand sounds a string: from a force to the shape and speed of a pluck or a strike. [audio thread]
+"""The right hand: turns a force into the shape and speed of a pluck or a strike. [audio thread]
 
-What plucks is a row of `p.strokes`, a STROKE (constants.py). `op` is the operator of the string at the fret where it is
-stopped, `open_op` that of the open string.
+A row of `p.strokes`, a STROKE (constants.py), describes what plucks. `op` is the string's operator at the fret that
+stops it, `open_op` the open string's.
 """
 
 import numpy as np
@@ -26,31 +26,31 @@ from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
 
 strokes_at = records_at(STROKE)
-LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the middle itself has no even partials
+LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
 MOST_PLACE = 0.99  # of the length
-USUAL_PLACE = 0.8  # of the length: where hands pluck that are neither here nor there
+USUAL_PLACE = 0.8  # of the length: a typical place to pluck
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
-THUMB_GENTLER = 0.2  # power of its part of the open length by which a thumb strikes a shorter string more gently
-GUEST_THUMB = 0.34  # part of a strike's depth on a bass whose level is that of fingers
-PRESSED_APEX = 0.8  # of the way down to the frets that a stroke towards the neck may pull the string
-RAKE = 80e-3  # s within which a finger goes on to a lower string, by which it does not take turns
+THUMB_GENTLER = 0.2  # a thumb's force on a shorter string is scaled by its part of the open length to this power
+GUEST_THUMB = 0.34  # part of a strike's depth on a bass levelled for fingers
+PRESSED_APEX = 0.8  # part of the way to the frets that a stroke towards the neck may pull the string
+RAKE = 80e-3  # s: a finger that moves to a lower string within this time rakes instead of alternating
 # For an unevenness of 1: m; part of width and release; rad
 UNEVEN_PLACE, UNEVEN_TIP, UNEVEN_ANGLE = 0.1, 1.6, 0.5
-# Noise of skin: over the speed of the corner, as coil and tone take some of it; dB by which the softest have less than
-# the hardest, so that velocities 60, 90 and 127 have -24, -7 and 0 dB; part heard of a pluck straight across
+# Skin noise: its level over the corner's speed, as coil and tone take some of it; dB less for the softest than for the
+# hardest (velocities 60, 90 and 127 give -24, -7 and 0 dB); the part heard from a pluck straight across
 SKIN, SKIN_SOFTER, LEAST_SKIN = 1.4, 95.0, 0.2
-MORE_CHANCE = 1 << 40  # chances beyond those of force and place
-# The left hand that slaps the strings: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
+MORE_CHANCE = 1 << 40  # random numbers beyond those for force and place
+# The left hand's slap: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
 LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
-LEFT_SPEED = 0.5  # of that by which a pluck of the same force moves the string
+LEFT_SPEED = 0.5  # part of the string's speed after a pluck of the same force
 
 
 @jit
 def fill_strokes(p, own):
-    """Fills the strokes of a performer, with the player's own numbers in place of 0.
+    """Fills a performer's strokes, with the player's own numbers in place of 0.
 
-    own: address of STROKES rows of STROKE, the bass's own; 0: the standard ones.
+    own: address of the bass's own STROKES rows of STROKE; 0: the standard ones.
     """
     player = p.player
     for k in range(STROKES):
@@ -75,14 +75,14 @@ def fill_strokes(p, own):
 
 @jit
 def force_at(p, part):
-    """Force of the hand, `part` of the way from the softest to the hardest, in those that graze a fret (`apex_by`)."""
+    """Force of the hand, as a multiple of the grazing force (`apex_by`); `part`: 0 the softest, 1 the hardest."""
     softest = max(p.player.softest, LEAST_FORCE)
     return p.dynamics * softest * power(p.player.hardest / softest, part)
 
 
 @jit
 def hardness(p, force):
-    """How hard a force is, from 0, the player's softest, to 1, the hardest: by its logarithm."""
+    """A force's hardness on a log scale, from 0, the player's softest, to 1, the hardest."""
     softest, hardest = max(p.player.softest, LEAST_FORCE), p.player.hardest
     if hardest <= softest or force <= softest:
         return 1.0 if force >= hardest else 0.0
@@ -91,7 +91,7 @@ def hardness(p, force):
 
 @jit
 def between(soft, hard, hardness):
-    """Returns `soft` at hardness 0 and `hard` at 1, evenly in its logarithm; where `soft` is 0 it is always `hard`."""
+    """Interpolates on a log scale: `soft` at hardness 0, `hard` at 1; always `hard` if `soft` is 0."""
     if soft == 0.0 or hard == 0.0:
         return hard
     return hard * power(soft / hard, 1.0 - hardness)
@@ -105,9 +105,9 @@ def soft_limit(x, most):
 
 @jit
 def over_body(open_op, op, place, aside, least):
-    """Distance (m) from the stop of a hand over the body at `place` (fraction of the open string), `aside` m off it.
+    """Distance (m) from the stop to a hand over the body at `place` (fraction of the open string), `aside` m off it.
 
-    Kept on the string, and no nearer to the stop than the part `least` of the length.
+    Stays on the string, and no nearer to the stop than `least` of the length.
     """
     where = op.length - (1.0 - place) * open_op.length + aside
     return min(max(where, least * op.length), MOST_PLACE * op.length)
@@ -115,7 +115,7 @@ def over_body(open_op, op, place, aside, least):
 
 @jit
 def position_at(p, x):
-    """Position for PLUCK_POSITION `x`: -1 nearest to the bridge, 1 farthest from it, 0 the usual one."""
+    """Position for PLUCK_POSITION `x`: -1 nearest to the bridge, 1 farthest from it, 0 the usual position."""
     usual = p.player.pluck_position
     if x < 0.0:
         return usual - x * (p.player.pluck_farthest - usual)
@@ -124,10 +124,10 @@ def position_at(p, x):
 
 @jit
 def apex_by(open_op, op, where, gentler):
-    """Returns the apex (m) at `where` (m from the stop) of the force that has the open string just graze a fret.
+    """Returns the apex (m) at `where` (m from the stop) for the force that makes the open string just graze a fret.
 
-    That is a pluck of the open string as far from the saddle. The same force pulls a shorter string less far, as
-    x (L - x) / L, and hands play it by the power `gentler` of its length.
+    The open string is plucked at the same distance from the saddle. The same force pulls a shorter string less far, as
+    x (L - x) / L, and hands scale it by its part of the length to the power `gentler`.
     """
     x = open_op.length - (op.length - where)
     part = op.length / open_op.length
@@ -136,9 +136,9 @@ def apex_by(open_op, op, where, gentler):
 
 @jit
 def speed_of_pluck(p, op, i, force):
-    """Speed (m/s) by which a pluck of `force` at USUAL_PLACE moves the open string `i`: c F / T.
+    """Speed (m/s) of the open string `i` after a pluck of `force` at USUAL_PLACE: c F / T.
 
-    A left hand is as fast wherever the right one plucks.
+    The left hand is equally fast wherever the right one plucks.
     """
     return speed_of_corner(p, op, i, force, USUAL_PLACE * op.length)
 
@@ -151,15 +151,15 @@ def speed_of_corner(p, op, i, force, x):
 
 @jit
 def corner_speed(op, apex, where):
-    """Speed (m/s) by which the corner of a pluck of `apex` (m) at `where` (m from the stop) moves what it passes."""
+    """Speed (m/s) that the corner of a pluck gives the string; its `apex` (m) is at `where` (m from the stop)."""
     return 0.5 * apex * op.length / (where * (op.length - where)) * op.speed
 
 
 @jit
 def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
-    """Plucks or strikes string `i` at `fret`, at `part` of the way from the softest to the hardest.
+    """Plucks or strikes string `i` at `fret`; `part`: 0 is the softest, 1 the hardest.
 
-    `node`: the number of a natural harmonic, on whose node a finger lies; 0: none. `own_place`: of the note, as
+    `node`: number of the natural harmonic whose node a finger touches; 0: none. `own_place`: the note's own
     PLUCK_POSITION; NaN: none.
     """
     ghost = ghost or p.switched[LEFT_SLAP] > 0
@@ -198,13 +198,13 @@ def slap_left(p, ops, i, force):
 
 @jit
 def throw_thumb(p, ops, i, stop, part, uneven, weaker, aside):
-    """Throws a thumb with a mass on string `i`; `uneven` and `weaker` are factors of its speed."""
+    """Throws a thumb with a mass on string `i`; `uneven` and `weaker` are factors for its speed."""
     op, player = ops[i, stop], p.player
     where = over_body(ops[i, 0], op, player.strike_position, aside, LEAST_STRIKE)
     speed = player.strike_softest * power(player.strike_hardest / player.strike_softest, part)
     speed *= p.dynamics * uneven * weaker
     speed *= power(op.length / ops[i, 0].length, THUMB_GENTLER)
-    if op.points == 0:  # at the last fret no other stops the thumb: it comes no deeper than a hand pulls
+    if op.points == 0:  # no fret beyond the last stops the thumb: it goes no deeper than a hand pulls
         give = where * (op.length - where) / op.length / (characteristic_impedance(op) * op.speed)  # m/N, of the string
         speed = soft_limit(speed, player.greatest_apex / np.sqrt(give * player.thumb_mass))
     send_throw(p, i, stop, soft_limit(speed, FASTEST_STRIKE), where, 0.0, 0.0, 0.0)
@@ -212,7 +212,7 @@ def throw_thumb(p, ops, i, stop, part, uneven, weaker, aside):
 
 @jit
 def strike_string(p, ops, i, stop, force, aside):
-    """Strikes string `i` with a thumb whose impulse gives every string the same speed."""
+    """Strikes string `i` with a thumb; its impulse gives every string the same speed."""
     open_op, player = ops[i, 0], p.player
     where = over_body(open_op, ops[i, stop], player.strike_position, aside, LEAST_STRIKE)
     depth = player.strike_force * np.sqrt(p.slack[i])
@@ -224,9 +224,9 @@ def strike_string(p, ops, i, stop, force, aside):
 
 @jit
 def pluck_string(p, ops, i, stop, force, position, aside, touched):
-    """Plucks string `i` at `position`, `aside` m off it: the shape, and how it is let go, follow the force.
+    """Plucks string `i` at `position`, `aside` m off it: shape and release follow the force.
 
-    `touched`: the harmonic that another finger brings out, whose pluck has a place of its own; 0: none.
+    `touched`: the harmonic that another finger brings out, plucked at a place of its own; 0: none.
     """
     open_op, op, player, row = ops[i, 0], ops[i, stop], p.player, p.strokes[p.stroke]
     hard = hardness(p, force)
@@ -261,9 +261,9 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
 
 @jit
 def is_other(p, op, i):
-    """True if the middle finger's turn has come on string `i`, or that of a stroke up; they take turns by this.
+    """True if string `i` is the middle finger's turn, or an up-stroke's; each call passes the turn.
 
-    A finger that rakes, on to a lower string, goes on itself.
+    A finger that rakes on to a lower string keeps its turn.
     """
     hands = p.hands
     frame = p.out.frame

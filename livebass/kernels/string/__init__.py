@@ -1,1 +1,1 @@
-"""How a string moves: its modes, what it touches, and how its end travels. Equations: Issanchou et al. (2018)."""
+"""The string's motion: its modes, its contacts, and its moving end. Equations: Issanchou et al. (2018)."""

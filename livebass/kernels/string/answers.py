@@ -1,24 +1,23 @@
-"""Strings that answer: what a string makes others sound that lie idle, through the neck that bends under it.
+"""Sympathetic strings: a sounding string makes idle strings answer, through the neck that bends under it.
 
-A string that sounds moves the end of the neck, and with it the ends of all other strings. Partials of an open string
-that nobody mutes are taken along by partials of nearly the same frequency. With A = q - i y of each, y = (q' + sigma q)
-/ omega, a mode i of the string s that sounds and a mode j of an idle string t exchange
+A sounding string moves the end of the neck, and so the ends of all other strings. It excites partials of unmuted open
+strings at nearly the same frequency. With A = q - i y of each, y = (q' + sigma q) / omega, a mode i of the sounding
+string s and a mode j of an idle string t exchange
 
     A_j' = G r A_i,   A_i' = (G / r) A_j,   G = -Y sqrt(T_s T_t / (L_s L_t)),   r = sqrt(mu_s / mu_t) omega_i / omega_j,
 
-besides their own motion. Y is the velocity of the neck at the nut, where t ends, over the force where s ends, at the
-frequency of j (model/answers.py). The losses and detunings by a string's own end are in its modes already. Pairs within
-NEAR rad/s of each other count, of each j the nearest i, and only those that can do something.
+on top of their own motion. Y is the neck's velocity at the nut, where t ends, over the force where s ends, at the
+frequency of j (model/answers.py). A string's modes already include the losses and detunings by its own end. Each j
+pairs with the nearest i within NEAR rad/s, and only pairs with an effect count.
 
-Strings are computed one after the other, each ahead of the clock and back. So each string carries the answering modes
-of all others with it, as oscillators of its own, and they are heard with it: no string waits for another. What an
-answer makes the others answer is left out.
+Strings are computed one after another, each ahead of the clock and back. So each string carries the answering modes of
+all others as its own oscillators and sounds them itself: no string waits for another. Answers to answers are omitted.
 
-It is passive. Once in EVERY frames a pair goes on by the exact flow of its exchange, whose norm by energy is
-exp(|Re G| t): the losses of both modes are greater, as Re G is kept below what they allow. In a frame in which the
-string presses on a fret its pairs wait.
+The exchange is passive. Once in EVERY frames a pair advances by its exact flow, whose energy norm is exp(|Re G| t): the
+losses of both modes are greater, as Re G is kept below the limit they allow. While the string presses on a fret, its
+pairs wait.
 
-`string` is a STRING, `slot` its SLOT that sounds. [audio thread]
+`string` is a STRING, `slot` its sounding SLOT. [audio thread]
 """
 
 import numpy as np
@@ -33,13 +32,13 @@ from livebass.kernels.string.records import BLOCK, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 
 NEAR = 2 * np.pi * 20.0  # rad/s
-WEAK = 0.004  # |G| over the distance of the frequencies: an answer stays 48 dB below its partial
+WEAK = 0.004  # |G| over the frequency difference: an answer stays 48 dB below its partial
 EVERY = 16  # frames between two exchanges of a pair; the pairs take turns
-MARGIN = 0.98  # of the greatest Re G that losses allow
+MARGIN = 0.98  # of the greatest Re G that the losses allow
 MOST_FLOW = 0.1  # |G| times the time between two exchanges
 DEAD = 1e-13  # m^1.5: an answer below this is silence
 CUT_RATE = 900.0  # 1/s of all-sound-off
-# The hands that rest on idle strings: places as part of the length, resistance (N s/m), and what else comes near (1/s)
+# The hands resting on idle strings: places as part of the length, resistance (N s/m), and the rest nearby (1/s)
 RESTING, RESISTANCE, ALL_OVER = (0.17, 0.25), 3.0, 12.0
 
 fast = compiled(fastmath=LANES)
@@ -47,7 +46,7 @@ fast = compiled(fastmath=LANES)
 
 @jit
 def fill_answers(string, i, instrument, ops):
-    """Gives string `i` of an INSTRUMENT the modes of the others that may answer it; ops (strings, frets + 1)."""
+    """Gives string `i` of an INSTRUMENT the other strings' modes that may answer it; ops (strings, frets + 1)."""
     a, n = string.answers, 0
     a.own_density = linear_density(ops[i, 0])
     h = 1.0 / string.voice.rate
@@ -88,7 +87,7 @@ def fill_answers(string, i, instrument, ops):
 
 @fast
 def answers_signal(a, n):
-    """Sums what `n` answering modes add to the signal before the filters."""
+    """Sums the contributions of `n` answering modes to the signal before the filters."""
     x = 0.0
     for g in range(n):
         x += a.of_q[g] * a.q[g] + a.of_y[g] * a.y[g]
@@ -97,7 +96,7 @@ def answers_signal(a, n):
 
 @fast
 def rotate_answers(a, n):
-    """Moves `n` answering modes by one frame: free motion, damped by the hands on their strings."""
+    """Moves `n` answering modes by one frame: free motion, damped by hands on their strings."""
     for g in range(n):
         q = a.q[g]
         y = a.y[g]
@@ -107,7 +106,7 @@ def rotate_answers(a, n):
 
 @jit
 def set_answer_damping(voice, a):
-    """Computes the damped coefficients of one frame for the strings that are muted now."""
+    """Computes one frame's damped coefficients for the strings muted now."""
     key = 2 * voice.idle + voice.cut
     if a.damped_for == key:
         return
@@ -122,7 +121,7 @@ def set_answer_damping(voice, a):
 
 @jit
 def nearest_mode(w, n, omega):
-    """The mode whose frequency is nearest to `omega` among `n` of a working set."""
+    """Of `n` modes of a working set, the one nearest to `omega`."""
     i = min(max(np.int64(omega / w.omega[0]), 0), n - 1)
     while i > 0 and abs(w.omega[i - 1] - omega) < abs(w.omega[i] - omega):
         i -= 1
@@ -133,7 +132,7 @@ def nearest_mode(w, n, omega):
 
 @jit
 def find_pairs(string, slot, op):
-    """Makes the pairs of the slot's modes with those of idle strings, where these or the slot have changed."""
+    """Pairs the slot's modes with idle strings' modes, if these or the slot have changed."""
     voice, a, u = string.voice, string.answers, slot.u
     key = a.pairs_for
     if key[0] == op.coefficients and key[1] == voice.idle and a.pairs_ratio == slot.ratio:
@@ -161,7 +160,7 @@ def find_pairs(string, slot, op):
         a.pair_real[n] = real * least
         a.pair_imaginary[n] = imaginary * least
         n += 1
-    for p in range(n):  # the part of the losses that the pairs of one mode would have to share
+    for p in range(n):  # the part of the losses that pairs of one mode must share
         i, needed = a.pair_mode[p], 0.0
         for other in range(n):
             if a.pair_mode[other] == i:
@@ -177,7 +176,7 @@ def find_pairs(string, slot, op):
 
 @jit
 def set_flow(a, p, x, y, r):
-    """Sets the flow of pair `p`: cosh and sinh of z = x + i y, which is small, the latter times and over `r`."""
+    """Sets the flow of pair `p`: cosh and sinh of the small z = x + i y, with sinh both times and over `r`."""
     square_x, square_y = x * x - y * y, 2 * x * y
     c_x, c_y = 0.5 + square_x / 24.0, square_y / 24.0
     s_x, s_y = 1.0 + square_x / 6.0, square_y / 6.0
@@ -203,9 +202,9 @@ def is_touching(slot, op, step):
 
 @jit
 def exchange(string, slot, op, step):
-    """Exchanges energy between the pairs that are due in this frame, after the slot has moved to fine step `step`.
+    """Exchanges energy in the pairs due this frame, after the slot has moved to fine step `step`.
 
-    A note that hands end gives and takes nothing more: answers must not keep its string awake.
+    A note that hands are ending no longer exchanges energy: answers must not keep its string awake.
     """
     if slot.moving or slot.hand < 1.0 or slot.active == 0 or is_touching(slot, op, step):
         return
@@ -228,7 +227,7 @@ def exchange(string, slot, op, step):
 
 @jit
 def move_answers(string, ops, step):
-    """Moves the answers on by a frame, after the string has moved to fine step `step`."""
+    """Moves the answers by one frame, after the string has moved to fine step `step`."""
     voice, a = string.voice, string.answers
     if voice.answering:
         set_answer_damping(voice, a)
@@ -240,7 +239,7 @@ def move_answers(string, ops, step):
 
 @jit
 def drop_dead_answers(string):
-    """Silences answers that have died away, and bounds what the slots may get back from the others."""
+    """Silences answers that have died away, and bounds the energy that slots may get back from the others."""
     voice, a = string.voice, string.answers
     if not voice.answering:
         return

@@ -1,14 +1,13 @@
-"""A string over a board, or over frets and the wood between: contact points by the hundred, each on its own.
+"""A string over a board, or over frets and the wood between: hundreds of independent contact points.
 
-The grid has one step more than there are modes, so that W couples no points (eq. 12) and each force is one scalar
-equation.
+The grid has one step more than modes, so W couples no points (eq. 12) and each force is one scalar equation.
 
-Points are looked at in groups of GROUP first. The string is nowhere steeper than `fastest` over the speed of its waves,
-so that the displacement at a group's middle and its highest point tell how clear all of it is at least. Only groups
-that this leaves in doubt are looked at point by point.
+Points are first checked in groups of GROUP. The string is nowhere steeper than `fastest` over its wave speed, so the
+displacement at a group's middle and the group's highest point bound the clearance of all its points. Only groups that
+remain in doubt are checked point by point.
 
-Of a hundred points near the string some ten are looked at in a fine step (watch.py), and some five touch. v, across
-the board, feels friction where u touches; it is sensed at the same points. [any thread]
+Of a hundred points near the string about ten are checked per fine step (watch.py), and about five touch. v, across the
+board, feels friction where u touches; it is sensed at the same points. [any thread]
 """
 
 import numpy as np
@@ -46,8 +45,8 @@ def groups_of(op):
 
 @jit
 def suspect_points(slot, op, step, end):
-    """Looks at groups that are due, then at points of those in doubt; `frame.advance_frame` says what it returns."""
-    suspects = checks = np.int64(0)  # a constant would be a type of its own
+    """Checks the groups that are due, then the points of doubtful groups; returns as `frame.advance_frame` wants."""
+    suspects = checks = np.int64(0)  # a constant would have its own type
     for g in range(groups_of(op)):
         slot.u.group_clearance_now[g] = 0.0
         if end <= slot.u.group_due[g] or not doubtful(slot, op, g, step, end):
@@ -65,7 +64,7 @@ def suspect_points(slot, op, step, end):
 
 @jit
 def doubtful(slot, op, g, step, end):
-    """Looks at group `g`; True if a point of it may touch between `step` and `end`."""
+    """Checks group `g`; True if one of its points may touch between `step` and `end`."""
     u, travel = slot.u, most_travel(slot, op)
     first = g * GROUP
     last = min(first + GROUP, op.points) - 1
@@ -91,7 +90,7 @@ def doubtful(slot, op, g, step, end):
 
 @jit
 def next_check_board(slot, op, end):
-    """Notes the clearance of the groups after a frame without contact; returns the fine step of the next look."""
+    """Saves the groups' clearances after a frame without contact; returns the fine step of the next check."""
     u, travel = slot.u, most_travel(slot, op)
     least = NEVER
     for g in range(groups_of(op)):
@@ -109,7 +108,7 @@ def next_check_board(slot, op, end):
 
 @jit
 def solve_contact_on_board(slot, op, voice, watched, count, step):
-    """Solves contact at `step`, and notes when each point is to be looked at again."""
+    """Solves contact at `step`, and schedules the next check of each point."""
     u, travel, height = slot.u, most_travel(slot, op), slot.u.height
     touching = False
     for i in range(count):
@@ -137,7 +136,7 @@ def solve_contact_on_board(slot, op, voice, watched, count, step):
 
 @jit
 def solve_friction_on_board(slot, op, watched, count):
-    """Solves friction (eq. 7) of the step just made of v; u still has the penetration at its start."""
+    """Solves friction (eq. 7) for v's latest step; u still has the penetration at its start."""
     u, v = slot.u, slot.v
     touching = False
     for i in range(count):

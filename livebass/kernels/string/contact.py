@@ -1,14 +1,14 @@
 """Forces at the contact points of a fine step: contact by eqs. 6 and 12, friction by eq. 7.
 
-Contact. At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is what r would be without
-force and f = f_c max(0, 1 + c r / (2 dt)), with f_c = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy,
-and c, s/m, the loss of Hunt and Crossley (1975). It takes f_c c r^2 / (2 dt) a fine step; where it holds the obstacle
-back, f = 0, it takes what psi gives up. f is convex and grows with r, so that Newton's method from r* comes down to the
-root without overshoot. Points that W couples are solved together: one or two alone where no more may touch, as is
-usual, else by Newton's method in all of them, or one after the other until nothing changes.
+Contact. At point m, r = eta^{n+1} - eta^{n-1} solves r + sum_k W_mk f_k = r*, where r* is r without force and
+f = f_c max(0, 1 + c r / (2 dt)), with f_c = (psi(eta^{n+1}) - psi(eta^{n-1})) / r, which conserves energy, and c, s/m,
+the loss of Hunt and Crossley (1975). The loss takes f_c c r^2 / (2 dt) per fine step; where it holds the obstacle back,
+f = 0, it takes all that psi gives up. f is convex and grows with r, so Newton's method from r* converges to the root
+without overshoot. Points that W couples are solved together: usually only one or two may touch and are solved alone,
+else Newton's method solves all, or one point after another until nothing changes.
 
-Friction. At a point that touches, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s:
-the point sticks (|x| < slip) or slides. Alone it is a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
+Friction. At a touching point, x = v^{n+1} - v^{n-1} solves x + sum_k W_mk A sat(x_k / slip) = x*, slip = 2 dt s: the
+point sticks (|x| < slip) or slides. A single point has a formula, f = -A sat(x* / (slip + W_mm A)); coupled points take
 turns.
 
 w is the working set of u, op the operator; `near` lists `count` contact points, and w.coupling is W between points.
@@ -24,8 +24,8 @@ MOST_ITERATIONS = 60
 MOST_TOGETHER = 12  # iterations of coupled points; they need 3 or 4
 MOST_SWEEPS = 400
 SMALL = 1e-17  # m
-ENOUGH = 1e-6  # of r: Newton converges quadratically, so the error left is near rounding
-SETTLED = 1e-16  # m, change of a displacement at which points that take turns are solved
+ENOUGH = 1e-6  # of r: Newton converges quadratically, so the remaining error is near rounding
+SETTLED = 1e-16  # m, change of a displacement at which points solved in turn count as solved
 MOST_FRICTION_SWEEPS = 1000
 FRICTION_ENOUGH = 1e-13  # of A
 
@@ -67,7 +67,7 @@ def lossless_force(r, old, stiffness, exponent):
 def force_of_three_halves(r, old, k):
     """`lossless_force` for alpha = 1.5, k = K / 2.5.
 
-    Where both penetrations are positive f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
+    If both penetrations are positive, f = k (x^5 - y^5) / (x^2 - y^2), x and y their roots: no cancellation.
     """
     a = old + r
     if a > 0.0:
@@ -90,11 +90,11 @@ def force_of_three_halves(r, old, k):
 
 @jit
 def solve_point(wanted, old, weight, op, guess):
-    """Force f at one point: r + weight f(r) = wanted. Zero where nothing touches. `guess`: of f."""
+    """Force f at one point: r + weight f(r) = wanted. Zero if nothing touches. `guess`: of f."""
     if old <= 0.0 and old + wanted <= 0.0:
         return 0.0
-    # from the left of the root the first step leads to its right, from where it comes down; but where nothing
-    # would touch there is no slope to follow
+    # from the left of the root the first step leads to its right, and from there down to it; but without contact
+    # there is no slope to follow
     r = wanted - weight * guess
     if old <= 0.0 and old + r <= 0.0:
         r = wanted
@@ -104,13 +104,13 @@ def solve_point(wanted, old, weight, op, guess):
         r -= step
         if abs(step) <= ENOUGH * abs(r) + SMALL:
             break
-    # from the equation itself: smoother than the force law where that is steep
+    # from the equation itself: smoother than a steep force law
     return (wanted - r) / weight
 
 
 @jit
 def solve_points(w, op, near, count):
-    """Solves contact (eq. 12) at the points in `near` and returns how many of the forces are not zero.
+    """Solves contact (eq. 12) at the points in `near` and returns the number of nonzero forces.
 
     Takes w.wanted (r*), w.eta_before and w.coupling; w.force holds first guesses and receives the forces.
     """
@@ -129,9 +129,9 @@ def solve_points(w, op, near, count):
 
 @jit
 def solve_few(w, op, near, count):
-    """Solves where one or two of the points could touch without force, as is usual. False, forces kept, otherwise.
+    """Solves the usual case: only one or two points could touch without force. Otherwise False, forces kept.
 
-    The others feel the forces at those two and stay clear, or more than two points are involved.
+    Also False if the forces at those two bring another point into contact.
     """
     first = second = -1
     for i in range(count):
@@ -167,7 +167,7 @@ def solve_few(w, op, near, count):
 
 @jit
 def solve_two(w, op, a, b):
-    """`solve_together` of the points `a` and `b`: their forces, and whether it converged."""
+    """`solve_together` for the points `a` and `b`: their forces, and whether it converged."""
     wanted, old, guess = w.wanted[a], w.eta_before[a], w.force[a]
     wanted_2, old_2, guess_2 = w.wanted[b], w.eta_before[b], w.force[b]
     w11, w12, w21, w22 = w.coupling[a, a], w.coupling[a, b], w.coupling[b, a], w.coupling[b, b]
@@ -196,9 +196,9 @@ def solve_two(w, op, a, b):
 
 @jit
 def solve_together(w, op, near, count):
-    """Newton's method in the points that could touch without force. False where it does not converge.
+    """Newton's method for the points that could touch without force. False if it does not converge.
 
-    Where the others would touch by the forces at these, in all points.
+    If these forces would make other points touch, it solves all points.
     """
     place, law, n = w.solver.place, w.solver.law, 0
     for i in range(count):
@@ -236,10 +236,10 @@ def solve_together(w, op, near, count):
 
 @jit
 def newton(w, op, near, count):
-    """Solves for the forces at `count` points, those at w.solver.place of `near`, alone; w.solver.law receives them.
+    """Solves for the forces at `count` points alone, `near` at w.solver.place; w.solver.law receives the forces.
 
-    With D the slopes of the law, a step solves (1 + W D) dr = -residual; the forces are f + D dr of the last one,
-    which fulfils the equation to rounding. w.force has first guesses. False where it does not converge.
+    With D the slopes of the law, a step solves (1 + W D) dr = -residual; the forces are f + D dr of the last step,
+    which satisfies the equation to rounding. w.force has first guesses. False if it does not converge.
     """
     residual, slope, law, r = w.solver.residual, w.solver.slope, w.solver.law, w.solver.r
     matrix, place = w.solver.matrix, w.solver.place
@@ -302,7 +302,7 @@ def eliminate(matrix, x, count):
 
 @jit
 def solve_in_turn(w, op, near, count):
-    """Solves one point after the other until nothing changes: slow, but it always gets there."""
+    """Solves one point after another until nothing changes: slow, but it always converges."""
     for _ in range(MOST_SWEEPS):
         change = 0.0
         for i in range(count):
@@ -321,7 +321,7 @@ def solve_in_turn(w, op, near, count):
 
 @jit
 def felt(op, coupling, force, near, count, m):
-    """Displacement (m) that the forces at the points in `near` give point `m`, one of them, at once."""
+    """Displacement (m) that the forces at the points in `near` give point `m`, one of them, immediately."""
     if op.diagonal:
         return coupling[m, m] * force[m]
     x = 0.0
@@ -332,16 +332,16 @@ def felt(op, coupling, force, near, count, m):
 
 @jit
 def friction_alone(op, wanted, weight):
-    """Friction (N/m) at one point that touches and would move by `wanted` (m) in two steps without it."""
+    """Friction (N/m) at one touching point that would move by `wanted` (m) in two steps without friction."""
     return -op.friction * min(max(wanted / (op.slip + weight * op.friction), -1.0), 1.0)
 
 
 @jit
 def solve_friction(slot, op, near, count):
-    """Solves friction (eq. 7) at the points in `near` whose penetration slot.u.eta is positive; zero at the others.
+    """Solves friction (eq. 7) at the points in `near` with positive penetration slot.u.eta; zero at the others.
 
     Takes v.free, v.moved_before and u.coupling; v.force (N/m) holds first guesses and receives the friction.
-    Returns how many points touch.
+    Returns the number of touching points.
     """
     u, v = slot.u, slot.v
     touching = 0

@@ -1,15 +1,15 @@
 """One audio frame of a slot in which the string may touch something: the same over frets and over a board.
 
-The step over a frame is tried first. A contact point needs a look only where the string could have reached it: it moves
-at most `fastest` metres a second, so from a clearance known at one fine step follows the step before which nothing can
-happen. Looked at, a point is safe if its clearances at both ends of the frame add up to more than the way the string
-can make in between. Otherwise the frame is taken back and cut into parts; parts with a point in doubt are taken in fine
-steps that solve contact, the others in one leap. Both are the same exact solution of the equations; which of them is
-taken depends on frame numbers and on the string alone, never on blocks.
+The step over the whole frame is tried first. A contact point needs a check only if the string could have reached it:
+the string moves at most `fastest` metres per second, so a clearance known at one fine step gives the earliest step of
+contact. A checked point is safe if its clearances at both ends of the frame add up to more than the string can travel
+in between. Otherwise the frame is undone and cut into parts: parts with a doubtful point advance in fine steps that
+solve contact, the others in one leap. Both are the same exact solution of the equations; the choice depends only on
+frame numbers and the string, never on blocks.
 
-`advance_frame` is the skeleton. frets.py and board.py hand it their search for points that may touch, their
-bookkeeping of the next check, and their fine steps; it becomes part of their C functions. `slot` is a SLOT, `op` an
-OPERATOR, `voice` the string's VOICE; `travel` is how far (m) the string can move in one fine step. [any thread]
+`advance_frame` is the skeleton. frets.py and board.py pass it their search for points that may touch, their scheduling
+of the next check, and their fine steps; it becomes part of their C functions. `slot` is a SLOT, `op` an OPERATOR,
+`voice` the string's VOICE; `travel` is how far (m) the string can move in one fine step. [any thread]
 """
 
 import numpy as np
@@ -36,7 +36,7 @@ def most_travel(slot, op):
 
 @jit
 def steps_clear(clearance, travel):
-    """Whole fine steps that a point `clearance` (m) away stays clear for sure; 0 for NaN."""
+    """Whole fine steps for which a point `clearance` (m) away is sure to stay clear; 0 for NaN."""
     steps = clearance / travel
     if steps > 0.0:
         return np.int64(steps) if steps < FAR else FAR
@@ -51,7 +51,7 @@ def clearance_at(slot, op, m):
 
 @jit
 def may_touch(slot, op, m, step, end):
-    """Looks at point `m`; True if it may touch between `step` and `end`. u.clearance_now[m] receives that at `end`."""
+    """Checks point `m`; True if it may touch between `step` and `end`. u.clearance_now[m] gets `end`'s clearance."""
     u, travel = slot.u, most_travel(slot, op)
     clearance = clearance_at(slot, op, m)
     u.clearance_now[m] = clearance
@@ -69,10 +69,10 @@ def may_touch(slot, op, m, step, end):
 def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps):
     """Moves `slot` over one frame of `steps` fine steps from voice.step on.
 
-    find_suspects(slot, op, step, end) fills slot.suspects and slot.checked after a trial leap, and returns how many are
-    in each; next_check(slot, op, end) returns the fine step before which no point needs a look after a frame without
-    contact; fine_steps(slot, op, voice, near, count, steps, step) takes `steps` fine steps with contact at the `count`
-    points in `near` and leaves their clearance.
+    find_suspects(slot, op, step, end) fills slot.suspects and slot.checked after a trial leap and returns their counts;
+    next_check(slot, op, end) returns the fine step before which no point needs a check after a frame without contact;
+    fine_steps(slot, op, voice, near, count, steps, step) takes `steps` fine steps with contact at the `count` points in
+    `near` and leaves their clearance.
     """
     leap = LONGER if steps > op.steps else WHOLE
     step = voice.step
@@ -89,7 +89,7 @@ def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps)
 
 @jit
 def note_clear(slot, op, checks, end):
-    """Saves the clearances at `end` of the points that were checked and did not touch."""
+    """Saves the clearances at `end` of the checked points that did not touch."""
     u, travel = slot.u, most_travel(slot, op)
     for i in range(checks):
         m = slot.checked[i]
@@ -100,14 +100,14 @@ def note_clear(slot, op, checks, end):
 
 @inlined
 def contact_frame(slot, op, voice, count, steps, fine_steps):
-    """Moves `slot` over a frame in which the `count` suspects may touch: in parts, with fine steps where needed.
+    """Moves `slot` over a frame in which `count` suspects may touch: in parts, with fine steps where needed.
 
-    It begins where the last modal.try_leap of u began.
+    It starts where the last modal.try_leap of u started.
     """
     u, suspects, travel = slot.u, slot.suspects, most_travel(slot, op)
     step = voice.step
     end = step + steps
-    for i in range(count):  # of a point that was solved for up to `step` the penetration is known
+    for i in range(count):  # the penetration of a point solved up to `step` is known
         m = suspects[i]
         if u.solved_at[m] == step:
             u.clearance[m] = -u.eta[m]
@@ -140,12 +140,12 @@ def contact_frame(slot, op, voice, count, steps, fine_steps):
 
 @jit
 def find_near(slot, op, count, step):
-    """Fills slot.near with the suspects that may touch within the part on trial, which begins at `step`.
+    """Fills slot.near with the suspects that may touch within the tried part, which begins at `step`.
 
-    u.clearance_now receives the clearances at its end; over a board a lower bound where that is enough.
+    u.clearance_now receives the clearances at its end; over a board a lower bound if that is enough.
     """
     u, reach = slot.u, most_travel(slot, op) * op.part_steps
-    close = np.int64(0)  # a constant would be a type of its own
+    close = np.int64(0)  # a constant would have its own type
     for i in range(count):
         m = slot.suspects[i]
         before = u.clearance[m]
@@ -163,9 +163,9 @@ def find_near(slot, op, count, step):
 
 @jit
 def update_clearances(slot, op, count, close):
-    """Updates the clearance of the suspects that took no part in the fine steps of a part.
+    """Updates the clearances of the suspects that a part's fine steps did not include.
 
-    Over a board the string came nearer by no more than it can move; a look is needed only if that may be a touch.
+    Over a board it assumes that the string came as near as it can; only if that may touch does it compute the value.
     """
     u, reach = slot.u, most_travel(slot, op) * op.part_steps
     k = 0
@@ -181,7 +181,7 @@ def update_clearances(slot, op, count, close):
 
 @jit
 def log_contact(slot, voice, step, m, speed):
-    """Counts a contact at point `m` that begins at `step` with a `speed` (m/s), and logs it if it has room."""
+    """Counts a contact at point `m` that begins at `step` with a `speed` (m/s), and logs it if there is room."""
     slot.touching += 1
     if voice.log_room > 0:
         contact = contact_at(voice.log + CONTACT_BYTES * (voice.logged % voice.log_room))

@@ -1,8 +1,8 @@
-"""A string over frets: up to MOST_NEAR contact points, whose forces move each other.
+"""A string over frets: up to MOST_NEAR contact points, coupled by their forces.
 
-A fine step is one pass over the modes of a polarisation: it adds the forces of the step before, moves on, and sums the
-displacements at the points that are looked at (watch.py). Then the forces are solved for at these points alone. v feels
-the friction of eq. 7 where u touches; u does not feel v. [any thread]
+A fine step is one pass over a polarisation's modes: it adds the previous step's forces, advances, and sums the
+displacements at the watched points (watch.py). Then it solves for the forces at these points only. v feels the friction
+of eq. 7 where u touches; u does not feel v. [any thread]
 """
 
 import numpy as np
@@ -31,8 +31,8 @@ def over_frets(string, k, op, steps):
 
 @jit
 def suspect_frets(slot, op, step, end):
-    """Looks at every point that is due; `frame.advance_frame` says what it returns."""
-    suspects = checks = np.int64(0)  # a constant would be a type of its own
+    """Checks every point that is due; returns as `frame.advance_frame` wants."""
+    suspects = checks = np.int64(0)  # a constant would have its own type
     for m in range(op.points):
         if end <= slot.u.due[m]:
             continue
@@ -46,7 +46,7 @@ def suspect_frets(slot, op, step, end):
 
 @jit
 def next_check_frets(slot, op, end):
-    """Returns the fine step before which no point needs a look."""
+    """Returns the fine step before which no point needs a check."""
     least = NEVER
     for m in range(op.points):
         least = min(least, slot.u.due[m])
@@ -55,7 +55,7 @@ def next_check_frets(slot, op, end):
 
 @jit
 def couple(slot, op):
-    """Gives u.coupling W between the points, the modes left out included, unless it holds that already."""
+    """Sets u.coupling to W between the points, including the omitted modes, unless it is up to date."""
     if slot.coupled == op.coupling and slot.coupled_ratio == slot.ratio:
         return
     slot.coupled = op.coupling
@@ -69,7 +69,7 @@ def couple(slot, op):
 
 @jit
 def solve_contact_on_frets(slot, op, voice, watched, count, step):
-    """Solves contact at `step`, the one that `move` made, and notes when each point is to be looked at again."""
+    """Solves contact at `step`, which `move` has made, and schedules the next check of each point."""
     u, travel, height = slot.u, most_travel(slot, op), slot.u.height
     hit = False
     for i in range(count):
@@ -88,7 +88,7 @@ def solve_contact_on_frets(slot, op, voice, watched, count, step):
             u.pending[m] = 0.0
             schedule(u, m, travel, step)
         return
-    for i in range(count):  # first guesses: the forces go on as they went
+    for i in range(count):  # first guesses extrapolate the forces
         m = watched[i]
         last = u.force[m]
         u.force[m] = max(2.0 * last - u.force_before[m], 0.0)
@@ -109,7 +109,7 @@ def solve_contact_on_frets(slot, op, voice, watched, count, step):
 
 @jit
 def solve_friction_on_frets(slot, op, watched, count):
-    """Solves friction of the fine step of v; before `solve_contact_on_frets`, while u.eta is that at its start."""
+    """Solves friction for v's fine step; call it before `solve_contact_on_frets`: u.eta must be that at its start."""
     v = slot.v
     if contact.solve_friction(slot, op, watched, count):
         slot.v_active = op.padded

@@ -1,14 +1,14 @@
-"""A finger glides along a board: the length of the string changes all the time, between those of two semitones.
+"""A finger glides along a board: the string's length changes continuously, between the lengths of two semitones.
 
-Every PERIOD the motion is handed over to the modes of the length that the finger is to reach within it
-(handover.to_shorter: what goes beyond the old end is the same motion continued oddly). Within the period the end of
-these modes moves as the string between it and the finger does, b(t) = (l(t) - L) u_x, l(t) the length and L that of the
-modes: the finger holds the string where it is, and the string is straight as near to it as a fingertip is wide. u_x is
-taken a frame ahead. So the end neither stops nor starts at a hand-over, and no tones arise at multiples of its rate.
+Every PERIOD the motion is handed over to the modes of the length that the finger will reach within it
+(handover.to_shorter: beyond the old end the same motion continues as an odd function). Within the period the end of
+these modes moves like the string between it and the finger, b(t) = (l(t) - L) u_x, with l(t) the string's length and L
+the modes' length: the finger holds the string where it is, and within a fingertip's width the string is straight. u_x
+is taken a frame ahead. So the end neither stops nor starts at a hand-over, and no tones arise at multiples of its rate.
 
-The operator of such a length is made on the way: frequencies times length and losses lie between those of the two
-semitones, taps follow from the places of the pickups. It has no contact points: the finger's way is free, and contact
-goes on where it stops. So it needs no modes but those that are heard. [audio thread]
+Such a length gets its operator on the way: frequencies times length, and losses, are interpolated between the two
+semitones; taps follow from the places of the pickups. It has no contact points: the finger's way is free, and contact
+resumes where it stops. So it only needs the modes that are heard. [audio thread]
 """
 
 import numpy as np
@@ -31,7 +31,7 @@ from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, W
 from livebass.kernels.string.slot import SAFETY_STRUCK, load_tuned, wake_slot, wake_v
 
 PERIOD = 1e-3  # s
-LEAST_TIME = 40e-3  # s of a glide: faster, a hand would have to jump
+LEAST_TIME = 40e-3  # s of a glide: in less a hand would have to jump
 FLESH = 6e-3  # m, half width of the fingertip
 NARROWEST = 4.0  # of k a: shorter waves do not count for the slope under the fingertip
 ROWS = BETWEEN.fields["rows"][1]  # type: ignore[index]
@@ -40,7 +40,7 @@ WORDS = OPERATOR.itemsize // DOUBLE
 
 @jit
 def current_operator(string, ops, k):
-    """The operator that slot `k` plays with: of its fret, or of a length between two."""
+    """The operator of slot `k`: for its fret, or for a length between two frets."""
     slot = string.slots[k]
     if slot.between:
         return string.between[k].op
@@ -55,7 +55,7 @@ def period(voice):
 
 @jit
 def begin_glide(string, ops, length, frames_a_fret):
-    """Begins to glide from the length that the string has now to `length` (m)."""
+    """Begins to glide from the string's present length to `length` (m)."""
     voice = string.voice
     now = current_operator(string, ops, voice.slot).length
     if string.slots[voice.slot].between:
@@ -111,7 +111,7 @@ def hand_over(string, ops, length):
 
 @jit
 def steer_ends(string):
-    """Sets the speed of the string's end for the next frame; returns how far (m) the finger moves in it."""
+    """Sets the speed of the string's end for the next frame; returns the finger's travel (m) in it."""
     voice = string.voice
     slot, made = string.slots[voice.slot], string.between[voice.slot]
     then = length_at(voice, voice.glide_frame + 1)
@@ -125,7 +125,7 @@ def steer_ends(string):
 
 @jit
 def steer_end(stop, w, made, behind):
-    """Sets the speed of an end: after a frame it is to lie on the straight line to a finger `behind` m out."""
+    """Sets an end's speed to reach, after a frame, the straight line to a finger `behind` m out."""
     op = made.op
     h = op.steps * op.fine
     slope = modal.slope_ahead(w, made.slope_modes, made.slope, h) - (stop.place + h * stop.speed) / op.length
@@ -143,7 +143,7 @@ def advance_ends(slot, h):
 
 @jit
 def make_operator(string, ops, k, length):
-    """Makes the operator of slot `k` for `length` (m); returns the fret that the finger has passed last."""
+    """Makes the operator of slot `k` for `length` (m); returns the last fret that the finger has passed."""
     voice, slot, made = string.voice, string.slots[k], string.between[k]
     low = 0
     while low + 2 < ops.shape[0] and ops[low + 1].length >= length:
@@ -168,16 +168,16 @@ def make_operator(string, ops, k, length):
     op.taps = op.coefficients_v + coefficient_bytes(op)
     set_glide_taps(voice, op)
     set_slope(made, op)
-    for i in range(TOUCHES):  # fingers on the string make their shapes anew
+    for i in range(TOUCHES):  # fingers on the string recompute their shapes
         slot.touch_key[i, 2] = 0.0
     return low if voice.glide_to < voice.glide_from or x == 0.0 else low + 1
 
 
 @jit
 def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
-    """Fills the coefficients at `rows` of a length at the part `x` of the way between those of `a` and `b`.
+    """Fills the coefficients at `rows` for a length at the part `x` of the way from `a` to `b`.
 
-    They are made in the rows of the silent working set `w`, where the compiler knows the distances.
+    It computes them in the silent working set `w`, where the compiler knows the row distances.
     """
     omega_a, omega_b = coefficient_at(rows_a, a, operators.OMEGA), coefficient_at(rows_b, b, operators.OMEGA)
     sigma_a, sigma_b = coefficient_at(rows_a, a, operators.SIGMA), coefficient_at(rows_b, b, operators.SIGMA)
@@ -204,7 +204,7 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
 
 @jit
 def set_glide_taps(voice, op):
-    """Fills the weights of the modes at the pickups, or of u and of v at their sensors."""
+    """Fills the modes' weights at the pickups, or u's and v's at their sensors."""
     omega, sigma = coefficient(op, operators.OMEGA), coefficient(op, operators.SIGMA)
     for i in range(voice.pickups if voice.pickups > 0 else 2):
         row = tap_row(op, i if voice.pickups > 0 else 2 * i)
@@ -228,7 +228,7 @@ def set_glide_taps(voice, op):
 
 @jit
 def set_slope(made, op):
-    """Fills the weights of the modes in the slope at the stop."""
+    """Fills the modes' weights in the slope at the stop."""
     k1 = np.pi / op.length
     n = (np.int64(NARROWEST / (k1 * FLESH)) + BLOCK) // BLOCK * BLOCK
     made.slope_modes = min(n, op.padded)
@@ -241,5 +241,5 @@ def set_slope(made, op):
 
 @jit
 def gaussian_recurrence(a):
-    """Returns exp(-a), the ratio of exp(-a j^2) at j = 2 to that at 1, and the factor of the ratio from j to j + 1."""
+    """Returns exp(-a), the ratio of exp(-a j^2) at j = 2 to j = 1, and the ratio's factor from j to j + 1."""
     return exp(-a), exp(-3.0 * a), exp(-2.0 * a)

@@ -1,23 +1,22 @@
-"""A motion goes over to the modes of another length: every change of fret of a string that sounds.
+"""Hands a motion over to the modes of another length, at every fret change of a sounding string.
 
-The longer part of the string has the length L and modes j, the shorter one L' = L - s and modes m; the shorter one's
-stop lies s from the longer one's. The projection of the modes of one on those of the other is a formula:
+The longer part of the string has the length L and modes j, the shorter part L' = L - s and modes m; the shorter part's
+stop lies s from the longer part's. The projection of one part's modes on the other's has a formula:
 
     M_mj = 2 / sqrt(L L') k'_m sin(k_j s) / (k'_m^2 - k_j^2),   where k'_m = k_j: sqrt(L'/L) cos(k_j s).
 
-To the shorter: the displacement at s, less the height of the crown there, is where the string's end is when the finger
-meets it; from there the stop moves to rest (stop.py). The modes get q'_m = sum_j M_mj q_j - u(s) l_m, with u(s) the
-displacement by the modes alone and l_m = sqrt(2 L') / (pi m), and the same for velocities. What was beyond s stays with
-the fingers. The same formula with s < 0 continues the motion oddly beyond the old end: so it goes to a longer
-string while a finger glides (glide.py).
+To the shorter: the displacement at s, less the height of the crown there, is the place of the string's end when the
+finger meets it; from there the stop moves to rest (stop.py). The modes get q'_m = sum_j M_mj q_j - u(s) l_m, with u(s)
+the displacement by the modes alone and l_m = sqrt(2 L') / (pi m), and the same for velocities. Motion beyond s stays
+with the fingers. The same formula with s < 0 continues the motion as an odd function beyond the old end: this serves a
+gliding finger that lengthens the string (glide.py).
 
 To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger held, a triangle with its corner at s:
 beyond s the string was straight and at rest.
 
-A sum over the modes of the old length for each mode of the new one takes nearly all the time. So u and v go together,
-and one division serves two quotients: with r = 1 / (a b), 1 / a = r b. The highest modes are left out if all of them
-together are NEGLIGIBLE. `a` is the slot that sounds, `b` the other, loaded and silent; `op` and `to` are their
-operators. [audio thread]
+Summing over the old modes for each new mode takes nearly all the time. So u and v go together, and one division serves
+two quotients: with r = 1 / (a b), 1 / a = r b. The highest modes are skipped if together they are NEGLIGIBLE. `a` is
+the sounding slot, `b` the other, loaded and silent; `op` and `to` are their operators. [audio thread]
 """
 
 import numpy as np
@@ -30,8 +29,8 @@ from livebass.kernels.string.operators import heights, positions
 from livebass.kernels.string.records import BLOCK
 
 SAME = 1e-9  # relative, of wave numbers that count as equal
-CLOSE = 1e-6  # m: stops that are one
-NEGLIGIBLE = 1e-12  # of all weighed displacements, and velocities: what the highest modes have that are left out
+CLOSE = 1e-6  # m: stops this close are the same
+NEGLIGIBLE = 1e-12  # part of all weighted displacements, and velocities, that the skipped highest modes may have
 
 fast = compiled(fastmath=LANES)
 
@@ -67,7 +66,7 @@ def sum_of_squares(values, first, end):
 
 @jit
 def needed(w, n):
-    """Number of the `n` weighed modes that count, in whole BLOCKs: those above are NEGLIGIBLE."""
+    """Number of the `n` weighted modes that count, in whole BLOCKs: all above are NEGLIGIBLE."""
     q = NEGLIGIBLE * NEGLIGIBLE * sum_of_squares(w.q_before, 0, n)
     p = NEGLIGIBLE * NEGLIGIBLE * sum_of_squares(w.p_before, 0, n)
     while n > 0:
@@ -81,9 +80,9 @@ def needed(w, n):
 
 @fast
 def two_sums(u, v, squares, n, new, new_v, wanted, m):
-    """Gives new.q[m] the sum of the first `n` weighed displacements over (wanted[m] - squares[j]), new.p[m] velocities.
+    """Sets new.q[m] to the sum of `n` weighted displacements over (wanted[m] - squares[j]); velocities: new.p[m].
 
-    The same for the next mode, and for `v` and `new_v`. No difference may be zero.
+    Does the same for the next mode, and for `v` and `new_v`. No difference may be zero.
     """
     a, b = wanted[m], wanted[m + 1]
     q_a = q_b = p_a = p_b = 0.0
@@ -121,7 +120,7 @@ def all_sums(u, v, squares, n, new, new_v, wanted, to):
 
 @jit
 def equal_mode(k, top, n):
-    """Index of the mode with the wave number `k` among n modes with top (j + 1); -1: there is none."""
+    """Index of the mode with the wave number `k` among n modes with top (j + 1); -1: none."""
     j = np.int64(np.rint(k / top)) - 1
     return j if 0 <= j < n and abs(top * (j + 1) - k) <= SAME * k else -1
 
@@ -160,9 +159,9 @@ def add_equal_modes(w, op, new, to, n):
 
 @jit
 def to_shorter(a, op, b, to):
-    """Hands the motion of slot `a` over to the shorter `b`, of u and, where it moves, of v.
+    """Hands the motion of slot `a` over to the shorter `b`, for u and, if it moves, v.
 
-    Returns displacement and velocity at its stop by the modes, of u, then of v.
+    Returns the modes' displacement and velocity at b's stop, for u, then v.
     """
     n, across = max(a.active, a.v_active), a.v_active > 0
     old_v, new_v = (a.v, b.v) if across else (a.u, b.u)
@@ -177,7 +176,7 @@ def to_shorter(a, op, b, to):
         x_v, v_v = weigh_at(a.v, op, s, n)
     for m in range(to.padded):
         j = equal_mode((m + 1) * k1_new, k1, n)
-        if j >= 0:  # it has a node at the new stop: no other mode takes anything of it
+        if j >= 0:  # a mode with a node at the new stop: it projects on no other mode
             squares[j] = 0.0
             a.u.q_before[j] = 0.0
             a.u.p_before[j] = 0.0
@@ -192,7 +191,7 @@ def to_shorter(a, op, b, to):
 
 @jit
 def end_on_line(w, op, new, to, n, place, speed):
-    """Turns the sums of one polarisation into the motion over the line to its stop, at `place` with `speed`."""
+    """Turns one polarisation's sums into the motion over the line to its stop, at `place` with `speed`."""
     scale = 2.0 / np.sqrt(op.length * to.length) * (np.pi / to.length)
     line = np.sqrt(2.0 * to.length) / np.pi
     for m in range(to.modes):
@@ -204,7 +203,7 @@ def end_on_line(w, op, new, to, n, place, speed):
 
 @jit
 def weigh_at(w, op, s, n):
-    """Weighs `n` modes by their shape at `s` for `all_sums`; returns displacement and velocity there."""
+    """Weights `n` modes by their shape at `s` for `all_sums`; returns displacement and velocity there."""
     velocities(w, n)
     k1 = np.pi / op.length
     for j in range(n):
@@ -226,9 +225,9 @@ def sum_of(values, n):
 
 @jit
 def to_longer(a, op, b, to, at, at_v):
-    """Hands the motion of slot `a` over to the longer `b`, of u and, where `b` has one, of v.
+    """Hands the motion of slot `a` over to the longer `b`, for u and, if `b` has it, v.
 
-    The stop of u was at[0] m over the line that the longer string rests on, and moved at at[1] m/s; that of v `at_v`.
+    u's stop was at[0] m over the line that the longer string rests on, and moved at at[1] m/s; v's stop: `at_v`.
     """
     n, across = max(a.active, a.v_active), b.v_ready > 0 and a.v_active > 0
     old_v, new_v = (a.v, b.v) if across else (a.u, b.u)
@@ -237,7 +236,7 @@ def to_longer(a, op, b, to, at, at_v):
     fill_squares(squares, k1_old, n)
     fill_squares(wanted, k1, to.padded)
     for j in range(to.padded):
-        if equal_mode((j + 1) * k1, k1_old, n) >= 0:  # it has a node at the old stop: it takes nothing of other modes
+        if equal_mode((j + 1) * k1, k1_old, n) >= 0:  # a mode with a node at the old stop: no other mode projects on it
             wanted[j] = 0.0
     weigh_slopes(a.u, k1_old, n)
     if across:
@@ -253,7 +252,7 @@ def to_longer(a, op, b, to, at, at_v):
 
 @jit
 def weigh_slopes(w, k1, n):
-    """Weighs `n` modes by their wave numbers, of which `k1` is the first, for `all_sums`."""
+    """Weights `n` modes by their wave numbers, starting with `k1`, for `all_sums`."""
     velocities(w, n)
     for m in range(n):
         k = mode_number(m) * k1
@@ -263,7 +262,7 @@ def weigh_slopes(w, k1, n):
 
 @jit
 def clear_sums(new, to):
-    """Gives all modes of `to` the sums of a string at rest."""
+    """Sets the sums of all modes of `to` to a string at rest."""
     for j in range(to.padded):
         new.q[j] = 0.0
         new.p[j] = 0.0
@@ -271,7 +270,7 @@ def clear_sums(new, to):
 
 @jit
 def add_corner(w, op, new, to, n, wanted, at):
-    """Turns the sums of one polarisation into the motion of the longer string, and adds the corner at the old stop."""
+    """Turns one polarisation's sums into the longer string's motion, and adds the corner at the old stop."""
     s = to.length - op.length
     k1 = np.pi / to.length
     scale = 2.0 / np.sqrt(op.length * to.length)

@@ -1,7 +1,7 @@
 """The modes of a note: frequencies (eq. 8) and damping (eqs. 9 to 11), for kernels and for Python.
 
 A `note` is a NOTE (preparing.py) or any object with its fields; its lists lie in `numbers`. Modes `j` count from 1. All
-but `admittance` and what calls it take arrays as well as numbers. model/modes.py and model/neck.py explain the physics.
+functions but `admittance` and its callers also take arrays. model/modes.py and model/neck.py explain the physics.
 Equation numbers: Issanchou et al. (2018). [any thread]
 """
 
@@ -11,7 +11,7 @@ from livebass.compiling import shared
 
 AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
-CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above, the published damping is constant
+CLAMP_WAVENUMBER = 800 / 0.863  # modes per metre; above this the published damping is constant
 SQUARE_PI = np.pi**2
 
 
@@ -30,7 +30,7 @@ def impedance(linear_density, length, fundamental):
 
 @shared
 def resonance(f, quality, mass, nu):
-    """Re and Im of the admittance of one resonance (Hz, Q, kg) at `nu` (Hz), over nu, m/N."""
+    """Re and Im of one resonance's admittance (Hz, Q, kg) at `nu` (Hz), over nu, m/N."""
     off = f * f - nu * nu
     width = nu * f / quality
     part = 1.0 / (2.0 * np.pi * mass * (off * off + width * width))
@@ -39,19 +39,19 @@ def resonance(f, quality, mass, nu):
 
 @shared
 def detuning(susceptance, impedance, j):
-    """Relative shift of mode `j` by the neck, its term in nu_j / (j f0), by Im Y at its frequency."""
+    """Relative shift of mode `j` by the neck, its term in nu_j / (j f0), from Im Y at its frequency."""
     return -impedance / (np.pi * j) * susceptance
 
 
 @shared
 def neck_damping(conductance, impedance, fundamental):
-    """Damping (1/s) of a mode by the neck, its term in sigma_j, by Re Y at its frequency."""
+    """Damping (1/s) of a mode by the neck, its term in sigma_j, from Re Y at its frequency."""
     return 2.0 * fundamental * impedance * conductance
 
 
 @shared
 def damped_at(note, j):
-    """The frequency (Hz) at which the damping law is taken."""
+    """The frequency (Hz) at which to evaluate the damping law."""
     if note.paper_law:
         return np.minimum(j, note.clamp) * note.damped_fundamental
     return j * note.damped_fundamental * stretched(0, note.inharmonicity, j)
@@ -67,7 +67,7 @@ def loss_factor(note, nu):
     product = 4.0 * SQUARE_PI * mu * note.bending / (note.tension * note.tension) * (nu * nu)
     if note.paper_law:
         return air + product * note.viscoelastic_angle + note.thermoelastic
-    square = 2.0 * product / (1.0 + np.sqrt(1.0 + 4.0 * product))  # B j^2, of which `product` is B j^2 (1 + B j^2)
+    square = 2.0 * product / (1.0 + np.sqrt(1.0 + 4.0 * product))  # B j^2, as `product` is B j^2 (1 + B j^2)
     return air + note.viscoelastic_angle * square / (1.0 + square) + note.thermoelastic
 
 
@@ -79,20 +79,20 @@ def bending_stiffness(inharmonicity, tension, length):
 
 @shared
 def held_part(paper_law, inharmonicity, length):
-    """E I / T (m^2) for the shape that a finger holds; 0 by the law "paper", whose shape is a triangle."""
+    """E I / T (m^2) for the shape that a finger holds; 0 for the law "paper", whose shape is a triangle."""
     part = length / np.pi
     return 0.0 if paper_law else inharmonicity * (part * part)
 
 
 @shared
 def clamped_mode(length):
-    """The number of the mode from which on damping by the law "paper" is constant."""
+    """The mode number from which the law "paper" has constant damping."""
     return max(1.0, np.floor(CLAMP_WAVENUMBER * length))
 
 
 @shared
 def admittance(note, numbers, nu, across):
-    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz) as u feels it, or v, if `across`."""
+    """Re Y and Im Y (m/s/N) of the neck at `nu` (Hz), as felt by u, or by v if `across`."""
     if across and note.own_across:
         y = summed(numbers, note.resonances_across, note.resonances_across_count, note.stop_across, nu)
         a, b = tabled(numbers, note.table_across, note.table_across_count, 1.0, nu)
@@ -104,7 +104,7 @@ def admittance(note, numbers, nu, across):
 
 @shared
 def summed(numbers, first, count, stop, nu):
-    """Re Y and Im Y (m/s/N) of `count` resonances, rows (Hz, Q, kg) from `first` on, and of a stop."""
+    """Re Y and Im Y (m/s/N) of `count` resonances, rows (Hz, Q, kg) from `first` on, plus a stop."""
     real = 0.0
     imaginary = 0.0
     for i in range(count):
@@ -117,7 +117,7 @@ def summed(numbers, first, count, stop, nu):
 
 @shared
 def tabled(numbers, first, count, part, nu):
-    """A `part` of Re Y and Im Y (m/s/N) by `count` rows (Hz, Re Y, Im Y) from `first` on, lines between; 0 outside."""
+    """`part` times Re Y and Im Y (m/s/N), interpolated in `count` rows (Hz, Re Y, Im Y) from `first`; 0 outside."""
     if count == 0 or not numbers[first] <= nu <= numbers[first + 3 * (count - 1)]:
         return 0.0, 0.0
     i = 0
@@ -136,9 +136,9 @@ def tabled(numbers, first, count, part, nu):
 
 @shared
 def frequency(note, numbers, j, across):
-    """nu_j, Hz, of u, or of v, if `across`: eq. 8, or measured.
+    """nu_j, Hz, of u, or of v if `across`: eq. 8, or measured.
 
-    v has a measured frequency of u, but as far off as its neck and length say.
+    v has u's measured frequency, shifted by its own neck and length.
     """
     nu = j * note.fundamental
     through = impedance(note.linear_density, note.length, note.fundamental)
@@ -156,10 +156,10 @@ def frequency(note, numbers, j, across):
 
 @shared
 def damping(note, numbers, j, nu, across):
-    """sigma_j, 1/s, of the mode of u, or of v, if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
+    """sigma_j, 1/s, of u's mode, or v's if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
 
-    v has a measured damping of u, without what the neck takes of u, and with all that it takes of v; the string itself
-    loses no less than by its own law, or than was measured if that is less.
+    v has u's measured damping, with the neck's damping of u replaced by its damping of v; the string itself loses no
+    less than by its own law, or than measured if that is less.
     """
     law = damped_at(note, float(j))
     own = across and note.own_across

@@ -1,4 +1,4 @@
-"""Passes over the modes of a string: all arithmetic whose cost grows with their number.
+"""Passes over the modes of a string: all arithmetic whose cost grows with the number of modes.
 
 A mode is (q, P). q is its displacement; P = E s p is its momentum scaled to the fine step dt, with
 E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step without force is then
@@ -7,28 +7,27 @@ E = exp(-sigma dt), s = sin(omega dt), p = (q' + sigma q) / omega. One fine step
 
 and k fine steps at once, exactly, with three numbers: q <- A q + B P, P <- A P - G q.
 
-Fine steps with contact are taken one by one, in (q, d), d = q^n - q^{n-1}, which float32 can carry:
+Fine steps with contact advance one by one, in (q, d), d = q^n - q^{n-1}, which float32 can carry:
 
     d <- E^2 d - s q,   q <- q + d,   s = (1 - E)^2 + 4 E sin^2(omega dt / 2).
 
 A force f of eq. 12 acting during a step adds dt^2 dx/mu phi f to q and to d, after the step: this is the scheme of
-eq. 12, q^{n+1} = C q^n - Ct q^{n-1} + F, with the difference of two displacements as a number of its own, which loses
-no digits. The first of them has no force before it, and turns (q, P) into (q, d) on its way: d = P - (1 - a) q,
+eq. 12, q^{n+1} = C q^n - Ct q^{n-1} + F, but stores the difference of two displacements separately, which loses no
+digits. The first fine step has no force before it, and turns (q, P) into (q, d): d = P - (1 - a) q,
 1 - a = (s + l) / 2, l = 1 - E^2. `to_momenta` turns it back: P = E^2 d - (E^2 - a) q, E^2 - a = (s - l) / 2. E^2
-rounded to float32 is another damping, in all of these the same, and never above 1; s, which makes the frequency, is
-small, and keeps its digits where nothing adds it to 1 (`ordered`).
+rounded to float32 changes the damping, equally in all of these, and never exceeds 1; s, which sets the frequency, is
+small, and keeps its digits as long as nothing adds it to 1 (`ordered`).
 
 The lowest `split` modes of a working set are float64, in the rows w.low; the modes above may be float32, in w.high.
-Each loop stands here once, as a function of `rows`, and is compiled for both widths. A maker (`over`, `from_mode`,
-`along`, `by_pitch`, `at`, `at_two`, `at_four`) turns it into a function of the working set, which calls it for w.low
-and for w.high: `fine(rows, n)` below is `modal.fine(w, n)` elsewhere. One float64 number would make all arithmetic of
-a loop float64: `like` gives it the width of the rows. Sums are taken in the width of the rows, and the sums of both
-are added in float64. An event that computes with the state takes it out in float64 (`widen`) and puts it back
-(`narrow`).
+Each loop is written once, as a function of `rows`, and compiled for both widths. A maker (`over`, `from_mode`, `along`,
+`by_pitch`, `at`, `at_two`, `at_four`) turns it into a function of the working set, which calls it for w.low and for
+w.high: `fine(rows, n)` below is `modal.fine(w, n)` elsewhere. A single float64 would make a loop's arithmetic float64:
+`like` gives numbers the width of the rows. Sums use the width of the rows; the two partial sums are added in float64.
+An event that computes with the state takes it out in float64 (`widen`) and puts it back (`narrow`).
 
-Each loop reads a mode once and adds, multiplies and stores; exp and sin stand only where coefficients are made. The
+Each loop reads a mode once and adds, multiplies and stores; exp and sin occur only where coefficients are made. The
 compiler may reassociate sums into vector lanes (`LANES`), the same way each time on one kind of processor. Loops
-vectorise because distances between the rows of a working set are constants (records.py). w is a working set, op an
+vectorise because the distances between a working set's rows are constants (records.py). w is a working set, op an
 operator, m one of its contact points, n a number of modes, whole BLOCKs. [any thread]
 """
 
@@ -54,17 +53,17 @@ from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
 LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
-apart = compiled(fastmath=LANES, attributes="noinline")  # for events: many of them call it, of both widths
+apart = compiled(fastmath=LANES, attributes="noinline")  # for events, which call it in many places, in both widths
 
-# m^1.5/s: a slower mode is silence (slot.silence_of), as pickups hear velocity. A loud one has 1: FAINT is 200 dB
-# below that, ENDED, of a string whose note a hand has ended, 160 dB, less than 24 bits hold.
+# m^1.5/s: slower modes are silent (slot.silence_of), as pickups hear velocity. A loud mode has 1: FAINT is 200 dB below
+# that; ENDED, for a string whose note a hand has ended, 160 dB, which is below 24 bits.
 DEAD, FAINT, ENDED = 1e-13, 1e-10, 1e-8
-MOST_TURN = 2 * np.pi * 0.45  # rad a fine step, of a mode that a string is played with
+MOST_TURN = 2 * np.pi * 0.45  # rad per fine step, of a mode that sounds
 
 
 @jit
 def mode_number(j):
-    """The number j + 1 of mode `j`, from 1. Processors convert integers of 32 bits many at a time, of 64 bits not."""
+    """The number j + 1 of mode `j`, from 1. Processors convert 32-bit integers many at a time, but not 64-bit ones."""
     return np.float64(np.int32(j + 1))
 
 
@@ -82,11 +81,11 @@ def number_like(rows, j):
 
 @jit
 def lower(w, n):
-    """How many of `n` modes are in w.low."""
+    """Number of the `n` modes that are in w.low."""
     return min(w.split, n)
 
 
-# Makers. `add` adds the results of a loop over w.low and of the same loop over w.high.
+# Makers. `add` adds a loop's results over w.low and over w.high.
 
 
 @jit
@@ -110,7 +109,7 @@ def four(low, high):
 
 
 def maker(of):
-    """Makes a decorator of `of`, which returns the function of a working set for a loop."""
+    """Makes a decorator from `of`, which turns a loop into a function of a working set."""
 
     def decorator(*options):
         def make(loop):
@@ -172,7 +171,7 @@ def by_pitch(loop, add=nothing):
 def at(loop, add=nothing, row_of=shape_row):
     """loop(rows, n, phi, ...), with the row of `op` at a place, becomes a function of (w, n, op, place, ...).
 
-    `row_of` finds the row's address: `shape_row`, where contact points are the places, or `tap_row`, where taps are.
+    `row_of` finds the row's address: `shape_row` for contact points as places, `tap_row` for taps.
     """
 
     def both(w, n, op, place, *given):
@@ -215,7 +214,7 @@ def at_four(loop, add=nothing, row_of=shape_row):
 
 @ordered
 def begin(rows, j, x, p):
-    """Takes mode `j` from (q, P) = (x, p) the first fine step: to (q, d)."""
+    """Takes mode `j` from (q, P) = (x, p) through the first fine step to (q, d)."""
     d = p - like(rows, 0.5) * ((like(rows, 1.0) - rows.kept[j]) + rows.spring[j]) * x
     rows.p[j] = d
     rows.q[j] = x + d
@@ -232,7 +231,7 @@ def first_step(rows, n):
 @over()
 @ordered
 def first_step_before_leap(rows, n):
-    """`first_step` from where the last `try_leap` began."""
+    """`first_step` from the start of the last `try_leap`."""
     for j in range(n):
         begin(rows, j, rows.q_before[j], rows.p_before[j])
 
@@ -263,12 +262,12 @@ def to_momenta_after(rows, n, phi, f):
         turn_back(rows, j, rows.q[j] + kick, rows.p[j] + kick)
 
 
-# Fine steps after the first, and their forces, of (q, d). fine_1, fine_2 and fine_4 take one after the forces `f` at
-# that many points, and return the displacements (m) there; a point may stand twice in the list, with the force 0 the
-# second time.
+# Fine steps after the first, and their forces, in (q, d). fine_1, fine_2 and fine_4 apply the forces `f` at that many
+# points, take a step, and return the displacements (m) there; a point may be listed twice, with force 0 the second
+# time.
 @jit
 def step(rows, j, kick):
-    """Takes mode `j` one fine step after `kick`; returns its displacement then."""
+    """Takes mode `j` one fine step after `kick`; returns its new displacement."""
     x, d = rows.q[j] + kick, rows.p[j] + kick
     d = rows.kept[j] * d - rows.spring[j] * x
     x += d
@@ -317,7 +316,7 @@ def fine_4(rows, n, shapes, f):
 @at()
 @jit
 def kick(rows, n, phi, f):
-    """Adds the effect of one contact force at a point, after a fine step."""
+    """Adds the effect of one contact force at one point, after a fine step."""
     f = like(rows, f)
     for j in range(n):
         x = f * phi[j]
@@ -328,7 +327,7 @@ def kick(rows, n, phi, f):
 @over()
 @jit
 def fine(rows, n):
-    """Takes one fine step, free."""
+    """Takes one free fine step."""
     for j in range(n):
         step(rows, j, like(rows, 0.0))
 
@@ -373,7 +372,7 @@ def displacement_4(rows, n, shapes):
 
 @jit
 def turn(rows, which, j, x, y):
-    """Takes mode `j` from (q, P) = (x, y) a leap on."""
+    """Takes mode `j` one leap from (q, P) = (x, y)."""
     leap = rows.leaps[which]
     rows.q[j] = leap.a[j] * x + leap.b[j] * y
     rows.p[j] = leap.a[j] * y - leap.g[j] * x
@@ -390,7 +389,7 @@ def leap(rows, n, which):
 @over()
 @jit
 def try_leap(rows, n, which):
-    """Leaps, and keeps the state before in q_before and p_before."""
+    """Leaps, and keeps the previous state in q_before and p_before."""
     for j in range(n):
         x, y = rows.q[j], rows.p[j]
         rows.q_before[j] = x
@@ -401,7 +400,7 @@ def try_leap(rows, n, which):
 @over()
 @jit
 def leap_from_before(rows, n, which):
-    """Leaps from where the last `try_leap` began."""
+    """Leaps from the start of the last `try_leap`."""
     for j in range(n):
         turn(rows, which, j, rows.q_before[j], rows.p_before[j])
 
@@ -417,7 +416,7 @@ def keep(rows, n):
 
 @jit
 def whole_leap(w, j):
-    """The coefficient a of mode `j` over a frame."""
+    """Mode `j`'s coefficient a over a frame."""
     if j < w.split:
         return w.low.leaps[WHOLE].a[j]
     return np.float64(w.high.leaps[WHOLE].a[j - w.split])
@@ -470,7 +469,7 @@ def displacement_under(rows, n, phi):
 @at(one)
 @jit
 def displacement_before_leap(rows, n, phi):
-    """Displacement (m) at a contact point before the last `try_leap`, or of `keep_step_before`."""
+    """Displacement (m) at a contact point before the last `try_leap`, or from `keep_step_before`."""
     return sum_of_products(phi, rows.q_before, like(rows, 0.0), n)
 
 
@@ -504,7 +503,7 @@ def displacement_step_before_leap(rows, n, phi):
 @along(two)
 @jit
 def displacement_now_and_later(rows, n, phi, which):
-    """Displacement (m) at a place with mode shapes `phi`, float64, now, and after the leap leaps[which]."""
+    """Displacement (m) at a place with mode shapes `phi`, float64, now and after leaps[which]."""
     a, b = rows.leaps[which].a, rows.leaps[which].b
     u = later = 0.0
     for j in range(n):
@@ -529,7 +528,7 @@ def dot(phi, other, n):
 
 @jit
 def dot_of_row(op, row, values, n):
-    """Sum of products of `values`, float64, and the mixed row of `op` at the address `row`: shapes, or a tap."""
+    """Sum of products of `values`, float64, and the mixed row (shapes or tap) of `op` at the address `row`."""
     split = min(op.split, n)
     return dot(low_part(row, op), values, split) + dot(high_part(row, op), values[split:], n - split)
 
@@ -537,14 +536,14 @@ def dot_of_row(op, row, values, n):
 @over()
 @jit
 def keep_step_before(rows, n):
-    """Puts the displacements of the modes one fine step ago into q_before, for `displacement_before_leap`."""
+    """Puts the modes' displacements one fine step ago into q_before, for `displacement_before_leap`."""
     for j in range(n):
         rows.q_before[j] = step_before(rows, j, rows.q[j], rows.p[j])
 
 
 @apart
 def copy_row(to, values, n):
-    """Copies `n` numbers; numba's own assignment of slices allocates where they might overlap."""
+    """Copies `n` numbers; numba's own slice assignment allocates if the slices might overlap."""
     for j in range(n):
         to[j] = values[j]
 
@@ -552,7 +551,7 @@ def copy_row(to, values, n):
 @at_two(one, tap_row)
 @jit
 def read_tap(rows, n, taps):
-    """Linear output with the weights of q of a tap, and those of P of another."""
+    """Linear output with one tap's weights for q, and another's for P."""
     of_q, of_p = taps
     y = like(rows, 0.0)
     for j in range(n):
@@ -579,7 +578,7 @@ def sense_1(rows, n, weight):
 @at_two(four, tap_row)
 @jit
 def sense_2(rows, n, taps):
-    """Displacement and velocity at the pickup of one tap, then at that of another, in one pass."""
+    """Displacement and velocity at one tap's pickup, then at another's, in one pass."""
     weight, other = taps
     u0 = v0 = u1 = v1 = like(rows, 0.0)
     for j in range(n):
@@ -604,7 +603,7 @@ def speed_2(rows, n, taps):
     return v0, v1
 
 
-# What else changes the motion
+# Other changes of the motion
 
 
 @jit
@@ -617,7 +616,7 @@ def fade_from(rows, n, first, factor):
 
 @jit
 def fade(w, n, first, factor):
-    """Multiplies the motion of the modes from `first` on by `factor`."""
+    """Multiplies the motion of modes `first` and up by `factor`."""
     split = lower(w, n)
     fade_from(w.low, split, first, factor)
     fade_from(w.high, n - split, max(first - split, 0), factor)
@@ -633,7 +632,7 @@ def scale(rows, n, factor):
 @along()
 @jit
 def damp_by_finger(rows, n, finger):
-    """Damps each mode as the finger that touches does in one frame: w.finger."""
+    """Damps each mode as the touching finger does in one frame: w.finger."""
     for j in range(n):
         rows.q[j] *= finger[j]
         rows.p[j] *= finger[j]
@@ -661,10 +660,10 @@ def take_momenta(rows, shapes, x, y, z, n):
 
 @jit
 def apply_dashpots(w, shapes, high, products, c, n):
-    """Takes the parts `c` of the momentum that the motion has along each of three `shapes`, one after the other.
+    """Removes the parts `c` of the motion's momentum along each of three `shapes`, one after another.
 
-    `high` are the same shapes for the modes in w.high. `products` are those of the first and second, the first and
-    third, the second and third: a finger on the string (touch.py).
+    `high` holds the same shapes for the modes in w.high. `products` holds the shapes' products 0 1, 0 2 and 1 2: a
+    finger on the string (touch.py).
     """
     split = lower(w, n)
     x, y, z = momenta_along(w.low, shapes, split)
@@ -688,7 +687,7 @@ def kick_end(rows, n, first, x):
 @along(one)
 @jit
 def slope_ahead(rows, n, weight, h):
-    """Sum of the displacements, `h` s from now at their velocities, with weights."""
+    """Weighted sum of the displacements, extrapolated by `h` s at their velocities."""
     s = 0.0
     for j in range(n):
         s += weight[j] * (rows.q[j] + h * velocity(rows, j))
@@ -709,7 +708,7 @@ def slope_square(rows, n, first):
 @from_mode()
 @jit
 def tighten(rows, n, first, push):
-    """Takes push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
+    """Subtracts push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
     push = like(rows, push)
     for j in range(n):
         number = number_like(rows, first + j)
@@ -726,7 +725,7 @@ def add_shape_of(rows, held, kappa, sigma, up, moving, n):
 
 @jit
 def add_shape(w, up, moving, n):
-    """Adds `up` times the held shape to the motion, moving by `moving` (1/s) times it: p = (q' + sigma q) / omega."""
+    """Adds `up` times the held shape, at `moving` (1/s) times the shape as velocity: p = (q' + sigma q) / omega."""
     split = lower(w, n)
     add_shape_of(w.low, w.held, w.kappa, w.sigma, up, moving, split)
     add_shape_of(w.high, w.held[split:], w.kappa[split:], w.sigma[split:], up, moving, n - split)
@@ -741,7 +740,7 @@ def add_strike(rows, n, strike, weight):
         rows.p[j] += weight * rows.kappa[j] * like(rows, strike[j])
 
 
-# Energies, and modes that are silent
+# Energies, and silent modes
 
 
 @jit
@@ -764,7 +763,7 @@ def speed_square(rows, n, kappa, omega):
 
 @jit
 def held_speed_square(w, follow, n):
-    """`speed_square` of the held shape alone, as it is released with its velocity `follow` (1/s) times itself."""
+    """`speed_square` of the held shape alone, released with the velocity `follow` (1/s) times itself."""
     e = 0.0
     for j in range(n):
         x = w.held[j]
@@ -777,7 +776,7 @@ def held_speed_square(w, follow, n):
 def invariant(rows, n, kappa, omega):
     """Sum of P^2 + b q^2, m^3, b = (kappa omega)^2: the energy that eq. 12 conserves, in units of mu / (2 dt^2).
 
-    It never divides by kappa, which vanishes for a mode at a multiple of half the contact rate.
+    It never divides by kappa, which is 0 for a mode at a multiple of half the contact rate.
     """
     e = 0.0
     for j in range(n):
@@ -790,7 +789,7 @@ def invariant(rows, n, kappa, omega):
 @by_pitch(one)
 @jit
 def amplitude_sum(rows, n, kappa, omega):
-    """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every displacement from now on."""
+    """Sum of modal amplitudes, m^1.5: sqrt(2/L) times it bounds every later displacement."""
     s = 0.0
     for j in range(n):
         p = rows.p[j] / (kappa[j] * omega[j])
@@ -815,7 +814,7 @@ def is_dead(rows, kappa, omega, n, silence):
 
 @jit
 def drop_dead_modes(w, n, silence):
-    """Sets BLOCKs at the top below `silence` (m^1.5/s) to exact zero and returns the number of modes left."""
+    """Sets top BLOCKs below `silence` (m^1.5/s) to exact zero and returns the number of remaining modes."""
     while n > 0:
         split = w.split
         if n > split:
@@ -849,7 +848,7 @@ def widen_of(rows, q, p, n):
 
 @apart
 def widen(w, n):
-    """Takes the state of `n` modes out into w.q and w.p, float64, for an event that computes with it."""
+    """Copies the state of `n` modes to w.q and w.p, float64, for an event that computes with it."""
     split = lower(w, n)
     widen_of(w.low, w.q, w.p, split)
     widen_of(w.high, w.q[split:], w.p[split:], n - split)
@@ -872,7 +871,7 @@ def narrow(w, n):
 
 @jit
 def left_by_leap(rows, decay):
-    """The part exp(-`decay`) of the motion that a leap leaves, in rows of float32 MOST_LEFT at most."""
+    """The part exp(-`decay`) of the motion after a leap; at most MOST_LEFT in float32 rows."""
     left = exp(-decay)
     return min(left, MOST_LEFT) if rows.q.itemsize == SINGLE else left
 
@@ -887,7 +886,7 @@ def set_fine(rows, j, omega, sigma, fine):
 
 @inlined
 def set_leap(leap, j, turned, left, es):
-    """Sets the coefficients of mode `j` for a leap that turns it by `turned` and leaves the part `left`."""
+    """Sets mode `j`'s coefficients for a leap that turns it by `turned` and leaves the part `left`."""
     sine, cosine = sin_cos(turned)
     sin_k = left * sine
     leap.a[j] = left * cosine
@@ -913,10 +912,10 @@ def retune_of(rows, n, kappas, omega, sigmas, op):
 
 @apart
 def retune(w, op, rows, ratio):
-    """Sets coefficients for `ratio` times the frequencies of those of `op` at `rows` (1/s stay), the motion kept.
+    """Scales the frequencies of `op`'s coefficients at `rows` by `ratio` and keeps the motion.
 
-    P follows kappa, so that displacement and velocity stay. sigma stays, the undamped frequency scales; sigma << omega.
-    Modes that would get above MOST_TURN stay there: above, the contact rate cannot carry them.
+    P follows kappa, which keeps displacement and velocity. sigma (1/s) stays, the undamped frequency scales;
+    sigma << omega. Frequencies stop at MOST_TURN: above it the contact rate cannot carry modes.
     """
     highest = MOST_TURN / op.fine
     omega = coefficient_at(rows, op, operators.OMEGA)
@@ -943,7 +942,7 @@ def tune_of(rows, n, kappas, omega, sigmas, op):
 
 @apart
 def tune(w, op):
-    """Sets the coefficients of a fine step and of a frame for the modes of `op`, by w.omega and w.sigma."""
+    """Sets the fine-step and frame coefficients for the modes of `op` from w.omega and w.sigma."""
     split = lower(w, op.padded)
     tune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
     tune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
@@ -965,7 +964,7 @@ def put_row(op, row, low, high):
 
 @apart
 def take_coefficients(w, op, rows):
-    """Gives the working set the coefficients of operator `op` at `rows`, those of u or of v, untuned."""
+    """Gives the working set the untuned coefficients of operator `op` at `rows`: u's or v's."""
     n, split = op.padded, op.split
     w.split = split
     copy_row(w.kappa, coefficient_at(rows, op, operators.KAPPA), n)
@@ -987,9 +986,9 @@ def take_coefficients(w, op, rows):
 
 @jit
 def change_coefficients(w, old, op, rows):
-    """Gives the working set the coefficients of `op` at `rows` in place of those of `old`, the motion kept.
+    """Replaces the working set's coefficients of `old` by `op`'s at `rows`, and keeps the motion.
 
-    New modes are at rest, and no hand touches them; modes that only fill up a block are too.
+    New modes, and modes that only fill up a block, are at rest and untouched by hands.
     """
     shared = min(old.modes, op.modes)
     widen(w, shared)

@@ -1,10 +1,10 @@
 """Makes one note: a string with its neck, stopped at a fret, becomes a NOTE (preparing.py) and its lists.
 
 A `string` is a BENCH_STRING (kernels/bass/bench.py), a `note` a NOTE, or objects with their fields; `numbers` are the
-lists of the string, `lists` the lists of the note. The numbers contain all that takes powers or bending shapes. This
-file only adds, multiplies, divides and takes square roots, which gives the same bits everywhere. Python calls these
-functions uncompiled (model/instrument.py), so a preset loads without compiled kernels. Equation numbers: Issanchou et
-al. (2018). [any thread]
+string's lists, `lists` the note's. The numbers contain everything that needs powers or bending shapes. This file only
+adds, multiplies, divides and takes square roots, which gives the same bits everywhere. Python calls these functions
+uncompiled (model/instrument.py), so a preset loads without compiled kernels. Equation numbers: Issanchou et al. (2018).
+[any thread]
 """
 
 import numpy as np
@@ -24,13 +24,13 @@ from livebass.rows import copier, rows
 
 take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 
-BOARD_ROUGH = 20e-6  # m, by which a board may stand above the string at rest; it is pressed flat
-ROUNDING = 1e-9  # m, by which a crown may stand above the string at rest and still count as level with it
-MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond, eq. 8 fails, as it is of first order
+BOARD_ROUGH = 20e-6  # m that a board may stand above the string at rest; it is pressed flat
+ROUNDING = 1e-9  # m that a crown may stand above the string at rest and still count as level with it
+MOST_DETUNING = 0.05  # relative shift of a mode by the neck: beyond this the first-order eq. 8 fails
 LEAST_GRID = 8  # steps
-SPLIT = 134217729.0  # 2^27 + 1: takes a float64 apart into two halves (Veltkamp)
+SPLIT = 134217729.0  # 2^27 + 1: splits a float64 into two halves (Veltkamp)
 
-# What `make_note` returns
+# Return values of `make_note`
 MADE, CROWN_ABOVE = 0, 1
 
 
@@ -45,10 +45,10 @@ def crown(string, numbers, k):
 
 @shared
 def gap_under(numbers, frets, count, k, action, relief, nut_height):
-    """Gap (m) under the open string at fret `k`, from 0, of `count` whose rows (place, height) begin at `frets`.
+    """Gap (m) under the open string at fret `k`, from 0, of `count` frets; rows (place, height) begin at `frets`.
 
-    By geometry, all in m: `action` is the gap at fret 12, `nut_height` the gap at fret 1, `relief` the depth of the
-    hollow between the first and the last fret, at its middle.
+    Geometry, all in m: `action` is the gap at fret 12, `nut_height` the gap at fret 1, `relief` the depth of the hollow
+    between the first and the last fret, at its middle.
     """
     s = along(numbers, frets, count, k)
     pivot = along(numbers, frets, count, min(12, count) - 1)
@@ -59,7 +59,7 @@ def gap_under(numbers, frets, count, k, action, relief, nut_height):
 
 @shared
 def along(numbers, frets, count, k):
-    """Part of the way from the first to the last fret at fret `k`, from 0."""
+    """Place of fret `k`, from 0: 0 at the first fret, 1 at the last."""
     if count == 1:
         return 0.0
     first = numbers[frets]
@@ -68,7 +68,7 @@ def along(numbers, frets, count, k):
 
 @shared
 def bow_through(numbers, frets, count, x):
-    """Height (m) at `x` (m from the nut) of the parabola through the first, the middle and the last fret, by Newton."""
+    """Height (m) at `x` (m from the nut) of the parabola through the first, middle and last fret, by Newton."""
     low, middle, high = frets, frets + 2 * (count // 2), frets + 2 * (count - 1)
     x_0, x_1, x_2 = numbers[low], numbers[middle], numbers[high]
     h_0, h_1, h_2 = numbers[low + 1], numbers[middle + 1], numbers[high + 1]
@@ -79,7 +79,7 @@ def bow_through(numbers, frets, count, x):
 
 @shared
 def resting_on(string, numbers, fret):
-    """The fret that the string rests on when stopped at `fret`: one beyond, if it stands so high that it chokes it."""
+    """The fret that the string rests on when stopped at `fret`: a later fret if that is high enough to choke it."""
     stop = fret
     if fret == 0:
         return stop
@@ -95,20 +95,20 @@ def resting_on(string, numbers, fret):
 
 @shared
 def under_tension(tension, inharmonicity, ratio):
-    """T and B of a string that sounds `ratio` times as high: T r^2 and B / r^2, as E I stays."""
+    """T and B of a string tuned `ratio` times as high: T r^2 and B / r^2, as E I stays."""
     square = ratio * ratio
     return tension * square, inharmonicity / square
 
 
 @shared
 def make_note(string, numbers, fret, note, lists, end):
-    """Makes the note of `string` at `fret`, but for its modes and answers, with its lists from `end` on.
+    """Makes the note of `string` at `fret`, except for its modes and answers, with its lists from `end` on.
 
-    A note is in tune wherever its fret is exactly, as a compensated saddle would do; one with an offset of its own has
-    another tension. The neck shifts each mode by a different part (eq. 8): the first one is in tune.
+    A note is in tune wherever its fret is, as with a compensated saddle; a note with its own offset has another
+    tension. The neck shifts each mode by a different part (eq. 8): the first mode is in tune.
 
     Returns the fret it rests on, MADE or CROWN_ABOVE, the crown and its height (m) if it is above the string at rest,
-    and the place behind the lists.
+    and the end of the lists.
     """
     stop = resting_on(string, numbers, fret)
     note.length = string.length - crown(string, numbers, stop)[0]
@@ -124,7 +124,7 @@ def make_note(string, numbers, fret, note, lists, end):
     state, which, height, behind = set_obstacles(string, numbers, stop, note, lists, end)
     if state != MADE:
         return stop, state, which, height, end
-    if string.surface_count > 0:  # in place of the crowns
+    if string.surface_count > 0:  # replaces the crowns
         x, h = crown(string, numbers, stop)
         note.obstacles_count, note.surface = 0, end
         end = surface_beyond(numbers, string.surface, string.surface_count, x, h, string.length, lists, end)
@@ -160,9 +160,9 @@ def take_numbers(string, numbers, stop, note):
 
 @shared
 def set_admittance(string, numbers, stop, note, lists, end):
-    """Sets the admittance of the neck at a stop: each resonance counts by its part there, as if its mass were greater.
+    """Sets the neck's admittance at a stop: each resonance counts by its part there, as if its mass were greater.
 
-    Returns the place behind its lists.
+    Returns the end of its lists.
     """
     stopped = stop > 0 or string.capo
     note.stop = string.stop_conductance if stopped else string.nut_conductance
@@ -188,9 +188,9 @@ def set_admittance(string, numbers, stop, note, lists, end):
 
 @shared
 def felt_resonances(string, numbers, stop, higher, lists, end):
-    """Lists the resonances that are felt at a stop, those that bend the neck `higher` times as high.
+    """Lists the resonances felt at a stop, those that bend the neck `higher` times as high.
 
-    Returns the place behind.
+    Returns the end of the list.
     """
     parts = string.parts + stop * (string.resonances_count + 1)
     for k in range(string.resonances_count):
@@ -205,9 +205,9 @@ def felt_resonances(string, numbers, stop, higher, lists, end):
 
 @shared
 def felt_table(string, numbers, stop, higher, lists, end):
-    """Lists the measured admittance that is felt at a stop, as of a neck that vibrates `higher` times as high.
+    """Lists the measured admittance felt at a stop, for a neck that vibrates `higher` times as high.
 
-    Returns the place behind.
+    Returns the end of the list.
     """
     part = numbers[string.parts + stop * (string.resonances_count + 1) + string.resonances_count]
     if part != 0.0:
@@ -222,7 +222,7 @@ def felt_table(string, numbers, stop, higher, lists, end):
 
 @shared
 def set_measured(string, numbers, stop, note, lists, end):
-    """Copies the measured modes of the open string. Returns the place behind them."""
+    """Copies the measured modes of the open string. Returns the end of the lists."""
     note.frequencies, note.frequencies_count = end, string.frequencies_count if stop == 0 else 0
     for k in range(note.frequencies_count):
         lists[end + k] = numbers[string.frequencies + k]
@@ -235,12 +235,12 @@ def set_measured(string, numbers, stop, note, lists, end):
 
 @shared
 def tune(string, numbers, stop, note, lists):
-    """Sets f0 so that the first mode sounds at the pitch of the note."""
+    """Sets f0 so that the first mode sounds at the note's pitch."""
     if stop == 0 and string.law_fundamental != 0.0:
         note.fundamental = string.law_fundamental
         return
     pitch = numbers[string.pitches + 2 * stop]
-    mass = 2 * string.linear_density * note.length  # kg, so that mu c is mass times f0
+    mass = 2 * string.linear_density * note.length  # kg: mu c is mass times f0
     mute = string.extra_damping / (2 * np.pi) + string.extra_damping_slope * pitch  # Hz
     if note.stop != 0.0:
         mute += neck_damping(admittance(note, lists, pitch, False)[0], mass * pitch, pitch) / (2 * np.pi)
@@ -260,7 +260,7 @@ def tune(string, numbers, stop, note, lists):
 
 @shared
 def square(x):
-    """x^2 rounded, and what rounding took away (Dekker 1971)."""
+    """x^2 rounded, and the rounding error (Dekker 1971)."""
     high = SPLIT * x - (SPLIT * x - x)
     low = x - high
     p = x * x
@@ -283,7 +283,7 @@ def hypotenuse(a, b):
 def set_obstacles(string, numbers, stop, note, lists, end):
     """Lists the crowns beyond a stop, on the grid, as the string at rest sees them.
 
-    Returns MADE or CROWN_ABOVE, which crown is above the string at rest, its height (m), and the place behind.
+    Returns MADE or CROWN_ABOVE, the crown above the string at rest, its height (m), and the end of the list.
     """
     x_stop, h_stop = crown(string, numbers, stop)
     step = note.length / note.grid_points
@@ -301,11 +301,11 @@ def set_obstacles(string, numbers, stop, note, lists, end):
 
 @shared
 def surface_beyond(numbers, first, rows, stop, height, total, lists, end):
-    """Lists the part of a board beyond a stop, seen from the string that is stopped there.
+    """Lists the part of a board beyond a stop, relative to the string stopped there.
 
     The board is `rows` of (m from the nut, height in m) from `first` on, ascending, with straight lines between; the
     stop is `stop` (m) from the nut, at `height` (m), the saddle `total` (m). Places count from the stop, heights from
-    the line between stop and saddle. Returns the place behind the list.
+    the line between stop and saddle. Returns the end of the list.
     """
     begun = False
     for k in range(rows):

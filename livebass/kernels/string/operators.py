@@ -1,10 +1,10 @@
-"""The rows of an operator that lie in the pool, as arrays.
+"""An operator's rows in the pool, as arrays.
 
 An operator holds their addresses (records.py): the coefficients of its modes, the weights of taps and the mode shapes
 at contact points, a row of `padded` numbers each; heights and positions of the contact points; W and R between them, a
-row of `points` each, which a board does without. Where a mode is read in every frame, the first `split` numbers of a
-row are float64, the others float32: `low_part` and `high_part` of such a mixed row are two arrays; the second begins
-with mode `split`. Only preparing.py, which fills the pool, also knows how it is laid out. [any thread]
+row of `points` each, which boards do not need. In rows read every frame the first `split` numbers are float64, the
+others float32: `low_part` and `high_part` return the two arrays of such a mixed row; the second begins with mode
+`split`. Only preparing.py, which fills the pool, also knows its layout. [any thread]
 """
 
 import numpy as np
@@ -16,16 +16,16 @@ from livebass.kernels.string.records import LONGER, MOST_NEAR, PART
 
 DOUBLE, SINGLE = 8, 4  # bytes
 
-# The rows of coefficients in their order; LEAPS: rows a, b and g of each of the three leaps
-KAPPA, OMEGA, SIGMA = 0, 1, 2  # float64 all ...
+# The coefficient rows in order; LEAPS: rows a, b and g of each of the three leaps
+KAPPA, OMEGA, SIGMA = 0, 1, 2  # all float64 ...
 WIDE_ROWS = 3
-KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... and these not
+KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... these are mixed
 MIXED_ROWS = 12
 
 
 @jit
 def fine_coefficients(decay, half_sine):
-    """Returns E^2, s and E of a mode that loses exp(-`decay`) a fine step; `half_sine`: sin(omega dt / 2)."""
+    """Returns E^2, s and E of a mode that decays by exp(-`decay`) per fine step; `half_sine`: sin(omega dt / 2)."""
     left = exp(-decay)
     gone = 1.0 - left
     return left * left, gone * gone + 4.0 * left * (half_sine * half_sine), left
@@ -33,7 +33,7 @@ def fine_coefficients(decay, half_sine):
 
 @jit
 def leap_steps(op, which):
-    """How many fine steps the leap WHOLE, LONGER or PART takes."""
+    """Number of fine steps in the leap WHOLE, LONGER or PART."""
     if which == LONGER:
         return op.steps + 1
     return op.part_steps if which == PART else op.steps
@@ -41,7 +41,7 @@ def leap_steps(op, which):
 
 @jit
 def mixed_bytes(op):
-    """Bytes of a row whose modes from op.split on are float32."""
+    """Bytes of a row that is float32 from mode op.split on."""
     return DOUBLE * op.split + SINGLE * (op.padded - op.split)
 
 
@@ -53,13 +53,13 @@ def coefficient_bytes(op):
 
 @inlined
 def low_part(address, op):
-    """The float64 of a mixed row at an address, (split,)."""
+    """The float64 part of a mixed row at an address, (split,)."""
     return floats_at(address, op.split)
 
 
 @inlined
 def high_part(address, op):
-    """The float32 of a mixed row at an address, from mode `split` on, (padded - split,)."""
+    """The float32 part of a mixed row at an address, from mode `split` on, (padded - split,)."""
     return samples_at(address + DOUBLE * op.split, op.padded - op.split)
 
 
@@ -71,14 +71,14 @@ def number_at(address, op, j):
     return np.float64(high_part(address, op)[j - op.split])
 
 
-# The most that a leap leaves of the motion of a float32 mode. Each coefficient, product and sum is rounded by 2^-24 of
-# itself at most: with |cos| + |sin| <= 2^0.5 that adds 3.9 2^-24 of the amplitude. 4 2^-24 are taken.
+# The largest part of a float32 mode's motion that a leap keeps. Each coefficient, product and sum is rounded by at most
+# 2^-24 of itself: with |cos| + |sin| <= 2^0.5 that adds 3.9 2^-24 of the amplitude. The limit allows for 4 2^-24.
 MOST_LEFT = 1.0 - 2.0**-22
 
 
 @jit
 def put_number(address, op, j, x):
-    """Sets number `j` of a mixed row at an address, rounded where it is float32."""
+    """Sets number `j` of a mixed row at an address, rounded if it is float32."""
     if j < op.split:
         low_part(address, op)[j] = x
     else:
@@ -87,13 +87,13 @@ def put_number(address, op, j, x):
 
 @inlined
 def coefficient(op, row):
-    """Row KAPPA, OMEGA or SIGMA of the coefficients of the modes of u, (padded,)."""
+    """Row KAPPA, OMEGA or SIGMA of u's coefficients, (padded,)."""
     return coefficient_at(op.coefficients, op, row)
 
 
 @inlined
 def coefficient_at(address, op, row):
-    """Row KAPPA, OMEGA or SIGMA of the coefficients at `address`, those of u or of v, (padded,)."""
+    """Row KAPPA, OMEGA or SIGMA of the coefficients at `address`, u's or v's, (padded,)."""
     return floats_at(address + DOUBLE * row * op.padded, op.padded)
 
 
@@ -111,7 +111,7 @@ def shape_row(op, m):
 
 @jit
 def tap_row(op, row):
-    """Address of the weights of the modes in tap `row`."""
+    """Address of the modes' weights in tap `row`."""
     return op.taps + row * mixed_bytes(op)
 
 
@@ -123,7 +123,7 @@ def heights(op):
 
 @inlined
 def hand_heights(op):
-    """Heights of the contact points on the neck by which the hand measures its force, (points,), m."""
+    """Heights of the contact points on the neck that the hand measures its force by, (points,), m."""
     return floats_at(op.hand_heights, op.points)
 
 
@@ -135,7 +135,7 @@ def positions(op):
 
 @jit
 def place_of(contact, ops):
-    """Returns where a CONTACT is: its fret, or over a board m from the nut. `ops`: operators of its string."""
+    """Returns the place of a CONTACT: its fret, or m from the nut over a board. `ops`: its string's operators."""
     op = ops[contact.fret]
     if op.points <= MOST_NEAR:
         return np.float64(contact.fret + 1 + contact.point)
@@ -144,11 +144,11 @@ def place_of(contact, ops):
 
 @inlined
 def coupling(op, m):
-    """Row `m` of W, (points,): m of u at contact point `m` per unit f at each; not of a board."""
+    """Row `m` of W, (points,): m of u at contact point `m` per unit f at each; not for boards."""
     return floats_at(op.coupling + DOUBLE * m * op.points, op.points)
 
 
 @inlined
 def left_out(op, m):
-    """Row `m` of R, (points,): the same as `coupling` by the modes left out, static; not of a board."""
+    """Row `m` of R, (points,): like `coupling`, but static, by the omitted modes; not for boards."""
     return floats_at(op.left_out + DOUBLE * m * op.points, op.points)

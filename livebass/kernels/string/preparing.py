@@ -1,15 +1,14 @@
 """Makes the operators of a bass: numbers in, rows of the pool out, without allocation.
 
-`measure_operators` finds how many modes each note has and how much memory all of them need; `fill_operators` writes
-operators and rows. Both take the address of one record, PREPARING, which holds the addresses of the notes, of their
-numbers, and of the memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of
-admittance, measured modes, obstacles, taps) lie in one array of float64, and a note holds where: an offset and a length
-in rows.
+`measure_operators` finds each note's number of modes and the memory for all of them; `fill_operators` writes operators
+and rows. Both take the address of one record, PREPARING, which holds the addresses of the notes, their numbers, and the
+memory to fill. A NOTE is one string at one fret. Lists of any length (resonances, a table of admittance, measured
+modes, obstacles, taps) lie in one float64 array; a note holds each list's offset and its length in rows.
 
 law.py has the law of the modes. Mode shapes at the obstacles, which lie on a grid of N steps, come from a table of
-sin(pi k / N), as sin(pi j k / N) has a period of 2 N in j k: exact to rounding for any mode, and without a sine a
-number. Nothing in here is reassociated: every processor makes the same rows of the same sines. Equation numbers:
-Issanchou et al. (2018). [any thread]
+sin(pi k / N), as sin(pi j k / N) has a period of 2 N in j k: exact to rounding for any mode, without a sine per number.
+Nothing in here is reassociated: every processor makes the same rows from the same sines. Equation numbers: Issanchou et
+al. (2018). [any thread]
 """
 
 import numpy as np
@@ -51,46 +50,46 @@ from livebass.rows import Word, record, words
 
 jit = compiled(attributes=SMALL)
 
-PART_TIME = 5.2e-6  # s, length of the parts a contact frame is cut into ...
-LEAST_PART = 16  # ... but so many fine steps at least: to look costs as much as some steps
+PART_TIME = 5.2e-6  # s, length of the parts that divide a contact frame ...
+LEAST_PART = 16  # ... but at least this many fine steps: a check costs as much as a few steps
 FADE_FROM, FADE_TO = 0.40, 0.46  # of the audio rate: modes fade from the output between these
-FREE_APEX = 2e-3  # of the length: the pluck that counts as grazing where there is no obstacle
-LEAST_SINE = 1e-9  # of a fine step, of a mode whose motion between two fine steps can be told
-ON_GRID = 1e-9  # of a grid step, by which an obstacle may be off the grid
-ALL = 1 << 40  # no list of numbers is as long
+FREE_APEX = 2e-3  # of the length: the pluck that counts as grazing if there is no obstacle
+LEAST_SINE = 1e-9  # of a fine step; below it a mode's motion between two fine steps is unknown
+ON_GRID = 1e-9  # of a grid step: how far an obstacle may be off the grid
+ALL = 1 << 40  # longer than any list of numbers
 
-# Taps: through pickups, rows (m from the stop, aperture in m); the displacement at two sensors, for u and for v, a row
-# of (m from the stop,) each, with the modes that the audio rate carries, or with all, at each phase of a frame
+# Taps: PICKUPS, rows (m from the stop, aperture in m); or the displacement at two sensors, for u and for v, a row of
+# (m from the stop,) each: SENSORS with the modes that the audio rate carries, SAMPLED with all, at each frame phase
 PICKUPS, SENSORS, SAMPLED = 0, 1, 2
-# What `fill_operators` returns
+# Return values of `fill_operators`
 DONE, OVERDAMPED, FROZEN = 0, 1, 2
 
 
 def listed(name: str) -> list[tuple[str, str]]:
-    """A list among the numbers: where its first row begins, and how many rows it has."""
+    """A list among the numbers: the index of its first row, and its number of rows."""
     return [(name, "i8"), (f"{name}_count", "i8")]
 
 
-# Lists among the numbers, and how many a row of each has
+# Lists among the numbers, and the numbers per row
 LISTS = {
     "resonances": 3,  # (Hz, Q, kg)
-    "resonances_across": 3,  # the same as v feels them, if `own_across`
+    "resonances_across": 3,  # the same for v, if `own_across`
     "table": 3,  # (Hz, Re Y, Im Y), ascending
     "table_across": 3,  # the same for v
     "frequencies": 1,  # (Hz,), measured, of the first modes
     "dampings": 1,  # (1/s,), measured
     "obstacles": 2,  # (m from the stop, height in m)
-    "surface": 2,  # (m from the stop, height in m), ascending: in place of obstacles
+    "surface": 2,  # (m from the stop, height in m), ascending: replaces obstacles
     "taps": 2,  # or 1: see PICKUPS
-    "answers": 2,  # (Re Y, Im Y), m/s/N: of the nut by this stop, for each mode that may answer
+    "answers": 2,  # (Re Y, Im Y), m/s/N: the nut's, from this stop, for each mode that may answer
 }
 MOST_WORDS = 1 << 23  # of an instrument file
 NOTE_WORDS = [
-    Word("modes", "i8", 1, MOST_GRID),  # wanted; `measure_operators` takes away what the contact rate cannot carry
-    *words(NoteNumbers),  # of which `measure_operators` sets the grid over a surface
+    Word("modes", "i8", 1, MOST_GRID),  # wanted; `measure_operators` removes those that the contact rate cannot carry
+    *words(NoteNumbers),  # `measure_operators` sets the grid over a surface
     Word("stop", "f8", 0.0),  # m/s/N, Re Y at every frequency ...
     Word("stop_across", "f8", 0.0),  # ... the same for v, if `own_across`
-    # of each list: where its first row begins, and how many rows it has
+    # of each list: the index of its first row, and its number of rows
     *(Word(f"{name}{end}", "i8", 0, MOST_WORDS) for name in LISTS for end in ("", "_count")),
 ]
 NOTE = record(NOTE_WORDS)
@@ -111,8 +110,8 @@ PREPARING = np.dtype(
         ("rate", "f8"),  # audio, Hz
         ("contact_rate", "f8"),  # Hz
         ("numerator", "i8"),  # fine steps ...
-        ("denominator", "i8"),  # ... in so many frames
-        ("carried", "f8"),  # of the contact rate: the highest mode there may be
+        ("denominator", "i8"),  # ... in this many frames
+        ("carried", "f8"),  # of the contact rate: the highest possible mode
     ],
     align=True,
 )
@@ -135,7 +134,7 @@ def measure_operators(address):
 
 @jit
 def measure(work, note, op):
-    """Finds modes and grid of a note, and adds what its operator needs to `words` and `table_words`."""
+    """Finds a note's modes and grid, and adds its operator's needs to `words` and `table_words`."""
     note.modes = carried(work, note)
     if note.surface_count > 0:
         note.grid_points = note.modes + 1
@@ -149,7 +148,7 @@ def measure(work, note, op):
 
 @entry("int64(int64)", SMALL)
 def fill_operators(address):
-    """Writes operators and rows of the PREPARING at an address that `measure_operators` has seen.
+    """Writes operators and rows of the PREPARING at an address, after `measure_operators`.
 
     Returns DONE, OVERDAMPED or FROZEN.
     """
@@ -173,7 +172,7 @@ def fill(work):
 
 @jit
 def fill_operator(work, note, op):
-    """Fills an operator, and its rows of zeros, but for the heights by which the hand measures; returns as `fill`."""
+    """Fills an operator and its zeroed rows, except the hand's heights; returns as `fill`."""
     set_numbers(work, note, op)
     state = set_coefficients(work, note, op, op.coefficients, False)
     if state == DONE and note.own_across:
@@ -191,7 +190,7 @@ def fill_operator(work, note, op):
 
 @jit
 def blocks(n):
-    """`n`, up to a whole BLOCK."""
+    """`n`, rounded up to a whole BLOCK."""
     return (n + BLOCK - 1) // BLOCK * BLOCK
 
 
@@ -203,7 +202,7 @@ def list_value(work, first, k):
 
 @jit
 def tap_rows(work, note):
-    """Rows of taps: one a pickup; of sensors one for q and one for P, for u and for v, at each phase."""
+    """Rows of taps: one per pickup; for sensors one for q and one for P, for u and for v, at each phase."""
     if work.taps == PICKUPS:
         return note.taps_count
     return 4 if work.taps == SENSORS else 4 * work.denominator
@@ -211,7 +210,7 @@ def tap_rows(work, note):
 
 @jit
 def lay_out(work, note, op, place):
-    """Gives the operator the addresses of its rows from `place` on; returns the address behind them."""
+    """Sets the operator's row addresses from `place` on; returns the address after the rows."""
     square = op.points * op.points if op.points <= MOST_NEAR else 0
     op.coefficients = place
     op.coefficients_v = op.coefficients + coefficient_bytes(op) * note.own_across
@@ -229,13 +228,13 @@ def lay_out(work, note, op, place):
 
 @inlined
 def numbers_of(work):
-    """The numbers that the notes point into, as many as there are."""
+    """All the numbers that the notes point into."""
     return floats_at(work.numbers, ALL)
 
 
 @jit
 def carried(work, note):
-    """Number of the wanted modes that lie below `work.carried` of the contact rate, at least 1."""
+    """Number of wanted modes below `work.carried` of the contact rate, at least 1."""
     count = 0
     for j in range(1, note.modes + 1):
         if frequency(note, numbers_of(work), j, False) < work.carried * work.contact_rate:
@@ -245,7 +244,7 @@ def carried(work, note):
 
 @jit
 def set_numbers(work, note, op):
-    """Sets all of the operator that is no row."""
+    """Sets the operator's single numbers."""
     dt = 1.0 / work.contact_rate
     dx = note.length / note.grid_points
     op.diagonal = note.modes == note.grid_points - 1
@@ -270,9 +269,9 @@ def set_numbers(work, note, op):
 
 @jit
 def set_coefficients(work, note, op, rows, across):
-    """Fills the coefficients of the modes of u, or those `across`, at `rows`.
+    """Fills the coefficients of u's modes, or v's if `across`, at `rows`.
 
-    Modes that fill up the last block stay zero and must not divide by zero.
+    Modes that fill up the last block stay at rest and must not divide by zero.
     """
     dt = 1.0 / work.contact_rate
     kappa = coefficient_at(rows, op, KAPPA)
@@ -316,7 +315,7 @@ def set_coefficients(work, note, op, rows, across):
 
 @jit
 def points_of(work, note):
-    """Number of contact points: of obstacles, or of grid points with surface below them."""
+    """Number of contact points: obstacles, or grid points over the surface."""
     if note.surface_count == 0:
         return note.obstacles_count
     first, last = grid_over(work, note)
@@ -334,7 +333,7 @@ def grid_over(work, note):
 
 @jit
 def set_points(work, note, op):
-    """Fills positions and heights of the contact points; what stands above the string at rest is pressed flat."""
+    """Fills positions and heights of the contact points; presses flat any that stand above the string at rest."""
     x = positions(op)
     if note.surface_count == 0:
         for m in range(op.points):
@@ -350,7 +349,7 @@ def set_points(work, note, op):
 
 @jit
 def set_heights(work, note, op, h, given, stride):
-    """Fills the heights `h` of the contact points by the list of the note whose first is `given`, each `stride` on."""
+    """Fills the contact heights `h` from the note's list that begins at `given`, in steps of `stride`."""
     if note.surface_count == 0:
         for m in range(op.points):
             h[m] = list_value(work, given, stride * m)
@@ -367,7 +366,7 @@ def set_heights(work, note, op, h, given, stride):
             slope = list_value(work, given, stride * (i + 1)) - h[m]
             slope /= list_value(work, table, 2 * i + 2) - list_value(work, table, 2 * i)
             h[m] += slope * (x[m] - list_value(work, table, 2 * i))
-    for i in range(1, rows):  # a crown within a grid step counts there; the first place is never one
+    for i in range(1, rows):  # a crown within a grid step counts there; the first place never is a crown
         height = list_value(work, given, stride * i)
         m = np.int64(np.rint(list_value(work, table, 2 * i) / step)) - first
         beyond = i + 1 < rows and list_value(work, given, stride * (i + 1)) > height
@@ -379,7 +378,7 @@ def set_heights(work, note, op, h, given, stride):
 
 @jit
 def measure_by_own(op):
-    """Has the hand measure its force by the heights that the contact points have now."""
+    """Makes the present contact heights those that the hand measures its force by."""
     kept, h = hand_heights(op), heights(op)
     for m in range(op.points):
         kept[m] = h[m]
@@ -387,13 +386,13 @@ def measure_by_own(op):
 
 @jit
 def behind_table(note):
-    """Float64 of the workspace for a note, with room for as many as there are points behind (bass/refill.py)."""
+    """Float64 count of a note's workspace, before room for one number per contact point."""
     return note.grid_points + 1 + 2 * MOST_NEAR
 
 
 @jit
 def set_table(work, note):
-    """Fills the workspace with sin(pi k / N) for k = 0 to N; behind is room for two rows of MOST_NEAR."""
+    """Fills the workspace with sin(pi k / N) for k = 0 to N; room for two rows of MOST_NEAR follows."""
     n = note.grid_points
     table = floats_at(work.table, work.table_words)
     for k in range(n // 2 + 1):
@@ -409,7 +408,7 @@ def sine(table, turn, n):
 
 @jit
 def grid_point(note, x):
-    """The grid point at `x` (m); -1 if there is none."""
+    """The grid point at `x` (m); -1: none."""
     step = note.length / note.grid_points
     k = np.int64(np.rint(x / step))
     return k if abs(x / step - k) <= ON_GRID else -1
@@ -444,7 +443,7 @@ def set_shapes(work, note, op):
 
 @jit
 def set_coupling(work, note, op):
-    """Fills W by the modes there are and R, static, by those up to the grid's that are left out."""
+    """Fills W from the present modes, and the static R from the omitted modes up to the grid's limit."""
     n, points, x = note.grid_points, op.points, positions(op)
     table = floats_at(work.table, work.table_words)
     behind = work.table + DOUBLE * (n + 1)
@@ -486,7 +485,7 @@ def add_products(row, phi, f, count):
 
 @jit
 def set_answers(work, note, op):
-    """Copies how the nut moves by a force at this stop."""
+    """Copies the nut's motion per force at this stop."""
     row = floats_at(op.answers, 2 * op.answering)
     for k in range(2 * op.answering):
         row[k] = list_value(work, note.answers, k)
@@ -497,7 +496,7 @@ def set_answers(work, note, op):
 
 @jit
 def set_taps(work, note, op):
-    """Fills the weights of the modes in the output, and how many modes have any."""
+    """Fills the modes' weights in the output, and the number of modes with any weight."""
     rows = tap_rows(work, note)
     for k in range(op.modes):
         if work.taps == PICKUPS:
@@ -530,7 +529,7 @@ def faded(rate, omega, sigma):
 
 @jit
 def set_pickups(work, note, op, k, rows):
-    """Fills the weights of mode `k` at each pickup: a Gaussian window as wide as a rectangle of the aperture."""
+    """Fills mode `k`'s weights at each pickup: a Gaussian window as wide as a rectangle of the aperture."""
     fade = faded(work.rate, coefficient(op, OMEGA)[k], coefficient(op, SIGMA)[k])
     if fade == 0.0:
         return
@@ -542,7 +541,7 @@ def set_pickups(work, note, op, k, rows):
 
 @jit
 def set_sampled(work, note, op, k):
-    """Fills the weights of q and P of mode `k` for u, then for v, at each phase a frame can have between fine steps."""
+    """Fills mode `k`'s weights of q and P, for u, then v, at each phase that a frame can have between fine steps."""
     for i in range(2):
         rows = op.coefficients if i == 0 else op.coefficients_v
         w, s = coefficient_at(rows, op, OMEGA)[k], coefficient_at(rows, op, SIGMA)[k]

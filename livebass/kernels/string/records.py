@@ -1,9 +1,9 @@
-"""The records that kernels work on: a string with its slots and their working sets, its operators, events.
+"""The kernels' records: a string with its slots and their working sets, its operators, events.
 
 Memory is named, never addressed by arithmetic: `slot.u.eta[m]`, `op.points`, `w.low.leaps[WHOLE].a[j]`. Index j counts
 modes, m contact points. All rows of a working set have the same constant length ROW: the compiler knows every distance
-and vectorises the loops of modal.py without checks at run time. ROW is an odd number of cache lines, so that rows do
-not collide in the cache.
+and vectorises the loops of modal.py without run-time checks. ROW is an odd number of cache lines, so rows do not
+collide in the cache.
 """
 
 from typing import Any
@@ -15,13 +15,13 @@ from livebass.kernels.machine.noise import BAND
 ROW = 1048  # the most modes, and the most contact points, of one string
 MOST_NEAR = 32  # contact points solved together in one fine step
 LINE = 64  # bytes of a cache line
-BATCH = 16  # frames that are filtered together
-BLOCK = 16  # modes are woken and dropped in blocks
-GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; most groups
+BATCH = 16  # frames filtered together
+BLOCK = 16  # modes woken and dropped together
+GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; maximum number of groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
-LOW = 64  # modes in float64, in qualities that are not exact: whole BLOCKs
-BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py, of u and v, and a tap for each pickup, or sensors' of both
+LOW = 64  # float64 modes in qualities that are not exact: whole BLOCKs
+BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py for u and v, and a tap for each pickup, or the sensors'
 
 
 def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
@@ -33,9 +33,9 @@ def _answers(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
 
 
 def on_lines(fields: list[Any]) -> np.dtype[Any]:
-    """A record of whole cache lines, in which all fields of a line or more begin on one.
+    """A record of whole cache lines; fields of a line or more begin on one.
 
-    A vector that lies across two lines takes twice as long.
+    Access to a vector across two lines takes twice as long.
     """
     offsets, end = [], 0
     for field in fields:
@@ -49,13 +49,13 @@ def on_lines(fields: list[Any]) -> np.dtype[Any]:
 
 
 def _rows_of_modes(kind: str) -> np.dtype[Any]:
-    """What frames and fine steps read and write of the modes of one polarisation, in numbers of one kind."""
+    """One polarisation's mode rows that frames and fine steps read and write, in numbers of one kind."""
     # k fine steps at once, free: q <- a q + b P, P <- a P - g q
     leap = on_lines([_row("a", kind), _row("b", kind), _row("g", kind)])
     return on_lines(
         [
             _row("q", kind),  # displacement
-            _row("p", kind),  # P, momentum scaled to one fine step; while fine steps are taken, d (modal.py)
+            _row("p", kind),  # P, momentum scaled to one fine step; d during fine steps (modal.py)
             _row("q_before", kind),  # the state before a trial step
             _row("p_before", kind),
             _row("kept", kind),  # one fine step: d <- kept d - spring q ...
@@ -69,9 +69,9 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
 
 
 LOW_ROWS, HIGH_ROWS = _rows_of_modes("f8"), _rows_of_modes("f4")
-WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, where frames are no whole steps; part of a frame
+WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, if frames are no whole steps; part of a frame
 
-# Newton's method in several contact points at once (contact.py)
+# Newton's method for several contact points at once (contact.py)
 SOLVER = np.dtype(
     [
         ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between the points solved for ...
@@ -82,7 +82,7 @@ SOLVER = np.dtype(
         ("slope", "f8", (MOST_NEAR,)),  # df/dr
         ("law", "f8", (MOST_NEAR,)),  # f
         ("r", "f8", (MOST_NEAR,)),  # eta^{n+1} - eta^{n-1}
-        ("place", "i8", (MOST_NEAR,)),  # of the points solved for, among those near
+        ("place", "i8", (MOST_NEAR,)),  # of the solved points, among those near
     ],
     align=True,
 )
@@ -90,100 +90,100 @@ SOLVER = np.dtype(
 # The working set of one polarisation: u, away from the neck, or v, across it
 WORK = on_lines(
     [
-        # modes: those below `split` are in `low`, those from there on in `high`, which begins with mode `split`
+        # modes: those below `split` are in `low`, the others in `high`, which begins with mode `split`
         ("low", LOW_ROWS),
         ("high", HIGH_ROWS),
         ("split", "i8"),
-        # the rest of them, what events read, in float64. Coefficients: those of the operator (operators.py), or tuned
+        # the modes' other rows, which events read, in float64. Coefficients: the operator's (operators.py), or tuned
         _row("q"),  # workspace of an event: state (modal.widen) ...
         _row("p"),
-        _row("q_before"),  # ... and what it makes of that
+        _row("q_before"),  # ... and results
         _row("p_before"),
         _row("kappa"),  # P of a unit modal velocity
         _row("omega"),  # rad/s, damped
         _row("sigma"),  # 1/s
         _row("held"),  # amplitudes of the shape that a finger holds
         _row("strike"),  # velocity per frame of the strike in progress
-        _row("finger"),  # factor per frame of the finger that plucks or strikes
-        # contact points: where they are. Clearance is u above the obstacle, m; of u alone
+        _row("finger"),  # factor per frame of the plucking or striking finger
+        # contact points: clearances. Clearance is u above the obstacle, m; for u only
         _row("clearance"),  # last known
-        _row("clearance_now"),  # at the end of the step on trial
-        _row("height"),  # of the obstacle: the operator's, or lower while a stop that moved lets it rise (stop.py)
-        _row("known_at", "i8"),  # fine step at which `clearance` was true
+        _row("clearance_now"),  # at the end of the trial step
+        _row("height"),  # of the obstacle: the operator's, or lower while it rises after a stop has moved (stop.py)
+        _row("known_at", "i8"),  # fine step of `clearance`
         _row("due", "i8"),  # fine step before which no contact is possible
-        ("group_due", "i8", (GROUP_ROOM,)),  # of groups of points of a board: the same ...
+        ("group_due", "i8", (GROUP_ROOM,)),  # for groups of a board's points: the same ...
         ("group_known_at", "i8", (GROUP_ROOM,)),
-        ("group_clearance", "f8", (GROUP_ROOM,)),  # ... of the group's highest point, at least
-        ("group_clearance_now", "f8", (GROUP_ROOM,)),  # 0: not looked at
+        ("group_clearance", "f8", (GROUP_ROOM,)),  # ... lower bound, from the group's highest point
+        ("group_clearance_now", "f8", (GROUP_ROOM,)),  # 0: not checked
         # contact points: the forces of eqs. 6, 7 and 12
         _row("eta"),  # penetration at this step, m; of u ...
         _row("eta_before"),  # ... and at the step before
         _row("moved"),  # displacement at this step, m; of v ...
         _row("moved_before"),  # ... and at the step before
-        _row("solved_at", "i8"),  # fine step for which these four hold
-        _row("free"),  # displacement at the next step, without the force that acts on it
+        _row("solved_at", "i8"),  # fine step of these four
+        _row("free"),  # displacement at the next step, without its force
         _row("wanted"),  # r* of eq. 12
         _row("force"),
         _row("force_before"),
-        _row("pending"),  # forces that the next pass over the modes adds
-        _row("next_watch", "i8"),  # fine step at which a near point is watched again ...
-        _row("last_watched", "i8"),  # ... and was last ...
-        _row("watched_steps", "i8"),  # ... and for how many steps in a row
+        _row("pending"),  # forces for the next pass over the modes
+        _row("next_watch", "i8"),  # fine step of a near point's next watch ...
+        _row("last_watched", "i8"),  # ... and of the last one ...
+        _row("watched_steps", "i8"),  # ... and number of watched steps in a row
         ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between contact points over frets
         ("solver", SOLVER),
     ]
 )
 
-# What the modes of one string at one fret need to move. Their rows lie in a pool that all operators share, as long as
-# there are modes or points (operators.py).
+# Everything that moves the modes of one string at one fret. The rows lie in a pool that all operators share; each is as
+# long as the modes or points need (operators.py).
 OPERATOR = np.dtype(
     [
-        ("coefficients", "i8"),  # address of the coefficients of the modes of u, a row each ...
-        ("coefficients_v", "i8"),  # ... and of v: the same, unless v has a law of its own
-        ("taps", "i8"),  # address of the weights of pickups, a row each; without one, of q and of P for each phase
+        ("coefficients", "i8"),  # address of the coefficients of u's modes, a row each ...
+        ("coefficients_v", "i8"),  # ... and of v's: the same, unless v has its own law
+        ("taps", "i8"),  # address of the pickups' weights, a row each; without pickups, of q and of P for each phase
         ("shapes", "i8"),  # address of the mode shapes at the contact points, a row each
         ("heights", "i8"),  # address: m, of each contact point
-        ("hand_heights", "i8"),  # address: the heights by whose grazing the hand measures its force (strokes.py)
+        ("hand_heights", "i8"),  # address: the heights that the hand measures its force by (strokes.py)
         ("positions", "i8"),  # address: m from the stop, of each contact point
         ("coupling", "i8"),  # address of W: m of u at a point per unit f at another; a board has none
-        ("left_out", "i8"),  # address of R: the same by the modes left out, static
-        ("answers", "i8"),  # address of Re Y and Im Y (m/s/N) of the nut by this stop, for each mode that may answer
-        ("answering", "i8"),  # ... and how many these are
+        ("left_out", "i8"),  # address of R: the same by the omitted modes, static
+        ("answers", "i8"),  # address of the nut's Re Y and Im Y (m/s/N) from this stop, for each mode that may answer
+        ("answering", "i8"),  # ... and their number
         ("modes", "i8"),
-        ("padded", "i8"),  # modes, up to a whole BLOCK
-        ("split", "i8"),  # so many of them are float64 in the rows of the pool, the others float32; whole BLOCKs
-        ("tap_modes", "i8"),  # up to a whole BLOCK: the taps have no weight above
+        ("padded", "i8"),  # modes, rounded up to a whole BLOCK
+        ("split", "i8"),  # number of float64 modes in the pool's rows, the others are float32; whole BLOCKs
+        ("tap_modes", "i8"),  # rounded up to a whole BLOCK: the taps have no weight above
         ("points", "i8"),  # contact points; more than MOST_NEAR: a board
         ("diagonal", "i8"),  # W couples no points ...
         ("weight", "f8"),  # ... and this is its diagonal
-        ("steps", "i8"),  # whole fine steps a frame
-        ("parts", "i8"),  # a contact frame is cut into so many parts (0: into none) ...
-        ("part_steps", "i8"),  # ... of so many fine steps, and a rest
+        ("steps", "i8"),  # whole fine steps per frame
+        ("parts", "i8"),  # number of parts that a contact frame is cut into (0: none) ...
+        ("part_steps", "i8"),  # ... and fine steps per part; a rest remains
         ("fine", "f8"),  # s, the fine step
         ("push", "f8"),  # dt^2 dx / mu: modal step of a unit f
         ("friction", "f8"),  # A of eq. 7, N/m
-        ("slip", "f8"),  # m, 2 dt s: slower than that a point sticks
+        ("slip", "f8"),  # m, 2 dt s: a slower point sticks
         ("stiffness", "f8"),  # K
         ("exponent", "f8"),  # alpha
         ("loss", "f8"),  # 1/m, c / (2 dt) of a contact (contact.py)
         ("length", "f8"),  # m
         ("speed", "f8"),  # m/s of transverse waves, 2 L f0
-        ("graze", "f8"),  # m, a pluck amplitude to use where there is no obstacle
+        ("graze", "f8"),  # m, grazing pluck amplitude if there is no obstacle
         ("held_stiffness", "f8"),  # m^2, E I / T in the shape a finger holds; 0: a triangle
     ],
     align=True,
 )
 
-# A finger or the palm that lies on a string (touch.py)
-TOUCHES = 4  # of them on one string
-DASHPOTS = 3  # of which each consists
+# A finger or the palm on a string (touch.py)
+TOUCHES = 4  # per string
+DASHPOTS = 3  # per touch
 TOUCH = np.dtype(
     [
         ("place", "f8"),  # m from the saddle
-        ("width", "f8"),  # m, half: the standard deviation of the Gaussian along which it presses
+        ("width", "f8"),  # m, half: standard deviation of its Gaussian pressure
         ("resistance", "f8"),  # N s/m, R now ...
-        ("wanted", "f8"),  # ... and where it goes: 0, it lifts
-        ("ramp", "f8"),  # N s/m by which it goes there each frame
+        ("wanted", "f8"),  # ... and its target; 0: it lifts
+        ("ramp", "f8"),  # N s/m per frame towards the target
         ("lifts", "i8"),  # frames until it lifts by itself; -1: it stays
     ],
     align=True,
@@ -196,14 +196,14 @@ STOP = np.dtype(
         ("speed", "f8"),  # b', m/s, through the present frame
         ("away", "f8"),  # b at the start of the path ...
         ("first", "f8"),  # ... and b' ...
-        ("wanted", "f8"),  # ... and how fast the finger arrives; 0: it comes to rest gently
+        ("wanted", "f8"),  # ... and the finger's speed on arrival; 0: it comes to rest gently
         ("frame", "i8"),  # of the path ...
-        ("blend", "i8"),  # ... and how many it has
+        ("blend", "i8"),  # ... and its number of frames
     ],
     align=True,
 )
 
-# A mass that strikes the string from above: the thumb, or a finger of the left hand (thumb.py)
+# A mass that strikes the string from above: the thumb, or a left-hand finger (thumb.py)
 THUMB = np.dtype(
     [
         ("on", "i8"),  # NONE, COMING or THERE
@@ -211,7 +211,7 @@ THUMB = np.dtype(
         ("frames", "i8"),  # since it came
         ("place", "f8"),  # m from the saddle
         ("mass", "f8"),  # kg
-        ("width", "f8"),  # m, half of what touches the string
+        ("width", "f8"),  # m, half the contact width
         ("stiffness", "f8"),  # N/m^1.5, of its flesh
         ("loss", "f8"),  # s/m, of Hunt and Crossley
         ("speed", "f8"),  # m/s, upwards
@@ -219,10 +219,10 @@ THUMB = np.dtype(
         ("energy", "f8"),  # J, in its flesh
         # of this frame:
         ("force", "f8"),  # N
-        ("depth", "f8"),  # m that the string is in its flesh as it begins
+        ("depth", "f8"),  # m of the string in its flesh at the start
         ("friction", "f8"),  # N/m, of the loss
-        ("foreseen", "f8"),  # m that the depth grows by, without frets ...
-        ("pushed", "f8"),  # ... and what frets added to that in the last frame
+        ("foreseen", "f8"),  # m, growth of the depth without frets ...
+        ("pushed", "f8"),  # ... and the frets' addition in the last frame
     ],
     align=True,
 )
@@ -233,24 +233,24 @@ SLOT = on_lines(
     [
         ("on", "i8"),  # 0 silent, 1 sounding
         ("moving", "i8"),  # the stop moves: contact is off
-        ("between", "i8"),  # 1: a glide: it uses string.between, an operator of a length between two frets (glide.py)
-        ("sunk", "i8"),  # some obstacles are below their heights
+        ("between", "i8"),  # 1: a glide, with string.between, an operator for a length between two frets (glide.py)
+        ("sunk", "i8"),  # number of obstacles below their heights
         ("stop_u", STOP),
         ("stop_v", STOP),
-        ("offset", "f8"),  # m at the stop, of the old rest line from the new one, as far as it is not faded out yet ...
+        ("offset", "f8"),  # m at the stop, from the new rest line to the old, still fading out ...
         ("offset_speed", "f8"),  # ... and its speed, m/s
         ("fret", "i8"),
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
-        ("v_ready", "i8"),  # v has its working set ready ...
-        ("v_active", "i8"),  # ... and so many modes of it are not known to be dead; 0: v rests
+        ("v_ready", "i8"),  # v's working set is ready ...
+        ("v_active", "i8"),  # ... and its number of modes not known to be dead; 0: v rests
         ("touching", "i8"),  # contacts begun since the pluck
-        ("due", "i8"),  # fine step before which no point needs a look
+        ("due", "i8"),  # fine step before which no point needs a check
         ("quiet", "i8"),  # fine step before which no contact is possible without an event
         ("ratio", "f8"),  # frequencies relative to the operators: pitch bend
-        ("heard", "i8"),  # modes that the audio rate can carry, up to a whole BLOCK
-        ("fastest", "f8"),  # m/s no point of the string exceeds
-        ("steady", "i8"),  # 1: its motion adds no tension that matters
-        ("hand", "f8"),  # factor per frame, 1 where no hand is on the string
+        ("heard", "i8"),  # modes that the audio rate can carry, rounded up to a whole BLOCK
+        ("fastest", "f8"),  # m/s, upper bound for all points of the string
+        ("steady", "i8"),  # 1: its motion adds negligible tension
+        ("hand", "f8"),  # factor per frame, 1 if no hand is on the string
         ("safety", "f8"),  # `fastest` over the root mean square velocity
         ("thumb", THUMB),
         ("answer_speed", "f8"),  # sum of squared velocity amplitudes that answers could give back, m^3/s^2 ...
@@ -259,44 +259,44 @@ SLOT = on_lines(
         ("v", WORK),
         # workspace of one frame: lists of contact points
         _row("suspects", "i8"),  # that may touch within the frame
-        _row("checked", "i8"),  # whose clearance at the end of the frame is known
+        _row("checked", "i8"),  # with known clearance at the end of the frame
         _row("near", "i8"),  # that may touch within a part of the frame
-        _row("watched", "i8"),  # looked at in this fine step ...
+        _row("watched", "i8"),  # in this fine step ...
         _row("friction_points", "i8"),  # ... and in v
-        ("coupled", "i8"),  # what u.coupling holds for: the address of W ...
+        ("coupled", "i8"),  # key of u.coupling: the address of W ...
         ("coupled_ratio", "f8"),  # ... and `ratio`
-        # of the fingers that touch: made of their places when these change
+        # touching fingers: recomputed when their places change
         ("touch_shape", "f8", (TOUCHES, DASHPOTS, ROW)),  # mode shapes at the dashpots of each ...
-        ("touch_shape_high", "f4", (TOUCHES, DASHPOTS, ROW)),  # the same of modes in `high` ...
+        ("touch_shape_high", "f4", (TOUCHES, DASHPOTS, ROW)),  # the same for modes in `high` ...
         ("touch_square", "f8", (TOUCHES, DASHPOTS)),  # ... the sums of their squares, 1/m ...
         ("touch_product", "f8", (TOUCHES, DASHPOTS)),  # ... and of products of two of them: 0 1, 0 2, 1 2 ...
-        ("touch_products_for", "i8", (TOUCHES,)),  # ... over so many modes ...
-        ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that it moves
-        ("touch_key", "f8", (TOUCHES, 3)),  # what these hold for: place, width, operator
+        ("touch_products_for", "i8", (TOUCHES,)),  # ... over this many modes ...
+        ("touch_modes", "i8", (TOUCHES,)),  # ... and the number of modes that the finger moves
+        ("touch_key", "f8", (TOUCHES, 3)),  # key of these: place, width, operator
         ("touch_factor", "f8", (TOUCHES, DASHPOTS)),  # c of each dashpot ...
-        ("touch_factor_key", "f8", (TOUCHES,)),  # ... and the resistance that it holds for; 0: for none
-        ("touch_kept", "f8"),  # factor per frame of what lies wholly on the fingers ...
+        ("touch_factor_key", "f8", (TOUCHES,)),  # ... and the resistance that is its key; 0: none
+        ("touch_kept", "f8"),  # factor per frame for waves wholly on the fingers ...
         ("touch_decay", "f8"),  # ... and minus its logarithm
-        # of the thumb, likewise
+        # thumb: the same
         _row("thumb_shape"),
-        _row("thumb_yield"),  # c: how far each mode gives way to a force that stays, m^0.5/N ...
+        _row("thumb_yield"),  # c: how far each mode yields to a constant force, m^0.5/N ...
         _row("thumb_reach"),  # ... and each contact point, m/N
         _row("thumb_heights"),  # of the contact points, while the thumb presses
-        ("thumb_give", "f8"),  # m/N that the string gives way within a frame
-        ("thumb_modes", "i8"),  # that it moves
-        ("thumb_key", "f8", (4,)),  # what all these hold for: place, width, operator, tuning
+        ("thumb_give", "f8"),  # m/N that the string yields within a frame
+        ("thumb_modes", "i8"),  # number of modes that it moves
+        ("thumb_key", "f8", (4,)),  # key of all these: place, width, operator, tuning
     ]
 )
 SLOT_STATE = SLOT.fields["u"][1] // 8  # type: ignore[index]  # 8-byte fields of a slot before its working sets
 
-# A noise of the hands, as speed of the string under the pickups (hands/noise.py)
+# A hand noise, as speed of the string under the pickups (hands/noise.py)
 NOISE = np.dtype(
     [
         ("speed", "f8"),  # m/s, rms, now ...
-        ("growth", "f8"),  # ... by which it grows each frame of a pull ...
-        ("fade", "f8"),  # ... and the factor per frame by which it fades
+        ("growth", "f8"),  # ... its growth per frame of a pull ...
+        ("fade", "f8"),  # ... and its fading factor per frame
         ("band", BAND),
-        ("frames", "i8"),  # in which it has sounded so far
+        ("frames", "i8"),  # number of frames in which it has sounded
     ],
     align=True,
 )
@@ -304,22 +304,22 @@ NOISE = np.dtype(
 VOICE = np.dtype(
     [
         ("over_frets", "i8"),  # address of frets.over_frets
-        ("over_board", "i8"),  # of board.over_board, where a string may go over a board
+        ("over_board", "i8"),  # of board.over_board, if a string may go over a board
         ("frame", "i8"),
         ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
         ("numerator", "i8"),
         ("denominator", "i8"),
         ("rate", "f8"),  # audio, Hz
         ("raw", "i8"),  # 1: the output is the displacement itself, without filters
-        ("slot", "i8"),  # the one that plays
-        ("rounding", "f8"),  # m, of the corner of a pluck ...
+        ("slot", "i8"),  # the playing slot
+        ("rounding", "f8"),  # m, of a pluck's corner ...
         ("release", "f8"),  # ... s, how gradually the finger lets go ...
-        ("angle", "f8"),  # ... and rad, from u towards v, of plucks that do not say
-        ("follow", "f8"),  # 1/s: speed of the finger as it lets go, over the apex
+        ("angle", "f8"),  # ... and rad, from u towards v, for plucks without their own values
+        ("follow", "f8"),  # 1/s: the finger's speed as it lets go, over the apex
         ("pulling", "i8"),  # frames left until the finger lets go
         ("pull", "i8"),  # frames of a pull
         ("strike_width", "f8"),  # m
-        ("pulse", "f8"),  # `safety` that the next pluck needs
+        ("pulse", "f8"),  # `safety` for the next pluck
         ("striking", "i8"),  # frames left of the thumb's push
         ("strike", "i8"),
         ("thumb_mass", "f8"),  # kg ...
@@ -330,57 +330,57 @@ VOICE = np.dtype(
         ("touches", TOUCH, (TOUCHES,)),
         ("saddle", "f8", (4,)),  # m, distance of each pickup or sensor from the saddle
         ("bend", "f8"),  # frequency ratio wanted ...
-        ("tuned", "f8"),  # ... and the one it has got to
-        ("turn", "i8"),  # frames, phase of this string in the round in which strings follow a bend
-        ("stretch", "f8"),  # N/m, by which tension grows with the integral of the squared slope; 0: it is constant
+        ("tuned", "f8"),  # ... and reached so far
+        ("turn", "i8"),  # frames, this string's phase in the cycle in which strings follow a bend
+        ("stretch", "f8"),  # N/m, growth of tension with the integral of the squared slope; 0: constant tension
         ("depth", "f8"),  # semitones, of the vibrato, ...
-        ("depth_wanted", "f8"),  # ... where that goes, ...
+        ("depth_wanted", "f8"),  # ... its target, ...
         ("waver", "f8"),  # ... its rate, Hz, ...
         ("phase", "f8"),  # ... and its phase, 0 to 1
-        ("landing", "i8"),  # frames until the finger that lands on the string ...
-        ("hammer_to", "i8"),  # ... presses it down to this fret ...
-        ("hammer", "f8"),  # ... at so many m/s; 0 frames: none does
-        ("slide_to", "i8"),  # fret that the finger slides to; -1: none
-        ("slide_every", "i8"),  # frames a fret ...
-        ("slide_left", "i8"),  # ... and those left until the next one, or until the next hand-over of a glide
-        ("glide_from", "f8"),  # m, the length that a glide began with ...
-        ("glide_to", "f8"),  # ... and ends with, ...
-        ("glide_frames", "i8"),  # ... the frames that it takes ...
-        ("glide_frame", "i8"),  # ... and those that are over
-        ("fretless", "i8"),  # 1: fingers slide and waver on it as on a board
-        ("winding", "f8"),  # m, pitch of the winding; 0: it is flat, and fingers make no noise on it
+        ("landing", "i8"),  # frames until a landing finger ...
+        ("hammer_to", "i8"),  # ... presses the string down to this fret ...
+        ("hammer", "f8"),  # ... at this speed, m/s; 0 frames: none lands
+        ("slide_to", "i8"),  # target fret of a slide; -1: none
+        ("slide_every", "i8"),  # frames per fret ...
+        ("slide_left", "i8"),  # ... and frames left until the next fret, or the next hand-over of a glide
+        ("glide_from", "f8"),  # m, length at the start of a glide ...
+        ("glide_to", "f8"),  # ... and at its end, ...
+        ("glide_frames", "i8"),  # ... its frames ...
+        ("glide_frame", "i8"),  # ... and the frames done
+        ("fretless", "i8"),  # 1: slides and vibrato work as on a board
+        ("winding", "f8"),  # m, pitch of the winding; 0: flatwound, fingers make no noise on it
         ("squeak", "f8"),  # level of that noise, 1 as usual
         ("scraped", "f8"),  # windings that the finger has passed since it last fell off one
-        ("seed", "i8"),  # of the noises of the hands
-        ("medium", "f8"),  # m/s by which a medium pluck moves the open string
-        ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: it makes none
+        ("seed", "i8"),  # for the hand noises
+        ("medium", "f8"),  # m/s, speed of the open string after a medium pluck
+        ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: none
         ("skin", NOISE),
         ("knock", NOISE),
-        ("idle", "i8"),  # strings that nobody plays or mutes, a bit each: they may answer (answers.py)
+        ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
-        ("cut", "i8"),  # 1: all sound is off until the next note, that of answers, too
-        ("log", "i8"),  # address of a ring of CONTACT, one a contact begun ...
-        ("log_room", "i8"),  # ... how many there is room for, 0: none is kept ...
-        ("logged", "i8"),  # ... and how many have begun: the last is at (logged - 1) % log_room
+        ("cut", "i8"),  # 1: all sound is off until the next note, including answers
+        ("log", "i8"),  # address of a ring of CONTACT, one per new contact ...
+        ("log_room", "i8"),  # ... its size, 0: none are kept ...
+        ("logged", "i8"),  # ... and the contacts so far: the last is at (logged - 1) % log_room
         ("told", "i8"),  # address of a TOLD and a ring of EVENT (told.py) ...
-        ("told_room", "i8"),  # ... how many events there is room for, 0: none is kept ...
-        ("told_count", "i8"),  # ... and how many there have been since the string was still
-        ("weakened", "i8"),  # times that the motion was scaled back to what a string bears (slot.limit_motion)
+        ("told_room", "i8"),  # ... its size in events, 0: none are kept ...
+        ("told_count", "i8"),  # ... and the events since the string was still
+        ("weakened", "i8"),  # number of times the motion was scaled back to a string's limit (slot.limit_motion)
         ("pickups", "i8"),  # 0: the displacement itself
-        ("held", "f8", (4,)),  # displacement at each of the shape the finger holds
-        ("held_across", "f8", (4,)),  # the same of v
-        ("across", "f8", (4,)),  # how strongly each senses v, of u
+        ("held", "f8", (4,)),  # displacement of the held shape at each pickup
+        ("held_across", "f8", (4,)),  # the same for v
+        ("across", "f8", (4,)),  # each pickup's sensitivity to v, relative to u
         ("aperture", "f8", (4,)),  # m of string that each senses
         ("decay", "f8", (4,)),  # 1/m of each pickup
         ("mix", "f8", (4,)),  # level of each pickup in the signal, now ...
-        ("level", "f8", (4,)),  # ... and as the bass has it
-        ("blend_wanted", "f8"),  # -1, the neck's pickup alone, to 1, the bridge's; 0: as the bass has it ...
-        ("blend", "f8"),  # ... and the blend that `mix` has got to
+        ("level", "f8", (4,)),  # ... and the bass's own
+        ("blend_wanted", "f8"),  # -1, the neck pickup alone, to 1, the bridge pickup; 0: the bass's own ...
+        ("blend", "f8"),  # ... and the blend that `mix` has reached
         ("woken", "i8"),  # frame of the first event since the string was still
-        ("still", "i8"),  # 1: at rest, and the same sample comes out frame after frame until there is an event
-        ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: there is one filter
+        ("still", "i8"),  # 1: at rest; every frame gives the same sample until the next event
+        ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: only one filter
         ("tone_wanted", "f8"),  # -1 to 1 ...
-        ("tone", "f8"),  # ... and the tone that the filter has got to
+        ("tone", "f8"),  # ... and the tone that the filter has reached
         ("b", "f8", (4,)),  # output filter
         ("a", "f8", (4,)),
         ("z", "f8", (4,)),
@@ -395,13 +395,13 @@ VOICE = np.dtype(
 )
 VOICE_SLOTS = 2
 
-# A contact that begins
+# The start of a contact
 CONTACT = np.dtype(
     [
-        ("step", "i8"),  # fine step, of the string's
-        ("point", "i8"),  # contact point of the operator: over frets the one of fret `fret` + 1 + point
-        ("fret", "i8"),  # where the string is stopped
-        ("speed", "f8"),  # m/s, by which it comes
+        ("step", "i8"),  # fine step of the string
+        ("point", "i8"),  # contact point of the operator; over frets it is fret `fret` + 1 + point
+        ("fret", "i8"),  # that stops the string
+        ("speed", "f8"),  # m/s, of impact
     ],
     align=True,
 )
@@ -410,13 +410,13 @@ CONTACT = np.dtype(
 ANSWERS = np.dtype(
     [
         ("count", "i8"),
-        ("padded", "i8"),  # up to a whole BLOCK: zeros behind
+        ("padded", "i8"),  # rounded up to a whole BLOCK with zeros
         # m^1.5: displacement, and (velocity + sigma q) / omega; zeros unless voice.answering
         _answers("q"),
         _answers("y"),
-        ("own_density", "f8"),  # kg/m, of the string that is answered
+        ("own_density", "f8"),  # kg/m, of the sounding string
         _answers("string", "i8"),
-        _answers("omega"),  # rad/s; 0: there is no such mode
+        _answers("omega"),  # rad/s; 0: no such mode
         _answers("sigma"),  # 1/s
         _answers("density"),  # kg/m
         _answers("stiffness"),  # N/m, tension over length
@@ -425,12 +425,12 @@ ANSWERS = np.dtype(
         _answers("cosine"),  # one frame: q <- cosine q + sine y, y <- cosine y - sine q
         _answers("sine"),
         _answers("muted"),  # factor per frame of the hands on an idle string
-        # workspace: made of what hands do and of the fret that sounds, when these change
+        # workspace: recomputed when the hands or the sounding fret change
         _answers("now_cosine"),
         _answers("now_sine"),
-        ("damped_for", "i8"),  # what these two hold for
+        ("damped_for", "i8"),  # key of these two
         ("pairs", "i8"),
-        ("pairs_for", "i8", (2,)),  # what these hold for: operator, idle strings ...
+        ("pairs_for", "i8", (2,)),  # key of these: operator, idle strings ...
         ("pairs_ratio", "f8"),  # ... and bend
         _answers("pair_answer", "i8"),
         _answers("pair_mode", "i8"),
@@ -448,26 +448,26 @@ ANSWERS = np.dtype(
     align=True,
 )
 
-# An operator of a length between those of two frets, made while a finger glides along a board (glide.py)
+# An operator for a length between two frets, made while a finger glides along a board (glide.py)
 BETWEEN = on_lines(
     [
         ("op", OPERATOR),
-        _row("slope"),  # weights of the modes in the slope at the stop, as a fingertip feels it ...
-        ("slope_modes", "i8"),  # ... and how many have any
+        _row("slope"),  # modes' weights in the slope at the stop, as a fingertip feels it ...
+        ("slope_modes", "i8"),  # ... and the number of modes with any
         ("rows", "f8", (BETWEEN_ROWS * ROW,)),  # coefficients and taps of the operator
     ]
 )
 
-# One string with all that its kernels touch
+# One string with everything that its kernels touch
 STRING = on_lines(
     [
         ("voice", VOICE),
         ("slots", SLOT, (VOICE_SLOTS,)),
         ("answers", ANSWERS),
         ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
-        ("batch", "f8", (8, BATCH)),  # the same of frames that wait for the filters ...
-        ("answer", "f8", (BATCH,)),  # ... what answering strings add ...
-        ("flux", "f8", (BATCH,)),  # ... gradient of a pickup's flux, over that at rest ...
+        ("batch", "f8", (8, BATCH)),  # the same for frames that wait for the filters ...
+        ("answer", "f8", (BATCH,)),  # ... the answering strings' signal ...
+        ("flux", "f8", (BATCH,)),  # ... gradient of a pickup's flux, relative to rest ...
         ("mixed", "f8", (BATCH,)),  # ... and the signal before the filters
         ("between", BETWEEN, (VOICE_SLOTS,)),  # of each slot
     ]
@@ -479,21 +479,21 @@ EVENT = np.dtype(
         ("kind", "i4"),
         ("string", "i4"),
         ("fret", "i8"),
-        ("finger", "i8"),  # of a touch: which one lies on the string or lifts
-        # Numbers that its kind has; all others are 0
-        ("apex", "f8"),  # m, of a pluck; of a pull-off, across the neck; how deep a strike pushes the string
+        ("finger", "i8"),  # of a touch: which finger lies on the string or lifts
+        # Numbers of its kind; all others are 0
+        ("apex", "f8"),  # m, of a pluck; of a pull-off, across the neck; of a strike, the depth of its push
         ("place", "f8"),  # m from the stop; of a touch, from the saddle
-        ("speed", "f8"),  # m/s, of a mass that is thrown, of a finger that hammers, and of the noise of a pluck
-        ("width", "f8"),  # m, half of what touches the string; 0: that of the player's finger or thumb
+        ("speed", "f8"),  # m/s, of a thrown mass, of a hammering finger, and of a pluck's noise
+        ("width", "f8"),  # m, half the contact width; 0: the player's finger or thumb
         ("angle", "f8"),  # rad, of a pluck, from u towards v; 0: the player's
-        # How gradually a pluck lets go, 0: as the player does; until a touch lifts, 0: it stays; how long a finger that
-        # hammers damps the string before; for each fret of a slide
+        # How gradually a pluck lets go, 0: the player's value; time until a touch lifts, 0: it stays; time for which a
+        # hammering finger first damps the string; time per fret of a slide
         ("seconds", "f8"),
         ("mass", "f8"),  # kg, thrown, and ...
         ("stiffness", "f8"),  # ... N/m^1.5, of its flesh; 0: the thumb's
         ("resistance", "f8"),  # N s/m, of a touch
-        # The one number of others. BEND: ratio of frequencies; HAND: damping, 1/s; WAVER: semitones; IDLE: strings that
-        # may answer, a bit each; GAIN, TONE, BLEND: that
+        # The single number of other kinds. BEND: frequency ratio; HAND: damping, 1/s; WAVER: semitones; IDLE: strings
+        # that may answer, a bit each; GAIN, TONE, BLEND: that value
         ("value", "f8"),
         ("rate", "f8"),  # Hz, of a vibrato
     ],

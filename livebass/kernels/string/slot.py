@@ -1,4 +1,4 @@
-"""A slot, one sounding note of a string: load, tune, switch operators, drop what is dead.
+"""A slot, one sounding note of a string: loads, tunes, switches operators, drops dead modes.
 
 frame.py, frets.py and board.py move it from frame to frame. [any thread]
 """
@@ -13,12 +13,12 @@ from livebass.kernels.string.preparing import FADE_TO
 from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
 
 FOR_EVER = 1 << 60  # a fine step
-# Fastest point over the root mean square velocity that the string's energy gives: plucks were seen to reach 3.8
-# (hard, near the bridge), a string stopped at a higher fret 4.8; the narrow pulse of a thumb more.
+# Fastest point over the root mean square velocity from the string's energy: plucks reached 3.8 (hard, near the bridge),
+# strings stopped at a higher fret 4.8, the narrow pulse of a thumb more.
 SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
 SLACK = 0.02  # m/s
-STEADY = 1e-9  # of the tension: what a motion adds to it below this is left out
-REST_EVERY = 64  # frames between looks for dead modes
+STEADY = 1e-9  # of the tension: a motion that adds less is ignored
+REST_EVERY = 64  # frames between checks for dead modes
 STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled back: no playing reaches a third of it
 
 
@@ -57,7 +57,7 @@ def load_tuned(slot, op, voice):
 
 @jit
 def highest_frequency(voice):
-    """Highest frequency (rad/s) that the audio rate carries: what a bend takes above is left out."""
+    """Highest frequency (rad/s) that the audio rate carries: modes that a bend takes above it are dropped."""
     return 2 * np.pi * FADE_TO * voice.rate
 
 
@@ -77,20 +77,20 @@ def reset_obstacles(slot, op):
 
 @jit
 def remove_thumb(slot):
-    """Takes the mass that strikes the string away from it, wherever it is."""
+    """Removes the striking mass, wherever it is."""
     slot.thumb.on = NONE
 
 
 @jit
 def invalidate_contact(w, op):
-    """Marks the penetrations at the contact points of a polarisation as unknown."""
+    """Marks the penetrations at a polarisation's contact points as unknown."""
     for m in range(op.points):
         w.solved_at[m] = UNKNOWN
 
 
 @jit
 def wake_v(slot, op):
-    """Makes the second polarisation ready to move, where it is not."""
+    """Makes the second polarisation ready to move, if it is not yet."""
     if slot.v_ready:
         return
     modal.take_coefficients(slot.v, op, op.coefficients_v)
@@ -128,7 +128,7 @@ def rms_velocity(w, op, n):
 
 @jit
 def rms_velocity_with_answers(slot, op, n):
-    """`rms_velocity` of u, were all energy of answering strings the slot's, too (answers.py)."""
+    """`rms_velocity` of u if the slot also had all energy of the answering strings (answers.py)."""
     v = rms_velocity(slot.u, op, n)
     if slot.answer_speed > 0.0:
         v = np.sqrt(v * v + slot.answer_speed / op.length)
@@ -139,7 +139,7 @@ def rms_velocity_with_answers(slot, op, n):
 def tune_slot(slot, op, ratio, most):
     """Tunes the slot to `ratio` times the operator's frequencies without a jump of displacement or velocity.
 
-    Modes that get above `most` (rad/s) are not heard any more.
+    Modes above `most` (rad/s) are no longer heard.
     """
     modal.retune(slot.u, op, op.coefficients, ratio)
     if slot.v_ready:
@@ -153,7 +153,7 @@ def tune_slot(slot, op, ratio, most):
 
 @jit
 def change_operator(slot, old, op):
-    """Makes the sounding slot go on with `op`, untuned, in place of `old`."""
+    """Switches the sounding slot from `old` to `op`, untuned."""
     modal.change_coefficients(slot.u, old, op, op.coefficients)
     reset_obstacles(slot, op)
     invalidate_contact(slot.u, op)
@@ -168,7 +168,7 @@ def change_operator(slot, old, op):
 
 @jit
 def limit_motion(slot, op, factor):
-    """Scales the motion by `factor`, the limit over its steepness; silences the slot where that is NaN."""
+    """Scales the motion by `factor`, the limit over its steepness; silences the slot if that is NaN."""
     if factor > 0.0:
         modal.scale(slot.u, slot.active, factor)
         modal.scale(slot.v, slot.v_active, factor)
@@ -184,9 +184,9 @@ def limit_motion(slot, op, factor):
 
 @jit
 def steepness(w, op, n):
-    """Root mean square velocity by the scheme's own invariant, over wave speed.
+    """Root mean square velocity from the scheme's own invariant, over wave speed.
 
-    Contact, friction and losses never raise it, only hands do: a healthy string stays below STEEPEST whatever it hits.
+    Only hands raise it, never contact, friction or losses: a healthy string stays below STEEPEST whatever it hits.
     """
     return np.sqrt(modal.invariant(w, n) / op.length) / (op.fine * op.speed)
 
@@ -199,7 +199,7 @@ def is_exact(op):
 
 @jit
 def silence_of(slot, op):
-    """Velocity (m^1.5/s) below which a mode is silence; the hand that ends a note is on the slot until the next one."""
+    """Velocity (m^1.5/s) below which a mode is silent; a hand that ends a note stays there until the next note."""
     if is_exact(op):
         return modal.FAINT if slot.hand < 1.0 else modal.DEAD
     return modal.ENDED if slot.hand < 1.0 else modal.FAINT
@@ -207,9 +207,9 @@ def silence_of(slot, op):
 
 @jit
 def is_steady(voice, op, steepest):
-    """True if a motion of that `steepness` in u and v adds no tension that matters, in qualities that are not exact.
+    """True if a motion of that steepness in u and v adds negligible tension, in qualities that are not exact.
 
-    The integral of the squared slope is steepness^2 times the length at most, in u and in v (tension.py).
+    The integral of the squared slope is at most steepness^2 times the length, in u and in v (tension.py).
     """
     most = voice.stretch * 2.0 * steepest * steepest * op.length
     return not is_exact(op) and most * op.weight < STEADY * squared(op.fine * op.speed)
@@ -217,7 +217,7 @@ def is_steady(voice, op, steepest):
 
 @jit
 def rest_slot(slot, op, voice):
-    """Drops dead modes, limits the motion, and marks the string as quiet if it cannot touch any more.
+    """Drops dead modes, limits the motion, and marks the string as quiet if it can no longer touch.
 
     Called every REST_EVERY frames.
     """

@@ -1,16 +1,16 @@
-"""The string's end at its stop moves, as a finger presses it to another fret: hammer-on, slide, any change of fret.
+"""Moves the string's end at its stop when a finger presses it to another fret: hammer-on, slide, any fret change.
 
-The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, b that of the end at the stop. While b' is constant
-the modes move as if the stop stood still; where it changes they get a kick, v_m <- v_m - l_m (b'_new - b'_old) with
-l_m = sqrt(2 L) / (pi m), the projection of l. That is exact for a path b(t) of straight lines between frames. The
-finger that hammers takes the end along with a constant acceleration and stops dead on the crown: the last kick is the
-snap, and what the string hears of the way before is little. A finger that only presses the string down comes to rest
-gently, by a polynomial of the fifth degree in time.
+The displacement is u = sum q_m phi_m + b l(x), l(x) = (L - x) / L, with b the displacement of the end at the stop.
+While b' is constant the modes move as if the stop stood still; when it changes they get a kick,
+v_m <- v_m - l_m (b'_new - b'_old) with l_m = sqrt(2 L) / (pi m), the projection of l. This is exact for a path b(t) of
+straight lines between frames. A hammering finger moves the end with constant acceleration and stops dead on the crown:
+the last kick is the snap; the way before makes little sound. A finger that only presses the string down comes to rest
+gently, by a fifth-degree polynomial in time.
 
 Contact is off while the stop moves, for a few milliseconds: a string that ends above a fret is lifted off the next
-ones. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody put
-in; such an obstacle begins that much lower, and rises to its height while the string is clear of it. `slot` is a SLOT,
-`op` its operator. [audio thread]
+frets. After that the string may be a few micrometres inside an obstacle, where contact would hold energy that nobody
+put in; such an obstacle starts that much lower, and rises to its height while the string is clear of it. `slot` is a
+SLOT, `op` its operator. [audio thread]
 """
 
 import numpy as np
@@ -22,10 +22,10 @@ from livebass.kernels.string.operators import heights
 from livebass.kernels.string.records import UNKNOWN
 from livebass.kernels.string.slot import invalidate_contact, wake_slot
 
-SHORTEST, LONGEST = 0.25e-3, 32e-3  # s, limits of the time that a hammering finger takes to the fret
-ROOM = 2e-6  # m, between the string and an obstacle it has been freed from
-GENTLE = 4e-3  # s that a finger takes that does not hammer
-SETTLING = 1e-3  # s, time constant with which the step between two rest lines (at two frets) is faded out in the signal
+SHORTEST, LONGEST = 0.25e-3, 32e-3  # s, limits of a hammering finger's time to the fret
+ROOM = 2e-6  # m, between the string and an obstacle freed from it
+GENTLE = 4e-3  # s that a finger takes without hammering
+SETTLING = 1e-3  # s, time constant that fades out the step between two rest lines (at two frets) in the signal
 NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 
 
@@ -33,7 +33,7 @@ NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 def begin_path(stop, place, speed, finger, voice):
     """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest.
 
-    A finger takes it there and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds.
+    A finger moves it and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds.
     """
     stop.place = place
     stop.speed = speed
@@ -50,7 +50,7 @@ def begin_path(stop, place, speed, finger, voice):
 
 @jit
 def next_speed(stop, h):
-    """The speed (m/s) of the next frame, of `h` s, on the way to rest."""
+    """The speed (m/s) in the next frame, of `h` s, on the way to rest."""
     stop.frame += 1
     t = min(stop.frame / stop.blend, 1.0)
     if stop.wanted == 0.0:
@@ -63,7 +63,7 @@ def next_speed(stop, h):
 
 @jit
 def advance_end(stop, w, op, h, n):
-    """Moves the end by one frame, and kicks the modes where its speed changes; returns True once it is at rest."""
+    """Moves the end by one frame, and kicks the modes if its speed changes; returns True once it is at rest."""
     stop.place += stop.speed * h
     if abs(stop.place) < NEAREST:
         stop.place = 0.0
@@ -91,7 +91,7 @@ def advance_stop(slot, op, h, after):
 
 @jit
 def fade_offset(slot, rate):
-    """Fades out the offset between the old and the new rest line over about 1 ms, critically damped; one frame."""
+    """Fades the offset between old and new rest line by one frame, critically damped, over about 1 ms."""
     pole = exp(-1.0 / (SETTLING * rate))
     toward = slot.offset_speed + slot.offset / SETTLING
     slot.offset = pole * (slot.offset + toward / rate)
@@ -103,7 +103,7 @@ def fade_offset(slot, rate):
 
 @jit
 def lower_obstacles(slot, op):
-    """Lowers each obstacle that the string penetrates, or is nearer to than ROOM, to ROOM below the string."""
+    """Lowers each obstacle in the string, or within ROOM of it, to ROOM below the string."""
     u, height = slot.u, heights(op)
     invalidate_contact(u, op)
     slot.sunk = 0

@@ -1,13 +1,13 @@
-"""What a string tells those who look at it: the contacts that begin, and the events that it was handed.
+"""A string's reports for displays: new contacts, and the events it received.
 
-Both are rings, in memory that the string's VOICE has the addresses of; with room for none they cost nothing. A counter
-says how many there have been, the last so many as there is room for can be read. A string that runs ahead of the clock
-may go back (live/thread/ahead.py): the counters go back with it, and the entries that it had come to are written anew.
-So a reader keeps a count of its own, and takes no contact of a fine step that is not heard yet.
+Both are rings in memory whose addresses are in the string's VOICE; with a size of 0 they cost nothing. A counter gives
+the total; the latest entries that fit can be read. A string that runs ahead of the clock may go back
+(live/thread/ahead.py): its counters go back too, and it rewrites the later entries. So readers keep their own count,
+and skip contacts of fine steps that are not heard yet.
 
-TOLD holds a string's events since it was last still, and its VOICE as it was before the first of them. From there
-`begin_again` and the same events, on the same operators, make the same motion, bit for bit; but not if strings changed
-to other operators in between, as under overload. [audio thread]
+TOLD holds a string's events since it was last still, and its VOICE before the first of them. From there `begin_again`
+and the same events, on the same operators, make the same motion, bit for bit; but not if strings changed operators in
+between, as under overload. [audio thread]
 """
 
 import numpy as np
@@ -19,9 +19,9 @@ from livebass.kernels.string.records import EVENT, STRING, VOICE, on_lines
 TOLD = on_lines(
     [
         ("voice", VOICE),  # before the first event
-        ("from_frame", "i8"),  # of that
+        ("from_frame", "i8"),  # its frame
     ]
-)  # EVENT (told_room,) behind
+)  # EVENT (told_room,) follows
 string_at = record_at(STRING)
 event_at = record_at(EVENT)
 told_at = record_at(TOLD)
@@ -30,7 +30,7 @@ TOLD_BYTES, EVENT_BYTES = TOLD.itemsize, EVENT.itemsize
 
 @jit
 def remember(voice, event):
-    """Keeps an event that the string is handed now, if its voice has room for any."""
+    """Keeps an event that the string receives now, if its voice has room for events."""
     if voice.told_room == 0:
         return
     if voice.still:
@@ -45,9 +45,9 @@ def remember(voice, event):
 
 @entry("void(int64, int64)")
 def begin_again(string, told):
-    """Puts the STRING at an address, as new, to where another one was before the events of a TOLD at an address.
+    """Sets the new STRING at an address to another string's state before the events of the TOLD at an address.
 
-    What is in memory of its own stays: the filters of the tone pot, functions, its log and its events.
+    It keeps its own memory: the tone pot's filters, functions, log and events.
     """
     voice = string_at(string).voice
     functions = voice.over_frets, voice.over_board

@@ -1,22 +1,22 @@
-"""Fingers and palm that lie on a string: dashpots, passive for any strength.
+"""Fingers and palm on a string: dashpots, passive at any strength.
 
 A finger of resistance R presses hardest in its middle, at x: its resistance is spread along the string as a Gaussian of
-standard deviation a. Three dashpots do what that does to waves longer than the finger (Gauss-Hermite quadrature): 2/3
-of R at x and 1/6 at x - sqrt(3) a and at x + sqrt(3) a each.
+standard deviation a. For waves longer than the finger, three dashpots do the same (Gauss-Hermite quadrature): 2/3 of R
+at x and 1/6 each at x - sqrt(3) a and x + sqrt(3) a.
 
-A dashpot takes momentum from the string where it is. With the velocities v_j of the modes and s_j = phi_j there, the
-implicit midpoint rule over a time h is v <- v - c (s v) s, c = r / (1 + r |s|^2 / 2), r = R h / mu: in a steady motion
-its force is R times the velocity on the way, however much the string gives back within a frame. It acts once a frame,
-after the string has moved, and never turns the velocity there round: c |s|^2 is at most 1, so that kinetic energy only
-falls. It is done in P, with s_j kappa_j / dt in place of s_j, so that the energy that eq. 12 conserves falls, whatever
-R (modal.invariant). The dashpots of a finger follow one another; products of their shapes tell what the one before
-leaves to the next, so that two passes over the modes do for all three. A finger that lies still leaves out the modes
-that have died under it (modal.drop_dead_modes): with fewer of them c |s|^2 is smaller.
+A dashpot takes momentum from the string at its place. With the modes' velocities v_j and s_j = phi_j there, the
+implicit midpoint rule over a time h is v <- v - c (s v) s, c = r / (1 + r |s|^2 / 2), r = R h / mu: in steady motion
+its force is R times the average velocity, however much the string gives back within a frame. It acts once per frame,
+after the string has moved, and never reverses the velocity there: c |s|^2 is at most 1, so kinetic energy only falls.
+It acts on P, with s_j kappa_j / dt in place of s_j, so the energy that eq. 12 conserves falls for any R
+(modal.invariant). A finger's dashpots act one after another; products of their shapes give the momentum that each
+leaves to the next, so two passes over the modes serve all three. A resting finger skips the modes that have died under
+it (modal.drop_dead_modes): with fewer modes c |s|^2 is smaller.
 
 Modes above HIGHEST turn too far within a frame, and waves shorter than the finger are too short for three dashpots.
-What lies wholly on the finger loses exp(-R h / (2 mu L)) a frame.
+Waves that lie wholly on the finger lose exp(-R h / (2 mu L)) per frame.
 
-A finger lands and lifts in a ramp of R. Places are from the saddle: they outlive a change of fret. `slot` is a SLOT,
+A finger lands and lifts by a ramp of R. Places are from the saddle, so they survive fret changes. `slot` is a SLOT,
 `op` its operator. [audio thread]
 """
 
@@ -31,17 +31,17 @@ from livebass.kernels.string.operators import KAPPA, coefficient
 from livebass.kernels.string.records import BLOCK, DASHPOTS, TOUCHES
 from livebass.kernels.string.slot import SAFETY_STRUCK, wake_slot
 
-NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: what dashpots move
-ASIDE, PART = (0.0, np.sqrt(3.0), -np.sqrt(3.0)), (2 / 3, 1 / 6, 1 / 6)  # of a; of R: where they are, how strong
+NARROWEST, HIGHEST = 4.5, 8e3  # of k a; Hz: limits of the modes that dashpots move
+ASIDE, PART = (0.0, np.sqrt(3.0), -np.sqrt(3.0)), (2 / 3, 1 / 6, 1 / 6)  # the dashpots' places, of a; strengths, of R
 LANDING, LIFTING = 5e-3, 15e-3  # s
-STAYS = -1  # in place of the frames until a finger lifts
+STAYS = -1  # instead of the frames until a finger lifts
 
 
 @jit
 def begin_touch(voice, i, place, resistance, width, seconds, landing):
     """Lays finger `i` on the string at `place` (m from the saddle); it lifts after `seconds`, 0: it stays.
 
-    `resistance` is in N s/m, `width`, half of it, in m, `landing` in s. With no resistance the finger lifts now, within
+    `resistance` is in N s/m, the half `width` in m, `landing` in s. With no resistance the finger lifts now, within
     `seconds`, 0: LIFTING.
     """
     t = voice.touches[i]
@@ -49,7 +49,7 @@ def begin_touch(voice, i, place, resistance, width, seconds, landing):
         lift_touch(voice, i, seconds if seconds > 0.0 else LIFTING)
         return
     if place != t.place or width != t.width:
-        t.resistance = 0.0  # another place: it lands anew
+        t.resistance = 0.0  # another place: it lands again
     t.place = place
     t.width = width
     t.wanted = resistance
@@ -59,7 +59,7 @@ def begin_touch(voice, i, place, resistance, width, seconds, landing):
 
 @jit
 def ramp_touch(voice, i, resistance, seconds):
-    """Sets the `resistance` of finger `i`, and ramps it to the wanted one in `seconds`."""
+    """Sets the `resistance` of finger `i`, and ramps it to the wanted value in `seconds`."""
     t = voice.touches[i]
     t.resistance = resistance
     t.ramp = abs(resistance - t.wanted) / max(seconds * voice.rate, 1.0)
@@ -121,7 +121,7 @@ def dashpot(t, d):
 
 @jit
 def modes_under(op, width):
-    """Number of modes, in whole BLOCKs, that dashpots of a finger of half the `width` (m) move."""
+    """Number of modes, in whole BLOCKs, that the dashpots of a finger of half width `width` (m) move."""
     most = min(NARROWEST / max(width, 1e-4), 2 * np.pi * HIGHEST / op.speed)
     n = np.int64(most * op.length / np.pi) + 1
     return min((n + BLOCK - 1) // BLOCK * BLOCK, op.padded)
@@ -129,7 +129,7 @@ def modes_under(op, width):
 
 @jit
 def place_dashpots(slot, op, i, t):
-    """Computes the mode shapes at the dashpots of finger `i`, if its place, its width or the operator has changed."""
+    """Computes the mode shapes at finger `i`'s dashpots, if its place, width or operator has changed."""
     key, kappa = slot.touch_key[i], coefficient(op, KAPPA)
     if key[0] == t.place and key[1] == t.width and key[2] == op.coefficients:
         return
@@ -143,7 +143,7 @@ def place_dashpots(slot, op, i, t):
     shapes, squares = slot.touch_shape[i], slot.touch_square[i]
     for d in range(DASHPOTS):
         place, _ = dashpot(t, d)
-        x = min(max(op.length - place, 0.0), op.length)  # beyond the ends of the string there is nothing to move
+        x = min(max(op.length - place, 0.0), op.length)  # nothing moves beyond the string's ends
         shape = shapes[d]
         for j in range(n):
             shape[j] = np.sqrt(2 / op.length) * sin(modal.mode_number(j) * k1 * x) * kappa[j] / op.fine
@@ -156,7 +156,7 @@ def place_dashpots(slot, op, i, t):
 
 @jit
 def find_products(slot, i, n):
-    """Computes the products of the shapes of finger `i` over `n` modes, if they are of another number of them."""
+    """Computes the products of finger `i`'s shapes over `n` modes, if they cover another number of modes."""
     if slot.touch_products_for[i] == n:
         return
     slot.touch_products_for[i] = n
@@ -168,9 +168,9 @@ def find_products(slot, i, n):
 
 @jit
 def modes_to_damp(slot, i, t):
-    """Number of modes that finger `i` moves in this frame: those that are not known to be dead, once it has landed.
+    """Number of modes that finger `i` moves in this frame; a landed finger skips modes known to be dead.
 
-    While it lands or lifts it may bring motion to modes that rest.
+    While it lands or lifts it may set resting modes in motion.
     """
     n = slot.touch_modes[i]
     if t.resistance != t.wanted:
@@ -180,7 +180,7 @@ def modes_to_damp(slot, i, t):
 
 @jit
 def dashpot_factor(t, d, square, over_mass):
-    """c of dashpot `d` of a finger whose mode shapes have that `square` (1/m); `over_mass`: h / mu (s m/kg)."""
+    """c of a finger's dashpot `d`; `square` (1/m): of its mode shapes; `over_mass`: h / mu (s m/kg)."""
     _, resistance = dashpot(t, d)
     r = resistance * over_mass
     return r / max(1.0 + 0.5 * r * square, r * square)
@@ -188,7 +188,7 @@ def dashpot_factor(t, d, square, over_mass):
 
 @jit
 def find_factors(slot, i, t, over_mass):
-    """Computes c of the dashpots of finger `i`, if its resistance or its shapes have changed."""
+    """Computes c of finger `i`'s dashpots, if its resistance or shapes have changed."""
     if slot.touch_factor_key[i] == t.resistance:
         return
     slot.touch_factor_key[i] = t.resistance
@@ -210,7 +210,7 @@ def characteristic_impedance(op):
 
 @jit
 def damp_by_touches(voice, slot, op):
-    """Damps the slot by all fingers for one frame, after it has moved."""
+    """Damps the slot with all fingers for one frame, after it has moved."""
     over_mass = op.steps * op.fine / linear_density(op)
     all_over = 0.0
     above: Any = np.int64(0)

@@ -1,9 +1,8 @@
-"""Fine steps with contact: which near contact points are watched in each, over frets and boards alike.
+"""Fine steps with contact: chooses the near contact points to watch in each, for frets and boards alike.
 
-Eq. 12 needs a point's penetration at n - 1, n and n + 1. So a point is looked at when it could be reached, from EARLY
-steps before it could touch in every one: of a dozen frets, or a hundred points of a board, near the string some few are
-looked at in a step. frets.py and board.py solve for the forces at these, and note by `schedule` when each is next. [any
-thread]
+Eq. 12 needs a point's penetration at n - 1, n and n + 1. So a point is watched in every step from EARLY steps before
+the string could touch it: of a dozen near frets, or a hundred near points of a board, only a few are watched per step.
+frets.py and board.py solve for the forces at these, and `schedule` their next watch. [any thread]
 """
 
 import numpy as np
@@ -12,21 +11,21 @@ from livebass.compiling import jit
 from livebass.kernels.string import modal
 from livebass.kernels.string.frame import most_travel, steps_clear
 
-EARLY = 2  # steps that a point is looked at before it could touch
-FAR = EARLY + 2  # steps: a point that could not touch in so many is left alone for a while
+EARLY = 2  # steps that a point is watched before it could touch
+FAR = EARLY + 2  # steps: a point that cannot touch within these is skipped for a while
 
 
 def fine_steps(solve_friction, solve_contact):
-    """Makes the kernel that takes fine steps with contact and friction solved by these two.
+    """Makes the kernel for fine steps that solves contact and friction with these two functions.
 
-    solve_friction(slot, op, points, count) solves friction of the step just made of v, solve_contact(slot, op, voice,
-    points, count, step) contact of the step just made of u.
+    solve_friction(slot, op, points, count) solves friction for v's latest step, solve_contact(slot, op, voice, points,
+    count, step) contact for u's latest step.
     """
 
     def take(slot, op, voice, near, count, steps, step):
-        """Takes `steps` fine steps from `step` on, with the forces solved at the `count` points in `near`.
+        """Takes `steps` fine steps from `step` on, solving for the forces at the `count` points in `near`.
 
-        u begins where its last modal.try_leap began. u.clearance is the least of the points, before and after.
+        u starts where its last modal.try_leap started. u.clearance is a lower bound, before and after.
         """
         u, v, watched = slot.u, slot.v, slot.watched
         load_points(slot, op, near, count, step)
@@ -57,7 +56,7 @@ def fine_steps(solve_friction, solve_contact):
 
 @jit
 def end_fine_steps(w, op, near, count, n):
-    """Applies the last step's forces at the points in `near` to `n` modes, which become (q, P) again."""
+    """Applies the last step's forces at the points in `near` to `n` modes, which return to (q, P)."""
     last = np.int64(-1)
     for i in range(count):
         m = near[i]
@@ -73,7 +72,7 @@ def end_fine_steps(w, op, near, count, n):
 
 @jit
 def load_points(slot, op, near, count, step):
-    """Loads penetrations of the points in `near` at `step` and before, or marks them as clear for a while."""
+    """Loads the penetrations of the points in `near` at `step` and before, or marks points as clear for a while."""
     u, v, travel, height = slot.u, slot.v, most_travel(slot, op), slot.u.height
     for i in range(count):
         m = near[i]
@@ -103,8 +102,8 @@ def load_points(slot, op, near, count, step):
 
 @jit
 def find_watched(slot, near, count, step):
-    """Fills slot.watched with the points in `near` that are looked at in fine step `step`; returns how many."""
-    watching = np.int64(0)  # a constant would be a type of its own
+    """Fills slot.watched with the points in `near` to watch in fine step `step`; returns their number."""
+    watching = np.int64(0)  # a constant would have its own type
     for i in range(count):
         if slot.u.next_watch[near[i]] <= step:
             slot.watched[watching] = near[i]
@@ -114,9 +113,9 @@ def find_watched(slot, near, count, step):
 
 @jit
 def find_friction_points(slot, op, count):
-    """Fills slot.friction_points with those of the `count` points in slot.watched that sense v; returns how many.
+    """Fills slot.friction_points with the points in slot.watched[:count] that sense v; returns their number.
 
-    Friction at n + 1 acts where u touches at n, and needs v at n - 1 and n: v is sensed while u could touch in EARLY
+    Friction at n + 1 acts where u touches at n, and needs v at n - 1 and n: v is sensed if u could touch within EARLY
     steps.
     """
     u, v, travel = slot.u, slot.v, most_travel(slot, op)
@@ -131,7 +130,7 @@ def find_friction_points(slot, op, count):
 
 @jit
 def fine_step(w, op, watched, count, n):
-    """Takes one fine step of `n` modes after the pending forces; w.free receives the displacements at the points."""
+    """Takes one fine step of `n` modes after the pending forces; w.free receives the points' displacements."""
     if count == 0:
         modal.fine(w, n)
     elif count == 1:
@@ -150,7 +149,7 @@ def fine_step(w, op, watched, count, n):
 
 @jit
 def fine_step_with_forces(w, op, watched, count, n):
-    """`fine_step` without the displacements; four forces go in the same pass as the step."""
+    """`fine_step` without the displacements; up to four forces share the step's pass."""
     pending = np.int64(0)
     a = b = c = d = np.int64(0)
     for i in range(count):
@@ -179,7 +178,7 @@ def fine_step_with_forces(w, op, watched, count, n):
 
 @jit
 def read_displacements(w, op, watched, count, n):
-    """Gives w.free the displacements at the points in `watched`."""
+    """Reads the displacements at the points in `watched` into w.free."""
     i = 0
     while i + 3 < count:
         a, b, c, d = watched[i], watched[i + 1], watched[i + 2], watched[i + 3]
@@ -196,7 +195,7 @@ def read_displacements(w, op, watched, count, n):
 
 @jit
 def schedule(u, m, travel, step):
-    """Marks point `m` as solved in fine step `step`, and schedules the step in which it is watched next."""
+    """Marks point `m` as solved in fine step `step`, and schedules its next watch."""
     u.watched_steps[m] = u.watched_steps[m] + 1 if u.last_watched[m] == step - 1 else 1
     u.last_watched[m] = step
     u.next_watch[m] = step + 1
@@ -206,7 +205,7 @@ def schedule(u, m, travel, step):
 
 @jit
 def save_points(slot, op, near, count, step):
-    """Saves which points are solved at `step`, and lower bounds of all clearances."""
+    """Saves the solved points at `step`, and lower bounds of all clearances."""
     u, v, travel = slot.u, slot.v, most_travel(slot, op)
     v_moves = slot.v_active > 0
     for i in range(count):

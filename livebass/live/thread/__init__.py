@@ -1,1 +1,1 @@
-"""The code that runs on the audio thread: compiled, without allocation, lock or file."""
+"""The audio thread's code: compiled, without allocations, locks or files."""

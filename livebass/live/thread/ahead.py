@@ -1,9 +1,9 @@
 """Strings run ahead of the clock, and go back when an event comes. [audio thread]
 
 Without events a string's motion is known in advance. In quiet blocks it plays on beyond the block's end into a ring of
-sound, so that a burst of contacts is computed over the blocks before it. Its state is saved every SAVE_EVERY frames.
-When an event comes for a frame that has already been played, the string returns to the last state saved before it and
-plays on from there. The sound is the same bit for bit, only computed at another time.
+sound, which spreads a burst of contacts over the blocks before it. Its state is saved every SAVE_EVERY frames. When an
+event comes for a frame already played, the string returns to the last state saved before it and plays on from there.
+The sound is the same bit for bit, only computed at another time.
 """
 
 from typing import Any
@@ -33,7 +33,7 @@ from livebass.live.thread.records import (
 
 @jit
 def save(b, i):
-    """Saves the state of string `i`, over the oldest one saved."""
+    """Saves the state of string `i`, over the oldest saved state."""
     a, string = ahead_of(b, i), string_of(b, i)
     place = a.saved % SAVES
     a.saved += 1
@@ -55,7 +55,7 @@ def save(b, i):
 
 @jit
 def go_back(b, i, frame):
-    """Restores string `i` to the last saved state that is not after `frame`."""
+    """Restores string `i` to its last saved state not after `frame`."""
     a, string = ahead_of(b, i), string_of(b, i)
     last = a.saved - 1
     while last > a.first and a.frame[last % SAVES] > frame:
@@ -75,7 +75,7 @@ def go_back(b, i, frame):
             move_u(restore_row, saved_motion(a, place, k, 0), slot, op)
             if slot.v_active > 0:
                 move_v(restore_row, saved_motion(a, place, k, 1), slot, op)
-            else:  # it had not moved yet: nothing was saved of it
+            else:  # it had not moved yet: nothing was saved
                 invalidate_contact(slot.v, op)
     n, answers = string.answers.count, string.voice.answering
     for g in range(n):
@@ -85,11 +85,11 @@ def go_back(b, i, frame):
 
 @jit
 def operator_of(b, i, fret):
-    """The operator that string `i` plays `fret` with."""
+    """The operator of string `i` for `fret`."""
     return operators_of(b, (b.coarse >> i) & 1)[i, fret]
 
 
-# What is saved of a polarisation, and restored, row after row; `at` is the place of the next one in `memory`.
+# Save and restore a polarisation row by row; `at` is the next row's place in `memory`.
 @apart
 def save_row(memory, at, row, n):
     copy_row(memory[at : at + n], row, n)
@@ -104,7 +104,7 @@ def restore_row(memory, at, row, n):
 
 @inlined
 def move_modes(move_row, memory, at, w, n):
-    """Saves or restores the state of `n` modes, as `move_row` does a row; returns the place of what comes next."""
+    """Saves or restores the state of `n` modes with `move_row`; returns the next place."""
     split = min(w.split, n)
     at = move_row(memory, at, w.low.q, split)
     at = move_row(memory, at, w.low.p, split)
@@ -152,7 +152,7 @@ def play_string(bass, i, end):
     if count > 0:
         if v.frame > events[0].frame:
             go_back(b, i, events[0].frame)
-        a.first = a.saved  # states saved so far know nothing of these events
+        a.first = a.saved  # states saved so far lack these events
         a.count = 0
     sound = sound_of(a)
     which = (b.coarse >> i) & 1
@@ -166,7 +166,7 @@ def play_string(bass, i, end):
 
 @jit
 def play_to(b, i, end):
-    """Plays string `i` to frame `end` of its bass into its ring of sound, with its string_events, if it has any."""
+    """Plays string `i` to its bass's frame `end` into its ring of sound, with its string_events, if any."""
     call_3(b.play_string, record_address(b), np.int64(i), end)
 
 
@@ -181,7 +181,7 @@ def step_ahead(b, i, end):
 
 @jit
 def drop_ahead(b, i, frame):
-    """Takes string `i` back to `frame` if it ran ahead of it, and drops its saved states."""
+    """Takes string `i` back to `frame` if it ran ahead, and drops its saved states."""
     if string_of(b, i).voice.frame > frame:
         go_back(b, i, frame)
         play_to(b, i, frame)
@@ -191,7 +191,7 @@ def drop_ahead(b, i, frame):
 
 @jit
 def rearmost(b, horizon):
-    """Returns the string that is least far ahead, short of frame `horizon` and not being tuned; -1: none."""
+    """Returns the string least far ahead, before frame `horizon` and not being tuned; -1: none."""
     best: Any = np.int64(-1)
     least = horizon
     for i in range(b.strings):

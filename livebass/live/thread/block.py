@@ -1,7 +1,7 @@
-"""One block of sound: MIDI messages in, samples out, meters. All that the audio thread does. [audio thread]
+"""One block of sound: MIDI messages in, samples out, meters. Everything the audio thread does. [audio thread]
 
 No Python, allocation, lock, file or print in here. events.py takes the messages, mix.py makes the sound, load.py uses
-the time that is left.
+the remaining time.
 """
 
 import numpy as np
@@ -41,7 +41,7 @@ from livebass.live.thread.ring import next_frame, push_sound
 
 @jit
 def render_chunk(synth, out, n):
-    """Plays n <= CHUNK frames into out (n,) float32, held within the synth's ceiling."""
+    """Plays n <= CHUNK frames into out (n,) float32, limited to the synth's ceiling."""
     for j in range(n):
         out[j] = 0.0
     synth.gains_known = 0
@@ -72,9 +72,9 @@ def render_chunk(synth, out, n):
 
 @jit
 def switch_bass(synth):
-    """Starts the bass that Python has put ready; the present one starts no more notes and rings out.
+    """Starts the bass that Python has prepared; the present bass starts no more notes and rings out.
 
-    One that still rings out has to fade first.
+    A bass that still rings out has to fade first.
     """
     here = record_address(synth)
     wanted = load_acquire(here + NEXT_BASS)
@@ -96,7 +96,7 @@ def switch_bass(synth):
 
 @jit
 def capture(synth, out, n):
-    """Hands the sound to the recorder and counts the frames that find no room in its ring."""
+    """Hands the sound to the recorder and counts the frames that do not fit into its ring."""
     address = load_acquire(record_address(synth) + CAPTURE_RING)
     if address != 0:
         synth.capture_lost += push_sound(address, synth.capture_size, out, n)
@@ -107,7 +107,7 @@ def process(address, sound, n):
     """C function: plays n frames of the synth at `address` into the float32 at address `sound`."""
     out = samples_at(sound, n)
     before = float_control()
-    set_float_control(before | flush_bits())  # denormal numbers become zero in here; the thread's owner may want them
+    set_float_control(before | flush_bits())  # denormal numbers become zero here; the thread's owner may want them
     synth = synth_at(address)
     began = nanoseconds(synth.clock, synth.clock_id)
     synth.block_frame = synth.frame
@@ -139,14 +139,14 @@ def process(address, sound, n):
 
 @entry("void(int64, float64, int64)")
 def relieve(address, load, n):
-    """Takes the `load` of the last n frames from a host that measures it, where the synth at `address` has no clock."""
+    """Takes the last n frames' `load` from a host that measures it, if the synth at `address` has no clock."""
     update_meters(synth_at(address), load)
     adapt(synth_at(address), load, n)
 
 
 @entry("int64(int64)")
 def is_still(address):
-    """C function: 1 if the synth at `address` plays nothing but zeros until something is sent to it. [audio thread]"""
+    """C function: 1 if the synth at `address` plays only zeros until something is sent to it. [audio thread]"""
     synth = synth_at(address)
     if synth.bass == 0 or synth.old_bass != 0 or load_acquire(address + NEXT_BASS) != 0:
         return np.int64(0)
@@ -165,9 +165,9 @@ def is_still(address):
 
 @entry("void(int64)")
 def return_to_clock(address):
-    """C function: takes all strings of the synth at `address` back to the clock and to their fine operators.
+    """C function: returns all strings of the synth at `address` to the clock and their fine operators.
 
-    What it plays from then on, without a clock, is what it plays without one from the start. [audio thread]
+    From then on, without a clock, it plays exactly as it would without one from the start. [audio thread]
     """
     synth = synth_at(address)
     before = float_control()

@@ -1,4 +1,4 @@
-"""The C functions that PortAudio and JACK call for sound; `arg` is the address of a record. [audio thread]"""
+"""The C functions that PortAudio and JACK call for sound; `arg` is a record's address. [audio thread]"""
 
 from typing import Any
 
@@ -30,8 +30,8 @@ PORTAUDIO = np.dtype(
         ("desk", "i8"),  # address of a DESK, 0: none
         ("channels", "i8"),
         ("mono", "i8"),  # address of float32 (CHUNK,)
-        ("thread", "i8"),  # number of the thread that calls, once it has called
-        ("gettid", "i8"),  # address of the C function that gives it, 0: none
+        ("thread", "i8"),  # number of the calling thread, after its first call
+        ("gettid", "i8"),  # address of the C function that returns it, 0: none
     ],
     align=True,
 )
@@ -46,7 +46,7 @@ JACK = np.dtype(
         ("output", "i8", (MOST_CHANNELS,)),  # ports
         ("strings", "i8"),
         ("string", "i8", (MOST_STRINGS,)),  # ports of single strings
-        ("click", "i8"),  # port of the metronome, 0: it is heard in the outputs
+        ("click", "i8"),  # port of the metronome, 0: it plays in the outputs
         ("midi", "i8"),
         ("event", "i8", (3,)),  # room for a jack_midi_event_t: uint32 time, size_t size, pointer to the bytes
     ],
@@ -58,7 +58,7 @@ EVENT_OFFSET = field_offset(JACK, "event")
 
 @jit
 def render(synth, desk, sound, n):
-    """Plays n frames of the synth at address `synth`, and of the DESK's score, into the float32 at address `sound`."""
+    """Plays n frames of the synth at address `synth` and the DESK's score into the float32 at address `sound`."""
     if desk != 0:
         play_score(desk_at(desk), synth_at(synth), n)
     call_3(synth_at(synth).process, synth, sound, n)
@@ -66,7 +66,7 @@ def render(synth, desk, sound, n):
 
 @jit
 def click(synth, desk, sound, n):
-    """Adds the metronome to n frames that the synth has just played."""
+    """Adds the metronome to the n frames that the synth has just played."""
     if desk != 0:
         add_clicks(desk_at(desk), synth_at(synth).frame - n, samples_at(sound, n), n)
 
@@ -79,7 +79,7 @@ def portaudio(_input, output, frames, _time, flags, arg):
     if flags & np.uint64(OUTPUT_UNDERFLOW):
         synth_at(data.synth).underruns += 1
     if data.thread == 0 and data.gettid != 0:
-        data.thread = count_from(data.gettid, np.int64(0))  # it takes no argument, and ignores this one
+        data.thread = count_from(data.gettid, np.int64(0))  # it takes no argument and ignores this one
     if data.channels == 1:
         render(data.synth, data.desk, address_of(output), n)
         click(data.synth, data.desk, address_of(output), n)
@@ -105,7 +105,7 @@ def no_words(_file, _line, _function, _error, _format):
 
 @jit
 def is_message(message, size):
-    """True for a whole channel message: a status, as many data bytes as it takes, each below 128."""
+    """True for a complete channel message: a status and its number of data bytes, each below 128."""
     status = message[0]
     if status < 0x80 or status >= 0xF0 or size != (2 if status & 0xE0 == 0xC0 else 3):
         return False
@@ -114,10 +114,10 @@ def is_message(message, size):
 
 @jit
 def read_midi(data, n):
-    """Moves the messages that the MIDI port has for these n frames into the synth's third ring.
+    """Moves the MIDI port's messages for these n frames into the synth's third ring.
 
-    Clocks and other system messages, other channels, and truncated messages are left out; a learned controller moves
-    its parameter instead.
+    It skips clocks and other system messages, other channels, and truncated messages; a learned controller moves its
+    parameter instead.
     """
     synth = synth_at(data.synth)
     buffer = pointer_from(data.get_buffer, data.midi, n)

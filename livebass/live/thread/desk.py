@@ -1,7 +1,7 @@
 """Plays a score, JACK's transport, learned controllers and a metronome beside the synth. [audio thread]
 
-The callbacks do so before and after the synth plays a block, on one record, DESK. Python writes what it wants into
-single words of the record, which are read once a block, and reads there how far the score is.
+The callbacks do so before and after the synth plays a block, on one record, DESK. Python writes its requests into
+single words of the record, which are read once per block, and reads the score's progress there.
 """
 
 from typing import Any
@@ -30,53 +30,53 @@ from livebass.live.thread.records import field_offset, performer_of
 from livebass.live.thread.ring import push_learned, push_midi, unpack
 from livebass.techniques import CHANNEL_MODES, PARAMETERS
 
-WHEEL = CONTROLLERS  # place of the pitch bend behind the controllers
+WHEEL = CONTROLLERS  # index of the pitch bend after the controllers
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
-MISSED = 0.1  # s: what JACK's transport goes on while this client misses periods, whose notes are then played late
+MISSED = 0.1  # s that JACK's transport may advance while this client misses periods; their notes are then played late
 MOST_TURNS = 8  # of a loop in one block
 ELSEWHERE = -1
-ROLLING = 1  # JACK's state of a transport that moves
-POSITION_WORDS = 32  # more than a jack_position_t has; its word 2 is the rate, and in the upper half the frame
+ROLLING = 1  # JACK's state of a moving transport
+POSITION_WORDS = 32  # more than a jack_position_t has; its word 2 is the rate, with the frame in the upper half
 POSITION_FRAME = 2
 
 DESK = np.dtype(
     [
         # the score
-        ("rate", "f8"),  # of its frames, Hz
+        ("rate", "f8"),  # frame rate, Hz
         ("frames", "i8"),  # address: int64 (count,), ascending
         ("words", "i8"),  # address: int64 (count,), packed messages
         ("count", "i8"),
-        ("next", "i8"),  # first message that was not played
-        ("position", "f8"),  # frame of the score where the next block begins; below 0 before it begins
-        ("anchor", "f8"),  # frame of the score ...
-        ("anchor_frame", "i8"),  # ... at this frame of the synth: since then neither tempo nor place has changed,
-        ("step", "f8"),  # frames of the score in one of the synth
-        ("due", "i8"),  # synth frame of the next block if nothing comes between; ELSEWHERE: place or tempo changed
+        ("next", "i8"),  # first unplayed message
+        ("position", "f8"),  # score frame at the start of the next block; below 0 before the score begins
+        ("anchor", "f8"),  # score frame ...
+        ("anchor_frame", "i8"),  # ... at this synth frame: since then neither tempo nor place has changed
+        ("step", "f8"),  # score frames per synth frame
+        ("due", "i8"),  # expected synth frame of the next block; ELSEWHERE: place or tempo changed
         ("speed", "f8"),  # 1: as written
         ("rolling", "i8"),  # 0: Python wants it to stand still
         ("running", "i8"),  # it moved in the last block
         ("seek", "i8"),  # frame to go to ...
         ("seek_count", "i8"),  # ... whenever Python raises this ...
-        ("seek_seen", "i8"),  # ... beyond what was seen of it
+        ("seek_seen", "i8"),  # ... above the last value seen
         ("loop_from", "f8"),  # frames; the loop ends before loop_to
         ("loop_to", "f8"),  # 0: no loop
         ("held", "i8", (CHANNELS, KEYS)),  # 1 for notes of the score that have not ended
-        ("pedal", "i8", (CHANNELS,)),  # 1 if the score has it down
-        ("bent", "i8", (CHANNELS,)),  # 1 if the score has left the channel's pitch wheel off its middle
+        ("pedal", "i8", (CHANNELS,)),  # 1 if the score holds it down
+        ("bent", "i8", (CHANNELS,)),  # 1 if the score has left the channel's pitch wheel off-centre
         ("met", "i8", (CHANNELS, CONTROLLERS + 1)),  # workspace
         ("programs", "i8"),  # address: int64 (count + 1,), the program before each message, and after all; -1: none
-        ("program", "i8"),  # the last that the synth was told, or began with
-        ("settings", "i8"),  # address: int64 (setting_count,), the messages that are in order only: see `is_chased`
+        ("program", "i8"),  # the synth's latest program
+        ("settings", "i8"),  # address: int64 (setting_count,), the messages whose order matters: see `is_chased`
         ("setting_count", "i8"),
-        ("told", "i8"),  # so many settings, as the synth has them
+        ("told", "i8"),  # number of settings that the synth has received
         # JACK's transport
         ("client", "i8"),  # address, 0: not followed
         ("transport_query", "i8"),  # address of the C function
         ("transport", "i8", (POSITION_WORDS,)),  # room for a jack_position_t
         # MIDI learn
-        ("learned", "i8", (CONTROLLERS,)),  # by controller: number of the parameter that it moves + 1; 0: none
-        ("moved", "i8"),  # controller and value of the last that moved, and how many did: see MOVED_BITS
+        ("learned", "i8", (CONTROLLERS,)),  # by controller: 1 + the number of its parameter; 0: none
+        ("moved", "i8"),  # controller and value of the last move, and the number of moves: see MOVED_BITS
         # the metronome
         ("click", "i8"),  # address: float32 (click_frames,)
         ("click_frames", "i8"),
@@ -85,14 +85,14 @@ DESK = np.dtype(
     ],
     align=True,
 )
-MOVED_BITS = 8  # of each, the value lowest
+MOVED_BITS = 8  # for each, the value lowest
 SEEK_COUNT, TRANSPORT = field_offset(DESK, "seek_count"), field_offset(DESK, "transport")
 desk_at = record_at(DESK)
 
 
 @jit
 def note_controller(desk, address, size, frame, channel, controller, value):
-    """Notes that a controller has moved. If it is a learned one, moves its parameter at `frame`, by the ring.
+    """Records a controller's move. If the controller is learned, moves its parameter at `frame`, through the ring.
 
     Returns True then: the message is not for the bass. [writing thread of the ring]
     """
@@ -113,13 +113,13 @@ def take_controller(desk, address, size, frame, channel, controller, value):
 
 @jit
 def send_message(synth, frame, status, first, second):
-    """Sends a message of the score at `frame`."""
+    """Sends a score message at `frame`."""
     push_midi(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second)
 
 
 @jit
 def release_score(desk, synth, frame):
-    """Ends what the score holds: its notes, its pedals, its bends. What the player holds stays."""
+    """Ends the score's held notes, pedals and bends. The player's stay."""
     for channel in range(CHANNELS):
         for key in range(KEYS):
             if desk.held[channel, key]:
@@ -137,7 +137,7 @@ def release_score(desk, synth, frame):
 
 @jit
 def note_message(desk, status, first, second):
-    """Keeps what a message of the score leaves on."""
+    """Tracks held notes, pedals, bends and the program."""
     kind, channel = status & 0xF0, status & 0x0F
     if kind == 0x90 or kind == 0x80:
         desk.held[channel, first] = 1 if kind == 0x90 and second > 0 else 0
@@ -151,16 +151,15 @@ def note_message(desk, status, first, second):
 
 @jit
 def is_chased(controller):
-    """True for a controller whose last value alone counts: RPNs are sequences, channel modes are no controllers."""
+    """True for a controller whose last value alone counts, unlike RPNs, which are sequences, and channel modes."""
     return controller < CHANNEL_MODES and controller != 6 and controller != 38 and not 96 <= controller <= 101
 
 
 @jit
 def send_settings(desk, synth, low, frame):
-    """Sends RPNs and modes (`settings`) until the synth has those that are before message `low`.
+    """Sends RPNs and modes (`settings`) until the synth has all before message `low`.
 
-    Going back, it begins with the first of them; channels mean nothing before, and have ranges and tunings of their own
-    no more.
+    Going back, it first clears channel meanings, ranges and tunings, then restarts with the first setting.
     """
     words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
     wanted: Any = np.int64(0)
@@ -178,7 +177,7 @@ def send_settings(desk, synth, low, frame):
 
 @jit
 def reset_settings(desk, synth, frame):
-    """Sets ranges and tunings that the score has told the synth to those of a channel that is told none."""
+    """Resets the ranges and tunings that the score has set to the channels' usual values."""
     words, settings = words_at(desk.words, desk.count), words_at(desk.settings, desk.setting_count)
     for channel in range(CHANNELS):
         rpn: Any = np.int64(NO_RPN)
@@ -203,13 +202,13 @@ def reset_settings(desk, synth, frame):
 
 @jit
 def usual_range(synth):
-    """The range, semitones, of wheels that no controller has given another."""
+    """The wheel range, semitones, unless a controller has set another."""
     return performer_of(bass_at(synth.bass)).ranged if synth.bass != 0 else 2.0
 
 
 @jit
 def send_rpn(synth, frame, channel, rpn, whole, fine):
-    """Sets a registered parameter of a channel, and selects none after that."""
+    """Sets a channel's registered parameter, then deselects it."""
     status = 0xB0 | channel
     send_message(synth, frame, status, np.int64(RPN), np.int64(0))
     send_message(synth, frame, status, np.int64(RPN_FINE), rpn)
@@ -221,9 +220,9 @@ def send_rpn(synth, frame, channel, rpn, whole, fine):
 
 @jit
 def go_to(desk, synth, place, frame):
-    """Goes to a place of the score, in its frames: ends what is held, and sets all else as it is there.
+    """Goes to a place of the score, in its frames: ends held notes and sets everything else to its value there.
 
-    Program, modes and the ranges of bends; and the last value of each controller and wheel of each channel.
+    That is program, modes and bend ranges, and the last value of each channel's controllers and wheel.
     """
     release_score(desk, synth, frame)
     frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
@@ -247,7 +246,7 @@ def go_to(desk, synth, place, frame):
         for k in range(CONTROLLERS + 1):
             desk.met[channel, k] = 0
     begin = max(low - CHASED, np.int64(0))
-    for again in range(2):  # the last of each are found, and then sent in their order
+    for again in range(2):  # finds the last of each, then sends them in order
         for k in range(begin, low):
             status, first, second = unpack(words[k])
             kind, channel = status & 0xF0, status & 0x0F
@@ -263,7 +262,7 @@ def go_to(desk, synth, place, frame):
 
 @jit
 def follow_transport(desk, synth, step):
-    """Goes where JACK's transport is; returns True if that moves."""
+    """Follows JACK's transport; returns True if it rolls."""
     room = record_address(desk) + TRANSPORT
     rolling = status_from(desk.transport_query, desk.client, room, np.int64(0)) == ROLLING  # it takes two arguments
     there = ((desk.transport[POSITION_FRAME] >> 32) & 0xFFFFFFFF) * step
@@ -278,14 +277,14 @@ def follow_transport(desk, synth, step):
 
 @jit
 def set_anchor(desk, place, frame):
-    """Notes that the score is at `place` at the synth's `frame`, from which its other frames follow in any blocks."""
+    """Anchors the score's `place` at the synth's `frame`: its other frames follow from this, for any block sizes."""
     desk.anchor = place
     desk.anchor_frame = frame
 
 
 @jit
 def play_score(desk, synth, n):
-    """Sends the score's messages of the next n frames, where it rolls: by itself, or as JACK's transport does."""
+    """Sends the score's messages for the next n frames while it rolls: by itself, or with JACK's transport."""
     if desk.count == 0:
         return
     step = desk.speed * desk.rate / synth.rate
@@ -322,7 +321,7 @@ def play_score(desk, synth, n):
 
 @jit
 def play_until(desk, synth, until, end):
-    """Sends the messages before frame `until` of the synth and frame `end` of the score."""
+    """Sends the messages before the synth's frame `until` and the score's frame `end`."""
     frames, words = words_at(desk.frames, desk.count), words_at(desk.words, desk.count)
     while desk.next < desk.count and frames[desk.next] < end:
         k = desk.next
@@ -341,7 +340,7 @@ def play_until(desk, synth, until, end):
 
 @jit
 def add_clicks(desk, first, out, n):
-    """Adds the metronome to the sound of n frames from synth frame `first` on."""
+    """Adds the metronome to n frames of sound from synth frame `first` on."""
     period = desk.click_period
     if not period > 1.0:
         return

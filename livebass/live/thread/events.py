@@ -1,4 +1,4 @@
-"""Messages and other events of a block: from the rings to the performers of the basses. [audio thread]"""
+"""A block's messages and other events: from the rings to the basses' performers. [audio thread]"""
 
 import numpy as np
 
@@ -36,12 +36,12 @@ from livebass.live.thread.ring import (
 )
 from livebass.techniques import GAIN_DB, LEARNED, LEAST, PARAMETERS
 
-GAIN_POLE = 0.004  # part of the way to its target that the gain goes each frame
+GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
 
 
 @jit
 def keep_message(synth, frame, status, first, second):
-    """Hands a message that is played to the recorder, if there is one."""
+    """Hands a played message to the recorder, if there is one."""
     played = load_acquire(record_address(synth) + PLAYED_RING)
     if played != 0 and not push_midi(played, synth.played_size, frame, status, first, second):
         synth.played_lost += 1
@@ -59,15 +59,15 @@ def play_message(synth, b, frame, status, first, second):
         return
     if status & 0xF0 == 0xB0 and first == BANK:
         synth.banks[status & 0x0F] = second + 1
-    # plucking points and grazing apexes come from the fine operators, whichever play
+    # plucking points and grazing apexes always come from the fine operators, even if the coarse ones play
     messages.handle_message(performer_for(b, frame), operators_of(b, 0), status, first, second)
 
 
 @jit
 def selects_kit(synth, b, channel):
-    """True if a program of `channel` selects drums, which choose no bass: by its bank, or on channel 10.
+    """True if a program of `channel` selects drums, not a bass: by its bank, or on channel 10.
 
-    Where channels have strings or notes of their own there are no drums.
+    If channels have their own strings or notes there are no drums.
     """
     bank = synth.banks[channel] - 1
     if performer_of(b).controls.mode != ALL_ALIKE:
@@ -77,7 +77,7 @@ def selects_kit(synth, b, channel):
 
 @jit
 def performer_for(b, frame):
-    """The performer of `b`, whose next events are for synth frame `frame`."""
+    """The performer of `b`, set to send its next events for synth frame `frame`."""
     p = performer_of(b)
     p.out.frame = frame - b.frame
     return p
@@ -85,7 +85,7 @@ def performer_for(b, frame):
 
 @jit
 def extend_gains(synth, until):
-    """Computes the ramp of the gain up to frame `until` of this chunk."""
+    """Computes the gain ramp up to frame `until` of this chunk."""
     gain = synth.gain
     for j in range(synth.gains_known, until):
         gain += GAIN_POLE * (synth.gain_target - gain)
@@ -96,7 +96,7 @@ def extend_gains(synth, until):
 
 @jit
 def extend_knobs(synth, until):
-    """Writes down the knobs of effects up to frame `until` of this chunk."""
+    """Records the effects' knobs up to frame `until` of this chunk."""
     for which in range(KNOBS):
         for j in range(synth.knobs_known, until):
             synth.knobs[which, j] = synth.effects[which]
@@ -126,7 +126,7 @@ def play_event(synth, b, frame, word, value):
 
 @jit
 def set_gain(synth, value):
-    """Sets the gain that is wanted to `value` dB; the least is silence."""
+    """Sets the gain's target to `value` dB; the minimum is silence."""
     synth.gain_target = power(10.0, value / 20.0) if value > LEAST[GAIN_DB] else 0.0
 
 
@@ -155,7 +155,7 @@ def send_event(synth, b, frame, word, value):
 
 @jit
 def ring_on(synth, b, before, frame, status, first, second):
-    """Hands a message, which is the events of `b` from `before` on, to the bass that rings out, if there is one."""
+    """Hands a message, which became the events of `b` from `before` on, to the bass that rings out, if any."""
     if synth.old_bass != 0:
         old = bass_at(synth.old_bass)
         p = performer_for(old, frame)
@@ -164,7 +164,7 @@ def ring_on(synth, b, before, frame, status, first, second):
 
 @jit
 def collect_events(synth, b, n):
-    """Turns all messages for the next `n` frames, in order, into events of `b` and of the bass that rings out."""
+    """Turns all messages for the next `n` frames, in order, into events of `b` and the bass that rings out."""
     end = synth.frame + n
     out = performer_of(b).out
     old_out = performer_of(bass_at(synth.old_bass)).out if synth.old_bass != 0 else out
@@ -180,7 +180,7 @@ def collect_events(synth, b, n):
                 play_message(synth, b, synth.frame, control, number, np.int64(0))
                 ring_on(synth, b, out.count, synth.frame, control, number, np.int64(0))
     last = synth.frame
-    for _ in range(MOST_MESSAGES):  # a flood of messages waits, the sound does not
+    for _ in range(MOST_MESSAGES):  # a flood of messages must wait, the sound must not
         if max(out.count, old_out.count) + MOST_EVENTS > EVENT_ROOM:
             break
         best = end
@@ -209,12 +209,12 @@ def collect_events(synth, b, n):
 
 @jit
 def apply_parameters(synth, b):
-    """Sets the parameters of a bass that is new, and whose strings rest, as they were set for those before."""
+    """Gives a new bass, with its strings at rest, the parameters that were set for earlier basses."""
     p = performer_of(b)
     for number in range(PARAMETERS):
         if synth.parameters[number] == 0.0:
-            continue  # as the bass itself has it
-        p.out.count = 0  # the strings are told below
+            continue  # the bass's own
+        p.out.count = 0  # the strings are set below
         parameters.set_parameter(p, number, synth.parameters[number])
     for i in range(b.strings):
         v = string_of(b, i).voice
@@ -225,9 +225,9 @@ def apply_parameters(synth, b):
 
 @jit
 def take_controllers(b, old):
-    """Gives a bass that has not played yet volume, pedal, bend and the other controllers of the bass `old`."""
+    """Gives a bass that has not played yet the volume, pedal, bend and other controllers of the bass `old`."""
     p = performer_of(b)
     controls.take_over(p, performer_of(old))
     for i in range(b.strings):
         strings.set_controls(string_of(b, i).voice, p, i)
-    b.floor.gain_wanted = expression.loudness(p, np.int64(0))  # whose events it follows
+    b.floor.gain_wanted = expression.loudness(p, np.int64(0))  # the floor follows string 0's events

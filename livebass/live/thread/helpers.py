@@ -1,14 +1,14 @@
-"""Strings side by side: threads that help the audio thread within a block.
+"""Strings in parallel: threads that help the audio thread within a block.
 
-Strings do not know of each other within a chunk, so that whoever plays one, its bits are the same. The audio thread
-writes down a job: a bass, a frame to play to, and a word with a bit for each string that nobody plays yet. It and its
-helpers take strings from the word, one at a time, by one atomic instruction; the audio thread from the lowest, helpers
-from the highest on, so that a string mostly stays in the cache of one core. Once none is left, the audio thread waits
-for those that a helper still plays. No lock is taken, and no thread is woken: a helper looks for work by itself, often
-while strings sound, and now and then through rests; until it looks the audio thread plays alone.
+Strings are independent within a chunk, so their bits are the same whichever thread plays them. The audio thread posts a
+job: a bass, a frame to play to, and a word with a bit for each string not yet taken. It and its helpers take strings
+from the word, one at a time, with one atomic instruction; the audio thread from the lowest up, helpers from the highest
+down, so a string mostly stays in one core's cache. Once none is left, the audio thread waits for the strings that
+helpers still play. There are no locks, and no thread is woken: helpers look for work by themselves, often while strings
+sound, and now and then through rests; until they look, the audio thread plays alone.
 
-A plugin may have a host with threads for that, which waits until they are done: they are told of the job first, and the
-audio thread then plays what is left, all if the host declined.
+A plugin's host may provide threads for this and wait for them: it gets the job first, and the audio thread then plays
+the remaining strings, or all if the host declined.
 """
 
 import numpy as np
@@ -30,15 +30,15 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.thread import ahead
 from livebass.live.thread.records import DONE, HELPED, HELPERS, JOB, STOP, synth_at
 
-TAKEN = (1 << MOST_STRINGS) - 1  # the strings' bits of a job; above them, its number
+TAKEN = (1 << MOST_STRINGS) - 1  # a job's string bits; its number is above them
 LOOKS = 200  # in a row, before a rest ...
-SOON, LATER = 30, 500  # ... of so many us, in the first AWAKE rests after a job and then
+SOON, LATER = 30, 500  # ... of this many us, in the first AWAKE rests after a job, and later
 AWAKE = 10_000
 
 
 @jit
 def lowest(strings):
-    """Returns the number of the lowest bit of `strings`, which has one."""
+    """Returns the number of the lowest set bit of `strings`, which must not be 0."""
     i = np.int64(0)
     while not (strings >> i) & 1:
         i += 1
@@ -47,7 +47,7 @@ def lowest(strings):
 
 @jit
 def highest(strings):
-    """Returns the number of the highest bit of `strings`, which has one."""
+    """Returns the number of the highest set bit of `strings`, which must not be 0."""
     i = np.int64(0)
     while strings >> (i + 1):
         i += 1
@@ -56,7 +56,7 @@ def highest(strings):
 
 @jit
 def count_of(strings):
-    """Returns how many bits of `strings` are set."""
+    """Returns the number of set bits of `strings`."""
     count = np.int64(0)
     while strings:
         count += strings & 1
@@ -66,7 +66,7 @@ def count_of(strings):
 
 @jit
 def play_strings(synth, b, strings, end):
-    """Plays `strings` of `b`, a bit each, to its frame `end`: with helpers, if there are several. [audio thread]"""
+    """Plays `strings` of `b`, a bit each, to its frame `end`; helpers share several strings. [audio thread]"""
     here, wanted = record_address(synth), count_of(strings)
     pool = synth.team.pool
     if wanted < 2 or (pool == 0 and load_acquire(here + HELPERS) == 0):
@@ -96,7 +96,7 @@ def play_strings(synth, b, strings, end):
 
 @jit
 def help_once(address):
-    """Plays one string of the job of the synth at `address`, if there is one left; returns 1 if so, else 0."""
+    """Plays one string of the job of the synth at `address`; returns 0 if none is left, else 1."""
     synth = synth_at(address)
     word = load_acquire(address + JOB)
     if word & TAKEN == 0:
@@ -111,7 +111,7 @@ def help_once(address):
 
 @jit
 def add_to(address, more):
-    """Adds `more` to the word at `address`, whoever else does."""
+    """Adds `more` to the word at `address`, atomically."""
     while True:
         word = load_acquire(address)
         if replace_word(address, word, word + more):
@@ -122,7 +122,7 @@ def add_to(address, more):
 def help_now(address):
     """C function: plays strings of the job of the synth at `address` until none is left.
 
-    For a thread of a host that was told of the job; one that comes late finds nothing, or strings of a later job.
+    For the threads of a host that has received the job; a late thread finds nothing, or strings of a later job.
     """
     before = float_control()
     set_float_control(before | flush_bits())
@@ -135,7 +135,7 @@ def help_now(address):
 def help_out(address, usleep):
     """C function: helps the synth at `address` until its `stop` is raised; `usleep`: address of that C function.
 
-    For a thread of its own, which nothing else waits for.
+    For a dedicated thread that nothing else waits for.
     """
     before = float_control()
     set_float_control(before | flush_bits())

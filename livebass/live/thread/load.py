@@ -1,6 +1,6 @@
-"""What a block's time is used for: meters, relief under overload, and strings that run ahead in spare time.
+"""Management of a block's time: meters, relief under overload, and strings that run ahead in spare time.
 
-Under overload strings change to coarse operators, and back later. [audio thread]
+Under overload strings switch to coarse operators, and back later. [audio thread]
 """
 
 from typing import Any
@@ -16,9 +16,9 @@ from livebass.live.thread import ahead
 from livebass.live.thread.mix import end_old_bass
 from livebass.live.thread.records import HISTOGRAM, HORIZON, operators_of, performer_of, string_of
 
-MOST_SHARE = 0.6  # of a block's time to run ahead, whatever blocks took
-FORGOTTEN = 5e-3  # of it a second
-HIGH, LOW = 0.75, 0.35  # load above which a string is made coarse, below which the synth calms down
+MOST_SHARE = 0.6  # of a block's time to run ahead, at most
+FORGOTTEN = 5e-3  # decrease of the shares per second
+HIGH, LOW = 0.75, 0.35  # load above which a string becomes coarse, below which the synth calms down
 CALM = 0.5  # s of low load before a string gets its fine operators back
 
 
@@ -36,8 +36,8 @@ def touches(b):
 def run_ahead(synth, began, n, load):
     """Lets strings play past the end of a block of n frames that began at `began` (ns) and took `load` of its time.
 
-    They may for a share of its time: what two blocks lately took in which strings touched, so that no quiet block takes
-    more than that. The system holds others up, and one of these now and then.
+    They may use a share of its time: as much as two recent blocks with contacts took. No quiet block takes more. Single
+    long blocks do not count: the system may have held them up.
     """
     if synth.bass == 0:
         return
@@ -62,7 +62,7 @@ def run_ahead(synth, began, n, load):
 
 @jit
 def update_meters(synth, load):
-    """Counts a block that needed `load` of its time."""
+    """Records a block that needed `load` of its time."""
     synth.load = load
     synth.load_worst = max(synth.load_worst, load)
     place = 0 if load <= 0.0 else np.int64(32.0 + 4.0 * log2(load))
@@ -71,9 +71,9 @@ def update_meters(synth, load):
 
 @jit
 def adapt(synth, load, n):
-    """Moves one string to the coarse operators under overload, newest contacts first; one back in calm times.
+    """Moves one string to the coarse operators under overload, newest contacts first; moves one back in calm times.
 
-    Overload also ends a bass that rings out.
+    Overload also fades out a bass that rings out.
     """
     if synth.bass == 0 or not synth.adaptive:
         return
@@ -92,7 +92,7 @@ def adapt(synth, load, n):
             if not sounding:
                 continue
             touching = slots[0].touching > 0 or slots[1].touching > 0
-            # strings with contacts, the newest first; then those that only sound, the oldest first
+            # strings with contacts, the newest first; then strings without, the oldest first
             value = hands.age[i] if touching else -1e12 - hands.age[i]
             if value > rank:
                 rank = value

@@ -1,9 +1,9 @@
-"""What a plugin's window shows of a synth, LOOK: strings as they move, where they hit, who plays what, lamps.
+"""LOOK, a synth's state for a plugin's window: moving strings, their contacts, hands, lamps.
 
-`see_synth` fills a LOOK at the end of a block, by the bass that plays, and changes nothing else. It goes on from what
-it left in there before: contacts are counted by an index of its own, and each lights its place for a while. That is the
-fret that is hit, or over a board where a fret would be. Strings that run ahead of the clock are seen as far as they
-are, some milliseconds early. [audio thread]
+`see_synth` fills a LOOK at the end of a block from the playing bass, and changes nothing else. It continues from the
+LOOK's last contents: its own index counts the contacts, and each contact lights its place for a while: the fret it
+hits, or over a board the place where that fret would be. Strings that run ahead of the clock appear some milliseconds
+early. [audio thread]
 """
 
 import numpy as np
@@ -19,9 +19,9 @@ from livebass.live.thread.records import operators_of, performer_of, string_of, 
 from livebass.live.thread.sight import SIGHT, see_string
 from livebass.techniques import ACTIONS
 
-PLACES = 40  # along a neck that may light, from the nut on: of frets
-LOGGED = 256  # contacts of a string that a plugin keeps room for
-FULL_SPEED = 4.0  # m/s of a string that hits as hard as is shown
+PLACES = 40  # number of lights along a neck, one per fret, from the nut on
+LOGGED = 256  # contacts per string that a plugin has room for
+FULL_SPEED = 4.0  # m/s of a hit that gives full light
 GLOW = 0.11  # s in which a light fades to a third
 
 STRING_LOOK = np.dtype(
@@ -29,23 +29,23 @@ STRING_LOOK = np.dtype(
         ("sight", SIGHT),
         ("state", "i8"),  # of the hand: FREE, HELD or PEDALLED
         ("key", "i8"),  # that plays it; -1: none
-        ("fret", "i8"),  # where the hand holds it; its sound may be on its way there
+        ("fret", "i8"),  # where the hand holds it; the sound may still be on its way there
         ("bend", "f8"),  # ratio of frequencies
         ("open", "i8"),  # note
         ("length", "f8"),  # m, open
-        ("speed", "f8"),  # m/s of waves: of two strings of one length and tension, the slower one is the heavier
+        ("speed", "f8"),  # m/s of waves: at equal length and tension, the slower string is heavier
         ("pickups", "i8"),
         ("saddle", "f8", (4,)),  # m, of each pickup from the saddle
         ("aperture", "f8", (4,)),  # m
         ("mix", "f8", (4,)),  # level in the signal
-        ("counted", "i8"),  # contacts that have been seen
-        ("light", "f4", (PLACES,)),  # 0 to 1, of each place: [fret] is hit that hard
+        ("counted", "i8"),  # contacts seen so far
+        ("light", "f4", (PLACES,)),  # 0 to 1, of each place [fret]: strength of its hit
     ],
     align=True,
 )
 LOOK = np.dtype(
     [
-        ("bass", "i8"),  # address; 0: there is none
+        ("bass", "i8"),  # address; 0: none
         ("frame", "i8"),  # of the synth
         ("strings", "i8"),
         ("frets", "i8"),
@@ -53,20 +53,20 @@ LOOK = np.dtype(
         ("place", "f8", (PLACES,)),  # m from the nut, of each fret; 0 is the nut
         ("overload", "i8"),  # strings on coarse operators
         ("load", "f8"),  # part of its time that the last block took
-        ("peak", "f8"),  # of the block's sound; the plugin writes it
+        ("peak", "f8"),  # of the block's sound, written by the plugin
         ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
         ("slapped", "i8"),  # strings that the thumb strikes, from the lowest
         ("switched", "i8"),  # techniques whose keys are held, a bit each
-        ("forced", "i8"),  # string that all notes are played on while its key is held; -1: none
+        ("forced", "i8"),  # string that plays all notes while its key is held; -1: none
         ("hand", "i8"),  # fret of the first finger
         ("position", "f8"),  # of a pluck, part of the open string from the nut
-        ("nearest", "f8"),  # ... and where the parameter moves it to: 1 ...
+        ("nearest", "f8"),  # ... and its place for the parameter at 1 ...
         ("usual", "f8"),  # ... 0 ...
         ("farthest", "f8"),  # ... and -1
-        ("latest", "i8"),  # string that was plucked last; -1: none
-        ("notes", "i8"),  # how many have been played
+        ("latest", "i8"),  # string plucked last; -1: none
+        ("notes", "i8"),  # played so far
         ("palm", "f8"),  # 0 to 1
-        ("vibrato", "f8"),  # likewise
+        ("vibrato", "f8"),  # 0 to 1
         ("pedal", "i8"),
         ("legato", "i8"),
         ("sliding", "i8"),
@@ -80,7 +80,7 @@ contacts_at = records_at(CONTACT)
 
 @entry("void(int64, int64)", SMALL)
 def see_synth(synth, look):
-    """Fills the LOOK at an address by the SYNTH at an address; in a new one all is zero."""
+    """Fills the LOOK at an address from the SYNTH at an address; a new LOOK must be zeroed."""
     s, seen = synth_at(synth), look_at(look)
     bass = s.bass if s.bass != 0 else s.next_bass
     known = bass == seen.bass and s.frame >= seen.frame
@@ -109,7 +109,7 @@ def see_synth(synth, look):
 
 @jit
 def see_neck(b, seen):
-    """Measures the neck of a bass."""
+    """Measures a bass's neck."""
     ops = operators_of(b, 0)
     seen.strings = b.strings
     seen.frets = min(b.frets, PLACES - 1)
@@ -125,7 +125,7 @@ def see_neck(b, seen):
 
 @jit
 def see_player(p, seen):
-    """Sees what the player's hands, keys and controllers do."""
+    """Copies the state of the player's hands, keys and controllers."""
     controls, hands, bass = p.controls, p.hands, p.controls.channel[ANY]
     seen.stroke = p.stroke
     seen.slapped = p.slapped
@@ -150,7 +150,7 @@ def see_player(p, seen):
 
 @jit
 def see_hand(p, i, lane):
-    """Sees what the hands do on string `i`."""
+    """Copies the hands' state on string `i`."""
     lane.state = p.hands.state[i]
     lane.key = p.hands.key[i]
     lane.fret = p.hands.fret[i]
@@ -158,7 +158,7 @@ def see_hand(p, i, lane):
 
 @jit
 def see_lane(string, ops, lane):
-    """Sees one string: its shape and its pickups."""
+    """Copies one string's shape and pickups."""
     voice = string.voice
     see_string(string, ops, lane.sight)
     lane.bend = voice.tuned
@@ -171,7 +171,7 @@ def see_lane(string, ops, lane):
 
 @jit
 def see_contacts(voice, ops, lane):
-    """Lights the places of the contacts that have begun since a string was seen last."""
+    """Lights the places of a string's contacts since the last look."""
     if voice.log_room == 0:
         return
     log = contacts_at(voice.log, voice.log_room)
@@ -187,7 +187,7 @@ def see_contacts(voice, ops, lane):
 
 @jit
 def light_of(contact, ops):
-    """The place that a contact lights: the fret that it hits, or the one that would be nearest to it on a board."""
+    """The place that a contact lights: the fret it hits, or on a board the fret that would be nearest."""
     place, length = place_of(contact, ops), ops[0].length
     if ops[contact.fret].points <= MOST_NEAR:
         return np.int64(place)

@@ -1,4 +1,4 @@
-"""Strings, floor and effects of a bass, mixed into the sound; how a bass fades out. [audio thread]"""
+"""Mixes a bass's strings, floor and effects into the sound, and fades out a bass. [audio thread]"""
 
 from typing import Any
 
@@ -32,8 +32,8 @@ SAMPLE = 4  # bytes of a float32
 def mix_strings(synth, b, out, n, fade, whole):
     """Adds n frames of every string of `b` to out (n,) float32, and to the string's own output if there is one.
 
-    `fade` of `whole` frames are left of a fade-out; RINGING: no fade. Where effects are on, `out` gets the mix behind
-    them: they come before the gain.
+    A fade-out has `fade` of `whole` frames left; RINGING: no fade. If effects are on, `out` gets their output; they
+    come before the gain.
     """
     events, string_events = events_of(b), string_events_of(b)
     start, count = synth.frame - b.frame, performer_of(b).out.count
@@ -44,7 +44,7 @@ def mix_strings(synth, b, out, n, fade, whole):
             synth.before[j] = out[j]
             synth.dry[j] = 0.0
     played: Any = np.int64(0)  # strings, a bit each ...
-    wanting: Any = np.int64(0)  # ... and those of them that are not ahead of the end of the chunk
+    wanting: Any = np.int64(0)  # ... and those that have not reached the end of the chunk
     used = 0
     for i in range(b.strings):
         v, a = string_of(b, i).voice, ahead_of(b, i)
@@ -90,7 +90,7 @@ def mix_strings(synth, b, out, n, fade, whole):
 
 @jit
 def hear_floor(synth, b, n, played):
-    """Fills synth.floor with n frames of the floor of `b`, whose strings `played`; returns whether it is heard."""
+    """Fills synth.floor with n frames of `b`'s floor; returns whether it sounds. `played`: strings, a bit each."""
     loud, start = synth.floor[:n], synth.frame - b.frame
     for j in range(n):
         loud[j] = 0.0
@@ -106,7 +106,7 @@ def hear_floor(synth, b, n, played):
 
 @jit
 def add_effects(synth, b, out, start, n, fade, whole):
-    """Puts the mix of `b` behind its effects in place of that before them, in the frames in which any is on."""
+    """Replaces the mix of `b` by the effects' output, in the frames with an active effect."""
     knobs = record_address(synth) + KNOBS_PLACE
     chain.play_effects(effects_of(b), synth.dry, synth.heard, start, knobs, np.int64(CHUNK), n)
     for j in range(n):
@@ -125,20 +125,20 @@ def fade_frames(synth):
 
 @jit
 def end_old_bass(synth):
-    """Begins to fade out the bass that rings out, if there is one."""
+    """Begins to fade out the bass that rings out, if any."""
     if synth.old_bass != 0 and synth.fade_left == RINGING:
         synth.fade_left = fade_frames(synth)
 
 
 @jit
 def is_silent(b, end):
-    """True if no string or effect of `b` sounds or answers, nor its floor, and none is ahead of synth frame `end`."""
+    """True if no string, effect or floor of `b` sounds or answers, and no string is ahead of synth frame `end`."""
     if chain.rings(effects_of(b)) or b.floor.left > 0:
         return False
     for i in range(b.strings):
         string = string_of(b, i)
         moves = string.slots[0].on or string.slots[1].on or string.voice.answering
-        moves = moves or abs(string.voice.block_out) > OVER  # its filters still hold some
+        moves = moves or abs(string.voice.block_out) > OVER  # its filters still hold some signal
         if moves or string.voice.frame > end - b.frame:
             return False
     return True

@@ -1,7 +1,7 @@
-"""The record that the audio thread and Python share, SYNTH, and the functions that find what is in its basses.
+"""SYNTH, the record that the audio thread and Python share, and access to the parts of its basses.
 
-SYNTH is what plays, a BASS (kernels/bass/records.py) one prepared instrument in it. Compiled code gets at a record or
-an array behind an address by a function of this file, and then reads fields.
+A SYNTH plays; a BASS (kernels/bass/records.py) is one prepared instrument in it. Compiled code uses the functions here
+to turn an address into a record or an array, and then reads fields.
 """
 
 import numpy as np
@@ -28,31 +28,31 @@ from livebass.kernels.string.records import (
 )
 from livebass.techniques import PARAMETERS
 
-RINGS = 3  # of messages: from Python's threads, of the score, from the MIDI port of the audio thread
-MOST_MESSAGES = 256  # taken into one chunk, if their events find room; the others wait for the next
+RINGS = 3  # of messages: from Python's threads, the score, and the audio thread's MIDI port
+MOST_MESSAGES = 256  # per chunk, if their events fit; the others wait for the next
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
 MOST_HELPERS = MOST_STRINGS - 1
-RINGING = -1  # in place of the frames left of a fade-out
+RINGING = -1  # instead of the frames left in a fade-out
 
 # Running ahead of the clock
 HORIZON = 768  # frames
 SAVE_EVERY = 16  # frames between saved states, whole strides
 assert CHUNK + HORIZON < SOUND_RING
 
-# Strings that the audio thread and its helpers play side by side (helpers.py)
+# Strings that the audio thread and its helpers play in parallel (helpers.py)
 TEAM = np.dtype(
     [
-        ("before", "i8", (8,)),  # what other threads write lies on other cache lines
-        ("job", "i8"),  # strings that nobody plays yet, a bit each, under the number of the job
-        ("done", "i8"),  # strings that helpers have played, of this job
+        ("before", "i8", (8,)),  # keeps other threads' words on other cache lines
+        ("job", "i8"),  # strings not yet taken, a bit each, below the job's number
+        ("done", "i8"),  # strings of this job that helpers have played
         ("bass", "i8"),  # address
-        ("end", "i8"),  # frame of the bass to which they are played
+        ("end", "i8"),  # the bass's frame to play to
         ("helpers", "i8"),  # threads that help now; 0, and no pool: the audio thread plays all strings
-        ("stop", "i8"),  # raised by Python: they end
+        ("stop", "i8"),  # raised by Python: helpers end
         ("helped", "i8"),  # strings that helpers have played, in all jobs
-        ("pool", "i8"),  # address of a C function (owner, count): has a host's threads call help_now; 0: none
-        ("owner", "i8"),  # what that takes
+        ("pool", "i8"),  # address of a C function (owner, count) that makes a host's threads call help_now; 0: none
+        ("owner", "i8"),  # its argument
         ("after", "i8", (8,)),
     ],
     align=True,
@@ -62,49 +62,49 @@ SYNTH = np.dtype(
     [
         ("process", "i8"),  # address of the C function block.process
         ("rate", "f8"),  # Hz
-        ("frame", "i8"),  # next to be computed
+        ("frame", "i8"),  # the next to compute
         ("clock", "i8"),  # address of clock_gettime, 0: none
         ("clock_id", "i8"),
         ("block_time", "i8"),  # ns, when the last block began
         ("block_frame", "i8"),  # its first frame
         ("block_frames", "i8"),
-        ("adaptive", "i8"),  # overload moves strings to the coarse operators
+        ("adaptive", "i8"),  # 1: overload moves strings to the coarse operators
         # basses, as addresses of BASS
-        ("bass", "i8"),  # plays, 0: none
-        ("next_bass", "i8"),  # put there by Python; taken at the start of a block
-        ("old_bass", "i8"),  # was replaced and rings out; starts no note
-        ("faded_bass", "i8"),  # is silent or has faded out: Python may let it go, and writes 0
-        ("fade_left", "i8"),  # frames of the old bass's fade-out; RINGING: it rings as long as its strings do
+        ("bass", "i8"),  # playing, 0: none
+        ("next_bass", "i8"),  # set by Python; taken at the start of a block
+        ("old_bass", "i8"),  # was replaced and rings out; starts no notes
+        ("faded_bass", "i8"),  # is silent or has faded out: Python may free it, and writes 0
+        ("fade_left", "i8"),  # frames left of the old bass's fade-out; RINGING: it rings as long as its strings do
         # rings
         ("midi_ring", "i8", (RINGS,)),  # addresses
         ("midi_ring_size", "i8", (RINGS,)),
         ("capture_ring", "i8"),  # address of the recorder's ring of sound, 0: not recording
         ("capture_size", "i8"),
         ("capture_lost", "i8"),  # frames
-        ("played_ring", "i8"),  # address of the ring of messages that were played, 0: not recording them
+        ("played_ring", "i8"),  # address of the ring of played messages, 0: not recording them
         ("played_size", "i8"),
         ("played_lost", "i8"),  # messages
         # state of MIDI
-        ("channel", "i8"),  # that MIDI ports are heard on, 0-15; -1: all
-        ("banks", "i8", (CHANNELS,)),  # that each channel has selected, and 1; 0: none
-        ("program", "i8"),  # of the last program change that selects no kit of drums, 0-127
+        ("channel", "i8"),  # MIDI ports' channel, 0-15; -1: all
+        ("banks", "i8", (CHANNELS,)),  # 1 + each channel's selected bank; 0: none
+        ("program", "i8"),  # of the last program change that selects no drum kit, 0-127
         ("program_count", "i8"),
         ("panic", "i8"),  # raised by Python, lowered by the audio thread
         ("gain", "f8"),
         ("gain_target", "f8"),
-        ("gains", "f8", (CHUNK,)),  # of the frames of this chunk ...
-        ("gains_known", "i8"),  # ... as far as they are known
-        ("floor", "f8", (CHUNK,)),  # workspace: of a bass
-        ("parameters", "f8", (PARAMETERS,)),  # as they were set last (player/parameters.py)
-        ("apart", "i8", (MOST_STRINGS,)),  # addresses of float32, as many as a block has: each string's sound; 0: none
-        ("ceiling", "f8"),  # samples beyond it are cut: 1 where the sound goes to a device
+        ("gains", "f8", (CHUNK,)),  # for the frames of this chunk ...
+        ("gains_known", "i8"),  # ... number known so far
+        ("floor", "f8", (CHUNK,)),  # workspace: a bass's noise floor
+        ("parameters", "f8", (PARAMETERS,)),  # as last set (player/parameters.py)
+        ("apart", "i8", (MOST_STRINGS,)),  # address of float32, a block's frames, for each string's sound; 0: none
+        ("ceiling", "f8"),  # samples beyond it are clipped: 1 if the sound goes to a device
         # meters
         ("blocks", "i8"),
         ("messages", "i8"),
-        ("busy", "i8"),  # ns that the last block took, with running ahead
+        ("busy", "i8"),  # ns that the last block took, including running ahead
         ("load", "f8"),  # part of its time that the last block took, without running ahead
         ("load_worst", "f8"),  # since Python reset it
-        ("late", "i8"),  # blocks that took longer than they last
+        ("late", "i8"),  # blocks that took longer than their duration
         ("underruns", "i8"),  # reported by the driver
         ("peak", "f8"),  # since Python reset it; 1 is full scale
         ("clipped", "i8"),  # frames beyond full scale
@@ -114,11 +114,11 @@ SYNTH = np.dtype(
         ("histogram", "i8", (HISTOGRAM,)),  # blocks by load: bin 32 + 4 log2(load)
         ("team", TEAM),
         # effects
-        ("effects", "f8", (KNOBS,)),  # their knobs, as they were set last; 0: as the bass has it ...
+        ("effects", "f8", (KNOBS,)),  # their knobs as last set; 0: the bass's own ...
         ("knobs", "f8", (KNOBS, CHUNK)),  # ... and in the frames of this chunk ...
-        ("knobs_known", "i8"),  # ... as far as they are known
-        ("dry", "f4", (CHUNK,)),  # the mix of a bass on its way through its effects
-        ("before", "f4", (CHUNK,)),  # what the bass before has sounded like in this chunk
+        ("knobs_known", "i8"),  # ... number known so far
+        ("dry", "f4", (CHUNK,)),  # a bass's mix on its way through its effects
+        ("before", "f4", (CHUNK,)),  # this chunk's sound before this bass
         ("heard", "f4", (CHUNK,)),  # 1 for frames of `dry` that an effect has changed, else 0
     ],
     align=True,
@@ -126,11 +126,11 @@ SYNTH = np.dtype(
 
 
 def field_offset(record: np.dtype, name: str) -> int:
-    """Returns where the field `name` lies in `record`, bytes: for atomic access."""
+    """Returns the offset of the field `name` in `record`, bytes, for atomic access."""
     return int(record.fields[name][1])  # type: ignore[index]
 
 
-# Fields that are written by one thread and read by another.
+# Fields that one thread writes and another reads.
 BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
     field_offset(SYNTH, name)
     for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic")
@@ -197,18 +197,18 @@ def saved_voice(a, place):
 
 @inlined
 def saved_slot(a, place, k):
-    """Words of the state of slot `k` in a saved string, (SLOT_STATE,)."""
+    """Words of slot `k`'s state in a saved string, (SLOT_STATE,)."""
     return words_at(a.slots + WORD * SLOT_STATE * (place * VOICE_SLOTS + k), SLOT_STATE)
 
 
 @inlined
 def saved_answers(a, place, which):
-    """Displacements (0) or the other half (1) of the answers in a saved string, (MOST_ANSWERS,)."""
+    """A saved string's answers: displacements (0) or the other half (1), (MOST_ANSWERS,)."""
     return floats_at(a.answers + WORD * MOST_ANSWERS * (2 * place + which), MOST_ANSWERS)
 
 
 @inlined
 def saved_motion(a, place, k, polarisation):
-    """Memory of the motion of slot `k` along u (0) or v (1) in a saved string, (a.kept,)."""
+    """Memory of slot `k`'s motion along u (0) or v (1) in a saved string, (a.kept,)."""
     which = (place * VOICE_SLOTS + k) * POLARISATIONS + polarisation
     return floats_at(a.memory + WORD * a.kept * which, a.kept)

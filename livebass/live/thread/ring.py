@@ -1,12 +1,11 @@
-"""Ring buffers of MIDI messages and of sound, each with one writing and one reading thread. [any thread]
+"""Ring buffers for MIDI messages and sound, each with one writing and one reading thread. [any thread]
 
-A ring is an int64 array. Words HEAD (entries ever written) and TAIL (entries ever read) only grow and lie on cache
-lines of their own; the entries follow from word DATA. A message is two words: its frame, or NOW, and what happens.
-The latter has a kind in bits 24 to 31: a MIDI message has its three bytes below, any other event a number in bits 0 to
-7 and a float32 in bits 32 to 63; one of a key that a channel has played last, also that channel plus one in bits 8 to
-12; a parameter that a MIDI controller has moved, also the controller's value plus one in bits 8 to 15 and its channel
-in bits 16 to 19. Sound is float32. Functions take a ring's address and its size in
-entries.
+A ring is an int64 array. Words HEAD (entries ever written) and TAIL (entries ever read) only grow and lie on their own
+cache lines; the entries start at word DATA. A message is two words: its frame, or NOW, and the event. The event has a
+kind in bits 24 to 31. A MIDI message has its three bytes below; any other event has a number in bits 0 to 7 and a
+float32 in bits 32 to 63. An event for a channel's last-played key also has the channel plus one in bits 8 to 12; a
+parameter moved by a MIDI controller has the controller's value plus one in bits 8 to 15 and its channel in bits 16 to
+19. Sound is float32. Functions take a ring's address and its size in entries.
 """
 
 import numpy as np
@@ -18,21 +17,20 @@ from livebass.kernels.player.performer import ANY
 HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes
 ENTRY = 2  # words of a message
-NOW = -1  # in place of a frame: as soon as possible
-# Kinds of messages: of MIDI; a parameter (techniques.py) and its value; the bend of a string, semitones; the place
-# where the next note of a key is plucked, as PLUCK_POSITION; the bend of the string that played a key last, semitones;
-# the string of the next note of a key; the amount of what a function of controllers does, 0 to 1
-# (`parameters.set_amount`); the vibrato of the string that played a key last, 0 to 1; the end of a key's sound,
-# whatever the pedal does; a knob of the effects, 0 to 1
+NOW = -1  # instead of a frame: as soon as possible
+# Kinds of messages: MIDI; a parameter (techniques.py) and its value; a string's bend, semitones; the pluck position of
+# a key's next note, as PLUCK_POSITION; the bend of the string that played a key last, semitones; the string of a key's
+# next note; the amount of a controller function, 0 to 1 (`parameters.set_amount`); the vibrato of the string that
+# played a key last, 0 to 1; the end of a key's sound, whatever the pedal does; a knob of the effects, 0 to 1
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
 NOTE_VIBRATO, NOTE_CUT, EFFECT = 7, 8, 9
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
-NUMBER, OF_CHANNEL = 0xFF, 0x1F  # masks: of an event's number, and behind it of its channel
+NUMBER, OF_CHANNEL = 0xFF, 0x1F  # masks: of an event's number, and of the channel above it
 
 
 @entry("int64(int64)")
 def read_word(address):
-    """Returns the int64 at `address`; what was written before it was stored is visible afterwards."""
+    """Returns the int64 at `address`; everything written before it was stored is then visible."""
     return load_acquire(address)
 
 
@@ -64,7 +62,7 @@ def ring_words(address, size):
 def push_word(address, size, frame, word, value):
     """Adds a message for `frame`; returns False if the ring is full. [writing thread]
 
-    `word` is what happens, with bits 32 to 63 of zero: they become `value`.
+    `word` is the event, with bits 32 to 63 zero: they become `value`.
     """
     words = ring_words(address, size)
     head = words[HEAD]
@@ -92,7 +90,7 @@ def push_message(address, size, frame, status, first, second):
 
 @jit
 def push_learned(address, size, frame, number, value, channel, controlled):
-    """Adds parameter `number` at `value`, where a controller on `channel` has moved it by going to `controlled`.
+    """Adds parameter `number` at `value`, moved by a controller on `channel` that went to `controlled`.
 
     Returns False if the ring is full. [writing thread]
     """
@@ -102,13 +100,13 @@ def push_learned(address, size, frame, number, value, channel, controlled):
 
 @jit
 def controller_of(word):
-    """Returns the value, 0 to 127, of the controller that moved the parameter of an event; -1: none did."""
+    """Returns the value, 0 to 127, of the controller that moved an event's parameter; -1: no controller."""
     return ((word >> VALUE_BIT) & 0xFF) - 1
 
 
 @jit
 def key_channel_of(word):
-    """Returns the channel of the key of an event, ANY if it is for those of any channel."""
+    """Returns the channel of an event's key; ANY: any channel."""
     channel = ((word >> VALUE_BIT) & OF_CHANNEL) - 1
     return channel if 0 <= channel < ANY else np.int64(ANY)
 
@@ -117,7 +115,7 @@ def key_channel_of(word):
 def push_event(address, size, frame, kind, number, value):
     """C function: adds an event of a `kind` other than MIDI for `frame`; returns 1, or 0 if the ring is full.
 
-    `number` is of the parameter, string or key, 0 to 255. That of a key of one channel alone has this plus one from bit
+    `number` is the parameter, string or key, 0 to 255. For one channel's key, add the channel plus one from bit
     VALUE_BIT on. [writing thread]
     """
     word = np.int64(number) & (OF_CHANNEL << VALUE_BIT | NUMBER) | (np.int64(kind) & 0xFF) << KIND_BIT
@@ -136,7 +134,7 @@ def next_frame(address, size, empty):
 
 @jit
 def pop(address, size):
-    """Removes the next message, which must be there; returns its word and the value in it. [reading thread]"""
+    """Removes the next message, which must exist; returns its word and the value in it. [reading thread]"""
     words = ring_words(address, size)
     tail = words[TAIL]
     place = DATA + ENTRY * (tail % size) + 1
@@ -147,7 +145,7 @@ def pop(address, size):
 
 @jit
 def push_sound(address, size, sound, n):
-    """Adds n samples as far as there is room; returns how many were lost. [writing thread]"""
+    """Adds n samples as far as there is room; returns the number lost. [writing thread]"""
     words = words_at(address, DATA)
     data = samples_at(address + WORD * DATA, size)
     head = words[HEAD]
@@ -178,14 +176,14 @@ def pop_sound(ring: np.ndarray, size: int) -> np.ndarray:
 
 
 def unread(ring: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """The MIDI messages that wait in a ring, oldest first: (frame, status, first, second). [reading thread]"""
+    """The MIDI messages waiting in a ring, oldest first: (frame, status, first, second). [reading thread]"""
     entries = ring[DATA:].reshape(-1, ENTRY)
     waiting = entries[np.arange(ring[TAIL], read_word(ring.ctypes.data + WORD * HEAD)) % len(entries)]
     return [(frame, *unpack(word)) for frame, word in waiting.tolist()]
 
 
 def pop_messages(ring: np.ndarray) -> list[tuple[int, int, int, int]]:
-    """Removes and returns the messages that wait in a ring, as `unread` does. [reading thread]"""
+    """Removes the messages waiting in a ring; returns them like `unread`. [reading thread]"""
     messages = unread(ring)
     write_word(ring.ctypes.data + WORD * TAIL, int(ring[TAIL]) + len(messages))
     return messages

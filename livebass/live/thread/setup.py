@@ -1,4 +1,4 @@
-"""Sets up a synth in memory that the caller gives. [any thread, not the one that plays]
+"""Sets up a synth in the caller's memory. [any thread but the playing one]
 
 kernels/bass/setup.py makes its basses.
 """
@@ -15,17 +15,17 @@ AFTER_TEAM = SYNTH.itemsize - TEAM_END
 
 @entry("int64(int64)", SMALL)
 def ring_bytes(size):
-    """Returns the bytes of the synth's rings, of `size` messages each."""
+    """Returns the bytes of the synth's rings, with `size` messages each."""
     return ring_bytes_of(size)
 
 
 @entry("void(int64, int64, int64, float64, int64, float64, int64)", SMALL)
 def fill_synth(address, rings, size, rate, channel, gain, process):
-    """Makes a synth without a bass, as new, of the SYNTH at an address, with rings of `size` messages.
+    """Makes a new synth without a bass in the SYNTH at an address, with rings of `size` messages.
 
-    `rings` is the address of their memory; `process` that of block.process. It is heard on `channel` (0-15; -1: all),
-    at a linear `gain`; beyond full scale its sound is cut. Its team stays, since threads may look at it: it must be
-    zeros the first time.
+    `rings` is the address of their memory, `process` the address of block.process. The synth listens on `channel`
+    (0-15; -1: all), has a linear `gain` and clips at full scale. Its team stays, since threads may look at it: the team
+    must be zeros the first time.
     """
     clear_memory(address, TEAM_PLACE)
     clear_memory(address + TEAM_END, AFTER_TEAM)

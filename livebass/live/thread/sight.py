@@ -1,8 +1,8 @@
-"""What is drawn of a bass: the amplitudes of the lowest modes of each string, as they are between two blocks.
+"""Data for drawing a bass: the amplitudes of each string's lowest modes, as they are between two blocks.
 
-`see_bass` and `see_contact` read, and change nothing. A slot has the shape u(x) = sqrt(2 / length) sum_j u[j - 1]
-sin(j pi x / length) + stop (1 - x / length), m, x from its stop to the saddle, over the line of rest from there; v
-likewise. Contacts and events are told elsewhere (kernels/string/told.py). [audio thread]
+`see_bass` and `see_contact` only read. A slot has the shape u(x) = sqrt(2 / length) sum_j u[j - 1]
+sin(j pi x / length) + stop (1 - x / length), m, x from its stop to the saddle, over the rest line from there; v has the
+same form. Contacts and events come from kernels/string/told.py. [audio thread]
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from livebass.kernels.string.operators import place_of
 from livebass.kernels.string.records import CONTACT, VOICE_SLOTS
 from livebass.live.thread.records import operators_of, string_of
 
-SEEN = 96  # modes at most: of the paper's case B 20 um are missing at 5 ms, and less before
+SEEN = 96  # modes at most: the paper's case B lacks 20 um at 5 ms, and less before
 
 SLOT_SIGHT = np.dtype(
     [
@@ -25,7 +25,7 @@ SLOT_SIGHT = np.dtype(
         ("length", "f8"),  # m, from the stop to the saddle
         ("stop", "f8"),  # m, displacement of the string's end at its stop ...
         ("stop_across", "f8"),  # ... and across
-        ("modes", "i8"),  # how many numbers hold, here:
+        ("modes", "i8"),  # number of valid entries here:
         ("u", "f4", (SEEN,)),  # m^1.5
         ("v", "f4", (SEEN,)),
     ],
@@ -33,9 +33,9 @@ SLOT_SIGHT = np.dtype(
 )
 SIGHT = np.dtype(
     [
-        ("frame", "i8"),  # of the bass: what is seen is so far; beyond the clock where strings run ahead of it
-        ("pulling", "i8"),  # frames left until a finger lets go; its shape is seen, too
-        ("logged", "i8"),  # contacts begun
+        ("frame", "i8"),  # of the bass, up to which this is seen; beyond the clock if strings run ahead
+        ("pulling", "i8"),  # frames left until a finger lets go; its shape is included
+        ("logged", "i8"),  # contacts so far
         ("slot", SLOT_SIGHT, (VOICE_SLOTS,)),
     ],
     align=True,
@@ -47,7 +47,7 @@ contact_at = record_at(CONTACT)
 
 @entry("void(int64, int64)")
 def see_bass(bass, sights):
-    """Fills SIGHT (strings,) at the address `sights` by the BASS at an address."""
+    """Fills SIGHT (strings,) at the address `sights` from the BASS at an address."""
     b = bass_at(bass)
     for i in range(b.strings):
         see_string(string_of(b, i), operators_of(b, (b.coarse >> i) & 1)[i], sight_at(sights + SIGHT_BYTES * i))
@@ -55,14 +55,14 @@ def see_bass(bass, sights):
 
 @entry("float64(int64, int64, int64)", SMALL)
 def see_contact(bass, i, contact):
-    """Returns where the CONTACT at an address is, of string `i` of the BASS at an address, as `place_of` does."""
+    """Returns the place of the CONTACT at an address, on string `i` of the BASS at an address, as `place_of` does."""
     b = bass_at(bass)
     return place_of(contact_at(contact), operators_of(b, (b.coarse >> i) & 1)[i])
 
 
 @jit
 def see_string(string, ops, sight):
-    """Fills a SIGHT by a STRING with the operators `ops`."""
+    """Fills a SIGHT from a STRING with the operators `ops`."""
     voice = string.voice
     sight.frame = voice.frame
     sight.pulling = voice.pulling
@@ -90,7 +90,7 @@ def see_string(string, ops, sight):
 
 @jit
 def amplitude_of(w, j, active, up):
-    """Amplitude of mode `j` of a polarisation, of which so many are `active`, with `up` of the shape that is held."""
+    """Amplitude of a polarisation's mode `j`, with `up` of the held shape; `active`: number of active modes."""
     x = 0.0
     if j < active:
         x, _ = modal.state_of(w, j)
