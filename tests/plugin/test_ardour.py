@@ -12,6 +12,7 @@ from support.lv2 import Plugin
 from support.plugins import mono
 
 from livebass import load_preset, score_of
+from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import lv2, vst3
 from livebass.plugin.systems import this_system
@@ -80,6 +81,15 @@ close_session()
 """
 
 
+def exported(ardour: Ardour, session: Path, snapshot: str, wanted: Floats) -> Floats:
+    """Exports until the sound begins as wanted, three times at most: on a busy machine Ardour loses MIDI at times."""
+    for _ in range(3):
+        sound = ardour.export(session, snapshot)
+        if all(np.array_equal(channel[: len(wanted)], wanted) for channel in sound):
+            break
+    return sound
+
+
 def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_path: Path) -> None:
     needs_ardour()
     basses = {name: load_preset(name) for name in BASSES}
@@ -102,13 +112,12 @@ def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_
     for snapshot in ("plain", "moved"):
         put_notes(session, snapshot, NOTES, SECONDS)
     score = score_of(NOTES, RATE)
-    plain = ardour.export(session, "plain")
     wanted = mono("jazz-finger", score)[: SECONDS * RATE] * PANNED
+    plain = exported(ardour, session, "plain", wanted)
     assert plain.shape[1] == SECONDS * RATE and np.abs(wanted).max() > 0.2
     for channel in plain:
         assert np.array_equal(channel[: len(wanted)], wanted)
 
-    moved = ardour.export(session, "moved")
     with closing(Plugin(bundle)) as host:
         host.controls["bass"].value = 1
         for symbol, value in MOVED.items():
@@ -118,9 +127,10 @@ def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_
             host.work()
         host.block(RATE)
         wanted = host.play(score, SECONDS * RATE) * PANNED
+    moved = exported(ardour, session, "moved", wanted)
     for channel in moved:
         assert np.array_equal(channel, wanted)
     before = (session / "moved.ardour").stat().st_mtime_ns
     ardour.lua(AGAIN, session)
     assert (session / "moved.ardour").stat().st_mtime_ns > before
-    assert np.array_equal(ardour.export(session, "moved"), moved)
+    assert np.array_equal(exported(ardour, session, "moved", wanted), moved)
