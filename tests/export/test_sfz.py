@@ -410,7 +410,7 @@ def test_nothing_half_written(
             with counting:  # several threads play: without it two of them could count past 90 before one looks
                 quick.append(1)
                 count = len(quick)
-            if count in (90, 130):  # again, should a busy machine have lost the first one
+            if count in (90, 130):  # again: once, on a busy machine, the first did not end the export
                 signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
             if count >= 90:  # the main thread takes the signal, and has time before the last sample
                 time.sleep(0.05)

@@ -82,7 +82,10 @@ close_session()
 
 
 def exported(ardour: Ardour, session: Path, snapshot: str, wanted: Floats) -> Floats:
-    """Exports until the sound begins as wanted, three times at most: on a busy machine Ardour loses MIDI at times."""
+    """Exports until the sound is as wanted, three times at most.
+
+    On a busy machine an export now and then differs. The cause is unknown: it may lie in Ardour or in the plugin.
+    """
     for _ in range(3):
         sound = ardour.export(session, snapshot)
         if all(np.array_equal(channel[: len(wanted)], wanted) for channel in sound):
