@@ -20,6 +20,11 @@ ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
 MOST_GRID = 20_000  # steps of a note
+# The exchange of u and v over turned axes (kernels/string/turning.py), in the engine as in the reference solver
+TURNED_MODES = 64  # modes that exchange: the lowest, whole BLOCKs of the kernels
+EXCHANGE_EVERY = 4  # frames between two exchanges
+EXCHANGES_AT_ONCE = 2  # in a frame, of those that waited ...
+MOST_OWED = 256  # ... and the most that wait
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +78,7 @@ class NeckLaw:
     friction_speed: float = number(1e-5, "speed", "0.01 um/s", "1 m/s", "s of eq. 7: slower, a point sticks",
         word=21, file=ABOVE_ZERO, of="across")
     axes_turned: float = number(0.0, "angle", "-90 deg", "90 deg", "of the axes of u and v, from up to across",
-        word=23, file=(-1.6, 1.6), of="unheard")
+        word=23, file=(-1.6, 1.6), of="across")
     # fmt: on
 
 

@@ -85,7 +85,7 @@ def solve_trial(trial: Trial) -> Motion:
         contact_index=logged["point"][order],
         contact_rate_hz=trial.contact_rate,
         wall_s=time.perf_counter() - began,
-        across_m=across if trial.pluck.angle else None,
+        across_m=across if trial.oblique else None,
         states=np.array(states) if states else None,
     )
 
@@ -94,10 +94,10 @@ def modal_state(state: Voice, trial: Trial) -> Floats:
     """q and dq/dt of the sounding slot, (polarisations, 2, modes); one polarisation if plucked along u."""
     if state.record[0]["frame"] == 0:  # the pluck is an event of the first frame
         both = initial_amplitudes(trial), initial_amplitudes_across(trial)
-        held = np.array(both[: 2 if trial.pluck.angle else 1])
+        held = np.array(both[: 2 if trial.oblique else 1])
         return np.stack([held, trial.follow * held], axis=1)
     slot = state.slots[int(state.record[0]["slot"])]
-    polarisations = [slot["u"], slot["v"]] if trial.pluck.angle else [slot["u"]]
+    polarisations = [slot["u"], slot["v"]] if trial.oblique else [slot["u"]]
     names = "q", "p", "pace", "sigma"
     rows = ([modal_row(w, name)[: trial.modes] for w in polarisations] for name in names)
     q, p, pace, sigma = map(np.array, rows)

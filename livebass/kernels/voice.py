@@ -11,7 +11,7 @@ from livebass.kernels.hands import damping, fretting, noise, pulling, sliding, s
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import call_4, floats_at, record_address, record_at, records_at
 from livebass.kernels.pickup import tone
-from livebass.kernels.string import answers, glide, modal, stop, tension, told, touch
+from livebass.kernels.string import answers, glide, modal, stop, tension, told, touch, turning
 from livebass.kernels.string.records import (
     BATCH,
     BEND,
@@ -37,7 +37,7 @@ from livebass.kernels.string.records import (
     WAVER,
     WHOLE,
 )
-from livebass.kernels.string.slot import REST_EVERY, remove_thumb, rest_slot
+from livebass.kernels.string.slot import REST_EVERY, allow_exchange, remove_thumb, rest_slot
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
@@ -414,6 +414,8 @@ def move_string(string, ops):
         if slot.hand < 1.0:
             modal.scale(slot.u, slot.active, slot.hand)
             modal.scale(slot.v, slot.v_active, slot.hand)
+        if op.turned > 0:
+            turning.exchange(voice, slot, op, after)
     if voice.answering or voice.idle != 0:
         answers.move_answers(string, ops, after)
     voice.step = after
@@ -424,8 +426,11 @@ def move_string(string, ops):
             slot = string.slots[k]
             working = voice.pulling > 0 or voice.striking > 0 or voice.landing > 0
             busy = slot.thumb.on != NONE or (k == voice.slot and working)
+            op = glide.current_operator(string, ops, k)
             if slot.on and not busy:
-                rest_slot(slot, glide.current_operator(string, ops, k), voice)
+                rest_slot(slot, op, voice)
+            elif slot.on and op.turned > 0:
+                allow_exchange(slot, op)
         if at_rest(string):
             note_stillness(string)  # first: only zeros have gone through the filters since they were flushed
             flush_filters(voice)

@@ -35,15 +35,26 @@ def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bo
     across: of v, which may have a law of its own. Measured frequencies belong to u; v differs from them by the law.
 
     At j = 862 the two stiffness laws differ by a factor of 2.7. The neck's term in eq. 8 is taken at omega_{0,j}; for
-    its sign see model/neck.py. shift: `neck_detuning` of these modes, if known.
+    its sign see model/neck.py. shift: `neck_detuning` of these modes, if known. With turned axes these are the
+    frequencies of u and v without their exchange.
     """
+    nu, other = _along_axes(s, count, shift)
+    if not s.own_across:
+        return nu
+    if across:
+        nu, other = other, nu
+    return np.asarray(np.sqrt(nu**2 + math.sin(s.axes_turned) ** 2 * (other**2 - nu**2))) if s.axes_turned else nu
+
+
+def _along_axes(s: Speaking, count: int, shift: Floats | None = None) -> tuple[Floats, Floats]:
+    """Frequencies of modes 1 to `count` along the axes a and b of the neck, (count,), Hz: law.py."""
     j = np.arange(1.0, count + 1)
     shift = neck_detuning(s, count) if shift is None else shift
     nu = j * s.fundamental * (law.stretched(s.paper_law, s.inharmonicity, j) + shift)
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
-    return frequencies_across(s, j, nu) if across and s.own_across else nu
+    return nu, frequencies_across(s, j, nu) if s.own_across else nu
 
 
 def frequencies_across(s: Speaking, number: Floats, nu: Floats) -> Floats:
@@ -62,15 +73,43 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     The measured ones, if any, then pi nu_j / Q_j of eqs. 9 to 11; the string's extra damping is added to all. The law
     "paper" follows the published data: evaluated at j f0 and constant above `CLAMP_WAVENUMBER`, with only the neck's
     part at the frequency of the mode itself. ringing_at: `frequencies` of these modes, if known; across: of v;
-    `dampings_across` derives its measured dampings.
+    `dampings_across` derives its measured dampings. With turned axes these are the dampings of u and v without their
+    exchange.
     """
-    ringing_at = frequencies(s, count, across=across) if ringing_at is None else ringing_at
+    if not (s.own_across and s.axes_turned):
+        return _dampings_along(s, count, ringing_at, across)
+    a, b = (_dampings_along(s, count, nu, bool(k)) for k, nu in enumerate(_along_axes(s, count)))
+    part = math.sin(s.axes_turned) ** 2
+    return b + part * (a - b) if across else a + part * (b - a)
+
+
+def exchange(s: Speaking, count: int) -> tuple[Floats, Floats]:
+    """The exchange of modes 1 to `count` of u and v: kernels/string/turning.py.
+
+    Returns its rates e (count,), rad/s, and the damping matrices Delta (count, 2, 2), 1/s, above that of the axis with
+    the lower damping.
+    """
+    if not (s.own_across and s.axes_turned):
+        return np.zeros(count), np.zeros((count, 2, 2))
+    nu = _along_axes(s, count)
+    a, b = (_dampings_along(s, count, nu[k], bool(k)) for k in range(2))
+    u, v = (frequencies(s, count, across=across) for across in (False, True))
+    sine, cosine = math.sin(s.axes_turned), math.cos(s.axes_turned)
+    axes = np.array([[cosine, sine], [-sine, cosine]])  # rows: a and b in u and v
+    more = np.stack([a, b], axis=1) - np.minimum(a, b)[:, None]
+    rate = math.pi * sine * cosine * (nu[0] ** 2 - nu[1] ** 2) / np.sqrt(u * v)
+    return rate, np.einsum("ki,jk,kl->jil", axes, more, axes)
+
+
+def _dampings_along(s: Speaking, count: int, ringing_at: Floats | None, across: bool) -> Floats:
+    """Dampings of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,), 1/s."""
+    ringing_at = _along_axes(s, count)[int(across)] if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.felt(across).at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         if across and s.own_across and known.size:
-            of_u = frequencies(s, known.size)
+            of_u = _along_axes(s, known.size)[0]
             known = dampings_across(s, np.arange(1.0, known.size + 1), of_u, ringing_at[: known.size], known)
         sigma[: known.size] = known
     return sigma + s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu

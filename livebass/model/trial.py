@@ -48,6 +48,12 @@ class Trial:
         return self.pluck.speed / self.pluck.apex if self.pluck.speed else 0.0
 
     @property
+    def oblique(self) -> bool:
+        """True if the string moves across as well: plucked at an angle, or with turned axes."""
+        s = self.speaking
+        return bool(self.pluck.angle or (s.own_across and s.axes_turned))
+
+    @property
     def steps(self) -> int:
         """The last fine step n with n / contact_rate <= duration: contacts are listed up to it."""
         return math.floor(self.duration * self.contact_rate + SLACK)

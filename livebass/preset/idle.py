@@ -34,7 +34,13 @@ class Rule:
 
 def _straight(bass: Instrument, part: Any) -> bool:
     player = bass.player
-    return player.pluck_angle == 0 and player.angle_when_hard == 0 and player.stroke not in ("pick", "pop")
+    plucked = player.pluck_angle == 0 and player.angle_when_hard == 0 and player.stroke not in ("pick", "pop")
+    return plucked and not _turned(bass)
+
+
+def _turned(bass: Instrument) -> bool:
+    """True if motion up and down becomes motion across."""
+    return any(neck.own_across and neck.axes_turned for neck in bass.necks)
 
 
 def _displacement(bass: Instrument, part: Any) -> bool:
@@ -88,7 +94,12 @@ RULES = (
         "this pickup's level is 0",
         lambda bass, pickup: pickup.level == 0,
     ),
-    *_group("unheard", "no sound depends on it yet", lambda bass, part: True),
+    Rule(
+        "neck",
+        ("axes_turned",),
+        "strings move across as they move up: see neck.stiffness_across and neck.longer_across",
+        lambda bass, neck: not neck.own_across,
+    ),
     Rule("neck", ("friction_speed",), "neck.friction is 0", lambda bass, neck: neck.friction == 0),
     Rule("neck", ("free_length", "stiffness_across"), "the neck is rigid", lambda bass, neck: not _bends(neck)),
     Rule("neck", ("stop_across",), "neck.stop_conductance is 0", lambda bass, neck: neck.stop_conductance == 0),
@@ -113,7 +124,7 @@ RULES = (
     ),
     Rule("player", ("thumb_mass",), "over a board the thumb is an impulse", lambda bass, player: bass.over_board),
     *_group("pluck", STRUCK, _slaps_only),
-    *_group("across", STRUCK, _slaps_only),
+    *_group("across", STRUCK, lambda bass, part: _slaps_only(bass, part) and not _turned(bass)),
     Rule("pick", PICKING, STRUCK, _slaps_only),
     Rule(
         "pick", PICKING, 'player.stroke is not "pick": only keys bring it', lambda bass, _: bass.player.stroke != "pick"

@@ -6,10 +6,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from livebass.arrays import Floats
+from livebass.arrays import Floats, Ints
 from livebass.model import modes
 from livebass.model.trial import Trial
+from livebass.parts import EXCHANGE_EVERY, TURNED_MODES
+
+TERMS = 12  # of a power series of matrices below 0.1
 
 
 class Modes(NamedTuple):
@@ -19,6 +23,14 @@ class Modes(NamedTuple):
     pull: Floats  # (N,) 1 - C + Ct
     sigma: Floats  # (N,) 1/s
     omega: Floats  # (N,) rad/s, damped
+
+
+class Turn(NamedTuple):
+    """The exchange of u and v over turned axes, in the first T modes: solver.py."""
+
+    frames: Ints  # (F,) the fine step at the end of each frame; empty: the axes are not turned
+    every: int  # frames between two exchanges
+    flow: NDArray[np.complex128]  # (T, 2, 2) of (W_u, W_v)
 
 
 class Plan(NamedTuple):
@@ -40,6 +52,7 @@ class Plan(NamedTuple):
     across: Floats  # (N,) phi_j at the sensor of v, m^-0.5; (0,) without a second polarisation
     friction: float  # A, N/m
     slip: float  # 2 dt s, m
+    turn: Turn
 
 
 class State(NamedTuple):
@@ -57,6 +70,7 @@ class State(NamedTuple):
     v_before: Floats  # (P,) v^{n-1}, m
     friction: Floats  # (P,) ff^{n-1}, N/m
     friction_before: Floats  # (P,) ff^{n-2}, N/m
+    owed: Ints  # (1,) exchanges of u and v that wait for the string to be clear
 
 
 def static_compliance(trial: Trial) -> Floats:
@@ -71,12 +85,29 @@ def make_modes(trial: Trial, across: bool) -> Modes:
     """The modes of u, or of v. Raises ValueError for an overdamped mode."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
     sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count, across=across)
+    if not trial.lossless:
+        more = modes.exchange(s, min(count, TURNED_MODES))[1]
+        sigma[: len(more)] -= more[:, int(across), int(across)]  # the exchange takes this part
     natural = 2 * math.pi * modes.frequencies(s, count, across=across)
     if np.any(sigma >= natural):
         raise ValueError(f"mode {int(np.argmax(sigma >= natural)) + 1} does not swing: damping above 2 pi frequency")
     omega = np.sqrt((natural - sigma) * (natural + sigma))
     pull = np.expm1(-sigma * dt) ** 2 + 4 * np.exp(-sigma * dt) * np.sin(omega * dt / 2) ** 2
     return Modes(np.exp(-2 * sigma * dt), pull, sigma, omega)
+
+
+def make_turn(trial: Trial) -> Turn:
+    """The exchange of u and v in `trial`, in the modes and at the frames that the engine takes."""
+    rate, more = modes.exchange(trial.speaking, min(trial.modes, TURNED_MODES))
+    swap = np.array([[0.0, 1.0], [1.0, 0.0]])
+    z = (1j * rate[:, None, None] * swap - more * (not trial.lossless)) * (EXCHANGE_EVERY / trial.output_rate)
+    flow = term = np.tile(np.eye(2, dtype=complex), (rate.size, 1, 1))
+    for k in range(1, TERMS):
+        term = term @ z / k
+        flow = flow + term
+    count = trial.samples if rate.any() else 0
+    frames = np.arange(1, count + 1) * trial.contact_rate / trial.output_rate
+    return Turn(np.ceil(frames - 1e-9).astype(np.int64), EXCHANGE_EVERY, flow)
 
 
 def make_plan(trial: Trial) -> Plan:
@@ -99,9 +130,10 @@ def make_plan(trial: Trial) -> Plan:
         stiffness=float(s.contact_stiffness),
         exponent=float(s.contact_exponent),
         loss=s.contact_loss / (2 * dt),
-        across=modes.shapes(s, count, np.array([place]))[0] if trial.pluck.angle else np.zeros(0),
+        across=modes.shapes(s, count, np.array([place]))[0] if trial.oblique else np.zeros(0),
         friction=s.friction,
         slip=2 * dt * s.friction_speed,
+        turn=make_turn(trial),
     )
 
 
@@ -121,11 +153,10 @@ def make_state(
     and dq/dt(0), followed back to -dt, gives d^0.
     """
     d, points = _step_before(plan, plan.u, q, pace), plan.height.size
-    if not plan.across.size:
-        second = [np.zeros(0)] * 2 + [np.zeros(points) for _ in range(4)]
-    else:
+    zeros, owed = np.zeros((4, points)), np.zeros(1, dtype=np.int64)
+    second = np.zeros(0), np.zeros(0), np.zeros(points), np.zeros(points)
+    if plan.across.size:
         e = _step_before(plan, plan.v, across, pace_across)
-        v = plan.shape @ across, plan.shape @ (across - e)
-        second = [across.copy(), e, *v, np.zeros(points), np.zeros(points)]
+        second = across.copy(), e, plan.shape @ across, plan.shape @ (across - e)
     heights = plan.height - plan.shape @ q, plan.height - plan.shape @ (q - d)
-    return State(q.copy(), d, *heights, np.zeros(points), np.zeros(points), *second)
+    return State(q.copy(), d, *heights, zeros[0], zeros[1], *second, zeros[2], zeros[3], owed)

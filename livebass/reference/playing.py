@@ -299,7 +299,7 @@ def play(
 
     listen: places, m from the stop; None: the sensors of `trial`. frets: False removes the obstacles. begin: q and
     dq/dt at time 0, (polarisations, 2, modes), as in `states` of `Motion` and `Played`; None: plucked, at rest. The
-    second polarisation exists if the pluck of `trial` has an angle, whatever `begin` holds.
+    second polarisation exists if `trial` is oblique, whatever `begin` holds.
 
         stop = Stop(0.094, hammer(-0.9e-3, 1.2), start=0.3, end=0.5, across=landing(0.0, 2e-3))
         played = play(trial, [stop, Finger(0.086, 3.0, start=0.3), Mass(0.6, 2.0, force=lift(1.5, 3e-3))], listen=[0.7])
@@ -316,7 +316,7 @@ def play(
         if not 0 < hand.place < s.length:
             rule = f"between 0 and {s.length * 1e3:g} mm"
             raise refusal(f"place of a {type(hand).__name__}", rule, f"{hand.place * 1e3:g} mm")
-    polarisations = 2 if trial.pluck.angle else 1
+    polarisations = 2 if trial.oblique else 1
     if begin is not None and begin.shape != (polarisations, 2, trial.modes):
         raise refusal("begin", f"of shape {(polarisations, 2, trial.modes)}", begin.shape)
     player = _Player(trial, hands, begin)

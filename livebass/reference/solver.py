@@ -39,6 +39,10 @@ dx/2 (f r - psi(eta^{n+1}) + psi(eta^{n-1})) >= 0. Without losses the first line
 mu/(2 dt^2) sum [q1^2 - 2 cos(theta) q1 q0 + q0^2]. v adds the first line and the term with R for its own forces, and
 friction changes H by another dx sum_m ff (v^{n+1} - v^{n-1}) / 2 <= 0 per step.
 
+On turned axes u and v exchange energy: kernels/string/turning.py has the equations. A mode's W = E sin(theta) q - i P,
+P = Ct d - (Ct - C / 2) q, advances by their flow at the end of every fourth frame, or as soon as no obstacle or mass
+touches the string. |W|^2 is the mode's energy in units of mu / (2 dt^2), but for its losses within a step.
+
 No step, mode or point is skipped. Two liberties affect only rounding: dot products sum in any order, four numbers at a
 time, and modes below 1e-200 are set to zero, as arithmetic on denormal numbers would cost a factor of 20.
 """

@@ -35,6 +35,7 @@ import numpy as np
 
 from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import compiled, counted
+from livebass.parts import EXCHANGES_AT_ONCE, MOST_OWED
 from livebass.reference.laws import (
     ABSENT,
     LINEAR,
@@ -305,6 +306,63 @@ def stored_energy(string: Held, energy: Floats) -> float:
 
 
 @counted
+def _amplitude(of: Modes, dt: float, j: int, q: float, d: float) -> complex:
+    """W of mode `j` from (q^n, d^n): its square is the mode's energy without losses, in units of mu / (2 dt^2)."""
+    momentum = of.decay[j] * d - (of.pull[j] - (1 - of.decay[j])) / 2 * q
+    return complex(math.sqrt(of.decay[j]) * math.sin(of.omega[j] * dt) * q, -momentum)
+
+
+@counted
+def _put(of: Modes, dt: float, j: int, w: complex, q: Floats, d: Floats) -> None:
+    """Sets (q^n, d^n) of mode `j` from W."""
+    q[j] = w.real / (math.sqrt(of.decay[j]) * math.sin(of.omega[j] * dt))
+    d[j] = (-w.imag + (of.pull[j] - (1 - of.decay[j])) / 2 * q[j]) / of.decay[j]
+
+
+@counted
+def _presses(string: Held) -> bool:
+    """True if the string presses on a fret or on a mass."""
+    contacts = string.state.eta.size - string.grips.kind.size
+    for m in range(contacts):
+        if string.state.eta[m] > 0 or string.state.eta_before[m] > 0:
+            return True
+    for h in range(string.grips.kind.size):
+        if string.grips.kind[h] == MASS and string.laws.kind[contacts + h] != ABSENT:
+            return True
+    return False
+
+
+@counted
+def _exchange(string: Held, frame: int) -> bool:
+    """Exchanges energy between u and v at the end of a frame, if it is time; returns whether it did: solver.py."""
+    plan, state, turn = string.plan, string.state, string.plan.turn
+    if frame % turn.every == 0:
+        state.owed[0] = min(state.owed[0] + 1, MOST_OWED)
+    if state.owed[0] == 0 or _presses(string):
+        return False
+    n, dt = turn.flow.shape[0], plan.dt
+    u_before, u_step = state.q[:n].copy(), state.d[:n].copy()
+    v_before, v_step = state.q_across[:n].copy(), state.d_across[:n].copy()
+    times = min(state.owed[0], EXCHANGES_AT_ONCE)
+    state.owed[0] -= times
+    for _ in range(times):
+        for j in range(n):
+            u = _amplitude(plan.u, dt, j, state.q[j], state.d[j])
+            v = _amplitude(plan.v, dt, j, state.q_across[j], state.d_across[j])
+            flow = turn.flow[j]
+            _put(plan.u, dt, j, flow[0, 0] * u + flow[0, 1] * v, state.q, state.d)
+            _put(plan.v, dt, j, flow[1, 0] * u + flow[1, 1] * v, state.q_across, state.d_across)
+    u_moved, v_moved = state.q[:n] - u_before, state.q_across[:n] - v_before
+    for m in range(state.eta.size):
+        shape = plan.shape[m, :n]
+        state.eta[m] -= dot(shape, u_moved)
+        state.eta_before[m] -= dot(shape, u_moved - (state.d[:n] - u_step))
+        state.v[m] += dot(shape, v_moved)
+        state.v_before[m] += dot(shape, v_moved - (state.d_across[:n] - v_step))
+    return True
+
+
+@counted
 def _flush(q: Floats, d: Floats) -> None:
     """Zeroes modes too weak for any sum, in place: denormal numbers would cost a factor of 20."""
     for j in range(q.size):
@@ -432,7 +490,9 @@ def run(string: Held, drive: Floats, first: int, last: int, ears: Ears, sheets: 
     across_before, e_before = np.zeros(state.q_across.size), np.zeros(state.q_across.size)
     free, solved, earlier = np.empty(points), np.empty(points), np.empty(points)
     y, move = np.zeros(hands), np.zeros(hands)
+    energy = np.empty(2 + hands)
     i = np.searchsorted(ears.step, first)
+    frame = np.searchsorted(plan.turn.frames, first, side="right")
     found = 0
     for n in range(first, last):
         given = drive[0, n - first]
@@ -476,6 +536,14 @@ def run(string: Held, drive: Floats, first: int, last: int, ears: Ears, sheets: 
                 found += 1
             eta_before[m] = eta[m]
             eta[m] = solved[m]
+        if frame < plan.turn.frames.size and plan.turn.frames[frame] == n + 1:
+            frame += 1
+            before = stored_energy(string, energy) if counts else 0.0
+            if _exchange(string, frame):
+                grips.lost[0] += before - stored_energy(string, energy) if counts else 0.0
+                if due:  # a sample between two steps belongs to the motion after the exchange
+                    q_before[:] = q - d
+                    across_before[:] = state.q_across - state.d_across
         while due:
             _listen(string, ears, i, (q_before, d_before, across_before, e_before), sheets)
             i += 1

@@ -26,6 +26,7 @@ from livebass.compiling import compiled, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at
 from livebass.kernels.string import modal
+from livebass.kernels.string.frame import is_touching
 from livebass.kernels.string.modal import LANES
 from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, number_at, tap_row
 from livebass.kernels.string.records import BLOCK, UNKNOWN
@@ -187,17 +188,6 @@ def set_flow(a, p, x, y, r):
     a.on_y[p] = sinh_y * r
     a.back_x[p] = sinh_x / r
     a.back_y[p] = sinh_y / r
-
-
-@jit
-def is_touching(slot, op, step):
-    """True if the string touches something at fine step `step`."""
-    if slot.due > step:
-        return False
-    for m in range(op.points):
-        if slot.u.solved_at[m] == step and (slot.u.eta[m] > 0.0 or slot.u.eta_before[m] > 0.0):
-            return True
-    return False
 
 
 @jit

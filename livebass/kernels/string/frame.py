@@ -180,6 +180,17 @@ def update_clearances(slot, op, count, close):
 
 
 @jit
+def is_touching(slot, op, step):
+    """True if the string presses on an obstacle at fine step `step`, the end of a frame."""
+    if slot.due > step:
+        return False
+    for m in range(op.points):
+        if slot.u.solved_at[m] == step and (slot.u.eta[m] > 0.0 or slot.u.eta_before[m] > 0.0):
+            return True
+    return False
+
+
+@jit
 def log_contact(slot, voice, step, m, speed):
     """Counts a contact at point `m` that begins at `step` with a `speed` (m/s), and logs it if there is room."""
     slot.touching += 1

@@ -19,9 +19,11 @@ from livebass.kernels.machine.native import record_address, words_at
 from livebass.kernels.string import handover, modal, operators
 from livebass.kernels.string.operators import (
     DOUBLE,
+    EXCHANGE_ROWS,
     coefficient,
     coefficient_at,
     coefficient_bytes,
+    exchange_row,
     mixed_coefficient,
     put_number,
     tap_row,
@@ -165,7 +167,10 @@ def make_operator(string, ops, k, length):
     if a.coefficients_v != a.coefficients:
         op.coefficients_v += coefficient_bytes(op)
         set_glide_coefficients(slot.u, op, op.coefficients_v, a, a.coefficients_v, b, b.coefficients_v, x)
-    op.taps = op.coefficients_v + coefficient_bytes(op)
+    op.turned = min(min(a.turned, b.turned), op.split)
+    op.turning = op.coefficients_v + coefficient_bytes(op)
+    set_glide_exchange(op, a, b, x)
+    op.taps = op.turning + EXCHANGE_ROWS * DOUBLE * op.turned
     set_glide_taps(voice, op)
     set_slope(made, op)
     for i in range(TOUCHES):  # fingers on the string recompute their shapes
@@ -200,6 +205,18 @@ def set_glide_coefficients(w, op, rows, a, rows_a, b, rows_b, x):
     modal.put_row(op, mixed_coefficient(rows, op, row), low.a, high.a)
     modal.put_row(op, mixed_coefficient(rows, op, row + 1), low.b, high.b)
     modal.put_row(op, mixed_coefficient(rows, op, row + 2), low.g, high.g)
+
+
+@jit
+def set_glide_exchange(op, a, b, x):
+    """Fills the exchange between u and v for a length at the part `x` of the way from `a` to `b`."""
+    for row in range(EXCHANGE_ROWS):
+        of_a, of_b = 1.0 - x, x
+        if row == 0:  # a frequency
+            of_a, of_b = of_a * a.length / op.length, of_b * b.length / op.length
+        between, low, high = exchange_row(op, row), exchange_row(a, row), exchange_row(b, row)
+        for j in range(op.turned):
+            between[j] = of_a * low[j] + of_b * high[j]
 
 
 @jit

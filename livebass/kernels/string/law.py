@@ -1,5 +1,10 @@
 """The modes of a note: frequencies (eq. 8) and damping (eqs. 9 to 11), for kernels and for Python.
 
+Neck and saddle need not give way most along u. Their own directions, a and b, may be turned by `axes_turned` from u
+towards v: a = c u + s v, b = c v - s u, c and s its cosine and sine. `frequency` and `damping` are the laws along a and
+b. Stiffness and damping of u and v follow from turning the axes: `turned_frequency` and `turned_damping` have the
+diagonal, and `exchange` the rest, which makes u and v exchange energy (turning.py).
+
 A `note` is a NOTE (preparing.py) or any object with its fields; its lists lie in `numbers`. Modes `j` count from 1. All
 functions but `admittance` and its callers also take arrays. model/modes.py and model/neck.py explain the physics.
 Equation numbers: Issanchou et al. (2018). [any thread]
@@ -8,6 +13,7 @@ Equation numbers: Issanchou et al. (2018). [any thread]
 import numpy as np
 
 from livebass.compiling import shared
+from livebass.kernels.machine.elementary import cos, sin
 
 AIR_VISCOSITY = 1.8e-5  # kg/m/s, eta_air of eq. 10
 AIR_DENSITY = 1.2  # kg/m3, rho_air
@@ -136,9 +142,9 @@ def tabled(numbers, first, count, part, nu):
 
 @shared
 def frequency(note, numbers, j, across):
-    """nu_j, Hz, of u, or of v if `across`: eq. 8, or measured.
+    """nu_j, Hz, along a, or along b if `across`: eq. 8, or measured.
 
-    v has u's measured frequency, shifted by its own neck and length.
+    b has the measured frequency of a, shifted by its own neck and length.
     """
     nu = j * note.fundamental
     through = impedance(note.linear_density, note.length, note.fundamental)
@@ -156,10 +162,10 @@ def frequency(note, numbers, j, across):
 
 @shared
 def damping(note, numbers, j, nu, across):
-    """sigma_j, 1/s, of u's mode, or v's if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
+    """sigma_j, 1/s, along a, or along b if `across`, at `nu` (Hz): eqs. 9 to 11, or measured.
 
-    v has u's measured damping, with the neck's damping of u replaced by its damping of v; the string itself loses no
-    less than by its own law, or than measured if that is less.
+    b has the measured damping of a, with the neck's damping of a replaced by its damping of b; the string itself loses
+    no less than by its own law, or than measured if that is less.
     """
     law = damped_at(note, float(j))
     own = across and note.own_across
@@ -175,3 +181,58 @@ def damping(note, numbers, j, nu, across):
             sigma = max(found - neck_damping(y, through, note.fundamental), min(found, sigma))
         sigma += neck_damping(admittance(note, numbers, nu, across)[0], through, note.fundamental)
     return sigma + note.extra_damping + note.extra_damping_slope * 2.0 * np.pi * law
+
+
+@shared
+def are_turned(note):
+    """True if u and v exchange energy."""
+    return note.own_across != 0 and note.axes_turned != 0.0
+
+
+@shared
+def turned_frequency(note, numbers, j, across):
+    """nu_j (Hz) of u, or of v if `across`, without their exchange."""
+    nu = frequency(note, numbers, j, across)
+    if not are_turned(note):
+        return nu
+    other = frequency(note, numbers, j, not across)
+    part = sin(note.axes_turned)
+    return np.sqrt(nu * nu + part * part * (other * other - nu * nu))
+
+
+@shared
+def axis_damping(note, numbers, j, across):
+    """sigma_j (1/s) along a, or along b if `across`, at its own frequency."""
+    return damping(note, numbers, j, frequency(note, numbers, j, across), across)
+
+
+@shared
+def turned_damping(note, numbers, j, nu, across):
+    """sigma_j (1/s) of u, or of v if `across`, at `nu` (Hz), their `turned_frequency`, without their exchange."""
+    if not are_turned(note):
+        return damping(note, numbers, j, nu, across)
+    part = sin(note.axes_turned)
+    own, other = axis_damping(note, numbers, j, across), axis_damping(note, numbers, j, not across)
+    return own + part * part * (other - own)
+
+
+@shared
+def least_damping(note, numbers, j):
+    """The smaller sigma_j (1/s) of both axes: no direction has less."""
+    return min(axis_damping(note, numbers, j, False), axis_damping(note, numbers, j, True))
+
+
+@shared
+def exchange(note, numbers, j):
+    """The rate e (rad/s) at which mode `j` of u and of v exchange amplitudes, and Delta: turning.py.
+
+    Delta is the damping of u, of v, and d between them (1/s), above `least_damping`.
+    """
+    a, b = frequency(note, numbers, j, False), frequency(note, numbers, j, True)
+    u, v = turned_frequency(note, numbers, j, False), turned_frequency(note, numbers, j, True)
+    sine, cosine = sin(note.axes_turned), cos(note.axes_turned)
+    rate = sine * cosine * np.pi * (a * a - b * b) / np.sqrt(u * v)
+    more = axis_damping(note, numbers, j, False) - axis_damping(note, numbers, j, True)
+    part = cosine if more > 0.0 else sine  # of the axis with the greater damping
+    own = part * part * abs(more)
+    return rate, own, abs(more) - own, sine * cosine * more

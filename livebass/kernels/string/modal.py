@@ -639,6 +639,44 @@ def damp_by_finger(rows, n, finger):
 
 
 @jit
+def exchange(u, v, flow, n):
+    """Exchanges amplitudes between the first `n` modes of u and v, float64, by the rows of slot.flow (turning.py)."""
+    for j in range(n):
+        of_u, of_v = u.kappa[j] * u.omega[j], v.kappa[j] * v.omega[j]
+        x_u, p_u, x_v, p_v = of_u * u.low.q[j], u.low.p[j], of_v * v.low.q[j], v.low.p[j]
+        a_x, a_y, b_x, b_y, g_x, g_y = flow[0, j], flow[1, j], flow[2, j], flow[3, j], flow[4, j], flow[5, j]
+        u.low.q[j] = (a_x * x_u + a_y * p_u + g_x * x_v + g_y * p_v) / of_u
+        u.low.p[j] = a_x * p_u - a_y * x_u + g_x * p_v - g_y * x_v
+        v.low.q[j] = (b_x * x_v + b_y * p_v + g_x * x_u + g_y * p_u) / of_v
+        v.low.p[j] = b_x * p_v - b_y * x_v + g_x * p_u - g_y * x_u
+
+
+@jit
+def share_to_come(flow, j, times):
+    """The most of the amplitude of mode `j` that `times` exchanges pass on."""
+    return min(times * np.sqrt(flow[4, j] * flow[4, j] + flow[5, j] * flow[5, j]), 1.0)
+
+
+@jit
+def speed_square_to_come(u, v, flow, times, n):
+    """Growth of u's `speed_square` by at most `times` exchanges of its first `n` modes with v."""
+    e = 0.0
+    for j in range(n):
+        more = share_to_come(flow, j, times) * np.sqrt(square_speed(v.low, v.kappa, v.omega, j))
+        e += more * (2.0 * np.sqrt(square_speed(u.low, u.kappa, u.omega, j)) + more)
+    return e
+
+
+@jit
+def amplitude_to_come(v, flow, times, n):
+    """Growth of u's `amplitude_sum` by at most `times` exchanges of its first `n` modes with `v`."""
+    s = 0.0
+    for j in range(n):
+        s += share_to_come(flow, j, times) * np.sqrt(square_speed(v.low, v.kappa, v.omega, j)) / v.omega[j]
+    return s
+
+
+@jit
 def momenta_along(rows, shapes, n):
     one, two, three = shapes[0], shapes[1], shapes[2]
     x = y = z = like(rows, 0.0)

@@ -21,6 +21,7 @@ KAPPA, OMEGA, SIGMA = 0, 1, 2  # all float64 ...
 WIDE_ROWS = 3
 KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... these are mixed
 MIXED_ROWS = 12
+EXCHANGE_ROWS = 4
 
 
 @jit
@@ -140,6 +141,12 @@ def place_of(contact, ops):
     if op.points <= MOST_NEAR:
         return np.float64(contact.fret + 1 + contact.point)
     return ops[0].length - op.length + positions(op)[min(contact.point, op.points - 1)]
+
+
+@inlined
+def exchange_row(op, row):
+    """Row e, or u, v or d of Delta, of the exchange between u and v, (turned,): law.exchange."""
+    return floats_at(op.turning + DOUBLE * row * op.turned, op.turned)
 
 
 @inlined

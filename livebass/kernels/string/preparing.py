@@ -16,9 +16,10 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry, inlined
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
-from livebass.kernels.string.law import damping, frequency
+from livebass.kernels.string.law import are_turned, exchange, least_damping, turned_damping, turned_frequency
 from livebass.kernels.string.operators import (
     DOUBLE,
+    EXCHANGE_ROWS,
     KAPPA,
     KEPT,
     LEAPS,
@@ -31,6 +32,7 @@ from livebass.kernels.string.operators import (
     coefficient_at,
     coefficient_bytes,
     coupling,
+    exchange_row,
     fine_coefficients,
     hand_heights,
     heights,
@@ -45,7 +47,7 @@ from livebass.kernels.string.operators import (
     tap_row,
 )
 from livebass.kernels.string.records import BLOCK, LOW, MOST_NEAR, OPERATOR
-from livebass.parts import MOST_GRID, NoteNumbers
+from livebass.parts import MOST_GRID, TURNED_MODES, NoteNumbers
 from livebass.rows import Word, record, words
 
 jit = compiled(attributes=SMALL)
@@ -142,6 +144,7 @@ def measure(work, note, op):
     op.padded = blocks(note.modes)
     op.split = op.padded if work.exact else min(op.padded, LOW)
     op.points = points_of(work, note)
+    op.turned = min(op.padded, TURNED_MODES) if are_turned(note) else 0
     work.words += lay_out(work, note, op, np.int64(0)) // DOUBLE
     work.table_words = max(work.table_words, behind_table(note) + op.points)
 
@@ -185,6 +188,7 @@ def fill_operator(work, note, op):
     if op.points <= MOST_NEAR:
         set_coupling(work, note, op)
     set_answers(work, note, op)
+    set_exchange(work, note, op)
     return np.int64(DONE)
 
 
@@ -223,7 +227,8 @@ def lay_out(work, note, op, place):
     op.left_out = op.coupling + DOUBLE * square
     op.answers = op.left_out + DOUBLE * square
     op.answering = note.answers_count
-    return op.heights + DOUBLE * blocks(3 * op.points + 2 * (square + op.answering))
+    op.turning = op.answers + DOUBLE * 2 * op.answering
+    return op.heights + DOUBLE * blocks(3 * op.points + 2 * (square + op.answering) + EXCHANGE_ROWS * op.turned)
 
 
 @inlined
@@ -237,7 +242,7 @@ def carried(work, note):
     """Number of wanted modes below `work.carried` of the contact rate, at least 1."""
     count = 0
     for j in range(1, note.modes + 1):
-        if frequency(note, numbers_of(work), j, False) < work.carried * work.contact_rate:
+        if turned_frequency(note, numbers_of(work), j, False) < work.carried * work.contact_rate:
             count += 1
     return max(count, 1)
 
@@ -281,8 +286,8 @@ def set_coefficients(work, note, op, rows, across):
         omega[k] = 1.0
         put_number(mixed_coefficient(rows, op, KEPT), op, k, 1.0)
     for k in range(op.modes):
-        nu = frequency(note, numbers_of(work), k + 1, across)
-        s = 0.0 if work.lossless else damping(note, numbers_of(work), k + 1, nu, across)
+        nu = turned_frequency(note, numbers_of(work), k + 1, across)
+        s = 0.0 if work.lossless else damping_of(work, note, op, k, nu, across)
         w = 2 * np.pi * nu
         if s >= w:
             return np.int64(OVERDAMPED)
@@ -308,6 +313,14 @@ def set_coefficients(work, note, op, rows, across):
             put_number(mixed_coefficient(rows, op, row + 1), op, k, turned / es)
             put_number(mixed_coefficient(rows, op, row + 2), op, k, turned * es)
     return np.int64(DONE)
+
+
+@jit
+def damping_of(work, note, op, k, nu, across):
+    """sigma (1/s) of u's mode `k`, or of v's if `across`, at `nu` (Hz); the exchange has the rest (turning.py)."""
+    if k < op.turned:
+        return least_damping(note, numbers_of(work), k + 1)
+    return turned_damping(note, numbers_of(work), k + 1, nu, across)
 
 
 # Contact points
@@ -457,7 +470,7 @@ def set_coupling(work, note, op):
         turn[m] = grid_point(note, x[m]) * op.modes % (2 * n)
     scale = np.sqrt(2 / note.length)
     for j in range(op.modes + 1, n):
-        w = 2 * np.pi * frequency(note, numbers_of(work), j, False)
+        w = 2 * np.pi * turned_frequency(note, numbers_of(work), j, False)
         part = 1 / (w * w)
         for m in range(points):
             k = grid_point(note, x[m])
@@ -489,6 +502,16 @@ def set_answers(work, note, op):
     row = floats_at(op.answers, 2 * op.answering)
     for k in range(2 * op.answering):
         row[k] = list_value(work, note.answers, k)
+
+
+@jit
+def set_exchange(work, note, op):
+    """Fills the rates at which u and v exchange amplitudes."""
+    for k in range(min(op.turned, op.modes)):
+        found = exchange(note, numbers_of(work), k + 1)
+        exchange_row(op, 0)[k] = found[0]
+        for row in range(1, EXCHANGE_ROWS):
+            exchange_row(op, row)[k] = 0.0 if work.lossless else found[row]
 
 
 # Taps

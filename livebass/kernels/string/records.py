@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from livebass.kernels.machine.noise import BAND
+from livebass.parts import TURNED_MODES
 
 ROW = 1048  # the most modes, and the most contact points, of one string
 MOST_NEAR = 32  # contact points solved together in one fine step
@@ -20,8 +21,8 @@ BLOCK = 16  # modes woken and dropped together
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; maximum number of groups
 UNKNOWN = -1  # a step number: never
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
-LOW = 64  # float64 modes in qualities that are not exact: whole BLOCKs
-BETWEEN_ROWS = 15 + 15 + 4  # coefficients of operators.py for u and v, and a tap for each pickup, or the sensors'
+LOW = TURNED_MODES  # float64 modes in qualities that are not exact: whole BLOCKs
+BETWEEN_ROWS = 15 + 15 + 4 + 1  # coefficients of operators.py for u and v, a tap for each pickup or sensor, exchange
 
 
 def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
@@ -149,6 +150,8 @@ OPERATOR = np.dtype(
         ("left_out", "i8"),  # address of R: the same by the omitted modes, static
         ("answers", "i8"),  # address of the nut's Re Y and Im Y (m/s/N) from this stop, for each mode that may answer
         ("answering", "i8"),  # ... and their number
+        ("turning", "i8"),  # address of the rates at which u and v exchange amplitudes (operators.exchange_row) ...
+        ("turned", "i8"),  # ... and the number of modes that do, at most LOW; 0: the neck's axes are u and v
         ("modes", "i8"),
         ("padded", "i8"),  # modes, rounded up to a whole BLOCK
         ("split", "i8"),  # number of float64 modes in the pool's rows, the others are float32; whole BLOCKs
@@ -243,6 +246,7 @@ SLOT = on_lines(
         ("active", "i8"),  # modes of u not known to be dead, whole BLOCKs
         ("v_ready", "i8"),  # v's working set is ready ...
         ("v_active", "i8"),  # ... and its number of modes not known to be dead; 0: v rests
+        ("owed", "i8"),  # exchanges between u and v that wait because the string presses on something
         ("touching", "i8"),  # contacts begun since the pluck
         ("due", "i8"),  # fine step before which no point needs a check
         ("quiet", "i8"),  # fine step before which no contact is possible without an event
@@ -265,6 +269,9 @@ SLOT = on_lines(
         _row("friction_points", "i8"),  # ... and in v
         ("coupled", "i8"),  # key of u.coupling: the address of W ...
         ("coupled_ratio", "f8"),  # ... and `ratio`
+        # turned axes: recomputed for another operator or tuning
+        ("flow", "f8", (6, LOW)),  # of an exchange: what u keeps, v keeps, and passes on, complex (turning.py) ...
+        ("flow_key", "f8", (3,)),  # ... and its key: operator, its length, tuning
         # touching fingers: recomputed when their places change
         ("touch_shape", "f8", (TOUCHES, DASHPOTS, ROW)),  # mode shapes at the dashpots of each ...
         ("touch_shape_high", "f4", (TOUCHES, DASHPOTS, ROW)),  # the same for modes in `high` ...

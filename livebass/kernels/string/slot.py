@@ -7,7 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import squared
-from livebass.kernels.string import modal
+from livebass.kernels.string import modal, turning
 from livebass.kernels.string.operators import heights
 from livebass.kernels.string.preparing import FADE_TO
 from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
@@ -31,6 +31,7 @@ def load(slot, op, step):
     slot.heard = op.tap_modes
     slot.v_ready = 0
     slot.v_active = 0
+    slot.owed = 0
     slot.safety = SAFETY
     slot.active = 0
     slot.touching = 0
@@ -44,6 +45,8 @@ def load(slot, op, step):
     slot.hand = 1.0
     remove_thumb(slot)
     invalidate_contact(slot.u, op)
+    if op.turned > 0:
+        wake_v(slot, op)
     wake_slot(slot, op, step)
 
 
@@ -128,11 +131,19 @@ def rms_velocity(w, op, n):
 
 @jit
 def rms_velocity_with_answers(slot, op, n):
-    """`rms_velocity` of u if the slot also had all energy of the answering strings (answers.py)."""
+    """`rms_velocity` of u if it also had all energy that it can get from answering strings and, if turned, from v."""
     v = rms_velocity(slot.u, op, n)
     if slot.answer_speed > 0.0:
         v = np.sqrt(v * v + slot.answer_speed / op.length)
+    if op.turned > 0 and slot.v_ready:
+        v = np.sqrt(v * v + modal.speed_square(slot.v, op.turned) / op.length)
     return v
+
+
+@jit
+def allow_exchange(slot, op):
+    """Raises `fastest` to the speed that u can reach if it gets all energy of v."""
+    slot.fastest = max(slot.fastest, slot.safety * rms_velocity_with_answers(slot, op, slot.active) + SLACK)
 
 
 @jit
@@ -246,11 +257,19 @@ def rest_slot(slot, op, voice):
         lowest = min(lowest, -height[m])
     if held:
         return
-    slot.fastest = min(slot.fastest, slot.safety * rms_velocity_with_answers(slot, op, slot.active) + SLACK)
+    if op.turned > 0:
+        slot.fastest = slot.safety * turning.rms_velocity_soon(voice, slot, op, REST_EVERY) + SLACK
+    else:
+        slot.fastest = min(slot.fastest, slot.safety * rms_velocity_with_answers(slot, op, slot.active) + SLACK)
     fingers = False  # these may pass motion on to other modes
     for i in range(TOUCHES):
         fingers = fingers or voice.touches[i].resistance > 0.0 or voice.touches[i].wanted > 0.0
     still = voice.depth == 0.0 and voice.depth_wanted == 0.0  # a vibrato widens the motion
     widest = modal.amplitude_sum(u, slot.active) + slot.answer_sum
-    if still and not fingers and np.sqrt(2.0 / op.length) * widest < lowest:
+    reach = np.sqrt(2.0 / op.length)
+    if not still or fingers or not reach * widest < lowest:
+        return
+    if op.turned == 0 or reach * (widest + modal.amplitude_sum(slot.v, op.turned)) < lowest:
         slot.quiet = FOR_EVER
+    elif reach * (widest + turning.amplitude_soon(voice, slot, op, REST_EVERY)) < lowest:
+        slot.quiet = step + REST_EVERY * op.steps

@@ -1,0 +1,122 @@
+"""u and v exchange energy: the directions in which neck and saddle give way are not those of the frets.
+
+With axes turned by theta (law.py), the modes q of u and r of v with the same number obey
+
+    q'' + 2 sigma_u q' + omega_u^2 q + k r + 2 d r' = 0,   r'' + 2 sigma_v r' + omega_v^2 r + k q + 2 d q' = 0,
+    k = s c (omega_a^2 - omega_b^2),   d = s c (sigma_a - sigma_b).
+
+Stiffness on the diagonal is in the operators of u and v. The rest is slow: omega_a and omega_b differ by a thousandth.
+So the parts that turn against the motion cancel, and what remains couples the amplitudes A = q - i (q' + sigma q) /
+omega alone:
+
+    A_u' = -sigma_u A_u + (i e - d) A_v,   A_v' = -sigma_v A_v + (i e - d) A_u,   e = k / (2 sqrt(omega_u omega_v)),
+
+with relative errors of k / (4 omega^2). The operators of both have the least damping, that of one axis; Delta, the
+damping matrix less that, takes energy or none. Every EXCHANGE_EVERY frames a pair advances by its exact flow:
+
+    exp(t [[-Delta_u, g], [g, -Delta_v]]) = exp(-m t) (cosh z + sinh z / (z / t) [[-h, g], [g, h]]),   g = i e - d,
+    m = (Delta_u + Delta_v) / 2,   h = (Delta_u - Delta_v) / 2,   z^2 = (h^2 + g^2) t^2,
+
+for W = kappa omega q - i P, whose square is the energy that eq. 12 conserves (modal.py). So |W_u|^2 + |W_v|^2 never
+rises, and without losses it is constant.
+
+The exchange moves the string by nanometres. While it presses on an obstacle or on the thumb that would put in energy,
+so exchanges wait; they are made up for, two a frame, as soon as the string is clear. `slot` is a SLOT, `op` its
+OPERATOR, `voice` its string's VOICE. [audio thread]
+"""
+
+import numpy as np
+
+from livebass.compiling import jit
+from livebass.kernels.machine.elementary import exp
+from livebass.kernels.string import modal
+from livebass.kernels.string.frame import is_touching
+from livebass.kernels.string.operators import exchange_row
+from livebass.kernels.string.records import THERE, UNKNOWN
+from livebass.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MOST_OWED
+
+
+@jit
+def duration(voice, op):
+    """Time (s) between two exchanges."""
+    return EXCHANGE_EVERY * op.fine * voice.numerator / voice.denominator
+
+
+@jit
+def set_flow(voice, slot, op):
+    """Computes the flow of an exchange, unless it is up to date."""
+    key = slot.flow_key
+    if key[0] == op.turning and key[1] == op.length and key[2] == slot.ratio:
+        return
+    key[0], key[1], key[2] = op.turning, op.length, slot.ratio
+    time = duration(voice, op)
+    rate, of_u, of_v, across = (exchange_row(op, 0), exchange_row(op, 1), exchange_row(op, 2), exchange_row(op, 3))
+    for j in range(op.turned):
+        e, d = rate[j] * slot.ratio * time, across[j] * time
+        h = 0.5 * (of_u[j] - of_v[j]) * time
+        square = h * h + d * d - e * e, -2.0 * e * d
+        kept = times(exp(-0.5 * (of_u[j] + of_v[j]) * time), series(square, 2.0, 12.0, 30.0))
+        part = times(exp(-0.5 * (of_u[j] + of_v[j]) * time), series(square, 6.0, 20.0, 42.0))
+        slot.flow[0, j] = kept[0] - h * part[0]
+        slot.flow[1, j] = kept[1] - h * part[1]
+        slot.flow[2, j] = kept[0] + h * part[0]
+        slot.flow[3, j] = kept[1] + h * part[1]
+        slot.flow[4, j] = -d * part[0] - e * part[1]
+        slot.flow[5, j] = e * part[0] - d * part[1]
+
+
+@jit
+def times(factor, z):
+    """A complex number times a real one."""
+    return factor * z[0], factor * z[1]
+
+
+@jit
+def series(z, a, b, c):
+    """1 + z/a (1 + z/b (1 + z/c)) of a complex `z`: cosh and sinh of its root, over it, to 1e-16 for |z| < 1e-4."""
+    x, y = 1.0 + z[0] / c, z[1] / c
+    x, y = 1.0 + (x * z[0] - y * z[1]) / b, (x * z[1] + y * z[0]) / b
+    return 1.0 + (x * z[0] - y * z[1]) / a, (x * z[1] + y * z[0]) / a
+
+
+@jit
+def exchange(voice, slot, op, step):
+    """Exchanges energy between u and v if it is time, after the slot has moved to fine step `step`."""
+    if (voice.frame + 1 - voice.woken) % EXCHANGE_EVERY == 0:
+        slot.owed = min(slot.owed + 1, MOST_OWED)
+    n = min(max(slot.active, slot.v_active), op.turned)
+    if slot.owed == 0 or n == 0 or slot.thumb.on == THERE or is_touching(slot, op, step):
+        return
+    set_flow(voice, slot, op)
+    due = min(slot.owed, EXCHANGES_AT_ONCE)
+    for _ in range(due):
+        modal.exchange(slot.u, slot.v, slot.flow, n)
+    slot.owed -= due
+    slot.active = max(slot.active, n)
+    slot.v_active = max(slot.v_active, n)
+    if slot.due <= step:  # points solved in this frame have moved
+        for m in range(op.points):
+            slot.u.solved_at[m] = UNKNOWN
+            slot.v.solved_at[m] = UNKNOWN
+
+
+@jit
+def exchanges_within(slot, frames):
+    """The most exchanges that `frames` frames can bring."""
+    return slot.owed + frames // EXCHANGE_EVERY + 1
+
+
+@jit
+def rms_velocity_soon(voice, slot, op, frames):
+    """Bounds u's root mean square velocity (m/s) within `frames` frames, as `slot.rms_velocity_with_answers` does."""
+    set_flow(voice, slot, op)
+    square = modal.speed_square(slot.u, slot.active) + slot.answer_speed
+    square += modal.speed_square_to_come(slot.u, slot.v, slot.flow, exchanges_within(slot, frames), op.turned)
+    return np.sqrt(square / op.length)
+
+
+@jit
+def amplitude_soon(voice, slot, op, frames):
+    """Bounds what v adds to u's sum of modal amplitudes (m^1.5) within `frames` frames."""
+    set_flow(voice, slot, op)
+    return modal.amplitude_to_come(slot.v, slot.flow, exchanges_within(slot, frames), op.turned)
