@@ -25,6 +25,7 @@ from livebass.arrays import Floats
 from livebass.kernels.string import law
 from livebass.model.instrument import Pluck, Speaking
 from livebass.model.neck import detuning, neck_damping
+from livebass.parts import TURNED_MODES
 
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass plays (kernels.string.modal.MOST_TURN)
 
@@ -99,6 +100,14 @@ def exchange(s: Speaking, count: int) -> tuple[Floats, Floats]:
     more = np.stack([a, b], axis=1) - np.minimum(a, b)[:, None]
     rate = math.pi * sine * cosine * (nu[0] ** 2 - nu[1] ** 2) / np.sqrt(u * v)
     return rate, np.einsum("ki,jk,kl->jil", axes, more, axes)
+
+
+def dampings_alone(s: Speaking, count: int, across: bool) -> Floats:
+    """`dampings` without the part that the exchange of u and v takes, (count,), 1/s."""
+    sigma = dampings(s, count, across=across)
+    more = exchange(s, min(count, TURNED_MODES))[1][:, int(across), int(across)]
+    sigma[: more.size] -= more
+    return sigma
 
 
 def _dampings_along(s: Speaking, count: int, ringing_at: Floats | None, across: bool) -> Floats:

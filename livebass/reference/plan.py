@@ -84,10 +84,7 @@ def static_compliance(trial: Trial) -> Floats:
 def make_modes(trial: Trial, across: bool) -> Modes:
     """The modes of u, or of v. Raises ValueError for an overdamped mode."""
     s, count, dt = trial.speaking, trial.modes, 1 / trial.contact_rate
-    sigma = np.zeros(count) if trial.lossless else modes.dampings(s, count, across=across)
-    if not trial.lossless:
-        more = modes.exchange(s, min(count, TURNED_MODES))[1]
-        sigma[: len(more)] -= more[:, int(across), int(across)]  # the exchange takes this part
+    sigma = np.zeros(count) if trial.lossless else modes.dampings_alone(s, count, across)
     natural = 2 * math.pi * modes.frequencies(s, count, across=across)
     if np.any(sigma >= natural):
         raise ValueError(f"mode {int(np.argmax(sigma >= natural)) + 1} does not swing: damping above 2 pi frequency")

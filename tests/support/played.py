@@ -12,24 +12,34 @@ from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string import tension
 from livebass.kernels.string.records import BLOCK, EVENT
+from livebass.model.instrument import Instrument
 from livebass.model.neck import Admittance
 from livebass.model.quality import MOST_MODES
-from support.strings import yielding
+from support.strings import turned, yielding
 
 RATE = 48000
 YIELDS = " that yields"  # after the name of a preset: with necks made by `yielding`
+TURNED = " with turned axes"  # the same: with necks made by `turned`
 RINGS_ON = " that rings on"  # the same: strings with hardly any loss, on rigid necks
 
 
 @cache
 def engine(preset: str, quality: str = "live") -> Engine:
-    bass = load_preset(preset.removesuffix(YIELDS).removesuffix(RINGS_ON))
+    bass = made_of(preset.removesuffix(RINGS_ON))
     if preset.endswith(RINGS_ON):
         lossless = {"measured_dampings": (1e-9,) * MOST_MODES, "extra_damping": 0.0, "extra_damping_slope": 0.0}
         strings = tuple(replace(s, **lossless) for s in bass.strings)  # type: ignore[arg-type]
         necks = tuple(replace(n, admittance=Admittance(), stop_conductance=0.0) for n in bass.necks)
         bass = replace(bass, strings=strings, necks=necks)
-    return Engine(yielding(bass) if preset.endswith(YIELDS) else bass, QUALITIES[quality], RATE)
+    return Engine(bass, QUALITIES[quality], RATE)
+
+
+def made_of(preset: str) -> Instrument:
+    """The bass of a preset, its necks changed if the name says so."""
+    for ending, change in ((YIELDS, yielding), (TURNED, turned)):
+        if preset.endswith(ending):
+            return change(load_preset(preset.removesuffix(ending)))
+    return load_preset(preset)
 
 
 class Played:

@@ -139,6 +139,13 @@ def yielding(bass: Instrument, longer: float = 2e-3) -> Instrument:
     return dataclasses.replace(bass, necks=necks)
 
 
+def turned(bass: Instrument, degrees: float = 40.0) -> Instrument:
+    """`yielding(bass)`, the axes of its necks turned: u and v exchange energy."""
+    bass = yielding(bass)
+    necks = tuple(dataclasses.replace(n, axes_turned=math.radians(degrees)) for n in bass.necks)
+    return dataclasses.replace(bass, necks=necks)
+
+
 def even(bass: Instrument) -> Instrument:
     """`bass` with a player who plays every note alike and without noise."""
     return without_noise(bass, unevenness=0.0)

@@ -10,7 +10,7 @@ import itertools
 
 import numpy as np
 import pytest
-from support.played import RATE, RINGS_ON, YIELDS, Played, event
+from support.played import RATE, RINGS_ON, TURNED, YIELDS, Played, event
 
 from livebass import load_preset
 from livebass.engine.prepare import play_frames
@@ -49,6 +49,7 @@ LEFT_HAND_J = 20e-3  # J; a hammer-on of 2.5 m/s adds 13 mJ to a string at rest,
 SLACK = 1.2  # of the energy: a motion that changes length keeps its energy to some percent
 STRINGS = (("jazz-finger", 0), ("jazz-finger", 3), ("slap", 1), ("five-string", 2), ("paper-bass", 2), ("fretless", 0))
 YIELDING = (("jazz-finger" + YIELDS, 2), ("slap" + YIELDS, 0), ("fretless" + YIELDS, 1))
+EXCHANGING = (("jazz-finger" + TURNED, 2), ("slap" + TURNED, 0), ("fretless" + TURNED, 1))
 
 
 def random_events(name: str, string: Played, rng: np.random.Generator) -> np.ndarray:
@@ -154,14 +155,14 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
     return free, works_seen
 
 
-@pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 3), ("slap", 1), ("jazz-finger" + YIELDS, 3)])
+@pytest.mark.parametrize(("preset", "i"), [("jazz-finger", 3), ("slap", 1), ("jazz-finger" + TURNED, 3)])
 def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.4, 6)
     assert free > 2000 and works > 2
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("preset", "i"), STRINGS + YIELDING)
+@pytest.mark.parametrize(("preset", "i"), STRINGS + YIELDING + EXCHANGING)
 @pytest.mark.parametrize("seed", range(2))
 def test_they_do_on_every_kind_of_string(preset: str, i: int, seed: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.5, seed)

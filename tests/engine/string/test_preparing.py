@@ -21,13 +21,13 @@ from livebass.kernels.string import operators as rows
 from livebass.kernels.string.preparing import FADE_FROM, FADE_TO, SAMPLED, SENSORS
 from livebass.kernels.string.records import BLOCK, MOST_NEAR
 from livebass.model.instrument import Coil, Output, Speaking, for_modes, speaking
-from livebass.model.modes import carried, dampings, frequencies, shapes
+from livebass.model.modes import carried, dampings, dampings_alone, exchange, frequencies, shapes
 from livebass.model.neck import Admittance, Resonance
 from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
-from tests.support.played import YIELDS
-from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across, yielding
+from tests.support.played import made_of
+from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across
 
 SINGLE = 2.0**-24  # relative error of rounding to float32
 
@@ -82,7 +82,7 @@ def assert_coefficients(
 ) -> None:
     """Fails if the coefficients of the modes of u, or of v, if `across`, differ from those in numpy."""
     n, count, dt = int(op["padded"]), int(op["modes"]), 1 / rates.contact_rate
-    sigma = np.zeros(count) if lossless else dampings(s, count, across=across)
+    sigma = np.zeros(count) if lossless else dampings_alone(s, count, across)
     omega = np.sqrt((2 * np.pi * frequencies(s, count, across=across)) ** 2 - sigma**2)
     es = np.exp(-sigma * dt) * np.sin(omega * dt)
     steps = rates.numerator // rates.denominator
@@ -121,6 +121,13 @@ def assert_operator(pool: Pool, op: np.void, s: Speaking, count: int, rates: Rat
     assert (op["coefficients_v"] != op["coefficients"]) == s.own_across
     for across in (False, True):
         assert_coefficients(pool, op, s, rates, across, lossless)
+    if s.own_across and s.axes_turned:
+        rate, more = exchange(s, int(op["turned"]))
+        wanted = np.array([rate, more[:, 0, 0], more[:, 1, 1], more[:, 0, 1]])
+        wanted[1:] *= not lossless
+        made = row(pool, op["turning"], wanted.size).reshape(wanted.shape)
+        for k in range(len(wanted)):
+            assert_same(made[k], wanted[k], 1e-9, f"exchange {k}")
     assert_same(row(pool, op["positions"], points), np.asarray(s.contact_position), 1e-15, "positions")
     assert_same(row(pool, op["heights"], points), np.asarray(s.contact_height), 1e-13, "heights")
     made = mixed_rows(pool, op, op["shapes"], points)
@@ -185,7 +192,7 @@ def sensor_rows(s: Speaking, places: list[float], count: int, rate: int) -> Floa
 def sampled_rows(trial: Trial, place: float, rates: Rates, across: bool) -> Floats:
     """(2 phases, modes) weights of q and of P at `place` of u, or of v, at each phase of a frame between fine steps."""
     s, count, dt = trial.speaking, trial.modes, 1 / rates.contact_rate
-    sigma = np.zeros(count) if trial.lossless else dampings(s, count, across=across)
+    sigma = np.zeros(count) if trial.lossless else dampings_alone(s, count, across)
     omega = np.sqrt((2 * np.pi * frequencies(s, count, across=across)) ** 2 - sigma**2)
     es, weights = np.exp(-sigma * dt) * np.sin(omega * dt), shapes(s, count, np.array([place]))[0]
     made = []
@@ -208,11 +215,11 @@ def sampled_rows(trial: Trial, place: float, rates: Rates, across: bool) -> Floa
         ("jazz-finger that yields", "live", 48000),
         ("paper-bass that yields", "live", 44100),
         ("fretless that yields", "live", 48000),
+        ("jazz-finger with turned axes", "live", 44100),
     ],
 )
 def test_a_bass_has_the_rows_of_numpy(preset: str, quality: str, rate: int) -> None:
-    bass = load_preset(preset.removesuffix(YIELDS))
-    bass = yielding(bass) if preset.endswith(YIELDS) else bass
+    bass = made_of(preset)
     tier = QUALITIES[quality].for_contact(bass.loss, bass.over_board)
     rates = Rates(rate, whole_contact_rate(tier.contact_rate, rate))
     pool = image(bass, tier).pool(LIVE, rate)
