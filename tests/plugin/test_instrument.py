@@ -97,7 +97,8 @@ def whole() -> bytes:
 
 def checked(data: bytes) -> int:
     """GOOD, or why a file with these bytes is refused."""
-    return int(check_file(image_of(data).address, len(data)))
+    made = image_of(data)  # it holds the memory
+    return int(check_file(made.address, len(data)))
 
 
 def sealed(words: np.ndarray) -> bytes:

@@ -1372,19 +1372,9 @@ def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(p
     assert page.execute_script("return timers.size") == 0
 
 
-@pytest.mark.parametrize(
-    ("data", "says"),
-    [
-        (b"no MIDI", "not a Standard MIDI File (it does not begin with MThd)"),
-        (b"", "the file is empty (0 bytes)"),
-        (midi_file([mido.MetaMessage("text", text="nothing")]), "has no notes"),
-        (midi_file(song_of(NOTES))[:40], "the file is truncated or damaged"),
-    ],
-)
-def test_what_is_no_song_gets_one_line(page: Any, data: bytes, says: str) -> None:
-    open_file(page, "bad.mid", data)
-    wait(lambda: text_of(page, "song-text") == f"bad.mid: {says}" or says in text_of(page, "song-text"))
-    assert text_of(page, "song-text").startswith("bad.mid: ")
+def test_a_file_without_a_song_gets_one_line(page: Any) -> None:
+    open_file(page, "bad.mid", b"no MIDI")
+    wait(lambda: text_of(page, "song-text") == "bad.mid: not a Standard MIDI File (it does not begin with MThd)")
 
 
 def test_a_recording_is_what_was_heard(page: Any) -> None:
