@@ -11,10 +11,7 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-# Versions of instrument files. Any change in layout or meaning needs new ones.
-VERSION = 14
-WITH_STROKES = 15  # of files with strokes ...
-WITH_EFFECTS = 16  # ... and of files with strokes and effects, or a hand set to another neck
+VERSION = 17  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player

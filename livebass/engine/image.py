@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,12 +17,10 @@ from numpy.typing import NDArray
 from livebass.arrays import Floats
 from livebass.engine.prepare import SEEDS, Pool, Voice, bass_numbers, zeroed_lines
 from livebass.kernels.bass.check import checksum
-from livebass.kernels.bass.instrument import ADDED, COARSE, FILE, MAGIC, TIERS, WORD
+from livebass.kernels.bass.instrument import COARSE, FILE, MAGIC, TIERS, WORD
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
-from livebass.kernels.effects.records import LEAST_RATE
-from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.frets import over_frets
@@ -30,9 +28,9 @@ from livebass.kernels.string.preparing import DONE, FROZEN, OVERDAMPED
 from livebass.kernels.string.records import CONTACT, EVENT, OPERATOR, STRING
 from livebass.kernels.string.told import TOLD
 from livebass.model.bench import bench_of
-from livebass.model.instrument import Effects, Instrument, Player, speaking
+from livebass.model.instrument import Instrument, speaking
 from livebass.model.quality import Quality
-from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES, Knobs, Pick
+from livebass.parts import VERSION
 
 WHY = {
     OVERDAMPED: "damping is above critical for a mode: lower the extra damping",
@@ -171,21 +169,18 @@ class Bass:
 
 def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     """The image of a bass, one tier per quality. Raises ValueError for an unplayable neck."""
-    frets = instrument.frets
     given, modes, numbers = bench_of(instrument, qualities).notes()
+    hands, heights = hand_heights(instrument, given, len(numbers))
+    response = instrument.effects.response
     head = np.zeros(1, FILE)
-    own, effects = own_strokes(instrument.player), b""
-    head["magic"], head["version"] = MAGIC, WITH_STROKES if len(own) else VERSION
-    if instrument.effects != Effects() or instrument.grazed:
-        hands, heights = hand_heights(instrument, given, len(numbers))
-        numbers = np.concatenate([numbers, heights])
-        own, effects = all_strokes(instrument.player), added_bytes(instrument.effects, hands)
-        head["version"] = WITH_EFFECTS
+    head["magic"], head["version"] = MAGIC, VERSION
     head["name"][0] = _text(instrument.name, head["name"].shape[1])
     for i, string in enumerate(instrument.strings):
         head["string_names"][0, i] = _text(string.name, head["string_names"].shape[2])
-    head["instrument"] = bass_numbers(instrument, qualities, frets)
-    rest = given.tobytes() + modes.tobytes() + numbers.tobytes() + own.tobytes() + effects
+    head["instrument"] = bass_numbers(instrument, qualities, instrument.frets)
+    head["instrument"]["hand"][0, : len(hands)] = hands
+    lists = (given, modes, numbers, heights)
+    rest = b"".join(each.tobytes() for each in lists) + (response.played if response else b"")
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
     return sealed(head.tobytes() + rest)
 
@@ -196,21 +191,8 @@ def sealed(data: bytes) -> bytes:
     return data + int(checksum(words.ctypes.data, len(words))).to_bytes(WORD, "little")
 
 
-def own_strokes(player: Player) -> NDArray[np.void]:
-    """All strokes, (STROKES,) STROKE, of a player with a custom pick; (0,) with the usual pick."""
-    return STANDARD[:0] if player.pick == Pick() else all_strokes(player)
-
-
-def all_strokes(player: Player) -> NDArray[np.void]:
-    """All strokes of a player, (STROKES,) STROKE."""
-    rows = STANDARD.copy()
-    for name, value in vars(player.pick).items():
-        rows[name][PICK] = value
-    return rows
-
-
 def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -> tuple[NDArray[np.int64], Floats]:
-    """Returns the start, (strings,), as in ADDED, of the heights that set the hand's unit of force, and all heights.
+    """Returns INSTRUMENT.hand, (strings,), of the heights that set the hand's unit of force, and all heights.
 
     notes: NOTE (strings, frets + 1); behind: the place after the existing numbers.
     """
@@ -223,17 +205,6 @@ def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -
         places[i] = behind + len(heights) + 1
         heights.extend(found)
     return places, np.array(heights)
-
-
-def added_bytes(effects: Effects, hands: NDArray[np.int64]) -> bytes:
-    """Returns the optional part: the samples of the response, and ADDED with the places of `hands`."""
-    added, response = np.zeros(1, ADDED), effects.response
-    for knob in fields(Knobs):
-        added[knob.name] = getattr(effects, knob.name)
-    samples = response.played if response else b""
-    added["rate"], added["count"] = (response.rate, len(samples) // WORD) if response else (LEAST_RATE, 0)
-    added["hand"][0, : len(hands)] = hands
-    return samples + added.tobytes()
 
 
 def image_of(data: bytes) -> Image:

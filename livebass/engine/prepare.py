@@ -19,9 +19,11 @@ from livebass.bounds import refusal, within
 from livebass.kernels.bass.instrument import BEYOND, INSTRUMENT, whole_steps
 from livebass.kernels.bass.strings import connect_string, rest_string, settle_string
 from livebass.kernels.bass.strings import new_performer as make_performer
+from livebass.kernels.effects.records import LEAST_RATE
 from livebass.kernels.pickup import coil
 from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.player import controls, messages, performer
+from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.operators import DOUBLE
@@ -33,7 +35,7 @@ from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, 
 from livebass.model.keymap import velocity_parts
 from livebass.model.modes import CARRIED
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
-from livebass.parts import NoteNumbers
+from livebass.parts import Knobs, NoteNumbers, Pick
 from livebass.rows import rows, words
 from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
@@ -331,6 +333,8 @@ def instrument_numbers(
         to["tiers"][k] = quality.contact_rate, is_heavy(quality)
     fill(to["circuit"], output.coil)
     fill(to["player"], player)
+    to["strokes"] = STANDARD
+    fill(to["strokes"][PICK], player.pick)
     for i, string in enumerate(strings):
         pickups = pickups_under(output, string.name)
         to["open_note"][i], to["pickups"][i] = string.open_note, len(pickups)
@@ -351,7 +355,7 @@ def instrument_numbers(
     return made
 
 
-def fill(to: Any, source: Coil | Player) -> None:
+def fill(to: Any, source: Coil | Player | Pick | Knobs) -> None:
     """Fills a record with the rows of `source` that have a word in it."""
     for word in words(type(source)):
         to[word.name] = getattr(source, word.name)
@@ -372,6 +376,10 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
     fretless = [neck.fretless for neck in bass.necks]
     answering = answering_modes(bass)
     numbers = instrument_numbers(bass.strings, bass.output, bass.player, tiers, frets, answering, fretless)
+    fill(numbers, bass.effects)
+    response = bass.effects.response
+    numbers["response_rate"] = response.rate if response else LEAST_RATE
+    numbers["response_count"] = len(response.played) // DOUBLE if response else 0
     if bass.over_board:
         numbers["player"]["thumb_mass"] = 0.0  # it would press the string onto hundreds of points
     return numbers

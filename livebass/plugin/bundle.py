@@ -59,27 +59,22 @@ def write_files(folder: Path, files: dict[str, bytes], replaceable: Callable[[li
             written.write(temporary / name, data)
 
 
-class BundleWriter:
-    """Writes the bundles of a format, given functions that list a bundle's files and recognise an older bundle."""
+def write_bundle_of(
+    bundle_files: Callable[[dict[str, Instrument], dict[str, bytes], bytes, System], dict[str, bytes]],
+    is_bundle: Callable[[list[Path]], bool],
+    basses: dict[str, Instrument],
+    folder: Path,
+    system: System | None = None,
+    qualities: Qualities = LIVE,
+) -> None:
+    """Writes a bundle of `basses`, by short name; it replaces an older bundle completely, or nothing is written.
 
-    def __init__(
-        self,
-        bundle_files: Callable[[dict[str, Instrument], dict[str, bytes], bytes, System], dict[str, bytes]],
-        is_bundle: Callable[[list[Path]], bool],
-    ) -> None:
-        self._files, self._replaceable = bundle_files, is_bundle
-
-    def __call__(
-        self, basses: dict[str, Instrument], folder: Path, system: System | None = None, qualities: Qualities = LIVE
-    ) -> None:
-        """Writes a bundle of `basses`, by short name; it replaces an older bundle completely, or nothing is written.
-
-        `system`: the target system, None: this one; `qualities`: the initial qualities. Raises ValueError for
-        unsuitable names or basses, OutputError, BuildError.
-        """
-        system = system or this_system()
-        files = self._files(basses, instrument_files(basses, qualities), binary(system), system)
-        write_files(folder, files, self._replaceable)
+    bundle_files, is_bundle: functions of a format that list a bundle's files and recognise an older bundle. `system`:
+    the target system, None: this one; `qualities`: the initial qualities. Raises ValueError for unsuitable names or
+    basses, OutputError, BuildError.
+    """
+    system = system or this_system()
+    write_files(folder, bundle_files(basses, instrument_files(basses, qualities), binary(system), system), is_bundle)
 
 
 def own_instruments() -> Path:

@@ -7,10 +7,11 @@ is itself a bundle and holds them in Contents/Resources. Instruments in the user
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from livebass.model.instrument import Instrument
-from livebass.plugin.bundle import RESOURCES, BundleWriter, are_instruments, is_macos, macos_files
+from livebass.plugin.bundle import RESOURCES, are_instruments, is_macos, macos_files, write_bundle_of
 from livebass.plugin.systems import System
 
 BINARY = "livebass.clap"
@@ -33,4 +34,4 @@ def is_bundle(entries: list[Path]) -> bool:
     return BINARY in [entry.name for entry in entries] and are_instruments([e for e in entries if e.name != BINARY])
 
 
-write_bundle = BundleWriter(bundle_files, is_bundle)
+write_bundle = partial(write_bundle_of, bundle_files, is_bundle)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +34,7 @@ RECORDS = {
     "LB_CIRCUIT": coil.CIRCUIT,
     "LB_PLAYER": constants.PLAYER,
     "LB_KEY_MAP": constants.KEY_MAP,
+    "LB_STROKE": constants.STROKE,
     "LB_INSTRUMENT": instrument.INSTRUMENT,
     "LB_FILE": instrument.FILE,
     "LB_OPERATOR": records.OPERATOR,
@@ -49,49 +51,25 @@ RECORDS = {
     "LB_STRING_LOOK": look.STRING_LOOK,
     "LB_LOOK": look.LOOK,
 }
+OF_MODULES: tuple[tuple[Any, str], ...] = (
+    (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN OTHER_VERSION DAMAGED"), (note, "MADE"),
+    (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK"), (sight, "SEEN"),
+    (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
+    (priority, "PRIORITY"), (parameters, "MOST_UNEVENNESS"), (ring, "VALUE_BIT NUMBER"),
+)  # fmt: skip
+KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in ring.py
 NUMBERS = {
+    **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
+    **{f"LB_KIND_{name}": getattr(ring, name) for name in KINDS},
     "LB_KEY_COUNT": KEYS,
     "LB_FILE_VERSION": parts.VERSION,
-    "LB_FILE_WITH_STROKES": parts.WITH_STROKES,
-    "LB_FILE_WITH_EFFECTS": parts.WITH_EFFECTS,
     "LB_STRINGS": performer.MOST_STRINGS,
-    "LB_RINGS": live.RINGS,
-    "LB_CHUNK": live.CHUNK,
-    "LB_MOST_MESSAGES": live.MOST_MESSAGES,
-    "LB_MOST_BASSES": techniques.MOST_BASSES,
-    "LB_LEARNED": techniques.LEARNED,
+    "LB_SLOTS": records.VOICE_SLOTS,
     "LB_RESERVED": ", ".join(map(str, techniques.RESERVED)),
     "LB_CONTROLLERS": techniques.CHANNEL_MODES,
-    "LB_PRIORITY": priority.PRIORITY,
-    "LB_MOST_UNEVENNESS": parameters.MOST_UNEVENNESS,
-    "LB_KIND_STRING_BEND": ring.STRING_BEND,
-    "LB_KIND_NOTE_PLACE": ring.NOTE_PLACE,
-    "LB_KIND_NOTE_STRING": ring.NOTE_STRING,
-    "LB_KIND_NOTE_BEND": ring.NOTE_BEND,
-    "LB_KIND_NOTE_VIBRATO": ring.NOTE_VIBRATO,
-    "LB_KIND_NOTE_CUT": ring.NOTE_CUT,
-    "LB_RELEASE": json.dumps(__version__),
-    "LB_TIERS": instrument.TIERS,
-    "LB_LIVE": instrument.LIVE,
-    "LB_STUDIO": instrument.STUDIO,
-    "LB_COARSE": instrument.COARSE,
-    "LB_GOOD": check.GOOD,
-    "LB_FOREIGN": check.FOREIGN,
-    "LB_OTHER_VERSION": check.OTHER_VERSION,
-    "LB_DAMAGED": check.DAMAGED,
-    "LB_SLOTS": records.VOICE_SLOTS,
-    "LB_FREE": performer.FREE,
-    "LB_CHANNELS": performer.CHANNELS,
-    "LB_VALUE_BIT": ring.VALUE_BIT,
-    "LB_NUMBER": ring.NUMBER,
-    "LB_FINGER": constants.FINGER,
-    "LB_PICK": constants.PICK,
-    "LB_SEEN": sight.SEEN,
-    "LB_PLACES": look.PLACES,
-    "LB_LOGGED": look.LOGGED,
-    "LB_DONE": preparing.DONE,
-    "LB_MADE": note.MADE,
     "LB_BUILT": techniques.SLIDERS,
+    "LB_GROUPS": len(GROUPS),
+    "LB_RELEASE": json.dumps(__version__),
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
@@ -129,11 +107,8 @@ def header(levels: Iterable[str]) -> str:
     lines = ["/* Written by livebass/plugin/header.py. */", "#ifndef LB_KERNELS_H", "#define LB_KERNELS_H"]
     lines += ["#include <stddef.h>", "#include <stdint.h>"]
     lines += [f"#define {name} {value}" for name, value in NUMBERS.items()]
-    lines += [f"#define LB_GROUPS {', '.join(map(json.dumps, GROUPS))} /* of parameters */"]
-    names = ", ".join(map(json.dumps, OUTPUTS))
-    lines += [
-        f"static const char *const lb_outputs[LB_STRINGS] = {{{names}}}; /* of a plugin with an output a string */"
-    ]
+    lines += _table("char *const lb_groups[LB_GROUPS]", [", ".join(map(json.dumps, GROUPS))])  # of parameters
+    lines += _table("char *const lb_outputs[LB_STRINGS]", [", ".join(map(json.dumps, OUTPUTS))])  # one per string
     rows = ", ".join(f"{{{number - 1}, {json.dumps(preset)}}}" for number, preset in PROGRAMS.items())
     lines += ["typedef struct {", "    int number;", "    const char *preset;", "} lb_program;"]
     lines += ["#ifdef LB_TABLES", f"static const lb_program lb_programs[] = {{{rows}}};", "#endif"]

@@ -6,41 +6,25 @@ holds everything that can be computed from a preset without knowing the audio ra
 
 from __future__ import annotations
 
-import os
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from livebass.engine.image import (
-    Image,
-    added_bytes,
-    all_strokes,
-    image_bytes,
-    image_of,
-    sealed,
-)
+from livebass.engine.image import image_bytes, sealed
 from livebass.engine.prepare import is_heavy
 from livebass.files import Transaction
 from livebass.kernels.bass.change import BENCH_FILE, BENCH_MAGIC
-from livebass.kernels.bass.check import DAMAGED, FOREIGN, GOOD, OTHER_VERSION, check_file
 from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS, WORD
 from livebass.live import synth
 from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument
 from livebass.model.quality import ENDS_SOON, QUALITIES, Quality
-from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES
 from livebass.rows import TINY
 
 ENDING = ".lbass"
 BENCH_ENDING = ".bench"
-REASONS = {
-    FOREIGN: "not an instrument file",
-    OTHER_VERSION: f"a file of another version, this one reads {VERSION}, {WITH_STROKES} and {WITH_EFFECTS}: "
-    "export it anew",
-    DAMAGED: "a damaged instrument file: export it anew",
-}
 
 
 def tiers(instrument: Instrument) -> list[Quality]:
@@ -63,26 +47,20 @@ def tiers_by_loss(instrument: Instrument) -> list[tuple[float, list[Quality]]]:
     return made
 
 
-def all_that_some_have(instrument: Instrument) -> bytes:
-    """Returns the strokes and effects of a file whose hand measures its force on another neck."""
-    hands = np.zeros(len(instrument.strings), np.int64)
-    return all_strokes(instrument.player).tobytes() + added_bytes(instrument.effects, hands)
-
-
 def bench_file(instrument: Instrument, file: bytes) -> bytes:
     """Returns the bench file of a bass with this instrument `file` (kernels/bass/change.py)."""
-    made, rest = bench_of(instrument, tiers(instrument)), all_that_some_have(instrument)
+    made = bench_of(instrument, tiers(instrument))
     head = np.zeros(1, BENCH_FILE)
     head["magic"], head["bytes"], head["of"] = BENCH_MAGIC, BENCH_FILE.itemsize, np.frombuffer(file[-WORD:], "<u8")
-    head["numbers"], head["rest"] = len(made.numbers), len(rest) // WORD
+    head["numbers"] = len(made.numbers)
     for k, (least, qualities) in enumerate(tiers_by_loss(instrument)):
         head["from_loss"][0, k] = least
         for tier, quality in enumerate(qualities):
             head["modes"][0, k, tier], head["heavy"][0, k, tier] = quality.modes or 0, is_heavy(quality)
             head["contact_rate"][0, k, tier] = quality.contact_rate
     head["bench"] = made.record
-    head["words"] = (head.nbytes + made.numbers.nbytes + len(rest)) // WORD + 1
-    return sealed(head.tobytes() + made.numbers.tobytes() + rest)
+    head["words"] = (head.nbytes + made.numbers.nbytes) // WORD + 1
+    return sealed(head.tobytes() + made.numbers.tobytes())
 
 
 def write_instrument(instrument: Instrument, path: Path, files: Transaction | None = None) -> None:
@@ -94,13 +72,3 @@ def write_instrument(instrument: Instrument, path: Path, files: Transaction | No
     with Transaction() if files is None else nullcontext(files) as files:
         files.write(path, data)
         files.write(path.with_suffix(BENCH_ENDING), bench_file(instrument, data))
-
-
-def read_instrument(path: str | os.PathLike[str]) -> Image:
-    """Reads an instrument file. Raises ValueError if it is damaged or of another kind; OSError."""
-    data = Path(path).read_bytes()
-    found = image_of(data)
-    state = int(check_file(found.address, len(data)))
-    if state != GOOD:
-        raise ValueError(f"{path}: {REASONS[state]}")
-    return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 
 from livebass import __version__
@@ -10,7 +11,7 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
-from livebass.plugin.bundle import LIST, BundleWriter, checked_name, distinct_titles, with_name, write_files
+from livebass.plugin.bundle import LIST, checked_name, distinct_titles, with_name, write_bundle_of, write_files
 from livebass.plugin.instrument import BENCH_ENDING, ENDING
 from livebass.plugin.systems import SYSTEMS, System
 from livebass.techniques import SLIDER_ROWS
@@ -150,7 +151,7 @@ def is_bundle(entries: list[Path]) -> bool:
     return always <= names and all(name in always | binaries or name.endswith((ENDING, BENCH_ENDING)) for name in names)
 
 
-write_bundle = BundleWriter(bundle_files, is_bundle)
+write_bundle = partial(write_bundle_of, bundle_files, is_bundle)
 
 
 def binary_name(system: System) -> str:

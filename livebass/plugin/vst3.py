@@ -6,10 +6,11 @@ into %LOCALAPPDATA%\\Programs\\Common\\VST3. Instruments in the user's directory
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 from livebass.model.instrument import Instrument
-from livebass.plugin.bundle import RESOURCES, BundleWriter, are_instruments, is_macos, macos_files
+from livebass.plugin.bundle import RESOURCES, are_instruments, is_macos, macos_files, write_bundle_of
 from livebass.plugin.systems import System
 
 IDENTIFIER = "org.livebass.vst3"
@@ -37,4 +38,4 @@ def is_bundle(entries: list[Path]) -> bool:
     return are_instruments(list(resources.iterdir()))
 
 
-write_bundle = BundleWriter(bundle_files, is_bundle)
+write_bundle = partial(write_bundle_of, bundle_files, is_bundle)

@@ -12,7 +12,6 @@ from livebass.web.bench import Source, bench
 from livebass.web.export import shown_cases
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
-OLDER = "the link is of an earlier version, whose sliders counted otherwise: set them again"
 
 
 def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str, Source]) -> None:
@@ -30,9 +29,7 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
             there = f"it has {', '.join(cases)}" if cases else "none of its basses has cases, as paper-g does"
             raise ValueError(f"the link names no case of this page: case={name[:20]}; {there}")
         return
-    if key == "bass" and values:
-        raise ValueError(OLDER)
-    known = bench(basses[name], sources[name]) if key in ("like", "bass") and name in basses else None
+    known = bench(basses[name], sources[name]) if key == "like" and name in basses else None
     if known is None:
         raise ValueError(f"the link names no bass of this page that can be changed: {f'{key}={name}'[:40]}")
     sliders = {slider["symbol"]: slider for slider in known["sliders"]}

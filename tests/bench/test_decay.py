@@ -12,8 +12,11 @@ import soundfile
 
 from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.bench.decay import Note, by_octave, preset_notes, recorded_notes, table
 from livebass.comparison.ringing import OCTAVES, ringing
+
+with pytest.MonkeyPatch.context() as patch:
+    patch.syspath_prepend(str(Path(__file__).parents[2] / "tools"))
+    from decay import Note, by_octave, preset_notes, recorded_notes, table
 
 RATE = 44_100
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 from support.jack import PATIENCE
 
+TOOLS = Path(__file__).parents[2] / "tools"
 PROGRAM = """
-from livebass.bench import endurance
+import endurance
 endurance.WARM_UP, endurance.CYCLES, endurance.LEAST_PHASE = {warm_up}, {cycles}, 0.5
 endurance.endurance({seconds}, 1, lambda line: print(line, flush=True))
 """
@@ -20,8 +23,9 @@ def checks(seconds: float, warm_up: float, cycles: int) -> list[str]:
     """The lines of the checks, from a process that ended in order."""
     program = PROGRAM.format(seconds=seconds, warm_up=warm_up, cycles=cycles)
     done = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, timeout=4 * PATIENCE, check=False
-    )
+        [sys.executable, "-c", program], cwd=TOOLS, capture_output=True, text=True, timeout=4 * PATIENCE, check=False,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+    )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
     assert "Traceback" not in done.stderr, done.stderr
     return [line for line in done.stdout.splitlines() if line.startswith(("ok: ", "FAILED: "))]

@@ -15,10 +15,10 @@ from support.command import Run, assert_one_clear_line, cli_text, command
 
 from livebass import preset_names
 from livebass.compiling import store
+from livebass.engine.image import image_of
 from livebass.extras import install
 from livebass.plugin import build
 from livebass.plugin.build import binary, name_of
-from livebass.plugin.instrument import read_instrument
 from livebass.plugin.systems import FOLDERS, SYSTEMS, System, own_folder_of_plugins, this_system
 
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
@@ -153,13 +153,13 @@ def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> Non
     assert status == 0 and not out, err
     file = elsewhere / "data" / "livebass" / "mine.lbass"
     assert err.startswith(f"{file}: ") and err.count("\n") == 1
-    assert read_instrument(file).name == "Slap"
+    assert image_of(file.read_bytes()).name == "Slap"
     assert "plugins list it" in err
     _, _, err = run("export", "instrument", "fretless")
     assert "a bass called fretless lists its own" in err
     status, _, err = run("export", "instrument", "fretless", "-o", "other.lbass")
     assert status == 0 and f"plugins look for it in {file.parent}" in err
-    assert read_instrument(elsewhere / "other.lbass").name == "Fretless jazz bass"
+    assert image_of((elsewhere / "other.lbass").read_bytes()).name == "Fretless jazz bass"
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0, "an older one is replaced"
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import struct
 import subprocess
 from contextlib import closing
 from pathlib import Path
@@ -12,13 +11,13 @@ import numpy as np
 import pytest
 from support.clap import Plugin, midi, note_on
 from support.plugins import c_host
+from support.states import with_learned
 
 from livebass import load_preset
-from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap
 from livebass.plugin.systems import this_system
-from livebass.techniques import CHANNEL_MODES, PARAMETER_ROWS
+from livebass.techniques import PARAMETER_ROWS
 
 TONE, BASS = PARAMETER_ROWS["tone"].number, PARAMETER_ROWS["bass"].number
 
@@ -35,14 +34,6 @@ def test_the_next_controller_is_learned(folder: Path, tmp_path: Path) -> None:
     assert subprocess.run([c_host(tmp_path, "learnhost"), folder], timeout=60).returncode == 0
 
 
-def with_learned(state: bytes, learned: dict[int, int]) -> bytes:
-    """A state with learned controllers."""
-    of = bytes(1 + learned[k] if k in learned else 0 for k in range(CHANNEL_MODES))
-    words = np.frombuffer(state[:8] + struct.pack("<q", 2) + state[16:-8] + of + bytes(8), np.uint64).copy()
-    words[-1] = checksum(words.ctypes.data, len(words) - 1)
-    return words.tobytes()
-
-
 def test_a_session_keeps_what_was_learned(folder: Path) -> None:
     with closing(Plugin(folder)) as plugin:
         plain = plugin.save()
@@ -53,8 +44,7 @@ def test_a_session_keeps_what_was_learned(folder: Path) -> None:
         silent = plugin.block(4000, [midi(bytes([0xB0, 20, 127])), midi(bytes([0xB5, 7, 0])), note_on(40, 0.8)])
         assert plugin.value(TONE) == 1 and plugin.value(0) == PARAMETERS[0].least and abs(silent[500:]).max() == 0
         assert sorted(plugin.told) == [(0, PARAMETERS[0].least), (TONE, 1.0)]
-        for damaged in (state[:-16] + state[-8:], state[:200] + b"?" + state[201:], with_learned(plain, {})[:-8]):
-            assert not plugin.load(damaged)
+        assert not plugin.load(state[:120] + b"?" + state[121:])
         assert plugin.load(plain) and plugin.save() == plain
         plugin.block(64, [midi(bytes([0xB0, 20, 0]))])
         assert plugin.value(TONE) == 0 and np.isfinite(plugin.block(64)).all()

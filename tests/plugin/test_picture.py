@@ -440,7 +440,7 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
     click(*first, 8)
     assert [file.name for file in own.iterdir()] == ["Slap 2.toml"]
     click(*first, 8)
-    assert len(list(own.iterdir())) == 1, "the one behind it is asked for anew"
+    assert len(list(own.iterdir())) == 1, "the one behind it is asked for again"
     picture.point(MOVE, 0, 0)
     click(*save_at)
     assert len(list(own.iterdir())) == 2 and picture.point(MOVE, *(scale * at for at in second)) == 1

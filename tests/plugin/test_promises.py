@@ -30,7 +30,8 @@ from livebass import load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.live.parameters import PARAMETERS
-from livebass.plugin.systems import this_system
+from livebass.plugin import bundle
+from livebass.plugin.systems import SYSTEMS, this_system
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
 JAZZ, SLAP, _, FRETLESS = range(4)  # of PRESETS
@@ -162,7 +163,7 @@ def test_running_ahead_changes_no_bit(host: Host) -> None:
 
 
 @every_format
-def test_offline_the_bass_is_built_anew_in_a_block(make: Any) -> None:
+def test_offline_a_changed_bass_is_built_within_a_block(make: Any) -> None:
     """At the value's frame; with LV2, whose ports take one value per block, at the block."""
 
     def played(sizes: tuple[int, ...]) -> Floats:
@@ -428,29 +429,59 @@ def test_a_new_instance_begins_in_the_quality_of_the_list(kind: str, make: Any, 
     assert np.array_equal(host.play(score, len(wanted)), wanted)
 
 
+@every_format
+def test_bundles_of_ours_alone_are_replaced(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever their system."""
+    monkeypatch.setattr(bundle, "binary", lambda system: b"code")
+    write, folder, basses = HOSTS[kind].module.write_bundle, tmp_path / "livebass", {"paper-g": load_preset("paper-g")}
+    for system in SYSTEMS.values():
+        write(basses, folder, system)
+        (listed,) = folder.rglob("instruments.txt")
+        assert listed.read_text() == "paper-g\n"
+        assert [file.read_bytes() for file in folder.rglob("*") if file.is_file()].count(b"code") == 1
+    diary = listed.with_name("diary.txt")
+    diary.write_text("dear diary")
+    with pytest.raises(OSError, match="holds other files"):
+        write(basses, folder)
+    assert diary.exists()
+
+
 # --- threads ---
 
 
 @NO_THREADS
 @every_format
-def test_threads_of_its_own_change_no_bit_and_end(kind: str, make: Any, capfd: Any) -> None:
-    """None while the host renders, and none once the plugin is off."""
+def test_threads_of_its_own_change_no_bit_and_end(make: Any, capfd: Any) -> None:
+    """None while the host renders, and none while the plugin is off. The audio thread starts none: that may wait."""
     host, score = make(), hard_score(notes=4)
-    wanted = mono("jazz-finger", score)
-    for cores in (2, 4, 1, 2):
-        host.play([], 64, (64,), [(0, "cores", float(cores))])
+    wanted, most = mono("jazz-finger", score), (os.cpu_count() or 1) - 1
+
+    def become(count: int) -> None:
+        """Waits until there are so many."""
+        host.play([], 64, (64,))
         host.work()
-        own = min(cores, os.cpu_count() or 1) - 1
         until = time.monotonic() + 10
-        while helpers() != own and time.monotonic() < until:
+        while helpers() != count and time.monotonic() < until:
             if host.lines(capfd.readouterr().err):
                 pytest.skip("the system refuses them real-time priority")
             time.sleep(0.01)
+        assert helpers() == count
+
+    for cores in (2, 4, 1, 2):
+        host.play([], 64, (64,), [(0, "cores", float(cores))])
+        become(min(cores - 1, most))
         host.renew()
         assert np.array_equal(host.play(score, len(wanted), (64,)), wanted), cores
+    for offline in (True, False):
+        host.offline(offline)
+        become(0 if offline else min(1, most))
+    host.switch(False)
+    assert helpers() == 0
+    host.switch(True)
+    become(min(1, most))
     host.close()
     assert helpers() == 0
-    host.close = lambda: None  # type: ignore[method-assign]
+    host.close = lambda: None
 
 
 # --- floods ---

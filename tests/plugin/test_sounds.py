@@ -16,7 +16,6 @@ from support.clap import Plugin
 from support.picture import PRESS, RELEASE, Host, Picture, library, number, shelf
 
 from livebass import load_preset
-from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import PARAMETERS
 from livebass.model.bench import changed
 from livebass.plugin import clap
@@ -24,7 +23,7 @@ from livebass.plugin.instrument import instrument_file, write_instrument
 
 NAMES = ("slap", "five-string")
 OF_NO_SOUND = ("bass", "quality", "running_ahead", "relief", "cores")
-ENDING, OLD = ".toml", ".lbsound"
+ENDING = ".toml"
 LONG = "is longer than a sound or a link"
 GAIN, BASS, QUALITY = number("gain"), number("bass"), number("quality")
 
@@ -111,14 +110,6 @@ def test_titles_become_names_of_files_of_any_system(own: Path, tmp_path: Path) -
     host.close()
 
 
-def old_sound(host: Host) -> bytes:
-    """A file of an earlier version: a state with another head, without session-only values."""
-    words = np.frombuffer(b"LBSOUND\n" + host.save()[8:], np.int64).copy()
-    assert words[1] == 1
-    words[-1] = np.uint64(checksum(words.ctypes.data, len(words) - 1)).view(np.int64)
-    return words.tobytes()
-
-
 def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: Path) -> None:
     """So is one that was edited, or saved by the page; only the name in a path counts."""
     for symbol, value in {"bass": 1.0, "action": -0.9, "gain": -6.5, "gauge": 10.0, "fret": 7.0}.items():
@@ -134,24 +125,13 @@ def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: 
     assert values == [0.0, 25.5, -0.5, 0.0, 0.0]
 
 
-def test_a_sound_of_an_earlier_version_opens(host: Host, own: Path) -> None:
-    host.set("wear", 25.0)
-    host.save_sound()
-    (own / f"Verse{OLD}").write_bytes(old_sound(host))
-    host.set("wear", 0.0)
-    assert host.sounds() == ["Slap 1", "Verse"] and library().lb_load_sound(host.address, 1)
-    assert host.value("wear") == 25.0
-    library().lb_remove_sound(host.address, 1)
-    assert host.sounds() == ["Slap 1"] and not (own / f"Verse{OLD}").exists()
-
-
 @pytest.mark.parametrize(
     "link, values",
     [
         ("#like=five-string&action=-0.9&gauge=10", {"bass": 1, "action": -0.9, "gauge": 10}),
         ("like=five-string", {"bass": 1}),
         ("http://127.0.0.1:8000/?a#like=slap&tone=-1&gain=%2B3.25\r\n", {"tone": -1, "gain": 3.25}),
-        (" file:///a%20b/livebass.html#bass=%73lap ", {"bass": 0}),
+        (" file:///a%20b/livebass.html#like=%73lap ", {"bass": 0}),
         ('like = "five-string"\n[bench]\nfoam = 2.5\n', {"bass": 1, "foam": 2.5}),
     ],
 )
@@ -176,7 +156,6 @@ def test_a_link_of_a_page_is_pasted(host: Host, link: str, values: dict[str, flo
         ("#action=1", "does not say which bass it is like"),
         ("#like=&action=1", "does not say which bass it is like"),
         ("#like=kazoo&action=1", "has a bass that is not installed"),
-        ("#bass=slap&action=1.5", "is of an earlier version, whose sliders counted otherwise: set them again"),
         ("#like=slap&actoin=1", "changes what a bass does not have: actoin"),
         ("#like=slap&quality=1", "changes what a bass does not have: quality"),
         ("#like=slap&action=4", "says action = 4: it must be from -2 to 3 mm"),
@@ -222,16 +201,13 @@ def test_a_press_on_paste_asks_for_the_clipboard_and_says_what_became_of_it(host
 def test_what_is_no_sound_is_left_out_with_a_line(
     host: Host, folder: Path, own: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Damaged, of a later version, a session's state, or of a missing bass: nothing changes."""
+    """Damaged, a session's state, or of a missing bass: nothing changes."""
     host.set("gain", -6.0)
     host.save_sound()
     good = (own / f"Slap 1{ENDING}").read_bytes()
-    old = old_sound(host)
     wrong = {
-        f"cut{OLD}": (old[:-8], "is damaged"), f"changed{OLD}": (old[:120] + b"?" + old[121:], "is damaged"),
-        f"later{OLD}": (old[:8] + b"\7" + old[9:], "was written by another version of the plugin"),
         f"empty{ENDING}": (b"", "is empty"), f"huge{ENDING}": (good + bytes(b" " * (1 << 17)), LONG),
-        f"session{OLD}": (host.save(), "is not a link of livebass, nor a sound"),
+        f"session{ENDING}": (host.save(), "is not a link of livebass, nor a sound"),
         f"more{ENDING}": (good + b"[neck]\n", "says more than sliders: export it as an instrument: [neck]"),
     }  # fmt: skip
     for name, (data, _) in wrong.items():

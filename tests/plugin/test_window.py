@@ -18,7 +18,7 @@ import pytest
 from support import lv2, vst3
 from support.clap import Plugin, counting_host, function, midi, note_on, struct, value
 from support.jack import wait_for
-from support.plugins import PRESETS, RATE, hard_score, written
+from support.plugins import PRESETS, written
 from support.screen import Screen, hand, needs_screen, running_screen
 from support.window import GUI, WINDOW, Window, different
 
@@ -183,17 +183,6 @@ def test_the_handler_of_errors_stays_the_hosts(screen_name: str, folder: Path) -
             assert x.XSetErrorHandler(mine) == c.cast(mine, P).value
     finally:
         x.XSetErrorHandler(P(before))
-
-
-def test_the_sound_with_a_window_open_is_that_without(screen_name: str, folder: Path) -> None:
-    score, sounds = hard_score(), []
-    for seen in (False, True):
-        with closing(Plugin(folder)) as plugin:
-            window = Window(plugin) if seen else None
-            sounds.append(plugin.play(score, RATE, (64, 480, 1)))
-            if window:
-                window.close()
-    assert np.array_equal(*sounds) and np.abs(sounds[0]).max() > 0.01
 
 
 def test_two_windows_and_changes_of_bass(screen_name: str, folder: Path) -> None:

@@ -71,8 +71,17 @@ class Host:
         whole = np.concatenate(out, axis=-1)[:, :frames]
         return whole if self.apart else whole[0]
 
+    def switch(self, on: bool) -> None:
+        """Switches the plugin on or off."""
+        raise NotImplementedError
+
     def renew(self) -> None:
         """Switches the plugin off and on again, which resets it."""
+        self.switch(False)
+        self.switch(True)
+
+    def offline(self, on: bool) -> None:
+        """Begins or ends rendering offline."""
         raise NotImplementedError
 
     def choose(self, bass: int) -> None:
@@ -129,9 +138,11 @@ class Clap(Host):
         out = self.plugin.block(frames, [event for _, event in sorted(made, key=lambda one: one[0])])
         return out.reshape(-1, frames)
 
-    def renew(self) -> None:
-        self.plugin.deactivate()
-        self.plugin.activate()
+    def switch(self, on: bool) -> None:
+        (self.plugin.activate if on else self.plugin.deactivate)()
+
+    def offline(self, on: bool) -> None:
+        self.plugin.offline(on)
 
     def choose(self, bass: int) -> None:
         self.plugin.set(NUMBERS["bass"], bass)
@@ -164,9 +175,11 @@ class Lv2(Host):
             self.plugin.controls[symbol].value = x
         return self.plugin.block(frames, [(f, m) for f, m in events if isinstance(m, bytes)]).reshape(-1, frames)
 
-    def renew(self) -> None:
-        self.plugin.plugin.deactivate(self.plugin.handle)
-        self.plugin.plugin.activate(self.plugin.handle)
+    def switch(self, on: bool) -> None:
+        (self.plugin.plugin.activate if on else self.plugin.plugin.deactivate)(self.plugin.handle)
+
+    def offline(self, on: bool) -> None:
+        self.plugin.controls["freewheeling"].value = float(on)
 
     def load(self, state: Any) -> bool:
         return bool(self.plugin.restore(state) == 0)
@@ -231,9 +244,11 @@ class Vst3(Host):
                 moved.append(self._point(frame, channel, first, message[2] / 127))
         return self.plugin.block(frames, notes, moved)[:, 0]
 
-    def renew(self) -> None:
-        for on in (0, 1):
-            assert self.plugin.component.call(11, c_uint8(on)) == 0
+    def switch(self, on: bool) -> None:
+        assert self.plugin.component.call(11, c_uint8(on)) == 0
+
+    def offline(self, on: bool) -> None:
+        self.plugin.mode = of_vst3.OFFLINE if on else of_vst3.REAL_TIME
 
     def choose(self, bass: int) -> None:
         self.plugin.set(NUMBERS["bass"], self._normal("bass", bass))

@@ -31,7 +31,6 @@ int main(int count, char **words) {
     one.ask = other.ask = ask;
     CHECK(lb_open_instance(i, words[1]) && lb_activate_instance(i, 48000));
     CHECK(lb_learning(i) == -1 && !lb_learn(i, LB_BASS) && !lb_learn(i, LB_PARAMETERS) && lb_learning(i) == -1);
-    CHECK(lb_save_state(i, &state) == offsetof(lb_state, rest) + 8);
     CHECK(lb_learn(i, LB_TONE) && lb_learning(i) == LB_TONE);
     turn(i, 6, 1); /* data of an RPN is no knob's */
     CHECK(lb_learning(i) == LB_TONE && lb_next_moved(i) == -1);
@@ -52,11 +51,10 @@ int main(int count, char **words) {
     CHECK(lb_learn(i, LB_DRIVE));
     turn(i, 21, 127); /* of two parameters the last one has the controller */
     CHECK(lb_learned_by(i, 21) == LB_DRIVE && lb_value(i, LB_DRIVE) == 1);
-    const size_t size = lb_save_state(i, &state);
-    CHECK(size == offsetof(lb_state, rest) + LB_CONTROLLERS + 8);
-    CHECK(lb_open_instance(&other, words[1]) && lb_load_state(&other, &state, size));
+    lb_save_state(i, &state);
+    CHECK(lb_open_instance(&other, words[1]) && lb_load_state(&other, &state, sizeof state));
     CHECK(lb_learned_by(&other, 21) == LB_DRIVE && lb_learned_by(&other, 20) == -1);
-    CHECK(!lb_load_state(&other, &state, size - 8));
+    CHECK(!lb_load_state(&other, &state, sizeof state - 8));
     CHECK(lb_learn(i, LB_GAIN));
     turn(i, 23, 127);
     CHECK(lb_value(i, LB_GAIN) == 0);
@@ -66,7 +64,7 @@ int main(int count, char **words) {
     lb_forget(i, LB_GAIN);
     lb_forget(i, LB_TECHNIQUE);
     lb_forget(i, LB_DRIVE);
-    CHECK(lb_learned_by(i, 21) == -1 && lb_save_state(i, &state) < size);
+    CHECK(lb_learned_by(i, 21) == -1);
     lb_close_instance(i);
     lb_close_instance(&other);
     return 0;

@@ -20,6 +20,7 @@ from livebass.plugin import build
 from livebass.plugin.header import header
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
+from support.states import STATE
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
@@ -104,7 +105,7 @@ def library() -> Any:
         ("lb_learn", whole, [address, whole]),
         ("lb_reset_instance", None, [address]),
         ("lb_take_midi", None, [address, c.c_int64, c.c_char_p, c.c_size_t]),
-        ("lb_save_state", c.c_size_t, [address, address]),
+        ("lb_save_state", None, [address, address]),
         ("lb_load_state", whole, [address, address, c.c_size_t]),
         ("lb_list_sounds", whole, [address]),
         ("lb_sound_name", c.c_char_p, [address, whole]),
@@ -187,8 +188,8 @@ class Host:
     def save(self) -> bytes:
         """Its state."""
         room = c.create_string_buffer(8192)
-        size = library().lb_save_state(self.address, c.addressof(room))
-        return room.raw[:size]
+        library().lb_save_state(self.address, c.addressof(room))
+        return room.raw[: STATE.itemsize]
 
     def load(self, state: bytes) -> bool:
         """Loads a state; returns whether the instance took it."""

@@ -255,7 +255,6 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
         ("like=jazz-finger&lifft7=1", "the link changes what this bass does not have: lifft7"),
         ("like=fretless&fret_height=1", "the link changes what this bass does not have: fret_height"),
         ("like=jazz-finger&fret=21", "the link says fret = 21: it must be from 0 to 20"),
-        ("bass=jazz-finger&action=2", "the link is of an earlier version, whose sliders counted otherwise"),
         ("like=jazz-finger&action=99", "the link says action = 99: it must be from -2 to 3 mm"),
         ("like=jazz-finger&wear=", "the link says wear = : it must be from -50 to 1100 %"),
         ("like=jazz-finger&action=NaN", "the link says action = NaN: it must be from -2 to 3 mm"),

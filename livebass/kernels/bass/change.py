@@ -2,8 +2,7 @@
 
 `move_bench` changes a BENCH: Python calls it for a preset's section [bench]. `make_change` makes the instrument file of
 a changed bass from its own file and its bench file: plugins and page call it. A bench file lies beside an instrument
-file: a BENCH_FILE with the bass's BENCH, the numbers of its lists, all strokes and effects that an instrument file may
-have, and a checksum.
+file: a BENCH_FILE with the bass's BENCH, the numbers of its lists, and a checksum.
 
 Sliders are relative to the bass as it is; 0 leaves it unchanged. A slider in % multiplies each string's value and keeps
 the differences between strings. So does Action: it multiplies the action of all strings by the ratio that the lowest
@@ -20,25 +19,21 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.bench import BENCH, bench_at, bow_surface, make_notes, measure_lists
 from livebass.kernels.bass.check import checksum_of
 from livebass.kernels.bass.instrument import (
-    ADDED_BYTES,
     BEYOND,
     FILE_BYTES,
-    ROOM_OF_STROKES,
     TIERS,
     WORD,
-    added_at,
-    added_of,
     copy_words,
     file_at,
     lines,
     notes_of,
+    response_of,
     words_before_numbers,
 )
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.note import MADE, gap_under
 from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES, note_at
-from livebass.parts import VERSION, WITH_EFFECTS
 from livebass.techniques import (
     ACTION,
     CABLE,
@@ -75,7 +70,6 @@ BENCH_FILE = np.dtype(
         ("of", "u8"),  # checksum of its instrument file
         ("bytes", "i8"),  # of this record
         ("numbers", "i8"),  # words of the lists, after this record
-        ("rest", "i8"),  # words of strokes and effects, after the lists
         ("from_loss", "f8", (LOSSES,)),  # s/m, ascending, the start of each range
         ("modes", "i8", (LOSSES, TIERS)),  # as BENCH.tiers
         ("contact_rate", "f8", (LOSSES, TIERS)),  # Hz
@@ -122,7 +116,7 @@ def measure_change(address):
     own = np.uint64(words_at(change.file + WORD * (file.words - 1), 1)[0])
     if b.of != own or checksum_of(change.bench, last) != np.uint64(words_at(change.bench + WORD * last, 1)[0]):
         return np.int64(0)
-    if b.numbers < 0 or b.rest < ROOM_OF_STROKES or BENCH_FILE_BYTES // WORD + b.numbers + b.rest != last:
+    if b.numbers < 0 or BENCH_FILE_BYTES // WORD + b.numbers != last:
         return np.int64(0)
     bench = bench_at(change.bench + BENCH_PLACE)
     if bench.strings != file.instrument.strings or bench.frets != file.instrument.frets:
@@ -133,7 +127,8 @@ def measure_change(address):
     contacts = 0
     for i in range(bench.strings):
         contacts += contacts_of(change.file, i)
-    change.bytes += lines(WORD * (words_before_numbers(file) + bench.room + contacts + b.rest + 1))
+    response = file.instrument.response_count
+    change.bytes += lines(WORD * (words_before_numbers(file) + bench.room + contacts + response + 1))
     return np.int64(1)
 
 
@@ -158,7 +153,7 @@ def make_change(address):
         choose_tiers(b, bench, file_at(change.made).instrument)
     state = make_notes(bench)
     if state == MADE:
-        put_together(change, b, bench, other_neck)
+        put_together(change, bench, other_neck)
     return np.int64(state)
 
 
@@ -361,31 +356,20 @@ def contacts_of(file, i):
 
 
 @jit
-def put_together(change, b, bench, other_neck):
-    """Writes the file: the BENCH's notes, their lists, heights for the hand, strokes and effects, checksum."""
-    own, file = file_at(change.file), file_at(change.made)
+def put_together(change, bench, other_neck):
+    """Writes the file: the BENCH's notes, their lists, heights for the hand, the response, and the checksum."""
+    own, file = file_at(change.file).instrument, file_at(change.made)
     notes, before = notes_of(file), words_before_numbers(file)
     copy_words(bench.notes, change.made + FILE_BYTES, NOTE_BYTES // WORD * notes)
     copy_words(bench.modes, change.made + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
     copy_words(bench.lists, change.made + WORD * before, bench.used)
-    end, added = before + bench.used, added_of(change.file)
-    rest = change.bench + BENCH_FILE_BYTES + WORD * b.numbers
-    theirs = rest + WORD * b.rest - ADDED_BYTES
+    end = before + bench.used
     for i in range(bench.strings):
-        first = np.int64(0)
-        if added != 0:
-            first = added_at(added).hand[i]
-        if other_neck or first > 0:
-            added_at(theirs).hand[i] = end - before + 1
-            end = copy_heights(change, i, first, end)
-            file.version = WITH_EFFECTS
-    count = np.int64(0)
-    if file.version == WITH_EFFECTS:
-        count = b.rest
-    elif own.version != VERSION:
-        count = np.int64(ROOM_OF_STROKES)
-    copy_words(rest, change.made + WORD * end, count)
-    end += count
+        if other_neck or own.hand[i] > 0:
+            file.instrument.hand[i] = end - before + 1
+            end = copy_heights(change, i, own.hand[i], end)
+    copy_words(response_of(change.file), change.made + WORD * end, own.response_count)
+    end += own.response_count
     file.words = end + 1
     words_at(change.made + WORD * end, 1)[0] = np.int64(checksum_of(change.made, end))
     change.words = end + 1

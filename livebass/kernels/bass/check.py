@@ -8,44 +8,31 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.instrument import (
-    ADDED_BYTES,
-    ADDED_WORDS,
     FILE_BYTES,
     INSTRUMENT_WORDS,
     MAGIC,
-    ROOM_OF_STROKES,
-    STROKE_BYTES,
     TIERS,
     WORD,
-    added_at,
-    added_of,
     answers_of,
     file_at,
     notes_of,
-    room_of_effects,
-    strokes_of,
     words_before_numbers,
 )
 from livebass.kernels.machine.native import floats_at, record_address, words_at
-from livebass.kernels.player.constants import STROKE_WORDS, STROKES
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
 from livebass.kernels.string.records import BLOCK, MOST_ANSWERS, MOST_NEAR, ROW
-from livebass.parts import VERSION, WITH_EFFECTS, WITH_STROKES
+from livebass.parts import VERSION
 from livebass.rows import LARGEST, limits, table
 
 jit = compiled(attributes=SMALL)
 
 # Return values of `check_file`
 GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
-# Limits of the words of an INSTRUMENT, then a NOTE, a STROKE and an ADDED: columns as rows.Limit
-LIMITS = table(
-    [*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS), *limits(STROKE_WORDS), *limits(ADDED_WORDS)]
-)
-NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE ...
-STROKE_LIMITS = NOTE_LIMITS + len(limits(NOTE_WORDS))  # ... of a STROKE ...
-ADDED_LIMITS = STROKE_LIMITS + len(limits(STROKE_WORDS))  # ... and of an ADDED
+# Limits of the words of an INSTRUMENT, then of a NOTE: columns as rows.Limit
+LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS)])
+NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE
 PLACE, COUNT, PER_STRING, WHOLE, LEAST, MOST = range(6)
 NOTE_LISTS = tuple((NOTE.fields[name][1] // WORD, width) for name, width in LISTS.items())  # type: ignore[index]
 TAPS = NOTE.fields["taps"][1] // WORD  # type: ignore[index]
@@ -65,24 +52,17 @@ def check_file(address, size):
     file, last = file_at(address), size // WORD - 1
     if file.magic != MAGIC:
         return np.int64(FOREIGN)
-    if file.version != VERSION and file.version != WITH_STROKES and file.version != WITH_EFFECTS:
+    if file.version != VERSION:
         return np.int64(OTHER_VERSION)
     if file.words != last + 1 or checksum_of(address, last) != np.uint64(words_at(address + WORD * last, 1)[0]):
         return np.int64(DAMAGED)
     if not is_instrument(file.instrument):
         return np.int64(DAMAGED)
-    numbers = last - words_before_numbers(file)
-    if file.version != VERSION:
-        numbers -= ROOM_OF_STROKES
-    if file.version == WITH_EFFECTS and (numbers < ADDED_BYTES // WORD or not are_effects(address, numbers)):
-        return np.int64(DAMAGED)
-    numbers -= room_of_effects(address)
+    numbers = last - words_before_numbers(file) - file.instrument.response_count
     if numbers < 0:
         return np.int64(DAMAGED)
-    if file.version != VERSION and not are_strokes(strokes_of(address)):
-        return np.int64(DAMAGED)
     where = address + WORD * words_before_numbers(file)
-    if not all_within(where, numbers, -LARGEST, LARGEST):
+    if not all_within(where, numbers + file.instrument.response_count, -LARGEST, LARGEST):
         return np.int64(DAMAGED)
     notes = notes_of(file)
     modes = words_at(address + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
@@ -91,10 +71,11 @@ def check_file(address, size):
         note = note_at(place)
         taps = 2 if file.instrument.sensed else file.instrument.pickups[k // (file.instrument.frets + 1)]
         others = answers_of(file.instrument, k // (file.instrument.frets + 1))
-        if k % (file.instrument.frets + 1) == 0 and not is_hand(
-            address, k // (file.instrument.frets + 1), note, numbers
-        ):
-            return np.int64(DAMAGED)
+        if k % (file.instrument.frets + 1) == 0:
+            count = note.obstacles_count + note.surface_count
+            hand = file.instrument.hand[k // (file.instrument.frets + 1)]
+            if hand > 0 and (count > numbers or hand - 1 > numbers - count):
+                return np.int64(DAMAGED)
         if note.answers_count != others:
             return np.int64(DAMAGED)
         if note.taps_count != taps or not is_note(place, file.instrument.sensed, where, numbers):
@@ -153,38 +134,9 @@ def is_instrument(instrument):
 
 
 @jit
-def are_strokes(address):
-    """True if kernels can take the numbers of STROKES rows of STROKE at an address."""
-    good = True
-    for k in range(STROKES):
-        good &= are_within(address + STROKE_BYTES * k, STROKE_LIMITS, ADDED_LIMITS, 0)
-    return good
-
-
-@jit
-def are_effects(address, room):
-    """True if kernels can take the effects of the file at an address, and they fit into `room` words."""
-    place = added_of(address)
-    if not are_within(place, ADDED_LIMITS, len(LIMITS), 0) or room_of_effects(address) > room:
-        return False
-    count = room_of_effects(address) - ADDED_BYTES // WORD
-    return all_within(place - WORD * count, count, -LARGEST, LARGEST)
-
-
-@jit
-def is_hand(address, i, note, numbers):
-    """True if string `i`'s heights that the hand measures its force by lie within the file's `numbers`."""
-    added = added_of(address)
-    if added == 0 or added_at(added).hand[i] == 0:
-        return True
-    count = note.obstacles_count + note.surface_count
-    return count <= numbers and added_at(added).hand[i] - 1 <= numbers - count
-
-
-@jit
 def is_note(address, sensed, where, numbers):
     """True if kernels can take the NOTE at an address, with its lists among the `numbers` at `where`."""
-    if not are_within(address, NOTE_LIMITS, STROKE_LIMITS, 0):
+    if not are_within(address, NOTE_LIMITS, len(LIMITS), 0):
         return False
     words = words_at(address, NOTE_BYTES // WORD)
     for place, width in NOTE_LISTS:

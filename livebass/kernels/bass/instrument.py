@@ -1,9 +1,8 @@
 """A bass as numbers for any audio rate, INSTRUMENT, and the layout of the file that holds them.
 
 An instrument file is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
-their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; if a bass has its own
-strokes, or effects, STROKES rows of STROKE; if it has effects, the samples of an impulse response, float64, and an
-ADDED; and a checksum. All words have 8 bytes, little-endian. [any thread]
+their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; the samples of the
+effects' impulse response, float64; and a checksum. All words have 8 bytes, little-endian. [any thread]
 """
 
 import numpy as np
@@ -12,11 +11,11 @@ from livebass.compiling import SMALL, compiled
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.kernels.machine.native import record_at, words_at
 from livebass.kernels.pickup.coil import CIRCUIT_WORDS
-from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE, STROKES
+from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS, STROKE_WORDS, STROKES
 from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS
 from livebass.kernels.string.preparing import MOST_WORDS, NOTE_BYTES
 from livebass.kernels.string.records import LINE, MOST_ANSWERS
-from livebass.parts import WITH_EFFECTS, WITH_STROKES, Knobs
+from livebass.parts import Knobs
 from livebass.rows import TINY, Word, record, words
 
 jit = compiled(attributes=SMALL)
@@ -60,18 +59,15 @@ INSTRUMENT_WORDS = [
     Word("aperture", "f8", 0.0, 1.0, (MOST_STRINGS, MOST_PICKUPS)),  # m
     Word("winding", "f8", 0.0, 1.0, (MOST_STRINGS,)),  # m, pitch of the winding; 0: flatwound
     Word("fretless", "i8", 0, 1, (MOST_STRINGS,)),  # 1: a finger slides along it without steps
-]
-INSTRUMENT = record(INSTRUMENT_WORDS)
-# Only in some files: effects, and a hand that measures by another neck
-ADDED_WORDS = [
-    *words(Knobs),
-    Word("rate", "f8", LEAST_RATE, MOST_RATE),  # Hz, of the response
-    Word("count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples of the response; 0: none
     # Of each string: 1 + the index, among the numbers, of the contact heights (m) of its open note by which the hand
     # measures its force, in a row; 0: the note's own heights
     Word("hand", "i8", 0, MOST_WORDS, (MOST_STRINGS,)),
+    Word("strokes", STROKE_WORDS, shape=(STROKES,)),
+    *words(Knobs),
+    Word("response_rate", "f8", LEAST_RATE, MOST_RATE),  # Hz
+    Word("response_count", "i8", 0, int(LONGEST * MOST_RATE)),  # samples; 0: the effects have no response
 ]
-ADDED = record(ADDED_WORDS)
+INSTRUMENT = record(INSTRUMENT_WORDS)
 MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
 FILE = np.dtype(
     [
@@ -86,12 +82,8 @@ FILE = np.dtype(
 )
 file_at = record_at(FILE)
 instrument_at = record_at(INSTRUMENT)
-added_at = record_at(ADDED)
 FILE_BYTES = FILE.itemsize
 WORD = 8  # bytes
-STROKE_BYTES = STROKE.itemsize
-ROOM_OF_STROKES = STROKES * STROKE_BYTES // WORD
-ADDED_BYTES = ADDED.itemsize
 
 
 @jit
@@ -121,26 +113,10 @@ def words_before_numbers(file):
 
 
 @jit
-def strokes_of(address):
-    """Address of the file's own strokes, for the file at an address; 0: none."""
+def response_of(address):
+    """Address of the impulse response in the file at an address."""
     file = file_at(address)
-    if file.version != WITH_STROKES and file.version != WITH_EFFECTS:
-        return np.int64(0)
-    return address + WORD * (file.words - 1 - ROOM_OF_STROKES - room_of_effects(address))
-
-
-@jit
-def added_of(address):
-    """Address of the file's ADDED, for the file at an address; 0: none."""
-    file = file_at(address)
-    return address + WORD * (file.words - 1) - ADDED_BYTES if file.version == WITH_EFFECTS else np.int64(0)
-
-
-@jit
-def room_of_effects(address):
-    """Words that the effects of the file at an address take."""
-    place = added_of(address)
-    return added_at(place).count + ADDED_BYTES // WORD if place != 0 else np.int64(0)
+    return address + WORD * (file.words - 1 - file.instrument.response_count)
 
 
 @jit

@@ -7,8 +7,6 @@ from livebass.kernels.bass.instrument import (
     FILE_BYTES,
     TIERS,
     WORD,
-    added_at,
-    added_of,
     clear_memory,
     copy_words,
     file_at,
@@ -124,15 +122,13 @@ def fill_pool(address):
 @jit
 def take_hands(pool):
     """Gives the hand the file's heights to measure its force by, if the file has them."""
-    added, work = added_of(pool.file), pool.preparing
-    if added == 0:
-        return
-    frets = file_at(pool.file).instrument.frets + 1
-    for i in range(work.count // frets):
-        if added_at(added).hand[i] > 0:
+    instrument, work = file_at(pool.file).instrument, pool.preparing
+    frets = instrument.frets + 1
+    for i in range(instrument.strings):
+        if instrument.hand[i] > 0:
             note = note_at(work.notes + NOTE_BYTES * i * frets)
             op = operator_at(work.operators + OPERATOR_BYTES * i * frets)
-            set_heights(work, note, op, hand_heights(op), added_at(added).hand[i] - 1, 1)
+            set_heights(work, note, op, hand_heights(op), instrument.hand[i] - 1, 1)
 
 
 NOTE_PLACE = POOL.fields["note"][1]  # type: ignore[index]

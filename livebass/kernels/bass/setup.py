@@ -10,13 +10,11 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.bass.floor import make_floor
 from livebass.kernels.bass.instrument import (
-    added_at,
-    added_of,
     answers_of,
     clear_memory,
     file_at,
     lines,
-    strokes_of,
+    response_of,
     whole_steps,
 )
 from livebass.kernels.bass.records import (
@@ -155,11 +153,11 @@ def bytes_told(building):
 @jit
 def take_response_of_file(building):
     """Gives a BUILDING without a response its file's response, if any."""
-    added = added_of(building.file)
-    if building.response_count == 0 and added != 0:
-        building.response_count = added_at(added).count
-        building.response_rate = added_at(added).rate
-        building.response = added - WORD * building.response_count
+    instrument = file_at(building.file).instrument
+    if building.response_count == 0 and instrument.response_count > 0:
+        building.response_count = instrument.response_count
+        building.response_rate = instrument.response_rate
+        building.response = response_of(building.file)
 
 
 @jit
@@ -188,7 +186,7 @@ def fill_bass(address):
         b.share = soon if ends_soon(b) else later
     b.stride = HEAVY_STRIDE if tier.heavy else LIGHT_STRIDE
     b.performer = place
-    make_performer(performer_at(place), instrument, building.seed, strokes_of(building.file))
+    make_performer(performer_at(place), instrument, building.seed)
     b.events = b.performer + lines(PERFORMER_BYTES)
     performer_at(place).out.events = b.events
     b.string_events = b.events + lines(EVENT_BYTES * EVENT_ROOM)
@@ -222,10 +220,8 @@ def fill_bass(address):
         pole = string_at(b.string[0]).voice.gain_pole
         make_floor(b.floor, instrument.player.floor_noise, note, building.rate, pole, building.seed)
     b.effects = place
-    added, compression, drive = added_of(building.file), 0.0, 0.0
-    if added != 0:
-        compression, drive = added_at(added).compression, added_at(added).drive
     count, given = building.response_count, building.response_rate
+    compression, drive = instrument.compression, instrument.drive
     make_effects(place, building.rate, compression, drive, building.response, count, given)
 
 

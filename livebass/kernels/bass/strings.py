@@ -163,16 +163,13 @@ def take_circuit(coil, instrument, rate):
 
 @entry("void(int64, int64, int64)", SMALL)
 def new_performer(performer, instrument, seed):
-    """Makes an INSTRUMENT's player in the zeroed PERFORMER at an address; `seed` seeds its unevenness.
-
-    It gets the standard strokes.
-    """
-    make_performer(performer_at(performer), instrument_at(instrument), seed, 0)
+    """Makes an INSTRUMENT's player in the zeroed PERFORMER at an address; `seed` seeds its unevenness."""
+    make_performer(performer_at(performer), instrument_at(instrument), seed)
 
 
 @jit
-def make_performer(p, instrument, seed, strokes):
-    """`new_performer` for records; strokes: address of the bass's own strokes, 0: none."""
+def make_performer(p, instrument, seed):
+    """`new_performer` for records."""
     p.strings = instrument.strings
     p.frets = instrument.frets
     for i in range(instrument.strings):
@@ -181,7 +178,7 @@ def make_performer(p, instrument, seed, strokes):
         p.called[i] = instrument.called[i]
     copy_record(p.player, instrument.player)
     copy_record(p.key_map, instrument.key_map)
-    fill_strokes(p, strokes)
+    fill_strokes(p, instrument.strokes)
     for i in range(MOST_STRINGS):
         p.hands.key[i] = -1
     for velocity in range(KEYS):

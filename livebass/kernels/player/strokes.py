@@ -9,9 +9,9 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import LEAST_GRAZE, grazing, unit_apex
 from livebass.kernels.machine.elementary import chance, cos, log2, power, squared
-from livebass.kernels.machine.native import copy_record, records_at
+from livebass.kernels.machine.native import copy_record
 from livebass.kernels.machine.noise import amplitude
-from livebass.kernels.player.constants import STANDARD, STROKE, STROKES
+from livebass.kernels.player.constants import STROKES
 from livebass.kernels.player.events import send_pluck, send_strike, send_throw
 from livebass.kernels.player.touches import (
     GHOST_FORCE,
@@ -25,7 +25,6 @@ from livebass.kernels.string.records import MOST_NEAR
 from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
 
-strokes_at = records_at(STROKE)
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
 MOST_PLACE = 0.99  # of the length
 USUAL_PLACE = 0.8  # of the length: a typical place to pluck
@@ -47,18 +46,12 @@ LEFT_SPEED = 0.5  # part of the string's speed after a pluck of the same force
 
 
 @jit
-def fill_strokes(p, own):
-    """Fills a performer's strokes, with the player's own numbers in place of 0.
-
-    own: address of the bass's own STROKES rows of STROKE; 0: the standard ones.
-    """
+def fill_strokes(p, given):
+    """Fills a performer's strokes from the `given` ones, with the player's own numbers in place of 0."""
     player = p.player
     for k in range(STROKES):
         row = p.strokes[k]
-        if own:
-            copy_record(row, strokes_at(own, STROKES)[k])
-        else:
-            copy_record(row, STANDARD[k])
+        copy_record(row, given[k])
         if row.hard_width == 0.0:
             row.soft_width = player.rounding_soft
             row.hard_width = player.rounding

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol
+
+from livebass.paper.claims.runs import BRUTE
 
 Value = float | int | bool | list[float] | list[int]
 
@@ -47,52 +50,42 @@ class Near:
 
 
 @dataclass(frozen=True)
-class AtLeast:
-    """A number, or each of several, of `least` or more."""
-
-    least: float
-
-    @property
-    def expected(self) -> str:
-        return f"≥ {self.least:g}"
-
-    tolerance = "none"
-
-    def holds(self, measured: Value) -> bool:
-        return bool(numbers(measured)) and all(v >= self.least for v in numbers(measured))
-
-
-@dataclass(frozen=True)
-class AtMost:
-    """A number, or each of several, of `most` or less."""
-
-    most: float
-
-    @property
-    def expected(self) -> str:
-        return f"≤ {self.most:g}"
-
-    tolerance = "none"
-
-    def holds(self, measured: Value) -> bool:
-        return bool(numbers(measured)) and all(v <= self.most for v in numbers(measured))
-
-
-@dataclass(frozen=True)
 class Between:
     """A number, or each of several, from `least` to `most`."""
 
     least: float
     most: float
 
+    tolerance = "none"
+
     @property
     def expected(self) -> str:
         return f"{self.least:g} to {self.most:g}"
 
-    tolerance = "none"
-
     def holds(self, measured: Value) -> bool:
         return bool(numbers(measured)) and all(self.least <= v <= self.most for v in numbers(measured))
+
+
+class AtLeast(Between):
+    """A number, or each of several, of `least` or more."""
+
+    def __init__(self, least: float) -> None:
+        super().__init__(least, math.inf)
+
+    @property
+    def expected(self) -> str:
+        return f"≥ {self.least:g}"
+
+
+class AtMost(Between):
+    """A number, or each of several, of `most` or less."""
+
+    def __init__(self, most: float) -> None:
+        super().__init__(-math.inf, most)
+
+    @property
+    def expected(self) -> str:
+        return f"≤ {self.most:g}"
 
 
 @dataclass(frozen=True)
@@ -236,8 +229,12 @@ class Claim:
     bound: str  # PAPER, ONE_PLUCK, DIRECTION, OURS, ROUNDING, AXIS or SETUP
     needs: tuple[str, ...]  # names of runs: keys of `runs.ENGINE` and `runs.BRUTE`
     measure: Callable[..., Value]  # takes these runs, each `Solved`, in this order
-    plucks: bool = False  # judged over many plucks within the uncertainty of the paper's, not by one alone
     null: Null | None = None  # overrides `null.null_of`
+
+    @property
+    def plucks(self) -> bool:
+        """True if it is judged over many plucks within the uncertainty of the paper's, not by one alone."""
+        return bool(self.needs) and self.bound not in (SETUP, ROUNDING) and not BRUTE.keys() & set(self.needs)
 
 
 def each(measure: Callable[[Any], float]) -> Callable[..., Value]:

@@ -147,83 +147,67 @@ def friction_work(run: Solved, free: Solved) -> Value:
 CLAIMS = (
     Claim(
         "g-fundamental", "3", "The G string sounds at 98 Hz",
-        "first eigenfrequency", "Hz", Near(98, 0.005), SETUP,
-        (), lambda: float(modes.frequencies(_string(), 1)[0]),
+        "first eigenfrequency", "Hz", Near(98, 0.005), SETUP, (), lambda: float(modes.frequencies(_string(), 1)[0]),
     ),
     Claim(
         "g-tension", "3, table 1", "Length, mass and pitch give a tension of 191.6 N",
-        "4 L^2 mu f0^2", "N", Near(191.6, 0.005), SETUP,
-        (), tension,
+        "4 L^2 mu f0^2", "N", Near(191.6, 0.005), SETUP, (), tension,
     ),
     Claim(
         "g-inharmonicity", "3.2, table 2", "B = 3.5e-5 describes the measured modes from 20 to 34 best",
-        "B fitted to the measured modes 20 to 34", "", Near(3.5e-5, 0.1), PAPER,
-        (), inharmonicity,
+        "B fitted to the measured modes 20 to 34", "", Near(3.5e-5, 0.1), PAPER, (), inharmonicity,
     ),
     Claim(
         "g-frequencies", "3.2, fig. 3a",
         "Eq. 8 gives the measured frequencies, best those of the modes 20 to 34, to which it is fitted",
-        "greatest relative error of modes 20 to 34", "", AtMost(2e-3), OURS,
-        (), lambda: frequency_error(FIT),
+        "greatest relative error of modes 20 to 34", "", AtMost(2e-3), OURS, (), lambda: frequency_error(FIT),
     ),
     Claim(
         "g-error-axis", "3.2, fig. 3a", "The errors of eq. 8 stay on the figure's axis, whose last mark is 0.006",
-        "greatest relative error of modes 1 to 34", "", AtMost(6e-3), AXIS,
-        (), frequency_error,
+        "greatest relative error of modes 1 to 34", "", AtMost(6e-3), AXIS, (), frequency_error,
     ),
     Claim(
         "g-qualities", "3.2, fig. 3b", "Eqs. 9 to 11 give the measured quality factors, those of modes 20 to 34 best",
-        "median relative error of Q, modes 20 to 34", "", AtMost(0.5), OURS,
-        (), quality_error,
+        "median relative error of Q, modes 20 to 34", "", AtMost(0.5), OURS, (), quality_error,
     ),
     Claim(
         "g-mode-34", "3.2", "The last mode whose measured values are used, the 34th, is near 3400 Hz",
-        "frequency of mode 34", "Hz", Near(3400, 0.01), SETUP,
-        (), lambda: float(modes.frequencies(_string(), 34)[-1]),
+        "frequency of mode 34", "Hz", Near(3400, 0.01), SETUP, (), lambda: float(modes.frequencies(_string(), 34)[-1]),
     ),
     Claim(
         "g-damping-rises", "4.1.1", "High modes are damped more than low ones",
-        "mean damping of modes 1-10, 11-34, 35-100, 101-862", "1/s", Rising(0.5), DIRECTION,
-        (), damping_bands,
+        "mean damping of modes 1-10, 11-34, 35-100, 101-862", "1/s", Rising(0.5), DIRECTION, (), damping_bands,
     ),
     Claim(
         "neck-measured", "3.2, fig. 3b", "Below about 2 kHz the neck's mobility lowers the quality factors much",
         "Q of the model without mobility over the measured Q, medians of modes 1 to 20 and 31 to 34",
-        "", Each((AtLeast(2), AtMost(1.5))), OURS,
-        (), quality_without_neck,
+        "", Each((AtLeast(2), AtMost(1.5))), OURS, (), quality_without_neck,
     ),
     Claim(
         "neck-damping", "3.2, fig. 3b", "What the neck adds to the damping falls with frequency: from mode 30 on it "
-        "matters no more",
-        "part of the mobility in the damping of the model, means of modes 1 to 20 and 31 to 60",
-        "", Each((AtLeast(0.3), AtMost(0.15))), OURS,
-        (), neck_share,
+        "matters no more", "part of the mobility in the damping of the model, means of modes 1 to 20 and 31 to 60",
+        "", Each((AtLeast(0.3), AtMost(0.15))), OURS, (), neck_share,
     ),
     Claim(
         "neck-frequencies", "3.2", "The neck hardly moves the frequencies of the modes",
-        "greatest relative change of modes 1 to 100 by the mobility", "", Between(1e-9, 5e-3), OURS,
-        (), neck_detuning,
+        "greatest relative change of modes 1 to 100 by the mobility", "", Between(1e-9, 5e-3), OURS, (), neck_detuning,
     ),
     Claim(
         "neck-conductance", "3.2, fig. 3c", "The conductance at the nut stays on the figure's axis, up to 0.04 m/s/N",
-        "greatest conductance from 20 Hz to 8 kHz", "m/s/N", AtMost(0.04), AXIS,
-        (), conductance,
+        "greatest conductance from 20 Hz to 8 kHz", "m/s/N", AtMost(0.04), AXIS, (), conductance,
     ),
     Claim(
         "friction-v", "2.1, eq. 7", "Friction at the frets takes energy from v, and leaves u alone",
         "oblique pluck: energy of v after 1 s with friction over that without; relative difference of u",
-        "", Each((AtMost(0.9), AtMost(1e-12))), OURS,
-        ("oblique", "oblique-free"), friction_work, plucks=True,
+        "", Each((AtMost(0.9), AtMost(1e-12))), OURS, ("oblique", "oblique-free"), friction_work,
     ),
     Claim(
         "scheme-grid", "2.3", "With a mode for each point inside the grid, modes and displacements give each other",
-        "greatest entry of dx S S^T - 1", "", AtMost(1e-10), ROUNDING,
-        (), modes_to_grid,
+        "greatest entry of dx S S^T - 1", "", AtMost(1e-10), ROUNDING, (), modes_to_grid,
     ),
     Claim(
         "scheme-exact", "2.3, eq. 12", "Without contacts the scheme is exact",
-        "case A against the closed form of eq. 4, relative", "", AtMost(1e-8), ROUNDING,
-        ("a",), exactness,
+        "case A against the closed form of eq. 4, relative", "", AtMost(1e-8), ROUNDING, ("a",), exactness,
     ),
     Claim(
         "scheme-conserves", "2.3", "Without damping the scheme keeps its energy",
@@ -243,16 +227,16 @@ CLAIMS = (
     Claim(
         "converged-b", "4", "At 8 MHz case B is converged: over the time of its contacts it is within a tenth",
         "case B, 8 MHz against 16 MHz, 0 to 0.12 s", "", AtMost(0.1), PAPER,
-        ("b", "b-twice"), lambda run, finer: difference(run, finer, 0, 0.12), plucks=True,
+        ("b", "b-twice"), lambda run, finer: difference(run, finer, 0, 0.12),
     ),
     Claim(
         "converged-c", "4", "At 16 MHz case C is converged: over the time of its contacts it is within a tenth",
         "case C, 16 MHz against 32 MHz, 0 to 0.2 s", "", AtMost(0.1), PAPER,
-        ("c", "c-twice"), lambda run, finer: difference(run, finer, 0, 0.2), plucks=True,
+        ("c", "c-twice"), lambda run, finer: difference(run, finer, 0, 0.2),
     ),
     Claim(
         "converged-needed", "4", "That criterion needs high rates",
         "case B, 512 kHz against 8 MHz, 0 to 0.12 s", "", AtLeast(0.1), PAPER,
-        ("b-coarse", "b"), lambda coarse, run: difference(coarse, run, 0, 0.12), plucks=True,
+        ("b-coarse", "b"), lambda coarse, run: difference(coarse, run, 0, 0.12),
     ),
 )  # fmt: skip

@@ -39,7 +39,7 @@ static clap *of(const clap_plugin *p) { return p->data; }
 static void complain(void *owner, const char *line) {
     const clap *c = owner;
     if (c->log) c->log->log(c->host, CLAP_LOG_ERROR, line);
-    else fprintf(stderr, "livebass: %s\n", line);
+    else lb_complain(owner, line);
 }
 
 static void ask(void *owner) {
@@ -311,15 +311,12 @@ static void tell_values(const clap *c) {
 
 /* --- parameter pages for the knobs of hosts and keyboards: the parameters of each group, eight per page --- */
 
-static const char *const groups[] = {LB_GROUPS};
-enum { GROUPS = sizeof groups / sizeof *groups };
-
 /* Finds the parameters of a page of a group, counted from 0; returns how many pages the group has. */
 static uint32_t find_page(uint32_t group, uint32_t page, uint32_t found[CLAP_CONTROLS]) {
     uint32_t count = 0;
     for (uint32_t k = 0; k < CLAP_CONTROLS; k++) found[k] = CLAP_NO_ID;
     for (uint32_t k = 0; k < LB_PARAMETERS; k++) {
-        if (strcmp(lb_parameters[k].group, groups[group])) continue;
+        if (strcmp(lb_parameters[k].group, lb_groups[group])) continue;
         if (count / CLAP_CONTROLS == page) found[count % CLAP_CONTROLS] = k;
         count++;
     }
@@ -328,22 +325,22 @@ static uint32_t find_page(uint32_t group, uint32_t page, uint32_t found[CLAP_CON
 
 static uint32_t page_count(const clap_plugin *p) {
     uint32_t count = 0, unused[CLAP_CONTROLS];
-    for (uint32_t group = 0; group < GROUPS; group++) count += find_page(group, 0, unused);
+    for (uint32_t group = 0; group < LB_GROUPS; group++) count += find_page(group, 0, unused);
     return count;
 }
 
 static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *page) {
     memset(page, 0, sizeof *page);
-    for (uint32_t group = 0; group < GROUPS; group++) {
+    for (uint32_t group = 0; group < LB_GROUPS; group++) {
         const uint32_t pages = find_page(group, index, page->parameters);
         if (index >= pages) {
             index -= pages;
             continue;
         }
         page->id = group << 8 | index;
-        snprintf(page->section, sizeof page->section, "%s", groups[group]);
-        if (pages > 1) snprintf(page->name, sizeof page->name, "%s %d", groups[group], (int)index + 1);
-        else snprintf(page->name, sizeof page->name, "%s", groups[group]);
+        snprintf(page->section, sizeof page->section, "%s", lb_groups[group]);
+        if (pages > 1) snprintf(page->name, sizeof page->name, "%s %d", lb_groups[group], (int)index + 1);
+        else snprintf(page->name, sizeof page->name, "%s", lb_groups[group]);
         return true;
     }
     return false;
@@ -353,9 +350,9 @@ static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *
 
 static bool save(const clap_plugin *p, const clap_out_stream *to) {
     lb_state state;
-    const size_t count = lb_save_state(&of(p)->instance, &state);
-    for (size_t done = 0; done < count;) {
-        const int64_t written = to->write(to, (const char *)&state + done, count - done);
+    lb_save_state(&of(p)->instance, &state);
+    for (size_t done = 0; done < sizeof state;) {
+        const int64_t written = to->write(to, (const char *)&state + done, sizeof state - done);
         if (written <= 0) return false;
         done += (size_t)written;
     }
@@ -597,7 +594,7 @@ static bool provide_sound(const char *path, const clap_preset_receiver *to) {
     snprintf(name, sizeof name, "%s", lb_file_name(path));
     char *dot = strrchr(name, '.');
     if (dot) *dot = 0;
-    const char *why = lb_read_sound(lb_best_kernels(), path, &kept);
+    const char *why = lb_read_sound(path, &kept);
     if (why) to->on_error(to, 0, why);
     else if (to->begin_preset(to, name, 0)) describe(to);
     return !why;
@@ -694,9 +691,4 @@ static const void *get_factory(const char *id) {
     return strcmp(id, CLAP_PRESET_FACTORY) && strcmp(id, CLAP_PRESET_FACTORY_DRAFT) ? 0 : &presets;
 }
 
-#ifdef _WIN32
-__declspec(dllexport)
-#else
-__attribute__((visibility("default")))
-#endif
-const clap_plugin_entry clap_entry = {CLAP_VERSION, entry_init, entry_deinit, get_factory};
+LB_EXPORTED const clap_plugin_entry clap_entry = {CLAP_VERSION, entry_init, entry_deinit, get_factory};

@@ -129,8 +129,8 @@ static int read_file(file *f, const char *path, const lb_kernels *kernels, char 
     const int64_t state = kernels->check_file(ADDRESS(f->words), f->bytes);
     if (state == LB_GOOD) return 1;
     const char *why = state == LB_FOREIGN         ? "not an instrument file"
-                      : state == LB_OTHER_VERSION ? "made for another version of the plugin: export it anew"
-                                                  : "damaged: export it anew";
+                      : state == LB_OTHER_VERSION ? "made for another version of the plugin: export it again"
+                                                  : "damaged: export it again";
     snprintf(error, room, "%s: %s", path, why);
     free_lines(f->words);
     f->words = 0;
@@ -227,16 +227,11 @@ static void give_pool_back(pool *p) {
 lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
                       const lb_kernels *kernels, char *error, size_t room) {
     lb_bass *b = calloc(1, sizeof *b);
-    if (!b) {
-        snprintf(error, room, "%s: no memory for it", path);
-        return 0;
-    }
+    snprintf(error, room, "%s: no memory for it", path);
+    if (!b) return 0;
     b->kernels = kernels;
-    if (!read_file(&b->source, path, kernels, error, room)) {
-        free(b);
-        return 0;
-    }
-    if (is_changed(built) && !change_file(&b->source, path, built, kernels, error, room)) {
+    if (!read_file(&b->source, path, kernels, error, room) ||
+        (is_changed(built) && !change_file(&b->source, path, built, kernels, error, room))) {
         lb_free_bass(b);
         return 0;
     }
@@ -262,7 +257,6 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     /* This struct's address precedes the bass: a synth gives back only the bass's address. */
     char *memory = new_lines(LINE + building->bytes);
     if (!memory) {
-        snprintf(error, room, "%s: no memory for it", path);
         lb_free_bass(b);
         return 0;
     }
@@ -617,8 +611,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     memset(p->switches, 0, sizeof p->switches);
     if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
-        p->known = head.version == LB_FILE_VERSION || head.version == LB_FILE_WITH_STROKES ||
-                   head.version == LB_FILE_WITH_EFFECTS;
+        p->known = head.version == LB_FILE_VERSION;
         if (p->known) find_switches(p, &head.instrument.key_map);
         p->player = head.instrument.player;
     }

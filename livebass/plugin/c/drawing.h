@@ -145,7 +145,6 @@ lb_area lb_draw_lively(lb_picture *, int all);
 
 /* --- of layout.c --- */
 
-extern const char *const lb_groups[];
 enum { LET_RING = 100, PLAYED_ON }; /* lamps besides the actions': the pedal, and the string that keys choose */
 /* The number of basses: if there is one, its parameter has two values of the same name. */
 int lb_basses(const lb_picture *);

@@ -19,6 +19,11 @@ static void begin_audio(lb_instance *i) {
     __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE); /* a window may be moving values */
 }
 
+void lb_complain(void *owner, const char *line) {
+    (void)owner;
+    fprintf(stderr, "livebass: %s\n", line);
+}
+
 int lb_open_instance(lb_instance *i, const char *folder) {
     char line[LINE];
     i->kernels = lb_best_kernels();

@@ -5,6 +5,12 @@
 #include "look.h"
 #include "thread.h"
 
+#ifdef _WIN32
+#define LB_EXPORTED __declspec(dllexport)
+#else
+#define LB_EXPORTED __attribute__((visibility("default")))
+#endif
+
 enum { LB_STATE_NAME = 64, LB_KEYS = 128, LB_NOTES = LB_CHANNELS * LB_KEYS, LB_MOVES = 256, LB_BY_HAND = 64, LB_UNDONE = 32 };
 enum { LB_BEGIN, LB_MOVE, LB_END }; /* phases of a change by hand */
 typedef struct { /* a change of a parameter in the window */
@@ -46,17 +52,16 @@ typedef struct { /* A and B: the active side, 0 or 1, and the values of the othe
     int64_t side;
     double aside[LB_PARAMETERS];
 } lb_sides;
-typedef struct { /* all numbers little-endian; later versions append parameters to `values` and lb_sides.aside */
+typedef struct { /* all numbers little-endian; later plugins append parameters */
     char magic[8];
     int64_t version, seed, count;
     char bass[LB_STATE_NAME];
-    double values[LB_PARAMETERS];
-    /* lb_learned.of and lb_sides, if the version has them; the checksum of all words before */
-    uint8_t rest[LB_CONTROLLERS + sizeof(lb_sides) + sizeof(uint64_t)];
+    uint8_t learned[LB_CONTROLLERS]; /* as lb_learned.of */
+    int64_t side;                    /* as in lb_sides */
+    double values[LB_PARAMETERS][2]; /* of the active side and of the other one */
+    uint64_t checksum;               /* of all words before */
 } lb_state;
-_Static_assert(sizeof(lb_state) ==
-                   8 + 3 * 8 + LB_STATE_NAME + LB_PARAMETERS * 8 + LB_CONTROLLERS + sizeof(lb_sides) + 8, "lb_state");
-_Static_assert(LB_CONTROLLERS % sizeof(uint64_t) == 0, "the checksum is of words");
+_Static_assert(sizeof(lb_state) == 6 * 8 + LB_STATE_NAME + LB_CONTROLLERS + LB_PARAMETERS * 16, "lb_state");
 _Static_assert(sizeof(lb_sides) == 8 + LB_PARAMETERS * 8, "lb_sides");
 
 enum { LB_EXPRESS_BEND, LB_EXPRESS_VIBRATO, LB_EXPRESSIONS }; /* of notes: semitones; 0 to 1 */
@@ -127,6 +132,7 @@ typedef struct {
 
 /* --- of instance.c --- */
 
+void lb_complain(void *owner, const char *line); /* writes to the standard error stream, for hosts without a log */
 /* Opens the instrument shelf. Returns 0 after a line in the log if it is empty. [main thread] */
 int lb_open_instance(lb_instance *, const char *folder);
 void lb_close_instance(lb_instance *);
@@ -188,10 +194,9 @@ void lb_forget(lb_instance *, int parameter);           /* frees it from its con
 int lb_take_learned(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
 /* A parameter that a controller has moved since the last call, to tell the host; -1: none. [audio thread] */
 int lb_next_moved(lb_instance *);
-/* Writes the learned controllers, for states; returns 0 if there are none. */
-int lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
-/* Restores them; 0: none. */
-void lb_read_learned(lb_instance *, const uint8_t *from);
+/* Writes the learned controllers, for states, and restores them. */
+void lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
+void lb_read_learned(lb_instance *, const uint8_t from[LB_CONTROLLERS]);
 
 /* --- of notes.c. [audio thread] --- */
 
@@ -249,9 +254,9 @@ void lb_set_values(lb_instance *, const double values[LB_PARAMETERS], int all);
 /* Restores the values kept last, if any are left. [the window's thread] */
 void lb_undo(lb_instance *);
 
-/* Returns the number of bytes. */
-size_t lb_save_state(lb_instance *, lb_state *);
-/* Loads a state; if it is not valid, returns 0 after a line in the log and changes nothing. [main thread] */
+void lb_save_state(lb_instance *, lb_state *);
+/* Loads a state, aligned to 8 bytes; if it is not valid, returns 0 after a line in the log and changes nothing. [main
+   thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);
 
 typedef struct { /* the contents of a state; anything missing from an older state is as in a new instance */
@@ -265,17 +270,13 @@ typedef struct { /* the contents of a state; anything missing from an older stat
 /* Loads these contents; `values` gets the bass as a number. If the bass is not on the shelf, the present one stays and
    the log says so. [main thread] */
 void lb_take_kept(lb_instance *, lb_kept *);
-/* Reads a state's bytes, aligned to 8; returns the fault, to follow a name: "is damaged"; 0: none. */
-const char *lb_parse_state(const lb_kernels *, const void *bytes, size_t count, const char *magic, lb_kept *);
 
 /* --- of sounds.c: files in the user's folder, each with a bass by name and all values of a side --- */
 
-enum { LB_MOST_TEXT = 8192 };         /* bytes in a sound's text or a link, with the final zero */
-#define LB_SOUND_ENDING "toml"        /* its file's extension */
-#define LB_OLD_SOUND_ENDING "lbsound" /* the extension of an earlier version's sound: a state ... */
-#define LB_SOUND_MAGIC "LBSOUND\n"    /* ... that begins with this */
-/* Reads a file; returns the fault as lb_parse_state does. [not the audio thread] */
-const char *lb_read_sound(const lb_kernels *, const char *path, lb_kept *);
+enum { LB_MOST_TEXT = 8192 };  /* bytes in a sound's text or a link, with the final zero */
+#define LB_SOUND_ENDING "toml" /* its file's extension */
+/* Reads a file; returns the fault, to follow a name: "is empty"; 0: none. [not the audio thread] */
+const char *lb_read_sound(const char *path, lb_kept *);
 /* Load a file, or a text: a sound, or a link of a page; lb_undo restores the old values. On failure they return the
    fault, valid until the next call, and change nothing. [the window's thread; without a window the main thread] */
 const char *lb_take_sound(lb_instance *, const char *path);

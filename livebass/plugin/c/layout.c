@@ -21,9 +21,6 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
 
 static int is_listed(int k) { return k != LB_BASS && k != LB_QUALITY; } /* these are in the header */
 
-const char *const lb_groups[] = {LB_GROUPS};
-enum { GROUP_COUNT = sizeof lb_groups / sizeof *lb_groups };
-
 static int group_size(int group) {
     int size = 0;
     for (int k = 0; k < LB_PARAMETERS; k++) size += is_listed(k) && !strcmp(lb_parameters[k].group, lb_groups[group]);
@@ -52,7 +49,7 @@ static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
     const double wide = px(p, units) / columns;
     int page = 0, column = 0;
     memset(p->groups, 0, sizeof p->groups);
-    for (int g = 0; g < GROUP_COUNT; g++) {
+    for (int g = 0; g < LB_GROUPS; g++) {
         const int size = group_size(g);
         const int needed = (size + rows - 1) / rows;
         if (column && 2 * (columns - column) < needed) page++, column = 0;
@@ -76,7 +73,7 @@ static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
 /* Writes the names of a page's groups. */
 void lb_tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
     *text = 0;
-    for (int g = 0; g < GROUP_COUNT; g++)
+    for (int g = 0; g < LB_GROUPS; g++)
         if (p->groups[page] >> g & 1) {
             const size_t end = strlen(text);
             snprintf(text + end, MOST_TEXT - end, "%s%s", end ? ", " : "", lb_groups[g]);

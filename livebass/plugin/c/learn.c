@@ -63,15 +63,11 @@ int lb_next_moved(lb_instance *i) {
     return parameter;
 }
 
-int lb_write_learned(const lb_instance *i, uint8_t to[LB_CONTROLLERS]) {
-    int any = 0;
-    for (int k = 0; k < LB_CONTROLLERS; k++) any |= to[k] = (uint8_t)(lb_learned_by(i, k) + 1);
-    return any != 0;
+void lb_write_learned(const lb_instance *i, uint8_t to[LB_CONTROLLERS]) {
+    for (int k = 0; k < LB_CONTROLLERS; k++) to[k] = (uint8_t)(lb_learned_by(i, k) + 1);
 }
 
-void lb_read_learned(lb_instance *i, const uint8_t *from) {
-    for (int k = 0; k < LB_CONTROLLERS; k++) {
-        const uint8_t of = from && may_learn(from[k] - 1) ? from[k] : 0;
-        __atomic_store_n(&i->learned.of[k], of, __ATOMIC_RELAXED);
-    }
+void lb_read_learned(lb_instance *i, const uint8_t from[LB_CONTROLLERS]) {
+    for (int k = 0; k < LB_CONTROLLERS; k++)
+        __atomic_store_n(&i->learned.of[k], may_learn(from[k] - 1) ? from[k] : 0, __ATOMIC_RELAXED);
 }

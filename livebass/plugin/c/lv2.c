@@ -5,9 +5,9 @@
    and instruments.txt with their names, one per line; these and the user's own (lb_open_shelf) are the values of the
    port `bass`. instantiate() loads the first; the host's worker loads others, or restore() does. */
 #include "lv2_ports.h"
+#include "text.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,7 +51,7 @@ typedef struct {
 static void complain(void *owner, const char *line) {
     const plugin *p = owner;
     if (p->log) p->log->print(p->log->handle, p->error, "livebass: %s\n", line);
-    else fprintf(stderr, "livebass: %s\n", line);
+    else lb_complain(owner, line);
 }
 
 /* If the host takes no job, the next block asks again. */
@@ -283,7 +283,7 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     plugin *p = handle;
     lb_state state;
     lb_save_state(&p->instance, &state);
-    const int64_t quality = (int64_t)state.values[LB_QUALITY];
+    const int64_t quality = (int64_t)state.values[LB_QUALITY][0];
     store(to, p->key_seed, &state.seed, sizeof state.seed, p->whole, LV2_PLAIN);
     store(to, p->key_quality, &quality, sizeof quality, p->whole, LV2_PLAIN);
     const lb_sides *sides = &p->sides[__atomic_load_n(&p->sides_at, __ATOMIC_ACQUIRE)];
@@ -351,15 +351,6 @@ static char *midnam_model(void *handle) {
     return text;
 }
 
-/* Prints after the n characters of a text of MIDNAM; returns how many it adds. */
-__attribute__((format(printf, 3, 4))) static size_t print(char *text, size_t n, const char *form, ...) {
-    va_list arguments;
-    va_start(arguments, form);
-    const int written = vsnprintf(text + n, MIDNAM - n, form, arguments);
-    va_end(arguments);
-    return written < 0 || (size_t)written >= MIDNAM - n ? 0 : (size_t)written;
-}
-
 /* The bass's key switches as a MIDI Name Document. */
 static char *midnam(void *handle) {
     static const char *const head =
@@ -368,23 +359,27 @@ static char *midnam(void *handle) {
         " \"http://dev.midi.org/dtds/MIDINameDocument10.dtd\">\n"
         "<MIDINameDocument><Author>livebass</Author><MasterDeviceNames><Manufacturer>livebass</Manufacturer>"
         "<Model>livebass %p</Model><CustomDeviceMode Name=\"Default\"><ChannelNameSetAssignments>\n";
+    static const char *const middle = "</ChannelNameSetAssignments></CustomDeviceMode>\n"
+                                      "<ChannelNameSet Name=\"Bass\"><AvailableForChannels>\n";
+    static const char *const list =
+        "</AvailableForChannels><UsesNoteNameList Name=\"Switches\"/></ChannelNameSet>\n"
+        "<NoteNameList Name=\"Switches\">\n";
     const plugin *p = handle;
     const int bass = (int)lb_value(&p->instance, LB_BASS);
     char *text = malloc(MIDNAM);
     if (!text) return 0;
-    size_t n = 0;
-    n += print(text, n, head, handle);
-    for (int k = 1; k <= 16; k++) n += print(text, n, "<ChannelNameSetAssign Channel=\"%d\" NameSet=\"Bass\"/>\n", k);
-    n += print(text, n, "</ChannelNameSetAssignments></CustomDeviceMode>\n"
-                        "<ChannelNameSet Name=\"Bass\"><AvailableForChannels>\n");
-    for (int k = 1; k <= 16; k++) n += print(text, n, "<AvailableChannel Channel=\"%d\" Available=\"true\"/>\n", k);
-    n += print(text, n, "</AvailableForChannels><UsesNoteNameList Name=\"Switches\"/></ChannelNameSet>\n"
-                        "<NoteNameList Name=\"Switches\">\n");
+    size_t n = lb_append(text, MIDNAM, 0, head, handle);
+    for (int k = 1; k <= 16; k++)
+        n = lb_append(text, MIDNAM, n, "<ChannelNameSetAssign Channel=\"%d\" NameSet=\"Bass\"/>\n", k);
+    n = lb_append(text, MIDNAM, n, "%s", middle);
+    for (int k = 1; k <= 16; k++)
+        n = lb_append(text, MIDNAM, n, "<AvailableChannel Channel=\"%d\" Available=\"true\"/>\n", k);
+    n = lb_append(text, MIDNAM, n, "%s", list);
     for (int key = 0; key < LB_KEY_COUNT; key++) {
         const lb_switch *s = lb_shelf_switch(p->instance.shelf, bass, key);
-        if (s) n += print(text, n, "<Note Number=\"%d\" Name=\"%s\"/>\n", key, s->name);
+        if (s) n = lb_append(text, MIDNAM, n, "<Note Number=\"%d\" Name=\"%s\"/>\n", key, s->name);
     }
-    print(text, n, "</NoteNameList></MasterDeviceNames></MIDINameDocument>\n");
+    lb_append(text, MIDNAM, n, "</NoteNameList></MasterDeviceNames></MIDINameDocument>\n");
     return text;
 }
 
@@ -399,12 +394,7 @@ static const void *extension_data(const char *uri) {
     return strcmp(uri, LV2_MIDNAM) ? 0 : &names;
 }
 
-#ifdef _WIN32
-__declspec(dllexport)
-#else
-__attribute__((visibility("default")))
-#endif
-const lv2_plugin *lv2_descriptor(uint32_t index) {
+LB_EXPORTED const lv2_plugin *lv2_descriptor(uint32_t index) {
     static const lv2_plugin plugins[] = {
         {URI, instantiate, connect_port, activate, run, deactivate, cleanup, extension_data},
         {URI "-strings", instantiate, connect_port, activate, run, deactivate, cleanup, extension_data},

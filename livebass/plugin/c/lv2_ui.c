@@ -20,10 +20,6 @@ typedef struct {
     int32_t asks;   /* ... unless it must still be asked */
 } ui;
 
-static void complain(void *owner, const char *line) {
-    fprintf(stderr, "livebass: %s\n", line);
-}
-
 static void nothing(void *owner) {}
 
 static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder, lv2_ui_write write, void *controller,
@@ -52,7 +48,7 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->sides_atom = map->map(map->handle, SIDES_ATOM);
     u->asks = 1;
     u->instance.owner = u;
-    u->instance.complain = complain;
+    u->instance.complain = lb_complain;
     u->instance.moved = nothing; /* `idle` looks for moves */
     u->scale = lb_system_scale();
     const int width = (int)(LB_WIDTH * u->scale), height = (int)(LB_HEIGHT * u->scale);
@@ -148,12 +144,7 @@ static const void *extension_data(const char *uri) {
     return strcmp(uri, LV2_UI_RESIZE) ? 0 : &resizing;
 }
 
-#ifdef _WIN32
-__declspec(dllexport)
-#else
-__attribute__((visibility("default")))
-#endif
-const lv2_ui *lv2ui_descriptor(uint32_t index) {
+LB_EXPORTED const lv2_ui *lv2ui_descriptor(uint32_t index) {
     static const lv2_ui only = {URI "#ui", instantiate, cleanup, port_event, extension_data};
     return index ? 0 : &only;
 }

@@ -5,18 +5,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LINE = 1600, MOST_SOUNDS = 4096, MOST_BYTES = 1 << 15, TITLE = LB_FILE_NAME - 16 };
+enum { LINE = 1600, MOST_SOUNDS = 4096, TITLE = LB_FILE_NAME - 16 };
 
 struct lb_sound {
     char name[LB_FILE_NAME];
-    int old; /* its file is from an earlier version */
 };
 
 /* The path of a sound's file; returns 0 if there is no room for it. */
-static int path_of(const char *name, int old, char path[LB_PATH]) {
+static int path_of(const char *name, char path[LB_PATH]) {
     char folder[LB_PATH];
-    const char *ending = old ? LB_OLD_SOUND_ENDING : LB_SOUND_ENDING;
-    return lb_users_folder(folder) && snprintf(path, LB_PATH, "%s/%s.%s", folder, name, ending) < LB_PATH;
+    return lb_users_folder(folder) && snprintf(path, LB_PATH, "%s/%s." LB_SOUND_ENDING, folder, name) < LB_PATH;
 }
 
 static void say(const lb_instance *i, const char *path, const char *why) {
@@ -25,19 +23,13 @@ static void say(const lb_instance *i, const char *path, const char *why) {
     i->complain(i->owner, line);
 }
 
-const char *lb_read_sound(const lb_kernels *kernels, const char *path, lb_kept *to) {
-    static uint64_t bytes[MOST_BYTES / sizeof(uint64_t) + 1];
-    enter(); /* the bytes */
+const char *lb_read_sound(const char *path, lb_kept *to) {
+    char text[LB_MOST_TEXT + 1]; /* one byte more than a sound may have */
     FILE *in = lb_open_file(path, "rb");
-    const size_t count = in ? fread(bytes, 1, MOST_BYTES, in) : 0;
+    const size_t count = in ? fread(text, 1, LB_MOST_TEXT, in) : 0;
     if (in) fclose(in);
-    ((char *)bytes)[count] = 0;
-    const int old = count >= 8 && !memcmp(bytes, LB_SOUND_MAGIC, 8);
-    const char *why = !in    ? "cannot be read"
-                      : !old ? lb_parse_text((char *)bytes, to)
-                             : lb_parse_state(kernels, bytes, count, LB_SOUND_MAGIC, to);
-    leave();
-    return why;
+    text[count] = 0;
+    return in ? lb_parse_text(text, to) : "cannot be read";
 }
 
 /* Finds the bass of a sound that was read with the fault `why` (0: none). Returns that fault, or that the bass is not
@@ -50,10 +42,10 @@ static const char *known(const lb_instance *i, const char *why, lb_kept *to) {
 }
 
 /* Reads a file by its name; returns 0 after a line in the log. */
-static int read_named(const lb_instance *i, const char *name, int old, lb_kept *to) {
+static int read_named(const lb_instance *i, const char *name, lb_kept *to) {
     char path[LB_PATH];
-    if (!path_of(name, old, path)) return 0;
-    const char *why = known(i, lb_read_sound(i->kernels, path, to), to);
+    if (!path_of(name, path)) return 0;
+    const char *why = known(i, lb_read_sound(path, to), to);
     if (why) say(i, path, why);
     return !why;
 }
@@ -76,7 +68,7 @@ static const char *take(lb_instance *i, const char *why, lb_kept *kept) {
 
 const char *lb_take_sound(lb_instance *i, const char *path) {
     lb_kept kept;
-    return take(i, lb_read_sound(i->kernels, path, &kept), &kept);
+    return take(i, lb_read_sound(path, &kept), &kept);
 }
 
 const char *lb_take_text(lb_instance *i, const char *text) {
@@ -106,37 +98,24 @@ static int by_name(const void *one, const void *other) {
     return *a || *b ? (*a ? 1 : -1) : strcmp(one, other);
 }
 
-static void add(lb_instance *i, const char *name, int old) {
+static void add(void *instance, const char *folder, const char *name) {
+    (void)folder;
+    lb_instance *i = instance;
     lb_kept kept;
-    if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, old, &kept)) return;
+    if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, &kept)) return;
     if (i->window.sound_count % 64 == 0) { /* no room for more */
         lb_sound *more = realloc(i->window.sounds, (size_t)(i->window.sound_count + 64) * sizeof *more);
         if (!more) return;
         i->window.sounds = more;
     }
-    lb_sound *s = &i->window.sounds[i->window.sound_count++];
-    strcpy(s->name, name);
-    s->old = old;
-}
-
-static void add_new(void *to, const char *folder, const char *name) {
-    (void)folder;
-    add(to, name, 0);
-}
-
-static void add_old(void *to, const char *folder, const char *name) {
-    (void)folder;
-    add(to, name, 1);
+    strcpy(i->window.sounds[i->window.sound_count++].name, name);
 }
 
 int lb_list_sounds(lb_instance *i) {
     LB_ALONE(i->window.owner);
     char folder[LB_PATH];
     i->window.sound_count = 0;
-    if (lb_users_folder(folder)) {
-        lb_each_file(folder, "." LB_SOUND_ENDING, add_new, i);
-        lb_each_file(folder, "." LB_OLD_SOUND_ENDING, add_old, i);
-    }
+    if (lb_users_folder(folder)) lb_each_file(folder, "." LB_SOUND_ENDING, add, i);
     if (i->window.sound_count) qsort(i->window.sounds, (size_t)i->window.sound_count, sizeof *i->window.sounds, by_name);
     return i->window.sound_count;
 }
@@ -181,7 +160,7 @@ int lb_save_sound(lb_instance *i, char *name, size_t room) {
 int lb_load_sound(lb_instance *i, int sound) {
     LB_ALONE(i->window.owner);
     lb_kept kept;
-    if (sound < 0 || sound >= i->window.sound_count || !read_named(i, i->window.sounds[sound].name, i->window.sounds[sound].old, &kept)) return 0;
+    if (sound < 0 || sound >= i->window.sound_count || !read_named(i, lb_sound_name(i, sound), &kept)) return 0;
     lb_keep_values(i);
     set(i, &kept);
     return 1;
@@ -189,6 +168,6 @@ int lb_load_sound(lb_instance *i, int sound) {
 
 void lb_remove_sound(lb_instance *i, int sound) {
     char path[LB_PATH];
-    if (sound < 0 || sound >= i->window.sound_count || !path_of(i->window.sounds[sound].name, i->window.sounds[sound].old, path)) return;
+    if (sound < 0 || sound >= i->window.sound_count || !path_of(lb_sound_name(i, sound), path)) return;
     if (!lb_remove_file(path)) say(i, path, "cannot be deleted");
 }

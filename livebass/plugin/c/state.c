@@ -7,7 +7,7 @@
 #include <string.h>
 
 #define MAGIC "LBSTATE\n"
-enum { PLAIN = 1, WITH_LEARNED, WITH_SIDES, LINE = 1600 }; /* versions: each only if the one before lacks room */
+enum { VERSION = 4, LINE = 1600 };
 
 /* --- A and B, undo: the lock keeps the two sides together --- */
 
@@ -93,80 +93,53 @@ static uint64_t checksum(const lb_kernels *kernels, const void *bytes, size_t co
     return kernels->checksum((int64_t)(intptr_t)bytes, (int64_t)(count / 8));
 }
 
-/* The bytes in a state of a version with this many parameters, with the checksum. */
-static size_t size_of(int64_t version, size_t parameters) {
-    const size_t learned = version >= WITH_LEARNED ? LB_CONTROLLERS : 0;
-    const size_t sides = version >= WITH_SIDES ? 8 * (parameters + 1) : 0;
-    return offsetof(lb_state, values) + 8 * parameters + learned + sides + sizeof(uint64_t);
-}
-
-static size_t seal(const lb_instance *i, lb_state *s) {
-    const size_t count = size_of(s->version, LB_PARAMETERS) - sizeof(uint64_t);
-    const uint64_t sum = checksum(i->kernels, s, count);
-    memcpy((char *)s + count, &sum, sizeof sum);
-    return count + sizeof sum;
-}
-
 /* The chosen bass's name. */
 static const char *name_of(const lb_instance *i, double bass) {
     return lb_shelf_name(i->shelf, bass < lb_shelf_count(i->shelf) ? (int)bass : 0);
 }
 
-/* True if A and B have anything to keep. [under the lock] */
-static int has_sides(const lb_instance *i) {
-    int k = 0;
-    while (k < LB_PARAMETERS && i->sides.aside[k] == lb_parameters[k].usual) k++;
-    return i->sides.side || k < LB_PARAMETERS;
-}
-
-size_t lb_save_state(lb_instance *i, lb_state *s) {
+void lb_save_state(lb_instance *i, lb_state *s) {
     memset(s, 0, sizeof *s);
     memcpy(s->magic, MAGIC, sizeof s->magic);
-    s->version = PLAIN;
+    s->version = VERSION;
     s->count = LB_PARAMETERS;
     __atomic_load(&i->seed, &s->seed, __ATOMIC_RELAXED);
-    if (lb_write_learned(i, s->rest)) s->version = WITH_LEARNED;
+    lb_write_learned(i, s->learned);
     enter();
-    for (int k = 0; k < LB_PARAMETERS; k++) s->values[k] = lb_value(i, k);
-    if (has_sides(i)) s->version = WITH_SIDES;
-    memcpy(s->rest + LB_CONTROLLERS, &i->sides, sizeof i->sides);
-    const int missing = __atomic_load_n(&i->missing, __ATOMIC_RELAXED);
-    snprintf(s->bass, sizeof s->bass, "%s", missing ? i->missing_name : name_of(i, s->values[LB_BASS]));
-    leave();
-    return seal(i, s);
-}
-
-/* Reads the values of a state's `count` parameters; returns 0 if one is not a number. */
-static int read_values(double to[LB_PARAMETERS], const uint8_t *from, int64_t count) {
-    int good = 1;
+    s->side = i->sides.side;
     for (int k = 0; k < LB_PARAMETERS; k++) {
-        to[k] = lb_parameters[k].usual;
-        if (k < count) memcpy(&to[k], from + 8 * (size_t)k, sizeof to[k]);
-        good = good && isfinite(to[k]);
+        s->values[k][0] = lb_value(i, k);
+        s->values[k][1] = i->sides.aside[k];
     }
-    return good;
+    const int missing = __atomic_load_n(&i->missing, __ATOMIC_RELAXED);
+    snprintf(s->bass, sizeof s->bass, "%s", missing ? i->missing_name : name_of(i, s->values[LB_BASS][0]));
+    leave();
+    s->checksum = checksum(i->kernels, s, offsetof(lb_state, checksum));
 }
 
-const char *lb_parse_state(const lb_kernels *kernels, const void *bytes, size_t count, const char *magic, lb_kept *to) {
-    const lb_state *s = bytes;
-    const uint8_t *at = (const uint8_t *)s->values;
+/* Reads a state; returns its fault. */
+static const char *parse(const lb_kernels *kernels, const lb_state *s, size_t count, lb_kept *to) {
     static const char *const damaged = "is damaged";
+    const size_t head = offsetof(lb_state, values);
     uint64_t sum;
-    if (count < offsetof(lb_state, values) || memcmp(s->magic, magic, sizeof s->magic)) return "is not one of this plugin";
-    if (s->version < PLAIN || s->version > WITH_SIDES) return "was written by another version of the plugin";
-    if (s->count < 1 || s->count > 1000 || count != size_of(s->version, (size_t)s->count)) return damaged;
-    memcpy(&sum, (const char *)bytes + count - sizeof sum, sizeof sum);
-    if (sum != checksum(kernels, bytes, count - sizeof sum) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
+    if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic)) return "is not one of this plugin";
+    if (s->version != VERSION) return "was written by another version of the plugin";
+    if (s->count < 1 || s->count > 1000) return damaged;
+    if (count != head + (size_t)s->count * sizeof *s->values + sizeof sum) return damaged;
+    memcpy(&sum, (const char *)s + count - sizeof sum, sizeof sum);
+    if (sum != checksum(kernels, s, count - sizeof sum) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
     memset(to, 0, sizeof *to);
     memcpy(to->bass, s->bass, sizeof to->bass);
+    memcpy(to->learned, s->learned, sizeof to->learned);
     to->seed = s->seed;
-    if (!read_values(to->values, at, s->count)) return damaged;
-    at += 8 * (size_t)s->count;
-    if (s->version >= WITH_LEARNED) memcpy(to->learned, at, LB_CONTROLLERS);
-    at += LB_CONTROLLERS;
-    if (s->version >= WITH_SIDES) memcpy(&to->sides.side, at, sizeof to->sides.side);
-    const int good = read_values(to->sides.aside, at + 8, s->version >= WITH_SIDES ? s->count : 0);
-    return good && (to->sides.side == 0 || to->sides.side == 1) ? 0 : damaged;
+    to->sides.side = s->side;
+    for (int k = 0; k < LB_PARAMETERS; k++) {
+        const int known = k < s->count;
+        to->values[k] = known ? s->values[k][0] : lb_parameters[k].usual;
+        to->sides.aside[k] = known ? s->values[k][1] : lb_parameters[k].usual;
+        if (!isfinite(to->values[k]) || !isfinite(to->sides.aside[k])) return damaged;
+    }
+    return s->side == 0 || s->side == 1 ? 0 : damaged;
 }
 
 void lb_take_kept(lb_instance *i, lb_kept *kept) {
@@ -187,7 +160,7 @@ void lb_take_kept(lb_instance *i, lb_kept *kept) {
 int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
     char line[LINE];
     lb_kept kept;
-    const char *why = lb_parse_state(i->kernels, bytes, count, MAGIC, &kept);
+    const char *why = parse(i->kernels, bytes, count, &kept);
     if (why) {
         snprintf(line, sizeof line, "the session's state %s", why);
         i->complain(i->owner, line);

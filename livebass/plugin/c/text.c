@@ -103,9 +103,7 @@ static const char *read_link(char *text, lb_kept *to) {
         *value++ = 0;
         decode(value);
         if (*to->bass) why = take_value(to, pair, value);
-        else if (!strcmp(pair, "bass") && next)
-            why = wrong(to, "is of an earlier version, whose sliders counted otherwise: set them again");
-        else if (!strcmp(pair, "like") || !strcmp(pair, "bass")) why = take_bass(to, value);
+        else if (!strcmp(pair, "like")) why = take_bass(to, value);
         else why = wrong(to, "does not say which bass it is like");
     }
     return why;
@@ -154,20 +152,20 @@ const char *lb_parse_text(const char *text, lb_kept *to) {
     char copy[LB_MOST_TEXT];
     memset(to, 0, sizeof *to);
     for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = to->sides.aside[k] = lb_parameters[k].usual;
-    text += strspn(text, " \t\r\n");
-    if (!*text) return wrong(to, "is empty");
-    if (snprintf(copy, sizeof copy, "%s", text) >= (int)sizeof copy) return wrong(to, "is longer than a sound or a link");
+    if (strlen(text) >= sizeof copy) return wrong(to, "is longer than a sound or a link");
+    strcpy(copy, text + strspn(text, " \t\r\n"));
+    if (!*copy) return wrong(to, "is empty");
     if (strchr(copy, '"')) return read_preset(copy, to);
     copy[strcspn(copy, " \t\r\n")] = 0;
     return read_link(copy, to);
 }
 
-__attribute__((format(printf, 3, 4))) static size_t add(char *text, size_t end, const char *form, ...) {
+size_t lb_append(char *text, size_t room, size_t end, const char *form, ...) {
     va_list more;
     va_start(more, form);
-    const int count = vsnprintf(text + end, LB_MOST_TEXT - end, form, more);
+    const int count = vsnprintf(text + end, room - end, form, more);
     va_end(more);
-    return end + (size_t)count < LB_MOST_TEXT ? end + (size_t)count : LB_MOST_TEXT - 1;
+    return end + (size_t)count < room ? end + (size_t)count : room - 1;
 }
 
 /* Adds the changed parameters, either sliders or all others, as a section. */
@@ -176,16 +174,17 @@ static size_t add_section(char *text, size_t end, const char *name, const double
     for (int k = 0, first = 1; k < LB_PARAMETERS; k++) {
         const lb_parameter *p = &lb_parameters[k];
         if (!lb_is_of_sides(k) || lb_is_slider(k) != sliders || values[k] == p->usual) continue;
-        if (first) end = add(text, end, "\n[%s]\n", name);
+        if (first) end = lb_append(text, LB_MOST_TEXT, end, "\n[%s]\n", name);
         first = 0;
         write_number(number, values[k]);
-        end = add(text, end, "%s = %s\n", p->symbol, number);
+        end = lb_append(text, LB_MOST_TEXT, end, "%s = %s\n", p->symbol, number);
     }
     return end;
 }
 
 size_t lb_write_text(const char *bass, const double values[LB_PARAMETERS], char text[LB_MOST_TEXT]) {
-    size_t end = add(text, 0, "# Play it with `livebass play -p`, or open it in a plugin or on the page.\nlike = \"%s\"\n", bass);
+    static const char *const head = "# Play it with `livebass play -p`, or open it in a plugin or on the page.\n";
+    size_t end = lb_append(text, LB_MOST_TEXT, 0, "%slike = \"%s\"\n", head, bass);
     end = add_section(text, end, "bench", values, 1);
     return add_section(text, end, "plugin", values, 0);
 }

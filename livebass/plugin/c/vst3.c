@@ -16,10 +16,8 @@
 #include <string.h>
 #ifdef _WIN32
 #include <windows.h>
-#define EXPORTED __declspec(dllexport)
 #else
 #include <dlfcn.h>
-#define EXPORTED __attribute__((visibility("default")))
 #endif
 
 enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
@@ -73,11 +71,6 @@ typedef struct vst3 {
 
 /* An interface's object. */
 static vst3 *of(const void *self) { return ((const face *)self)->object; }
-
-/* VST3 has no log. */
-static void complain(void *owner, const char *line) {
-    fprintf(stderr, "livebass: %s\n", line);
-}
 
 static void ask(void *owner) { lb_ask_loader(&((vst3 *)owner)->loader); }
 
@@ -279,8 +272,8 @@ static vst3_result get_state(void *self, vst3_stream **to) {
     lb_state state;
     int32_t written = 0;
     if (!v->instance.shelf) return VST3_NO;
-    const size_t count = lb_save_state(&v->instance, &state);
-    return (*to)->write(to, &state, (int32_t)count, &written);
+    lb_save_state(&v->instance, &state);
+    return (*to)->write(to, &state, (int32_t)sizeof state, &written);
 }
 
 /* --- processor --- */
@@ -533,13 +526,10 @@ static vst3_result nothing_kept(void *self, vst3_stream **stream) { /* the compo
     return VST3_OK;
 }
 
-static const char *const groups[] = {LB_GROUPS};
-enum { GROUPS = sizeof groups / sizeof *groups };
-
 /* The unit of a parameter group. */
 static int32_t group_of(const char *group) {
-    for (int32_t k = 0; k < GROUPS; k++)
-        if (!strcmp(groups[k], group)) return k + 1;
+    for (int32_t k = 0; k < LB_GROUPS; k++)
+        if (!strcmp(lb_groups[k], group)) return k + 1;
     return VST3_ROOT_UNIT;
 }
 
@@ -689,7 +679,7 @@ static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t numb
 
 static int32_t one(void *self) { return 1; }
 
-static int32_t unit_count(void *self) { return 1 + GROUPS; }
+static int32_t unit_count(void *self) { return 1 + LB_GROUPS; }
 
 static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
     if (index < 0 || index >= unit_count(self)) return VST3_INVALID;
@@ -698,7 +688,7 @@ static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
         unit->id = index;
         unit->parent = VST3_ROOT_UNIT;
         unit->programs = VST3_NO_UNIT;
-        to_wide(unit->name, groups[index - 1]);
+        to_wide(unit->name, lb_groups[index - 1]);
         return VST3_OK;
     }
     unit->id = VST3_ROOT_UNIT;
@@ -745,7 +735,7 @@ static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t
 static int32_t selected_unit(void *self) { return VST3_ROOT_UNIT; }
 
 static vst3_result select_unit(void *self, int32_t unit) {
-    return unit >= VST3_ROOT_UNIT && unit <= GROUPS ? VST3_OK : VST3_INVALID;
+    return unit >= VST3_ROOT_UNIT && unit <= LB_GROUPS ? VST3_OK : VST3_INVALID;
 }
 
 static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel,
@@ -936,7 +926,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
         v->apart = k == 1;
         for (int h = 0; h < LB_HIDDEN; h++) v->hidden[h] = lb_hidden_at(h).usual;
         v->instance.owner = v;
-        v->instance.complain = complain;
+        v->instance.complain = lb_complain; /* VST3 has no log */
         v->instance.ask = ask;
         v->instance.moved = moved;
         v->instance.learns = 1;
@@ -948,7 +938,7 @@ static vst3_result create(void *self, const vst3_id class_id, const vst3_id inte
     return VST3_INVALID;
 }
 
-EXPORTED void *GetPluginFactory(void) {
+LB_EXPORTED void *GetPluginFactory(void) {
     static const vst3_factory table = {
         {factory_query, factory_users, factory_users}, factory_info, class_count, class_info, create, class_info_2,
     };
@@ -957,12 +947,12 @@ EXPORTED void *GetPluginFactory(void) {
 }
 
 #if defined(_WIN32)
-EXPORTED bool InitDll(void) { return true; }
-EXPORTED bool ExitDll(void) { return true; }
+LB_EXPORTED bool InitDll(void) { return true; }
+LB_EXPORTED bool ExitDll(void) { return true; }
 #elif defined(__APPLE__)
-EXPORTED bool bundleEntry(void *bundle) { return true; }
-EXPORTED bool bundleExit(void) { return true; }
+LB_EXPORTED bool bundleEntry(void *bundle) { return true; }
+LB_EXPORTED bool bundleExit(void) { return true; }
 #else
-EXPORTED bool ModuleEntry(void *library) { return true; }
-EXPORTED bool ModuleExit(void) { return true; }
+LB_EXPORTED bool ModuleEntry(void *library) { return true; }
+LB_EXPORTED bool ModuleExit(void) { return true; }
 #endif

@@ -106,8 +106,7 @@ export class Bench {
     const said = [...new URLSearchParams(text.replace(/^#/, ""))];
     if (!said.length) return {};
     const [[key, name], ...values] = said, bench = benches.get(name);
-    if (key === "bass" && values.length) throw new Error("the link is of an earlier version, whose sliders counted otherwise: set them again");
-    if (!["like", "bass"].includes(key) || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
+    if (key !== "like" || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
     for (const [symbol, value] of values) bench.check("link", symbol, value);
     return {name, values: Object.fromEntries(values.map(([symbol, value]) => [symbol, +value]))};
   }

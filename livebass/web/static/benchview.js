@@ -4,7 +4,7 @@ import {Bench, SLOTS} from "./bench.js";
 import {CONTROLS, moveControl} from "./controls.js";
 import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
-import {$, PAGE, chooseBass, chosenBass, setPressed} from "./page.js";
+import {$, PAGE, chooseBass, chosenBass, make, makeButton, save, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
@@ -31,13 +31,8 @@ export const sayBench = text => { $("bench-said").textContent = text; };
 export function makeBench() {
   for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass));
   for (const story of STORIES) {
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = story.name;
-    button.onclick = () => tell(story);
-    button.hidden = !!story.fretless && !fretlessBass();
-    story.button = button;
-    $("stories").append(button);
+    const hidden = !!story.fretless && !fretlessBass();
+    $("stories").append(story.button = makeButton(story.name, {onclick: () => tell(story), hidden}));
   }
   for (const slot of SLOTS) $(`slot-${slot}`).onclick = () => onBench(() => bench().choose(slot));
   $("undo").onclick = () => onBench(() => bench().undo());
@@ -72,25 +67,17 @@ export function showBench() {
   for (const group of GROUPS) {
     const rows = [...bench().controls.values()].filter(control => control.group === group);
     if (!rows.length) continue;
-    const fieldset = document.createElement("fieldset"), legend = document.createElement("legend");
-    legend.textContent = group;
-    fieldset.append(legend, ...rows.map(makeSlider));
-    $("bench-controls").append(fieldset);
+    $("bench-controls").append(make("fieldset", {}, make("legend", {textContent: group}), ...rows.map(makeSlider)));
   }
   showValues();
 }
 
 // Makes a row of the bench: a slider with its name and value.
 function makeSlider({symbol, name, help, least, most, step}) {
-  const row = document.createElement("div"), label = document.createElement("label"), value = document.createElement("output");
-  const slider = document.createElement("input"), id = `bench-${symbol}`;
-  row.className = "control";
-  row.title = help;
-  Object.assign(slider, {type: "range", id, min: least, max: most, step});
+  const id = `bench-${symbol}`, slider = make("input", {type: "range", id, min: least, max: most, step});
+  const label = make("label", {htmlFor: id, textContent: name}), value = make("output", {htmlFor: id});
+  const row = make("div", {className: "control", title: help}, label, value, slider);
   slider.dataset.symbol = symbol;
-  label.htmlFor = value.htmlFor = id;
-  label.textContent = name;
-  row.append(label, value, slider);
   const reset = () => moveSlider(symbol, 0, true);
   slider.oninput = () => moveSlider(symbol, +slider.value, false);
   slider.onchange = () => onBench(() => bench().settle());
@@ -144,22 +131,14 @@ export function onBench(act) {
   act();
   showValues();
   if (bench().moving === undefined) keepLink();
-  if (bench().link() === before) {
-    buildWanted();
-    return;
-  }
-  rebuild();
+  building.wanted ||= bench().link() !== before;
+  buildWanted();
 }
 
 // A bass is being built; another one is wanted; a note began since the last one
 export const building = {now: false, wanted: false, struck: false};
 
 // Builds the bench's bass and hands it over; of the wishes that come meanwhile, only the newest is built next.
-function rebuild() {
-  building.wanted = true;
-  buildWanted();
-}
-
 async function buildWanted() {
   if (building.now || !player.ready) return;
   building.now = true;
@@ -248,12 +227,9 @@ export async function takePreset(file) {
 }
 
 function saveBench() {
-  const place = document.createElement("a"), file = new Blob([bench().toml()], {type: "application/toml"});
-  place.href = URL.createObjectURL(file);
-  place.download = `${bench().bass.name}-bench.toml`;
-  place.click();
-  setTimeout(() => URL.revokeObjectURL(place.href), 1000);
-  sayBench(`Saved: livebass play -p ./${place.download} plays it.`);
+  const name = `${bench().bass.name}-bench.toml`;
+  save(new Blob([bench().toml()], {type: "application/toml"}), name);
+  sayBench(`Saved: livebass play -p ./${name} plays it.`);
 }
 
 async function copyLink() {

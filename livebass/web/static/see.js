@@ -14,6 +14,14 @@ const NARROW = 280; // px, the width of a spectrum without room for all names
 const SOME = 48; // frames between measured shapes
 const MM = 1e-3;
 
+// Draws a straight line.
+function line(g, x0, y0, x1, y1) {
+  g.beginPath();
+  g.moveTo(x0, y0);
+  g.lineTo(x1, y1);
+  g.stroke();
+}
+
 // A sound's fundamental (Hz), by McLeod's normalised square difference over the last samples; undefined: none.
 export function pitchOf(sound, rate) {
   const every = Math.max(1, Math.round(rate / 12000)), n = Math.floor(sound.length / every), x = new Float32Array(n);
@@ -397,10 +405,7 @@ export class See {
     for (let mm = Math.ceil(below / MM); mm <= above / MM - 0.5; mm++) {
       g.strokeStyle = mm ? colour.line : colour.edge;
       g.lineWidth = px;
-      g.beginPath();
-      g.moveTo(left, y(mm * MM));
-      g.lineTo(w, y(mm * MM));
-      g.stroke();
+      line(g, left, y(mm * MM), w, y(mm * MM));
       g.fillStyle = colour.soft;
       g.textAlign = "right";
       if (mm % 2 === 0) g.fillText(mm === 0 ? "0 mm" : mm, left - 4 * px, y(mm * MM));
@@ -440,10 +445,7 @@ export class See {
       g.stroke();
     });
     if (drawn) return;
-    g.beginPath();
-    g.moveTo(x(0), y(0));
-    g.lineTo(x(s.length), y(0));
-    g.stroke();
+    line(g, x(0), y(0), x(s.length), y(0));
   }
 
   // Draws the last note's hits from its release on: time to the right, frets upwards.
@@ -460,10 +462,7 @@ export class See {
     g.textAlign = "right";
     for (const fret of [5, 12, 17].filter(n => n <= count)) {
       const at = y(this.bass.fretless ? s.frets[fret - 1] : fret);
-      g.beginPath();
-      g.moveTo(left, at);
-      g.lineTo(w, at);
-      g.stroke();
+      line(g, left, at, w, at);
       g.fillText(this.bass.capo + fret, left - 5 * px, at);
     }
     g.textAlign = "center";
@@ -472,10 +471,7 @@ export class See {
     if (this.replay) {
       const at = x(Math.max(0, Math.min(NOTE_SPAN, this.moment)));
       g.strokeStyle = colour.ink;
-      g.beginPath();
-      g.moveTo(at, 0);
-      g.lineTo(at, h - foot);
-      g.stroke();
+      line(g, at, 0, at, h - foot);
     }
     g.fillStyle = colour.accent;
     for (const {fret, frame: at, speed} of contacts) {
@@ -502,10 +498,7 @@ export class See {
     const every = w < NARROW * px ? 2 : 1;
     for (const [k, [hz, text]] of MARKS.entries()) {
       const x = w * Math.log(hz / LOWEST_HZ) / Math.log(ratio);
-      g.beginPath();
-      g.moveTo(x, 0);
-      g.lineTo(x, h - foot);
-      g.stroke();
+      line(g, x, 0, x, h - foot);
       if (k % every === 0) g.fillText(text, x, h - foot / 2);
     }
     g.strokeStyle = colour.accent;

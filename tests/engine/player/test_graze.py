@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,12 @@ import pytest
 from livebass import QUALITIES, Instrument
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
+from livebass.engine.image import image_of
 from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.kernels.string.records import PLUCK
 from livebass.model.instrument import speaking
 from livebass.model.modes import grazing_apex
-from livebass.plugin.instrument import instrument_file, read_instrument
+from livebass.plugin.instrument import instrument_file
 from livebass.preset.build import Builder
 from livebass.preset.load import preset_tables
 from livebass.preset.source import PresetError
@@ -93,11 +93,10 @@ def test_the_hand_stays_whatever_the_neck_becomes(player: dict[str, Any], neck: 
     assert not np.allclose(moved, usual, rtol=1e-3, atol=0) or "lift" in neck
 
 
-def test_files_have_the_hand(tmp_path: Path) -> None:
+def test_files_have_the_hand() -> None:
     """In every tier a file's pool has the heights of the hand's neck, or of its own neck without one."""
     bass = bass_of("fretless", {"graze_action": "3 mm"})
-    (tmp_path / "a.lbass").write_bytes(instrument_file(bass))
-    file, own = read_instrument(tmp_path / "a.lbass"), Engine(bass_of("fretless"), QUALITIES["live"], 48000)
+    file, own = image_of(instrument_file(bass)), Engine(bass_of("fretless"), QUALITIES["live"], 48000)
     for tier in (LIVE, STUDIO):
         pool = file.pool(tier, 48000)
         first = pool.records[0, 0]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import functools
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from support.strings import even
 from livebass import QUALITIES, Instrument, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
+from livebass.engine.image import image_of
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.answers import EVERY
@@ -23,7 +23,7 @@ from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model import answers
-from livebass.plugin.instrument import instrument_file, read_instrument, tiers, write_instrument
+from livebass.plugin.instrument import instrument_file, tiers
 
 RATE = 48000
 E, A, D, G = range(4)
@@ -367,12 +367,11 @@ def test_modes_that_may_answer_fit_on_any_bass() -> None:
     assert answers.answering_modes(answering("off")) == (0, 0, 0, 0)
 
 
-def test_an_instrument_file_holds_what_couples_the_strings(tmp_path: Path) -> None:
+def test_an_instrument_file_holds_what_couples_the_strings() -> None:
     bass = answering("pedal")
-    write_instrument(bass, tmp_path / "bass.lbass")
-    data = (tmp_path / "bass.lbass").read_bytes()
+    data = instrument_file(bass)
     assert len(data) > len(instrument_file(answering("off")))
-    read = read_instrument(tmp_path / "bass.lbass")
+    read = image_of(data)
     pool, engine = read.pool(0, RATE), Engine(bass, tiers(bass)[0], RATE)
     mine, other = (records["answering"] for records in (pool.records, engine.pool.records))
     assert np.array_equal(mine, other) and mine.min() > 20
