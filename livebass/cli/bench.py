@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.options import PATH
+from livebass.cli.options import PATH, count_option, option
 from livebass.cli.progress import have_kernels
 from livebass.cli.said import say
 from livebass.cli.values import Number
@@ -18,8 +18,8 @@ from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
-JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Also write the figures to FILE.")
-PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
+JSON = option("--json file", PATH, "Also write the figures to FILE.", metavar="FILE")
+PLOT = option("--plot picture", PATH, "Draw the figures into FILE.png.", metavar="FILE.png")
 
 
 @click.group()
@@ -41,27 +41,20 @@ def render_(file: Path | None) -> None:
 
 
 @bench.command("live")
-@click.option("-p", "--preset", metavar="NAME|FILE", default="jazz-finger", show_default=True, help="The bass.")
-@click.option(
-    "-q",
-    "--quality",
-    "qualities",
-    type=click.Choice(list(QUALITIES)),
+@option("-p --preset", str, "The bass.", metavar="NAME|FILE", default="jazz-finger")
+@option(
+    "-q --quality qualities",
+    click.Choice(list(QUALITIES)),
+    "Measure only this quality; repeatable.  [default: all]",
     multiple=True,
-    help="Measure only this quality; repeatable.  [default: all]",
 )
-@click.option(
-    "--block",
-    "blocks",
-    type=Number("frames", *BLOCK, whole=True),
+@option(
+    "--block blocks",
+    Number("frames", *BLOCK, whole=True),
+    "Measure only this block size; repeatable.  [default: 32, 64 ... 1024]",
     multiple=True,
-    help="Measure only this block size; repeatable.  [default: 32, 64 ... 1024]",
 )
-@click.option(
-    "--runs",
-    type=Number("count", 1, 100, whole=True),
-    help="Number of runs.  [default: 5 in quality live, 3 in the others]",
-)
+@count_option("--runs", 100, "Number of runs.  [default: 5 in quality live, 3 in the others]")
 @JSON
 @PLOT
 def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs: int | None, file: Path | None,

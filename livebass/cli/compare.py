@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,12 +13,12 @@ from typing import Any
 import click
 
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.options import PATH, count_option, file_option, preset_option
+from livebass.cli.options import PATH, count_option, file_option, option, preset_option, seed_option
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
-from livebass.cli.values import Number, Parsed
+from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
-from livebass.units import one_line
+from livebass.units import is_number, one_line
 
 TECHNIQUES = ("fingers", "pick", "slap", "pop")
 GROUPS = {
@@ -30,42 +31,34 @@ GROUPS = {
 
 def _velocities(text: str) -> tuple[int, ...]:
     """Comma-separated velocities, from soft to hard."""
-    rule = "must be ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
-    try:
-        found = tuple(int(part) for part in text.split(","))
-    except ValueError:
-        raise ValueError(rule) from None
+    found = tuple(int(part) if is_number(part) else 0 for part in re.split(r"\s*,\s*", text))
     if any(not 1 <= v <= 127 for v in found) or any(b <= a for a, b in pairwise(found)):
-        raise ValueError(rule)
+        rule = "ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
+        raise ValueError(f"must be {rule}, not {text!r}")
     return found
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="REAL...")
 @preset_option("A preset that plays the same notes; repeatable.", "presets", multiple=True)
-@click.option(
-    "--beside", type=PATH, multiple=True, metavar="FILE|DIR",
-    help="Recordings, or a folder of them, to compare instead of presets; repeatable.",
-)  # fmt: skip
-@click.option(
-    "-q", "--quality", type=click.Choice(list(QUALITIES)), default="studio", show_default=True,
-    help="Precision of the presets' strings.",
-)  # fmt: skip
-@click.option(
-    "--velocities", type=Parsed("velocities", _velocities, "N,N..."),
-    help="Velocities of a preset, soft to hard.  [default: 30 to 127, as many as the dynamics of REAL]",
-)  # fmt: skip
+@option(
+    "--beside",
+    PATH,
+    "Recordings, or a folder of them, to compare instead of presets; repeatable.",
+    multiple=True,
+    metavar="FILE|DIR",
+)
+@option("-q --quality", click.Choice(list(QUALITIES)), "Precision of the presets' strings.", default="studio")
+@option(
+    "--velocities",
+    Parsed("n,n...", _velocities),
+    "Velocities of a preset, soft to hard.  [default: 30 to 127, as many as the dynamics of REAL]",
+)
 @count_option("--takes", 16, "Number of times a preset plays each note.", default=2)
-@click.option(
-    "--seed", type=Number("number", 0, 2**31, whole=True), default=0, show_default=True,
-    help="Seed of the player's small variations.",
-)  # fmt: skip
-@click.option(
-    "--technique", type=click.Choice(TECHNIQUES),
-    help="Technique of all notes.  [default: by the file names, or fingers]",
-)  # fmt: skip
-@file_option("-o", "--output", metavar="PAGE.html", help="Write a page with spectrograms, decays, bands and players.")
-@file_option("--json", "json_file", help="Write all figures, also for each note, as JSON.")
+@seed_option()
+@option("--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]")
+@file_option("-o --output", "Write a page with spectrograms, decays, bands and players.", metavar="PAGE.html")
+@file_option("--json json_file", "Write all figures, also for each note, as JSON.")
 def compare(
     recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
     output: Path | None, json_file: Path | None, **how: Any,

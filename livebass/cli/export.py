@@ -15,17 +15,20 @@ from livebass.cli.options import (
     DEFAULT_PRESET,
     count_option,
     file_option,
+    flag,
     folder_option,
+    option,
     preset_option,
     presets_option,
     quality_option,
     rendered_quality,
+    seed_option,
 )
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.shelf import basses_of, page_basses, page_ready
 from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
-from livebass.cli.values import RATE, Number, Quantity
+from livebass.cli.values import RATE, Quantity
 from livebass.model.quality import AUTO, QUALITIES
 from livebass.units import one_line
 
@@ -85,7 +88,7 @@ def plugin_command(kind: str) -> click.Command:
         f"Folder to write {BUNDLES[kind]} in; created if missing. Replaces an older one.  "
         "[default: the current directory]",
     )
-    @click.option("--install", is_flag=True, help="Write the plugin where hosts on this system look for it.")
+    @flag("--install", "Write the plugin where hosts on this system look for it.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @quality_option(
         AUTO,
@@ -156,7 +159,7 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
 @folder_option(
     "Folder to write; created if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
-@click.option("--single", is_flag=True, help="Write one HTML file, livebass.html, which also plays from disk.")
+@flag("--single", "Write one HTML file, livebass.html, which also plays from disk.")
 @quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
@@ -195,9 +198,7 @@ def web(
 @hands_options
 @effects_options
 @file_option(
-    "-o",
-    "--output",
-    help="File to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
+    "-o --output", "File to write, NAME.lbass.  [default: where installed plugins look, in your home directory]"
 )
 @tuning_options
 def instrument(preset: str, output: Path | None, **options: Any) -> None:
@@ -257,22 +258,16 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.",
     default=2,
 )
-@click.option(
+@option(
     "--length",
-    type=Quantity("time", *LENGTH),
+    Quantity("time", *LENGTH),
+    "Longest sample, 100ms to 60s. Longer notes fade out over the last quarter.",
     default=8.0,
     show_default="8s",
-    help="Longest sample, 100ms to 60s. Longer notes fade out over the last quarter.",
 )
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Sample rate, 22050 to 192000 Hz.")
-@click.option(
-    "--seed",
-    type=Number("number", 0, 2**31, whole=True),
-    default=0,
-    show_default=True,
-    help="Seed of the player's small variations; the same seed gives the same files.",
-)
-@click.option("--size", is_flag=True, help="Write nothing; print the number of samples and their size.")
+@option("--rate", RATE, "Sample rate, 22050 to 192000 Hz.", default=48000)
+@seed_option()
+@flag("--size", "Write nothing; print the number of samples and their size.")
 def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, size: bool, **options: Any) -> None:
     """Render a preset into a sample pack for SFZ samplers.
 
