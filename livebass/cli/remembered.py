@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.bounds import between, one_of, refusal
+from livebass.bounds import between, complaint, one_of, refusal
 from livebass.cli.options import given
 from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS
@@ -109,7 +109,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
             try:
                 value = checked(row, data[row.name])
             except ValueError as error:
-                raise ValueError(f"{row.name} = {data[row.name]!r}: {error}") from None
+                raise ValueError(complaint(row.name, error, repr(data[row.name]))) from None
             if row.name in ("capo", "a4"):
                 data[row.name] = value
     controllers = data.get("controllers", {})

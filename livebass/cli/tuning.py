@@ -58,7 +58,7 @@ tuning_options = together(
 )
 
 
-GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)}) = (?P<value>.+?): (?P<why>.*)")  # of an error
+GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)})(?: =)?(?P<why> .*)")  # parts of an error
 
 
 def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNING_KEYS) -> Instrument:
@@ -72,8 +72,7 @@ def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNI
         found = GIVEN.fullmatch(str(error))
         if found is None or tuning.get(found["key"]) is None or found["key"] not in given:
             raise
-        said = f"--{found['key']} {found['value']}: {found['why']}, in {found['file']}"
-        raise PresetError(said) from None
+        raise PresetError(f"--{found['key']}{found['why']}, in {found['file']}") from None
 
 
 def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:

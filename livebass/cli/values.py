@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from livebass.bounds import between
+from livebass.bounds import between, complaint
 from livebass.model import quality
 from livebass.units import is_number, note_name, note_number, quantity
 
@@ -74,7 +74,7 @@ def of_value(parse: Callable[..., Any], text: str, *more: Any) -> Any:
     try:
         return parse(text, *more)
     except ValueError as error:
-        raise ValueError(f"{text!r}: {error}") from None
+        raise ValueError(complaint("", error, repr(text)).removeprefix(" = ").strip()) from None
 
 
 def span(text: str) -> tuple[float, float]:

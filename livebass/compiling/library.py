@@ -91,7 +91,7 @@ def _load(progress: processes.Progress) -> Library:
         with suppress(OSError):
             return SharedLibrary(store.built())
     kept = store.kept()
-    damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them anew"
+    damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them again"
     return ObjectFile(store.kept_or_made(kept, lambda: compiled_here(progress), damaged))
 
 

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass.model.keymap import KEYS, MAPS, MODO, KeyMap
-from livebass.preset.keys import nearest, quoted
+from livebass.preset.keys import fault, nearest, quoted
 from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
 from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
 from livebass.units import note_number, one_line, pitch_name
@@ -89,7 +89,7 @@ class _Reader:
         self.label = label
 
     def error(self, where: str, why: str, *raw: Any) -> PresetError:
-        return PresetError(f"{self.label}: {where}{''.join(f' = {quoted(r)}' for r in raw)}: {why}")
+        return fault(self.label, where, why, *raw)
 
     def key_map(self, data: dict[str, Any]) -> KeyMap:
         """The key map of these tables. Raises PresetError."""
@@ -99,7 +99,7 @@ class _Reader:
                 raise self.error(name[:40], f"unknown; {nearest(name, known)}")
         over_notes = data.get("over_notes", True)
         if not isinstance(over_notes, bool):
-            raise self.error("over_notes", "allowed: true or false", over_notes)
+            raise self.error("over_notes", "must be true or false", over_notes)
         own_keys = "strings" in data or "keys" in data
         keys = (*self.strings(data.get("strings", {})), *self.switches(data.get("keys", {})))
         controllers = tuple(self.controllers(data["controllers"])) if "controllers" in data else MODO.controllers
@@ -122,7 +122,7 @@ class _Reader:
         listed = raw if isinstance(raw, list) else [raw]
         for number in listed:
             if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
-                raise self.error(place, f"allowed: {rule}", raw)
+                raise self.error(place, f"must be {rule}", raw)
         return listed
 
     def strings(self, raw: Any) -> Iterator[tuple[int, str, str, int]]:
@@ -132,7 +132,7 @@ class _Reader:
             try:
                 pitch_class = note_number(f"{name}4") % 12
             except ValueError:
-                raise self.error(place, "unknown string; allowed: an open note such as E or Bb", keys) from None
+                raise self.error(place, "unknown string; strings are open notes such as E or Bb", keys) from None
             for key in self.numbers(place, keys, KEYS - 1, KEY_RULE):
                 yield key, place, "string", pitch_class
 
@@ -158,7 +158,7 @@ class _Reader:
                 raise self.error(place, f"unknown function; {nearest(name, list(FUNCTION_ROWS))}", given)
             for number in self.numbers(place, given, CHANNEL_MODES - 1, CONTROLLER_RULE):
                 if number in RESERVED:
-                    raise self.error(place, f"allowed: {CONTROLLER_RULE}", number)
+                    raise self.error(place, f"must be {CONTROLLER_RULE}", number)
                 if number in places:
                     raise self.error(place, f"is {places[number]} already; a controller does one thing", number)
                 places[number] = place

@@ -30,7 +30,7 @@ FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
 FIRST_SCREEN = 40  # lines
 WIDEST = 100  # characters per line of a page, for terminals
 LARGEST_PICTURE = 150_000  # bytes
-OTHER_OPTIONS = {"--all", "--anew", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
+OTHER_OPTIONS = {"--all", "--without", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
 
 
 @pytest.mark.parametrize("page", handbook.PAGES)

@@ -48,6 +48,7 @@ from livebass.live.settings import Settings, Summary
 from livebass.live.status import Status
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
+from livebass.live.thread.ring import PARAMETER
 from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
 from livebass.score.phrases import demo_score
@@ -440,7 +441,7 @@ def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
 
     def play(synth: Synth) -> None:
         synth.send(0xB0, 7, 80)
-        synth.set_parameter(1, -0.5)  # the tone
+        synth.set_value(PARAMETER, 1, -0.5)  # the tone
         played_on(synth, 0.6)
         assert isinstance(session.output, JackOutput)
         for rate in (44100, RATE):
@@ -450,7 +451,7 @@ def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
             now = session.output.synth
             rates.append(rate)
             assert now.bass is not None and of_any(now.bass.engine.performer)["volume"] == 80 / 127
-            assert now.parameter(1) == -0.5 and now.record["gain_target"][0] == 1
+            assert now.value(PARAMETER, 1) == -0.5 and now.record["gain_target"][0] == 1
             assert now.frame / rate > 0.9 * before.frame / before.rate, "the time goes on"
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]
             played_on(now, 0.8)

@@ -62,7 +62,7 @@ CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int
 
 
 def address_of(clock: Any) -> int:
-    """The address of a clock, for `Synth.set_clock`."""
+    """The address of a clock, for a synth's clock."""
     return int(ctypes.cast(clock, ctypes.c_void_p).value or 0)
 
 
@@ -79,7 +79,7 @@ class Load:
     def __init__(self, synth: Synth) -> None:
         self.heavy, self._now = False, 0
         self._clock = CLOCK(self._tell)
-        synth.set_clock(address_of(self._clock))
+        synth.record["clock"] = address_of(self._clock)
 
     def _tell(self, _kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
         self._now += int(0.9 * 64 / RATE * 1e9) if self.heavy else 0
@@ -90,9 +90,9 @@ class Load:
 def run_ahead(synth: Synth, how: str) -> None:
     """Lets strings run ahead of the clock as far as possible ("far"), "never", or "as time allows"."""
     if how == "far":
-        synth.set_clock(address_of(stopped))
+        synth.record["clock"] = address_of(stopped)
     elif how == "never":
-        synth.set_clock(0)
+        synth.record["clock"] = 0
 
 
 def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:

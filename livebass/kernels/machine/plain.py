@@ -72,24 +72,12 @@ def _array_at(kind: Any, address: int, shape: tuple[int, ...]) -> NDArray[Any]:
     return np.frombuffer(memory, kind).reshape(shape)
 
 
-def floats_at(address: int, count: int) -> NDArray[np.float64]:
-    """Returns `count` float64 at `address` as an array."""
-    return _array_at(np.float64, address, (count,))
+def _row_at(kind: Any) -> Callable[[int, int], NDArray[Any]]:
+    """Makes a function (address, count) -> array of `count` items of `kind`."""
+    return lambda address, count: _array_at(kind, address, (count,))
 
 
-def samples_at(address: int, count: int) -> NDArray[np.float32]:
-    """Returns `count` float32 at `address` as an array."""
-    return _array_at(np.float32, address, (count,))
-
-
-def words_at(address: int, count: int) -> NDArray[np.int64]:
-    """Returns `count` int64 at `address` as an array."""
-    return _array_at(np.int64, address, (count,))
-
-
-def bytes_at(address: int, count: int) -> NDArray[np.uint8]:
-    """Returns `count` uint8 at `address` as an array."""
-    return _array_at(np.uint8, address, (count,))
+floats_at, samples_at, words_at, bytes_at = map(_row_at, (np.float64, np.float32, np.int64, np.uint8))
 
 
 class Record(np.void):  # type: ignore[misc]  # numpy allows it
