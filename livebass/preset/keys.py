@@ -217,7 +217,7 @@ def checked(key: Key, raw: Any) -> Any:
         return tuning.reference_of(raw)
     if kind in DIMENSIONS:
         if not isinstance(raw, str):
-            raise ValueError(f'needs a text with a unit such as "{key.least}"; units: {units.allowed_units(kind)}')
+            raise ValueError(f'must be a text with a unit such as "{key.least}" (units: {units.allowed_units(kind)})')
         value = quantity(raw, kind)
         good = quantity(key.least, kind) <= value <= quantity(key.most, kind)
     elif kind == "curve":

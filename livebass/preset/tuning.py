@@ -11,7 +11,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-from livebass.bounds import between, complaint
+from livebass.bounds import between
 from livebass.model.instrument import A4_HZ, A4_NOTE
 from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
 from livebass.units import cents, note_name, note_number, quantity
@@ -204,7 +204,7 @@ def temperament_of_file(path: str) -> tuple[float, ...]:
     try:
         return _scala(text) if path.lower().endswith(".scl") else temperament_of(text)
     except ValueError as error:
-        raise ValueError(complaint(path, error)) from None
+        raise ValueError(f"{path}: {error}") from None
 
 
 def _scala(text: str) -> tuple[float, ...]:
