@@ -204,7 +204,7 @@ BAD = {
     "no division": (smf(LINE, division=0), "ticks per quarter note must be from 1 to 32767, not 0"),
     "odd smpte": (smf(LINE, division=0xEC28), "24, 25, 29 or 30 frames of 1 to 255 ticks, not 20 of 40"),
     "no running status": (smf(b"\x00\x40\x40"), "byte 23: data byte 0x40 without"),
-    "long delta": (smf(b"\xff\xff\xff\xff\x7f"), "longer than the 4 bytes allowed"),
+    "long delta": (smf(b"\xff\xff\xff\xff\x7f"), "longer than 4 bytes"),
     "no notes": (smf(BASS + END), "has no notes"),
     "no bass": (
         smf(named(b"", 0, 64), named(b"", 1, 64)),
