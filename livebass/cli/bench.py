@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.options import PATH, count_option, option
+from livebass.cli.options import PATH, count_option, files_to_write, option, write_results
 from livebass.cli.progress import have_kernels
 from livebass.cli.said import say
 from livebass.cli.values import Number
@@ -101,28 +101,20 @@ def _report(
     draw: Callable[[Result], bytes] | None,
 ) -> None:  # fmt: skip
     """Measures, writes the requested files, and prints the table."""
-    from livebass.files import Transaction, checked_place
     from livebass.report.picture import check_plots
     from livebass.report.text import json_text
 
-    places = [checked_place(path) for path in (file, picture) if path is not None]  # now, not after a minute of work
-    if len(set(places)) < len(places):
-        raise click.UsageError("--json and --plot: the same file")
+    files_to_write({"--json": file, "--plot": picture})  # now, not after a minute of work
     if picture is not None:
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         check_plots("--plot")
     have_kernels()
     result = measure(_say if sys.stderr.isatty() else silent)
-    try:
-        if places:
-            with Transaction() as transaction:
-                if file is not None:
-                    transaction.write_text(file, json_text(result, indent=2))
-                if picture is not None and draw is not None:
-                    transaction.write(picture, draw(result))
-    finally:  # a full disk must not lose the figures
-        click.echo(table(result))
+    made: list[tuple[Path | None, Callable[[], str | bytes]]] = [(file, lambda: json_text(result, indent=2))]
+    if draw is not None:
+        made.append((picture, lambda: draw(result)))
+    write_results(made, table(result))
 
 
 def _say(line: str) -> None:

@@ -13,7 +13,16 @@ from typing import Any
 import click
 
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.options import PATH, count_option, file_option, option, preset_option, seed_option
+from livebass.cli.options import (
+    PATH,
+    count_option,
+    file_option,
+    files_to_write,
+    option,
+    preset_option,
+    seed_option,
+    write_results,
+)
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Parsed
@@ -84,20 +93,14 @@ def compare(
     from livebass.comparison.comparing import compare as compared
     from livebass.comparison.notes import measured, rendered
     from livebass.comparison.summary import Bass, basses
-    from livebass.files import Transaction, checked_place
     from livebass.preset.load import load_preset
     from livebass.report.picture import check_plots
 
-    places = [path for path in (output, json_file) if path is not None]
-    if len({checked_place(path) for path in places}) < len(places):
-        raise click.UsageError("--output and --json: the same file")
+    places = files_to_write({"--output": output, "--json": json_file}, (*recordings, *beside))
     if output is not None:
         if output.suffix.lower() not in (".html", ".htm"):
             raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
         check_plots("-o")
-    for path in places:
-        if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in (*recordings, *beside)):
-            raise click.UsageError(f"{path}: is a recording itself; name another file")
     loaded = [load_preset(name) for name in presets]
     folders = [path for path in recordings if path.is_dir()]
     files = [path for path in recordings if not path.is_dir()]
@@ -124,17 +127,13 @@ def compare(
             found += basses(names[Path(name)], notes, rendered=True)
     with shown_progress("measuring") as progress:
         result = compared(found, progress)
-    try:
-        if places:
-            with Transaction() as transaction:
-                if json_file is not None:
-                    transaction.write_text(json_file, result.json())
-                if output is not None:
-                    from livebass.comparison.page import page
 
-                    transaction.write_text(output, page(result))
-    finally:  # a full disk must not lose the figures
-        click.echo(result.table())
+    def drawn() -> str:
+        from livebass.comparison.page import page
+
+        return page(result)
+
+    write_results([(json_file, result.json), (output, drawn)], result.table())
     notes_count = sum(len(bass.notes) for bass in found)
     written = f" -> {', '.join(map(str, places))}" if places else ""
     say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")

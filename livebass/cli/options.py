@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -101,6 +101,33 @@ presets_option = preset_option(
     "presets",
     multiple=True,
 )
+
+
+def files_to_write(files: Mapping[str, Path | None], sources: Iterable[Path] = ()) -> list[Path]:
+    """The given files by option, checked before the work. Raises UsageError for equal ones and for one of `sources`."""
+    from livebass.files import checked_place
+
+    found = {option: path for option, path in files.items() if path is not None}
+    if len({checked_place(path) for path in found.values()}) < len(found):
+        raise click.UsageError(f"{' and '.join(found)}: the same file")
+    for path in found.values():
+        if path.exists() and any(source.exists() and os.path.samefile(source, path) for source in sources):
+            raise click.UsageError(f"{path}: is a recording itself; name another file")
+    return list(found.values())
+
+
+def write_results(made: Iterable[tuple[Path | None, Callable[[], str | bytes]]], table: str) -> None:
+    """Writes the content `made` for each path, except None; prints `table` even if that fails, as on a full disk."""
+    from livebass.files import Transaction
+
+    try:
+        with Transaction() as files:
+            for path, content in made:
+                if path is not None:
+                    data = content()
+                    files.write(path, data if isinstance(data, bytes) else data.encode("utf-8", "backslashreplace"))
+    finally:
+        click.echo(table.removesuffix("\n"))
 
 
 def given(name: str) -> bool:

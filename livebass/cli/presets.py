@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, flag, option, preset_option
+from livebass.cli.options import (
+    DEFAULT_PRESET,
+    PATH,
+    file_option,
+    files_to_write,
+    flag,
+    option,
+    preset_option,
+    write_results,
+)
 from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
@@ -171,13 +180,9 @@ def identify(
     """
     if how["note"] is not None and how["f0"] is not None:
         raise click.UsageError("give one of --note and --f0")
-    outputs = [path for path in (output, json_file, csv_file) if path is not None]
     if output is not None and output.suffix != ".toml":
         raise click.UsageError(f"{output}: a preset's name ends in .toml")
-    for path in outputs:
-        if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in recordings):
-            raise click.UsageError(f"{path}: is a recording itself; name another file")
-    from livebass.files import Transaction, checked_place
+    outputs = files_to_write({"--output": output, "--json": json_file, "--csv": csv_file}, recordings)
     from livebass.preset.load import load_preset, preset_tables
     from livebass.report.picture import check_installed
 
@@ -186,8 +191,6 @@ def identify(
         raise click.UsageError(
             f"--preset {preset}: has {', '.join(keys)}, and a string is written as it sounds: leave out -o"
         )
-    for path in outputs:
-        checked_place(path)
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.identification.fit import fit_neck
     from livebass.identification.identify import identify as identify_string
@@ -200,15 +203,12 @@ def identify(
     resonances = fit.resonances if fit else ()
     if fit:
         result = with_resonances(result, bass, resonances)
-    with Transaction() as files:
-        if output is not None:
-            text = new_preset(preset, result.string.name, result, recordings, resonances)
-            files.write_text(output, text)
-        if json_file is not None:
-            files.write_text(json_file, identified_json(result, resonances))
-        if csv_file is not None:
-            files.write_text(csv_file, partials_csv(result))
-    click.echo(table(result) + (neck_table(fit) if fit else ""), nl=False)
+    made: list[tuple[Path | None, Callable[[], str | bytes]]] = [
+        (output, lambda: new_preset(preset, result.string.name, result, recordings, resonances)),
+        (json_file, lambda: identified_json(result, resonances)),
+        (csv_file, lambda: partials_csv(result)),
+    ]
+    write_results(made, table(result) + (neck_table(fit) if fit else ""))
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
     left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""

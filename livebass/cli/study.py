@@ -210,27 +210,21 @@ def sweep(
     points = grid(settings, axes)
     results: dict[str, dict[str, float]] = {}
     try:
-        with Transaction() as made:  # new directories, removed again if they stay empty
-            sweeping.prepare(made, directory, file)
+        with Transaction() as new:  # directories, removed again if they stay empty
+            sweeping.prepare(new, directory, file)
             results |= sweeping.found(directory, points)
             _complete(directory, points, results, workers or core_count(), scheduler)
-        drawn: tuple[bytes, ...] = ()
+        made, drawn = sweeping.Sweep(axes, tuple(points), results), tuple[bytes, ...]()
         if draw:
-            values = {name: _column(points, results, name) for name in quantities or USUAL}
-            drawn = sweeping.pictures(axes, values, _title(settings))
-        described = sweeping.as_json(settings, axes, points, results)
-        sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
+            drawn = sweeping.pictures(axes, {name: made.values(name) for name in quantities or USUAL}, _title(settings))
+        sweeping.write(directory, made.table(), drawn, file, made.described(settings))
     except KeyboardInterrupt:
-        count = _found(points, results)
+        count = sum(point.digest in results for point in points)
         kept = f"{count} of {len(points)} points are kept in {directory}: the same command goes on"
         raise Interrupted(f"interrupted, {kept if count else 'nothing written'}") from None
     if picture and not draw:
         say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
     say(f"{len(points)} points -> {directory / sweeping.TABLE}")
-
-
-def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int:
-    return sum(point.digest in results for point in points)
 
 
 def _complete(
@@ -240,11 +234,11 @@ def _complete(
     from livebass.experiment.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
-    there = f"{len(points)} points, {_found(points, results)} found in {directory}"
+    there = f"{len(points)} points, {sum(point.digest in results for point in points)} found in {directory}"
     if not missing:
         say(f"{there}, nothing to compute")
         return
-    with _computer(points[0], workers, scheduler) as (where, compute):
+    with _computer(workers, scheduler) as (where, compute):
         say(f"{there}, {missing} to compute {where}")
         with shown_progress("sweep") as progress:
             for done in completed(directory, points, results, compute):
@@ -253,7 +247,7 @@ def _complete(
 
 
 @contextmanager
-def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+def _computer(workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
     """Yield where points are computed, in words, and the function that computes them.
 
     Compiles the kernels first if needed.
@@ -267,13 +261,6 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
     have_kernels()  # compiled here once, not in every process
     where = f"with {workers} process{'es' * (workers != 1)}"
     yield where, lambda points: computed(points, workers, say)
-
-
-def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:
-    """A quantity's values at all points, (points,)."""
-    import numpy as np
-
-    return np.array([results[point.digest][name] for point in points])
 
 
 def _title(settings: Settings) -> str:

@@ -264,11 +264,11 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
         sweep.prepare(files, tmp_path)
     assert list(sweep.completed(tmp_path, made, results, fake)) == [1, 2, 3, 4, 5]
     axes = [axis("pluck.apex=1mm:2mm:5")]
-    before = sweep.table(axes, made, results)
+    before = sweep.Sweep(tuple(axes), tuple(made), results).table()
     files = sorted((tmp_path / "points").iterdir())
     assert [f.stem for f in files] == sorted(p.digest for p in made)
     again = sweep.found(tmp_path, made)
-    assert sweep.table(axes, made, again) == before
+    assert sweep.Sweep(tuple(axes), tuple(made), again).table() == before
     assert list(sweep.completed(tmp_path, made, again, fake)) == []
     files[0].write_bytes(files[0].read_bytes()[:40])
     files[1].write_text("{}")
