@@ -152,10 +152,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "modes": (lambda: livebass.identify(RECORDING, BASS, modes=3), "modes must be a whole number from 4 to 200, not 3"),
     "channel": (lambda: livebass.identify(RECORDING, BASS, channel=0), "channel must be a whole number from 1 to 64"),
     "start": (lambda: livebass.identify(RECORDING, BASS, start=-1.0), "start must be from 0 to 10 s, not -1 s"),
-    "duration": (
-        lambda: livebass.identify(RECORDING, BASS, duration=float("nan")),
-        "duration must be from 50 ms",
-    ),
+    "duration": (lambda: livebass.identify(RECORDING, BASS, duration=float("nan")), "duration must be from 50 ms"),
     "note and f0": (lambda: livebass.identify(RECORDING, BASS, note=43, f0=98.0), "one of them"),
     "stereo": (lambda: livebass.spectrogram_db(np.ones((2, 9000)), 48000), "sound must be of one dimension"),
     "too short": (lambda: livebass.characteristic_frequencies(np.ones(99), 48000), "0.0427 s are needed"),

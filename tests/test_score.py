@@ -45,12 +45,7 @@ def test_one_note_with_a_tempo_and_running_status(tmp_path: Path) -> None:
         b"\x00\xff\x2f\x00"
     )
     score = read(tmp_path, smf(track, kind=0))
-    assert rows(score) == [
-        (0, 0x90, 40, 100),
-        (48000, 0x80, 40, 64),
-        (48000, 0x90, 43, 80),
-        (72000, 0x80, 43, 64),
-    ]
+    assert rows(score) == [(0, 0x90, 40, 100), (48000, 0x80, 40, 64), (48000, 0x90, 43, 80), (72000, 0x80, 43, 64)]
     assert (score.notes, score.end_frame, score.name, score.rate, score.program) == (2, 72000, "song", RATE, 33)
     assert score.frames.dtype == np.int64 and score.messages.dtype == np.uint8
 

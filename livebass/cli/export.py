@@ -86,7 +86,7 @@ def plugin_command(kind: str) -> click.Command:
     @effects_options
     @folder_option(
         f"Folder to write {BUNDLES[kind]} in; created if missing. Replaces an older one.  "
-        "[default: the current directory]",
+        "[default: the current directory]"
     )
     @flag("--install", "Write the plugin where hosts on this system look for it.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
@@ -253,10 +253,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @count_option("--frets", 36, "Sample every nth fret, 1 to 36; 1: all.", default=3)
 @count_option("--layers", 32, "Number of velocities sampled per note, 1 to 32.", default=5)
 @count_option(
-    "--robins",
-    32,
-    "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.",
-    default=2,
+    "--robins", 32, "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.", default=2
 )
 @option(
     "--length",

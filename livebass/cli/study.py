@@ -63,11 +63,7 @@ pluck_options = together(
 @folder_option("Write the table as claims.json, .csv and .html to DIR as well; created if missing.")
 @file_option("--json file", "Write it as JSON to FILE.")
 @count_option(
-    "--plucks",
-    1000,
-    "Plucks that judge claims about contacts; 0: only the paper's own pluck.",
-    default=40,
-    least=0,
+    "--plucks", 1000, "Plucks that judge claims about contacts; 0: only the paper's own pluck.", default=40, least=0
 )
 @count_option("--workers", 64, "Number of threads.  [default: one per core]")
 def claims(

@@ -41,18 +41,7 @@ from livebass.preset.checks import (
     replaced,
 )
 from livebass.preset.keymap import keys_of_player
-from livebass.preset.keys import (
-    HAND,
-    KEYS,
-    SECTIONS,
-    allowed,
-    checked,
-    each_string,
-    fault,
-    items,
-    key_names,
-    nearest,
-)
+from livebass.preset.keys import HAND, KEYS, SECTIONS, allowed, checked, each_string, fault, items, key_names, nearest
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings

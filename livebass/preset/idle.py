@@ -76,9 +76,7 @@ RULES = (
     *_group("pickups", NO_PICKUPS, _displacement),
     Rule("player", ("squeak",), "all strings are flat", lambda bass, _: not any(s.winding for s in bass.strings)),
     *_group(
-        "sensor",
-        'output.kind is "pickups", which takes no sensor',
-        lambda bass, part: not _displacement(bass, part),
+        "sensor", 'output.kind is "pickups", which takes no sensor', lambda bass, part: not _displacement(bass, part)
     ),
     *_group("across", UP_AND_DOWN, _straight),
     Rule("output", ("sensor_v",), "output.across is 0", lambda bass, output: output.across == 0),
@@ -95,10 +93,7 @@ RULES = (
     Rule("player", ("answering",), "no string moves another: the neck is rigid, or there is one string", _alone),
     Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
     Rule(
-        "player",
-        ("slapped_strings",),
-        'player.technique is "pluck"',
-        lambda bass, player: player.technique == "pluck",
+        "player", ("slapped_strings",), 'player.technique is "pluck"', lambda bass, player: player.technique == "pluck"
     ),
     *_group("thumb", "no string is slapped: see player.technique", _plucks_only),
     *_group(

@@ -35,16 +35,7 @@ import numpy as np
 
 from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import compiled, counted
-from livebass.reference.laws import (
-    ABSENT,
-    LINEAR,
-    Laws,
-    eliminate,
-    solve_forces,
-    solve_friction,
-    stored,
-    taken,
-)
+from livebass.reference.laws import ABSENT, LINEAR, Laws, eliminate, solve_forces, solve_friction, stored, taken
 from livebass.reference.plan import Modes, Plan, State
 
 FLUSH_EVERY = 64  # steps

@@ -37,11 +37,7 @@ def test_render_a_file(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None
         (["--note", "G2"], "G2.wav", "PCM_24"),
         (["--note", "c#1", "-p", "five-string", "--format", "flac", "--bits", "16"], "C#1.flac", "PCM_16"),
         (["song.mid", "--format", "ogg"], "song.ogg", "VORBIS"),
-        (
-            ["song.mid", "--bits", "float", "--channel", "1", "-q", "live", "--tail", "100ms"],
-            "song.wav",
-            "FLOAT",
-        ),
+        (["song.mid", "--bits", "float", "--channel", "1", "-q", "live", "--tail", "100ms"], "song.wav", "FLOAT"),
         (["song.mid", "-o", "x.FLAC", "--modes", "1e2", "--contact-rate", "1.5MHz"], "x.FLAC", "PCM_24"),
     ],
 )

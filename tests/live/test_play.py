@@ -127,23 +127,6 @@ def test_the_last_wish_counts() -> None:
     changes.close()
 
 
-def test_every_preset_is_played_by_the_same_hands() -> None:
-    """The hands set by --keys and similar options stay, whatever preset is chosen later."""
-
-    def load(preset: str) -> Instrument:
-        bass = load_preset(preset)
-        return replace(bass, player=replace(bass.player, keys=MODO_12))
-
-    synth, device = synth_and_device("jazz-finger")
-    device.block(64)
-    presets = PresetSwitch(synth, "jazz-finger", QUICK, load)
-    presets.choose(preset="slap")
-    wait_for(lambda: presets.turn())
-    device.block(64)
-    assert synth.bass is not None and synth.bass.engine.instrument.player.keys == MODO_12
-    presets.close()
-
-
 def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:
     """After each change of preset and quality only one bass is alive, without waiting for the garbage collector."""
     made: list[weakref.ref[object]] = []

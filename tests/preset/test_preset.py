@@ -101,11 +101,7 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ("[player]", "[palyer]", ["palyer", "nearest: player"]),
     ("[[pickup]]", "[[pikcup]]", ["pikcup", "nearest: pickup"]),
     ('tension = "215.5 N"', "tension = 215.5", ["string[A].tension must be", "units: N, lbf or kgf"]),
-    (
-        'tension = "215.5 N"',
-        'tension = "215.5 kg"',
-        ["string[A].tension", "215.5 kg", "units: N, lbf or kgf"],
-    ),
+    ('tension = "215.5 N"', 'tension = "215.5 kg"', ["string[A].tension", "215.5 kg", "units: N, lbf or kgf"]),
     ('tension = "215.5 N"', 'tension = "2155 N"', ["tension", "2155 N", "5 N to 1000 N"]),
     ('tension = "215.5 N"', 'tension = "2155 lbf"', ["2155 lbf", "1.124 lbf to 224.8 lbf"]),
     ('tension = "215.5 N"', 'tension = "-5 N"', ["tension", "negative"]),
@@ -130,11 +126,7 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\ncore_diameter = "0.5 mm"', ["give either"]),
     ("inharmonicity = 1e-4", 'core_diameter = "3 mm"', ["core_diameter", "at most the diameter, 2.159 mm"]),
     ("inharmonicity = 1e-4", STIFF, ["string[A].core_diameter", "gives B", "0.01"]),
-    (
-        "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nlaw_fundamental = "65 Hz"',
-        ["law_fundamental", "55 Hz would do"],
-    ),
+    ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\nlaw_fundamental = "65 Hz"', ["law_fundamental", "55 Hz would do"]),
     (
         "inharmonicity = 1e-4",
         'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s"]',
@@ -149,24 +141,12 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ('position = "90 mm"', 'position = "5 mm"', ["pickup[1].position", "aperture"]),
     ('[[pickup]]\nposition = "90 mm"', "", ["pickup", "at least one"]),
     ('[[pickup]]\nposition = "90 mm"', 'pickup = "neck"', ["string[G].pickup", "unknown key"]),
-    (
-        '[[pickup]]\nposition = "90 mm"',
-        '[output]\nkind = "laser"',
-        ["output.kind", "pickups or displacement"],
-    ),
-    (
-        '[[pickup]]\nposition = "90 mm"',
-        '[output]\nkind = "displacement"\nsensor = "400 mm"',
-        ["output.sensor", "272"],
-    ),
+    ('[[pickup]]\nposition = "90 mm"', '[output]\nkind = "laser"', ["output.kind", "pickups or displacement"]),
+    ('[[pickup]]\nposition = "90 mm"', '[output]\nkind = "displacement"\nsensor = "400 mm"', ["output.sensor", "272"]),
     ('technique = "pluck"', "technique = 3", ["player.technique must be", "pluck or slap"]),
     ('technique = "pluck"', "slapped_strings = 3", ["player.slapped_strings = 3", "has 2 strings"]),
     ('technique = "pluck"', "slapped_strings = 1.0", ["slapped_strings", "whole number"]),
-    (
-        'technique = "pluck"',
-        "pluck_nearest = 0.9\npluck_farthest = 0.6",
-        ["player.pluck_nearest must be", "0.6"],
-    ),
+    ('technique = "pluck"', "pluck_nearest = 0.9\npluck_farthest = 0.6", ["player.pluck_nearest must be", "0.6"]),
     ('technique = "pluck"', "softest = 3\nhardest = 2", ["player.softest must be", "player.hardest, 2"]),
     ('technique = "pluck"', 'rounding = "5 s"', ["player.rounding", "'s'", "mm"]),
     ('neck.action = "1.8 mm"', 'neck.acton = "1.8 mm"', ["string[G].neck.acton", "nearest: action"]),
@@ -474,14 +454,7 @@ def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_shipped_names() -> None:
-    assert set(preset_names()) >= {
-        "paper-g",
-        "paper-bass",
-        "jazz-finger",
-        "precision-finger",
-        "slap",
-        "muted",
-    }
+    assert set(preset_names()) >= {"paper-g", "paper-bass", "jazz-finger", "precision-finger", "slap", "muted"}
 
 
 @pytest.mark.parametrize("name", preset_names())
