@@ -132,9 +132,7 @@ def _write_plugin(
     if missing:
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
     plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
-    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-    several = "es" if len(basses) > 1 else ""
-    say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")
+    say(f"{folder}: {_content(basses, folder)}, for {system.name}")
     copy = "" if install else f"copy it into {folder_of_plugins(system, kind)} and "
     say(f"{copy}let your host look for new plugins")
 
@@ -187,10 +185,8 @@ def web(
     checked_directory(output, is_page)  # now, not after a minute of work
     page_ready()
     page = export_page(basses, output, single, quality, sources)
-    size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
-    several = "es" if len(basses) > 1 else ""
     where = "open it in a browser" if single else "put the folder on a web server"
-    say(f"{page}: {len(basses)} bass{several}, {_megabytes(size)}; {where}")
+    say(f"{page}: {_content(basses, output)}; {where}")
 
 
 @export.command()
@@ -302,6 +298,12 @@ def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, siz
     with shown_progress(output.name) as progress:
         report = export_sfz(pack, output, progress)
     say(f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}")
+
+
+def _content(basses: dict[str, Instrument], folder: Path) -> str:
+    """Number of basses, and the size of a folder with them."""
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    return f"{len(basses)} bass{'es' * (len(basses) > 1)}, {_megabytes(size)}"
 
 
 def _megabytes(size: int) -> str:

@@ -227,17 +227,18 @@ def _other_numbers(number: float, ends: list[float]) -> tuple[float, ...]:
     return (number * 0.9, number * 1.1) if number else (ends[1] * 1e-3, ends[1] * 1e-2, ends[1])
 
 
+def _parts(bass: Instrument) -> dict[str, list[Any]]:
+    """The parts of `bass` that each section of a file describes, in order."""
+    output, player = bass.output, bass.player
+    return {
+        "string": [*bass.strings], "neck": [*bass.necks], "pickup": [*output.pickups], "coil": [output.coil],
+        "output": [output], "player": [player], "pick": [player.pick],
+    }  # fmt: skip
+
+
 def _heard(bass: Instrument) -> Instrument:
     """`bass` with defaults for all fields that change none of its notes."""
-    parts: dict[str, list[Any]] = {
-        "string": list(bass.strings),
-        "neck": list(bass.necks),
-        "pickup": list(bass.output.pickups),
-        "coil": [bass.output.coil],
-        "output": [bass.output],
-        "player": [bass.player],
-        "pick": [bass.player.pick],
-    }
+    parts = _parts(bass)
     for rule in RULES:
         defaults = {name: getattr(DATACLASSES[rule.section], name, None) for name in rule.keys}
         parts[rule.section] = [replace(p, **defaults) if rule.holds(bass, p) else p for p in parts[rule.section]]
@@ -267,9 +268,5 @@ def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:
 
 def _holds(rule: Rule, given: Given, bass: Instrument) -> bool:
     """True if `rule` holds for the part of the bass that has the key."""
-    if rule.section == "pickup":
-        return rule.holds(bass, bass.output.pickups[int(given.path[1])])
-    if rule.section == "neck":
-        necks = bass.necks if given.path == ("neck",) else [bass.necks[int(given.path[1])]]
-        return all(rule.holds(bass, neck) for neck in necks)
-    return rule.holds(bass, getattr(bass, rule.section, None))
+    parts, number = _parts(bass)[rule.section], given.path[1:2]
+    return all(rule.holds(bass, part) for part in ([parts[int(number[0])]] if number else parts))

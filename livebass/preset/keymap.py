@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from livebass.model.keymap import KEYS, MAPS, MODO, KeyMap
-from livebass.preset.keys import fault, nearest, quoted
-from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
+from livebass.preset.keys import fault, nearest, unknown_name
+from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
 from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
 from livebass.units import note_number, one_line, pitch_name
 
@@ -37,10 +37,7 @@ def load_key_map(name_or_path: str) -> KeyMap:
     """
     if not is_path(name_or_path):
         if name_or_path not in MAPS:
-            if is_scale(name_or_path):
-                raise PresetError(f"{name_or_path}: {SCALE}")
-            known = nearest(name_or_path, list(MAPS))
-            raise PresetError(f"key map {quoted(name_or_path)}: unknown; {known}; a file needs a path with .toml or /")
+            raise unknown_name("key map", name_or_path, list(MAPS))
         return MAPS[name_or_path]
     text = decoded(name_or_path, file_bytes(name_or_path, "key map", MAPS), "key map")
     return _Reader(name_or_path).key_map(parsed(name_or_path, text, "key map", "[strings], [keys] or [controllers]"))

@@ -19,7 +19,7 @@ from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
-from livebass.preset.source import PresetError
+from livebass.preset.source import SCALE, PresetError, is_scale
 from livebass.rows import REQUIRED, rows
 from livebass.techniques import FUNCTION_ROWS, PARAMETER_ROWS, RPN, SLIDER_ROWS
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
@@ -298,6 +298,13 @@ def quoted(raw: Any) -> str:
 def fault(label: str, where: str, why: object, *raw: Any) -> PresetError:
     """An error of the file `label` at `where`, a section and key, with the value `raw` if given."""
     return PresetError(f"{label}: {complaint(where, why, *map(quoted, raw))}")
+
+
+def unknown_name(kind: str, name: str, names: list[str]) -> PresetError:
+    """An error about the `name` of a `kind` of file that livebass does not come with."""
+    if is_scale(name):
+        return PresetError(f"{name}: {SCALE}")
+    return PresetError(f"{kind} {quoted(name)}: unknown; {nearest(name, names)}; a file needs a path with .toml or /")
 
 
 def nearest(name: str, names: list[str]) -> str:
