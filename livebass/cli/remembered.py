@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import os
 import tomllib
-from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,13 +131,10 @@ def forget(path: Path) -> None:
     """Deletes the file, if it exists. Raises OutputError."""
     from livebass.files import output_error
 
-    with suppress(FileNotFoundError):
-        try:
-            path.unlink()
-        except FileNotFoundError:
-            raise
-        except OSError as error:
-            raise output_error(path, error) from None
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise output_error(path, error) from None
 
 
 def _toml(value: str | float) -> str:
