@@ -11,7 +11,7 @@ from pathlib import Path
 import mido
 import numpy as np
 import pytest
-from support.smf import BASS, END, chunk, events, named, note_of, smf, struck
+from support.smf import BASS, END, chunk, events, named, note_of, read, smf, struck
 
 from livebass import Quality, load_preset, render_to_array
 from livebass.score.phrases import demo_score
@@ -21,12 +21,6 @@ from livebass.smf import parse_smf
 from livebass.tracknames import decode, is_bass
 
 RATE = 48000
-
-
-def read(tmp_path: Path, data: bytes, channel: str | int = "auto", rate: int = RATE) -> Score:
-    path = tmp_path / "song.mid"
-    path.write_bytes(data)
-    return read_score(path, rate, channel)
 
 
 def rows(score: Score) -> list[tuple[int, ...]]:
