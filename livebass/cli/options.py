@@ -123,9 +123,11 @@ def write_results(made: Iterable[tuple[Path | None, Callable[[], str | bytes]]],
     try:
         with Transaction() as files:
             for path, content in made:
-                if path is not None:
-                    data = content()
-                    files.write(path, data if isinstance(data, bytes) else data.encode("utf-8", "backslashreplace"))
+                data = content() if path is not None else b""
+                if path is not None and isinstance(data, bytes):
+                    files.write(path, data)
+                elif path is not None:
+                    files.write_text(path, str(data))
     finally:
         click.echo(table.removesuffix("\n"))
 
