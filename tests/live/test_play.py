@@ -26,7 +26,7 @@ from support.command import Run, assert_one_clear_line
 from support.fakejack import PERIOD, fake_jack
 from support.hands import of_any
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
-from support.live import QUICK, RATE, offline, played_on, session_of, synth_and_device
+from support.live import QUICK, RATE, jack_session, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
@@ -224,9 +224,7 @@ def test_every_bass_of_a_session_is_tuned_alike() -> None:
 def test_program_changes_neither_click_nor_stall(tmp_path: Path) -> None:
     """A held note rings on while other basses are prepared and chosen: no click, no gap, no long block."""
     take = tmp_path / "take.wav"
-    settings = Settings(
-        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False, record=take
-    )
+    session = jack_session("jazz-finger", connect=False, record=take)
     switched: list[int] = []  # frames
 
     def play(synth: Synth) -> None:
@@ -243,7 +241,7 @@ def test_program_changes_neither_click_nor_stall(tmp_path: Path) -> None:
             played_on(synth, 0.3)
 
     with fake_jack(runs=True) as server:
-        summary = session_of(Session(settings), play)
+        summary = session_of(session, play)
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.lost == 0
     assert np.mean(np.array(server.took) > PERIOD / RATE) < 0.01, "processor time of a period"
     sound = soundfile.read(take)[0]
@@ -345,10 +343,7 @@ def test_a_full_disk_ends_with_status_1(server: SimpleNamespace, tmp_path: Path)
 def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> None:
     """`render` gives the sound's take, sample for sample, and finds the bass by itself."""
     sound, notes, again = tmp_path / "take.wav", tmp_path / "take.mid", tmp_path / "again.wav"
-    settings = Settings(
-        load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False, connect=False, record=sound,
-        record_midi=notes,
-    )  # fmt: skip
+    session = jack_session("slap", QUALITIES["live"], connect=False, record=sound, record_midi=notes)
 
     def play(synth: Synth) -> None:
         for message in ((0xC0, 0, 0), (0x92, 28, 60), (0xE2, 0, 80), (0xB2, 7, 90), (0x92, 40, 110), (0xD2, 5, 0)):
@@ -359,7 +354,7 @@ def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> Non
         played_on(synth, 0.6)
 
     with fake_jack(runs=True):
-        summary = session_of(Session(settings), play)
+        summary = session_of(session, play)
     assert summary.meters.messages == 8 and summary.meters.overload == 0
     status, _, err = run("render", notes, "-q", "live", "--tail", "1s", "-o", again)
     assert status == 0 and "2 notes" in err, err
@@ -373,10 +368,7 @@ def test_a_midi_take_has_the_changes_of_preset(tmp_path: Path) -> None:
     """As General MIDI programs, on the channel of the notes; programs that choose no bass are left out."""
     mido = pytest.importorskip("mido")
     take = tmp_path / "take.mid"
-    settings = Settings(
-        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False,
-        record_midi=take,
-    )  # fmt: skip
+    session = jack_session("jazz-finger", connect=False, record_midi=take)
 
     def play(synth: Synth) -> None:
         synth.send(0x93, 28, 60)
@@ -390,7 +382,7 @@ def test_a_midi_take_has_the_changes_of_preset(tmp_path: Path) -> None:
         played_on(synth, 0.2)
 
     with fake_jack(runs=True):
-        session_of(Session(settings), play)
+        session_of(session, play)
     events = [(m.type, m.channel, m.dict().get("program", m.dict().get("note"))) for m in mido.MidiFile(take)
               if not m.is_meta]  # fmt: skip
     assert events == [
@@ -416,10 +408,7 @@ def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
     def read(rate: int) -> Score:
         return score_of([(0.25 * k, 0.2, 33, 100) for k in range(200)], rate)
 
-    settings = Settings(
-        load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, connect=False, record=take, read=read
-    )
-    session = Session(settings)
+    session = jack_session("slap", connect=False, record=take, read=read)
     rates: list[int] = []
 
     def play(synth: Synth) -> None:

@@ -15,7 +15,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.live.fake import FakeDevice
 from livebass.live.session import Session
-from livebass.live.settings import Summary
+from livebass.live.settings import Settings, Summary
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_message
 from livebass.score.score import Score
@@ -93,6 +93,11 @@ def run_ahead(synth: Synth, how: str) -> None:
         synth.record["clock"] = address_of(stopped)
     elif how == "never":
         synth.record["clock"] = 0
+
+
+def jack_session(preset: str, quality: Quality = QUICK, **more: Any) -> Session:
+    """A session of a preset through JACK, without the computer keyboard."""
+    return Session(Settings(load_preset(preset), quality, preset, backend="jack", keyboard=False, **more))
 
 
 def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:
