@@ -143,7 +143,7 @@ REFUSED: dict[str, tuple[Callable[[], Any], str]] = {
     "shapes": (lambda: livebass.simulate(BASS, solver="reference", shape_at=[0.0]), "only the engine"),
     "nothing to vary": (lambda: livebass.sweep("paper-g", []), "vary: needs KEY=FROM:TO:N"),
     "key": (lambda: livebass.sweep("paper-g", "neck.magic=1:2:3"), "unknown key"),
-    "value": (lambda: livebass.sweep("paper-g", "pluck.apex=1m:2m:3"), "allowed"),
+    "value": (lambda: livebass.sweep("paper-g", "pluck.apex=1m:2m:3"), "must be from"),
     "preset": (lambda: livebass.sweep("nothing", "pluck.apex=1mm:2mm:3"), "unknown"),
     "workers": (lambda: livebass.sweep("paper-g", "pluck.apex=1mm:2mm:3", workers=0), "workers must be a whole number"),
     "recording": (lambda: livebass.identify("nowhere.wav", BASS), "no such file"),
