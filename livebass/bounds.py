@@ -10,6 +10,13 @@ def refusal(name: str, rule: str, value: object) -> ValueError:
     return ValueError(f"{name} must be {rule}, not {value}")
 
 
+def complaint(name: str, why: object, *shown: str) -> str:
+    """Says why a value is wrong: "name must be ..., not shown" or "name = shown: why"; `shown` may be missing."""
+    if str(why).startswith("must be "):
+        return f"{name} {why}{''.join(f', not {value}' for value in shown)}"
+    return f"{name}{''.join(f' = {value}' for value in shown)}: {why}"
+
+
 def between(least: float, most: float, unit: str = "", whole: bool = False) -> str:
     """A range in words: "from 1 to 16", "a whole number from 1 to 16", "from 20 to 700 Hz"."""
     return f"{'a whole number ' * whole}from {least:.10g} to {most:.10g} {unit}".rstrip()

@@ -252,10 +252,6 @@ class Transaction:
                 made.clear()
 
 
-class _Undone(Exception):
-    """Ends a trial transaction."""
-
-
 def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> list[Path]:
     """Returns the entries of the directory `path`, which need not exist.
 
@@ -264,9 +260,12 @@ def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> 
     with _said_of(path, "directory"):
         place = _past_links(path)
         if not place.exists():
-            with suppress(_Undone), Transaction() as trial:
+            trial = Transaction()
+            try:
                 trial.directory(path)
-                raise _Undone
+            finally:
+                with uninterrupted():
+                    trial._discard()
             return []
         if not place.is_dir():
             raise OutputError(f"{path}: is not a directory")

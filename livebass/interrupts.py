@@ -137,24 +137,34 @@ def aside(work: Callable[..., T], *arguments: Any) -> T:
     """
     if threading.current_thread().name == ASIDE:
         return work(*arguments)
-    results: list[T] = []
-    errors: list[BaseException] = []
-
-    def run() -> None:
-        try:
-            results.append(work(*arguments))
-        except BaseException as error:
-            errors.append(error)
-
-    thread = threading.Thread(target=run, name=ASIDE)
+    thread = Beside(lambda: work(*arguments), ASIDE)
     thread.start()
     while thread.is_alive():
         thread.join(0.1)  # a signal to another thread may not wake this one
         if _ended.is_set() and thread.is_alive():
             raise KeyboardInterrupt
-    for error in errors:
-        raise error
-    return results[0]
+    return thread.answer()
+
+
+class Beside(threading.Thread):
+    """A thread that runs `work` and keeps what it returns or raises."""
+
+    def __init__(self, work: Callable[[], Any], name: str | None = None, daemon: bool = False) -> None:
+        super().__init__(name=name, daemon=daemon)
+        self._work, self._result = work, None
+        self._error: BaseException | None = None
+
+    def run(self) -> None:
+        try:
+            self._result = self._work()
+        except BaseException as error:
+            self._error = error
+
+    def answer(self) -> Any:
+        """What `work` returned; raises what it raised. Call it once the thread has ended."""
+        if self._error is not None:
+            raise self._error
+        return self._result
 
 
 def leave(status: int) -> NoReturn:

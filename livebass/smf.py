@@ -102,7 +102,7 @@ class _Bytes:
             value = value << 7 | byte & 0x7F
             if byte < 0x80:
                 return value
-        raise self.fail(f"{what} longer than the 4 bytes allowed", start)
+        raise self.fail(f"{what} longer than 4 bytes", start)
 
 
 class _Track:

@@ -288,13 +288,7 @@ NECK_RESONANCE = slider(
     "lowest frequency at which the neck bends; notes near it die early",
 )  # fmt: skip
 NECK_MASS = slider(
-    "neck_mass",
-    "Neck mass",
-    "Neck",
-    (-80.0, 200.0),
-    "%",
-    1.0,
-    "at that resonance: light makes the dead spot deeper",
+    "neck_mass", "Neck mass", "Neck", (-80.0, 200.0), "%", 1.0, "at that resonance: light makes the dead spot deeper"
 )
 FRET = slider("fret", "Fret", "Neck", (0.0, float(FRETS)), "", 1.0, "the fret that Fret height moves; 0: none")
 FRET_HEIGHT = slider("fret_height", "Fret height", "Neck", (-0.5, 1.5), "mm", 0.02, "one fret stands proud, or is worn")

@@ -65,10 +65,7 @@ TIMED, WAITS = "timed", "waits"  # scopes of real tests: played in real time, an
 IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
 # Products that tests need, by folder or file; a process makes them while other tests run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
-NEEDED_PRODUCTS = {
-    "plugin": ("tests/plugin/", "tests/cli/test_export.py"),
-    "module": ("tests/web/",),
-}
+NEEDED_PRODUCTS = {"plugin": ("tests/plugin/", "tests/cli/test_export.py"), "module": ("tests/web/",)}
 BUILD = """
 import sys
 from livebass.compiling import library

@@ -104,7 +104,7 @@ def test_kernels_are_compiled_once(compiled: list[str]) -> None:
 
 
 @pytest.mark.parametrize("damage", [emptied, cut, garbage, one_bit])
-def test_a_damaged_file_is_compiled_anew(
+def test_a_damaged_file_is_compiled_again(
     compiled: list[str], damage: Callable[[bytes], bytes], caplog: pytest.LogCaptureFixture
 ) -> None:
     loads()
@@ -132,7 +132,7 @@ def test_all_kernels_load_after_damage(
     assert store.whole(kept) == machine_code
 
 
-def test_what_is_kept_is_made_once_and_anew_if_damaged(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_what_is_kept_is_made_once_and_again_if_damaged(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     made: list[bytes] = []
 
     def make() -> bytes:
@@ -549,7 +549,7 @@ def test_what_an_entry_reaches_is_found_in_its_code() -> None:
     assert len(lowering.reached(ENTRIES["process"].function)) > 200
 
 
-def test_a_program_is_kept_and_made_anew_if_damaged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_program_is_kept_and_made_again_if_damaged(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     made: list[str] = []
 
     def program(_: object) -> str:

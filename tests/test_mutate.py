@@ -37,9 +37,9 @@ import livebass.kernels.machine.sample
 from livebass.compiling import ENTRIES, emitter, library, lowering, store
 names = "choose_mutant", "first", "second"
 text = lowering.linked([lowering.compiled([ENTRIES[name] for name in names])])
-made = library.ObjectFile(emitter.emit(text, store.level())[0])
-choose = CFUNCTYPE(None, c_int64)(made.address("choose_mutant"))
-first, second = (CFUNCTYPE(c_double, c_double)(made.address(name)) for name in names[1:])
+made = library.object_file(emitter.emit(text, store.level())[0])
+choose = CFUNCTYPE(None, c_int64)(made("choose_mutant"))
+first, second = (CFUNCTYPE(c_double, c_double)(made(name)) for name in names[1:])
 for k in (0, 1, 2, 3, 4, 0):
     choose(k)
     print(first(7.0), second(7.0), second(11.0))

@@ -31,8 +31,8 @@ def test_a_row_is_all_that_a_new_number_of_the_player_needs(monkeypatch: pytest.
     made = {key.name: key for key in keys._rows("player")}
     key = made["nail_length"]
     assert (key.section, key.default, key.meaning) == ("player", "2 mm", "beyond the tip")
-    assert allowed(key) == "0 mm to 10 mm" and checked(key, "3 mm") == 0.003
-    with pytest.raises(ValueError, match="allowed: 0 mm to 10 mm"):
+    assert allowed(key) == "from 0 mm to 10 mm" and checked(key, "3 mm") == 0.003
+    with pytest.raises(ValueError, match="must be from 0 mm to 10 mm"):
         checked(key, "11 mm")
     assert made["nails"].default == 4
     assert "nail_length" in idle._group("pluck", "", lambda bass, part: True)[0].keys

@@ -11,7 +11,7 @@ from pathlib import Path
 import mido
 import numpy as np
 import pytest
-from support.smf import BASS, END, chunk, events, named, note_of, smf, struck
+from support.smf import BASS, END, chunk, events, named, note_of, read, smf, struck
 
 from livebass import Quality, load_preset, render_to_array
 from livebass.score.phrases import demo_score
@@ -21,12 +21,6 @@ from livebass.smf import parse_smf
 from livebass.tracknames import decode, is_bass
 
 RATE = 48000
-
-
-def read(tmp_path: Path, data: bytes, channel: str | int = "auto", rate: int = RATE) -> Score:
-    path = tmp_path / "song.mid"
-    path.write_bytes(data)
-    return read_score(path, rate, channel)
 
 
 def rows(score: Score) -> list[tuple[int, ...]]:
@@ -45,12 +39,7 @@ def test_one_note_with_a_tempo_and_running_status(tmp_path: Path) -> None:
         b"\x00\xff\x2f\x00"
     )
     score = read(tmp_path, smf(track, kind=0))
-    assert rows(score) == [
-        (0, 0x90, 40, 100),
-        (48000, 0x80, 40, 64),
-        (48000, 0x90, 43, 80),
-        (72000, 0x80, 43, 64),
-    ]
+    assert rows(score) == [(0, 0x90, 40, 100), (48000, 0x80, 40, 64), (48000, 0x90, 43, 80), (72000, 0x80, 43, 64)]
     assert (score.notes, score.end_frame, score.name, score.rate, score.program) == (2, 72000, "song", RATE, 33)
     assert score.frames.dtype == np.int64 and score.messages.dtype == np.uint8
 
@@ -204,7 +193,7 @@ BAD = {
     "no division": (smf(LINE, division=0), "ticks per quarter note must be from 1 to 32767, not 0"),
     "odd smpte": (smf(LINE, division=0xEC28), "24, 25, 29 or 30 frames of 1 to 255 ticks, not 20 of 40"),
     "no running status": (smf(b"\x00\x40\x40"), "byte 23: data byte 0x40 without"),
-    "long delta": (smf(b"\xff\xff\xff\xff\x7f"), "longer than the 4 bytes allowed"),
+    "long delta": (smf(b"\xff\xff\xff\xff\x7f"), "longer than 4 bytes"),
     "no notes": (smf(BASS + END), "has no notes"),
     "no bass": (
         smf(named(b"", 0, 64), named(b"", 1, 64)),

@@ -1,7 +1,7 @@
 """Fits a neck's resonances to the measured modes of a string on it, and prints them as keys of a preset.
 
 python tools/fit_neck.py paper-g [STRING]        # or a preset that `livebass identify` wrote
-python tools/fit_neck.py --anew paper-g          # start without the preset's neck
+python tools/fit_neck.py --without paper-g          # start without the preset's neck
 
 The preset's resonances stay as they are if moving them gains next to nothing: paper-g's neck comes out as shipped.
 """
@@ -39,13 +39,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("preset", nargs="?", default="paper-g", help="name or file; default: paper-g")
     parser.add_argument("string", nargs="?", help="name of the string; default: the highest")
-    parser.add_argument("--anew", action="store_true", help="begin with no resonances, not with those of the preset")
+    parser.add_argument("--without", action="store_true", help="begin with no resonances, not with those of the preset")
     options = parser.parse_args()
     with clear_errors("fit_neck.py"):
         bass = load_preset(options.preset)
         which = bass.string_index(options.string) if options.string else -1
         bending = tuple(r for r in bass.necks[which].admittance.resonances if r.shape)
-        fit = fit_neck(bass.strings[which], start=() if options.anew else bending)
+        fit = fit_neck(bass.strings[which], start=() if options.without else bending)
     print(table(fit))
     if fit.below:
         print(f"# modes {', '.join(map(str, fit.below))} are damped less than by the law: no neck can do that")
@@ -55,7 +55,7 @@ def main() -> None:
     scatter, left, own_scatter, own_left = (
         f"{1e6 * part:.0f}" for part in (fit.scatter, fit.left, fit.own_scatter, fit.own_left)
     )
-    print(f"# modes off a law with f0 and B fitted anew: {scatter} ppm rms, {left} with the neck;")
+    print(f"# modes off a law with f0 and B fitted again: {scatter} ppm rms, {left} with the neck;")
     print(f"# off that with the string's f0 and B: {own_scatter} ppm, {own_left} with the neck")
     print(keys(fit))
 

@@ -132,7 +132,7 @@ def native(preset: str) -> float:
     for _ in range(RUNS):
         synth = Synth(RATE)
         synth.switch_to(LiveBass(load_preset(preset), QUALITIES["live"], RATE))
-        synth.set_clock(0)  # neither running ahead nor relief
+        synth.record["clock"] = 0  # neither running ahead nor relief
         for frame, status, first, second in MESSAGES:
             assert synth.send(status, first, second, frame)
         times = []

@@ -155,7 +155,7 @@ import livebass.engine.engine
 import livebass.live.synth  # noqa: F401
 from livebass.compiling.library import library
 
-CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library().address("choose_mutant"))
+CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library()("choose_mutant"))
 OPTIONS = ["-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
 PARENT = os.getppid()
 

@@ -8,10 +8,62 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from livebass.cli.messages import SENTENCES, TABLES
+from livebass.bench.measured import waveform_rows, waveform_sentence
+from livebass.cli.messages import controllers, keys_text, meaning
+from livebass.model.keymap import MODO
+from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
 
 ROOT = Path(__file__).parents[1]
 WORDS = 6  # first words that identify a sentence
+
+
+def controller_of(row: Technique) -> str:
+    """The controller of a technique in the default map, or nothing."""
+    return ", ".join(str(number) for number, symbol in MODO.controllers if symbol == row.symbol)
+
+
+def table(*rows: tuple[str, ...]) -> str:
+    """A Markdown table; the first row is its header."""
+    lines = [f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows]
+    return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])
+
+
+def technique_table() -> str:
+    """The handbook's table of techniques, with their keys and controllers."""
+    return table(
+        ("", "`modo`", "`modo-12`", "controller", "technique"),
+        *(
+            (row.asked, keys_text(row.modo), keys_text(row.modo_12), controller_of(row), meaning(row))
+            for row in TECHNIQUE_ROWS.values()
+        ),
+    )
+
+
+def controller_table() -> str:
+    """The handbook's table of controllers."""
+    return table(("controller", "what it moves"), *controllers())
+
+
+def short_table() -> str:
+    """README's table: keys and controllers of the techniques that have buttons on the page, in the default map."""
+    rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS if button.symbol in TECHNIQUE_ROWS]
+    return table(
+        ("technique", "key", "controller"),
+        *((row.name, f"{row.asked} {keys_text(row.modo)}", controller_of(row)) for row in rows),
+    )
+
+
+def waveform_table() -> str:
+    """The handbook's table of waveform distances from `reference`, by quality."""
+    return table(*waveform_rows())
+
+
+TABLES = {
+    "README.md": (short_table,),
+    "livebass/help/playing.md": (technique_table, controller_table),
+    "livebass/help/cost.md": (waveform_table,),
+}
+SENTENCES = {"README.md": (waveform_sentence,)}  # one line each
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.options import PATH
+from livebass.cli.options import PATH, count_option, files_to_write, option, write_results
 from livebass.cli.progress import have_kernels
 from livebass.cli.said import say
 from livebass.cli.values import Number
@@ -18,8 +18,8 @@ from livebass.model.quality import BLOCK, QUALITIES
 from livebass.report.progress import Say, silent
 
 Result = dict[str, Any]
-JSON = click.option("--json", "file", type=PATH, metavar="FILE", help="Also write the figures to FILE.")
-PLOT = click.option("--plot", "picture", type=PATH, metavar="FILE.png", help="Draw the figures into FILE.png.")
+JSON = option("--json file", PATH, "Also write the figures to FILE.", metavar="FILE")
+PLOT = option("--plot picture", PATH, "Draw the figures into FILE.png.", metavar="FILE.png")
 
 
 @click.group()
@@ -41,27 +41,20 @@ def render_(file: Path | None) -> None:
 
 
 @bench.command("live")
-@click.option("-p", "--preset", metavar="NAME|FILE", default="jazz-finger", show_default=True, help="The bass.")
-@click.option(
-    "-q",
-    "--quality",
-    "qualities",
-    type=click.Choice(list(QUALITIES)),
+@option("-p --preset", str, "The bass.", metavar="NAME|FILE", default="jazz-finger")
+@option(
+    "-q --quality qualities",
+    click.Choice(list(QUALITIES)),
+    "Measure only this quality; repeatable.  [default: all]",
     multiple=True,
-    help="Measure only this quality; repeatable.  [default: all]",
 )
-@click.option(
-    "--block",
-    "blocks",
-    type=Number("frames", *BLOCK, whole=True),
+@option(
+    "--block blocks",
+    Number("frames", *BLOCK, whole=True),
+    "Measure only this block size; repeatable.  [default: 32, 64 ... 1024]",
     multiple=True,
-    help="Measure only this block size; repeatable.  [default: 32, 64 ... 1024]",
 )
-@click.option(
-    "--runs",
-    type=Number("count", 1, 100, whole=True),
-    help="Number of runs.  [default: 5 in quality live, 3 in the others]",
-)
+@count_option("--runs", 100, "Number of runs.  [default: 5 in quality live, 3 in the others]")
 @JSON
 @PLOT
 def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs: int | None, file: Path | None,
@@ -108,28 +101,20 @@ def _report(
     draw: Callable[[Result], bytes] | None,
 ) -> None:  # fmt: skip
     """Measures, writes the requested files, and prints the table."""
-    from livebass.files import Transaction, checked_place
     from livebass.report.picture import check_plots
     from livebass.report.text import json_text
 
-    places = [checked_place(path) for path in (file, picture) if path is not None]  # now, not after a minute of work
-    if len(set(places)) < len(places):
-        raise click.UsageError("--json and --plot: the same file")
+    files_to_write({"--json": file, "--plot": picture})  # now, not after a minute of work
     if picture is not None:
         if picture.suffix.lower() != ".png":
             raise click.UsageError(f"--plot {os.fspath(picture)}: the picture is a PNG, name it .png")
         check_plots("--plot")
     have_kernels()
     result = measure(_say if sys.stderr.isatty() else silent)
-    try:
-        if places:
-            with Transaction() as transaction:
-                if file is not None:
-                    transaction.write_text(file, json_text(result, indent=2))
-                if picture is not None and draw is not None:
-                    transaction.write(picture, draw(result))
-    finally:  # a full disk must not lose the figures
-        click.echo(table(result))
+    made: list[tuple[Path | None, Callable[[], str | bytes]]] = [(file, lambda: json_text(result, indent=2))]
+    if draw is not None:
+        made.append((picture, lambda: draw(result)))
+    write_results(made, table(result))
 
 
 def _say(line: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
@@ -12,12 +13,21 @@ from typing import Any
 import click
 
 from livebass.cli.groups import GroupedCommand
-from livebass.cli.options import PATH, count_option, file_option, preset_option
+from livebass.cli.options import (
+    PATH,
+    count_option,
+    file_option,
+    files_to_write,
+    option,
+    preset_option,
+    seed_option,
+    write_results,
+)
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
-from livebass.cli.values import Number, Parsed
+from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
-from livebass.units import one_line
+from livebass.units import is_number, one_line
 
 TECHNIQUES = ("fingers", "pick", "slap", "pop")
 GROUPS = {
@@ -30,42 +40,34 @@ GROUPS = {
 
 def _velocities(text: str) -> tuple[int, ...]:
     """Comma-separated velocities, from soft to hard."""
-    rule = "must be ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
-    try:
-        found = tuple(int(part) for part in text.split(","))
-    except ValueError:
-        raise ValueError(rule) from None
+    found = tuple(int(part) if is_number(part) else 0 for part in re.split(r"\s*,\s*", text))
     if any(not 1 <= v <= 127 for v in found) or any(b <= a for a, b in pairwise(found)):
-        raise ValueError(rule)
+        rule = "ascending velocities from 1 to 127 with commas, such as 30,60,90,127"
+        raise ValueError(f"must be {rule}, not {text!r}")
     return found
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="REAL...")
 @preset_option("A preset that plays the same notes; repeatable.", "presets", multiple=True)
-@click.option(
-    "--beside", type=PATH, multiple=True, metavar="FILE|DIR",
-    help="Recordings, or a folder of them, to compare instead of presets; repeatable.",
-)  # fmt: skip
-@click.option(
-    "-q", "--quality", type=click.Choice(list(QUALITIES)), default="studio", show_default=True,
-    help="Precision of the presets' strings.",
-)  # fmt: skip
-@click.option(
-    "--velocities", type=Parsed("velocities", _velocities, "N,N..."),
-    help="Velocities of a preset, soft to hard.  [default: 30 to 127, as many as the dynamics of REAL]",
-)  # fmt: skip
+@option(
+    "--beside",
+    PATH,
+    "Recordings, or a folder of them, to compare instead of presets; repeatable.",
+    multiple=True,
+    metavar="FILE|DIR",
+)
+@option("-q --quality", click.Choice(list(QUALITIES)), "Precision of the presets' strings.", default="studio")
+@option(
+    "--velocities",
+    Parsed("n,n...", _velocities),
+    "Velocities of a preset, soft to hard.  [default: 30 to 127, as many as the dynamics of REAL]",
+)
 @count_option("--takes", 16, "Number of times a preset plays each note.", default=2)
-@click.option(
-    "--seed", type=Number("number", 0, 2**31, whole=True), default=0, show_default=True,
-    help="Seed of the player's small variations.",
-)  # fmt: skip
-@click.option(
-    "--technique", type=click.Choice(TECHNIQUES),
-    help="Technique of all notes.  [default: by the file names, or fingers]",
-)  # fmt: skip
-@file_option("-o", "--output", metavar="PAGE.html", help="Write a page with spectrograms, decays, bands and players.")
-@file_option("--json", "json_file", help="Write all figures, also for each note, as JSON.")
+@seed_option()
+@option("--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]")
+@file_option("-o --output", "Write a page with spectrograms, decays, bands and players.", metavar="PAGE.html")
+@file_option("--json json_file", "Write all figures, also for each note, as JSON.")
 def compare(
     recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
     output: Path | None, json_file: Path | None, **how: Any,
@@ -91,20 +93,14 @@ def compare(
     from livebass.comparison.comparing import compare as compared
     from livebass.comparison.notes import measured, rendered
     from livebass.comparison.summary import Bass, basses
-    from livebass.files import Transaction, checked_place
     from livebass.preset.load import load_preset
     from livebass.report.picture import check_plots
 
-    places = [path for path in (output, json_file) if path is not None]
-    if len({checked_place(path) for path in places}) < len(places):
-        raise click.UsageError("--output and --json: the same file")
+    places = files_to_write({"--output": output, "--json": json_file}, (*recordings, *beside))
     if output is not None:
         if output.suffix.lower() not in (".html", ".htm"):
             raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
         check_plots("-o")
-    for path in places:
-        if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in (*recordings, *beside)):
-            raise click.UsageError(f"{path}: is a recording itself; name another file")
     loaded = [load_preset(name) for name in presets]
     folders = [path for path in recordings if path.is_dir()]
     files = [path for path in recordings if not path.is_dir()]
@@ -131,17 +127,13 @@ def compare(
             found += basses(names[Path(name)], notes, rendered=True)
     with shown_progress("measuring") as progress:
         result = compared(found, progress)
-    try:
-        if places:
-            with Transaction() as transaction:
-                if json_file is not None:
-                    transaction.write_text(json_file, result.json())
-                if output is not None:
-                    from livebass.comparison.page import page
 
-                    transaction.write_text(output, page(result))
-    finally:  # a full disk must not lose the figures
-        click.echo(result.table())
+    def drawn() -> str:
+        from livebass.comparison.page import page
+
+        return page(result)
+
+    write_results([(json_file, result.json), (output, drawn)], result.table())
     notes_count = sum(len(bass.notes) for bass in found)
     written = f" -> {', '.join(map(str, places))}" if places else ""
     say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")

@@ -7,12 +7,17 @@ from typing import TYPE_CHECKING
 import click
 
 from livebass.cli.hands import Hands
+from livebass.cli.options import Decorator, option
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
     from livebass.score.score import Score
 
-DEMOS = click.Choice(["preset", "techniques"])
+
+def demo_option(begin: str) -> Decorator:
+    """The option --demo; `begin`: the beginning of its help."""
+    text = f"{begin} a nine-second demo phrase of the preset, or with `techniques` a phrase for each technique."
+    return option("--demo", click.Choice(["preset", "techniques"]), text, is_flag=False, flag_value="preset")
 
 
 def ready_for(demo: str | None, bass: Instrument) -> Instrument:

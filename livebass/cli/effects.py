@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.options import file_option, of_option, together
+from livebass.cli.options import file_option, of_option, option, together
 from livebass.cli.said import say
 from livebass.cli.values import Number
 
@@ -21,16 +21,15 @@ KNOB = Number("number", 0, 1)
 
 # The options that `Behind.taken` reads.
 effects_options = together(
-    click.option("--compression", type=KNOB, help="Compression of the mix, 0 (off) to 1.  [default: the preset's]"),
-    click.option("--drive", type=KNOB, help="Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]"),
+    option("--compression", KNOB, "Compression of the mix, 0 (off) to 1.  [default: the preset's]"),
+    option("--drive", KNOB, "Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]"),
     file_option(
-        "--response",
-        help="Impulse response of a cabinet or room, a sound file of up to 1 s.  [default: the preset's]",
+        "--response", "Impulse response of a cabinet or room, a sound file of up to 1 s.  [default: the preset's]"
     ),
-    click.option(
+    option(
         "--response-level",
-        type=click.Choice(["normalized", "file"]),
-        help="Level of the response: keep the loudness of the bass, or the level of the file.  "
+        click.Choice(["normalized", "file"]),
+        "Level of the response: keep the loudness of the bass, or the level of the file.  "
         "[default: normalized with --response, else the preset's]",
     ),
 )

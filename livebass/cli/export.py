@@ -15,17 +15,20 @@ from livebass.cli.options import (
     DEFAULT_PRESET,
     count_option,
     file_option,
+    flag,
     folder_option,
+    option,
     preset_option,
     presets_option,
     quality_option,
     rendered_quality,
+    seed_option,
 )
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.shelf import basses_of, page_basses, page_ready
 from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
-from livebass.cli.values import RATE, Number, Quantity
+from livebass.cli.values import RATE, Quantity
 from livebass.model.quality import AUTO, QUALITIES
 from livebass.units import one_line
 
@@ -83,9 +86,9 @@ def plugin_command(kind: str) -> click.Command:
     @effects_options
     @folder_option(
         f"Folder to write {BUNDLES[kind]} in; created if missing. Replaces an older one.  "
-        "[default: the current directory]",
+        "[default: the current directory]"
     )
-    @click.option("--install", is_flag=True, help="Write the plugin where hosts on this system look for it.")
+    @flag("--install", "Write the plugin where hosts on this system look for it.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @quality_option(
         AUTO,
@@ -129,9 +132,7 @@ def _write_plugin(
     if missing:
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
     plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
-    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-    several = "es" if len(basses) > 1 else ""
-    say(f"{folder}: {len(basses)} bass{several}, {_megabytes(size)}, for {system.name}")
+    say(f"{folder}: {_content(basses, folder)}, for {system.name}")
     copy = "" if install else f"copy it into {folder_of_plugins(system, kind)} and "
     say(f"{copy}let your host look for new plugins")
 
@@ -156,7 +157,7 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
 @folder_option(
     "Folder to write; created if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
-@click.option("--single", is_flag=True, help="Write one HTML file, livebass.html, which also plays from disk.")
+@flag("--single", "Write one HTML file, livebass.html, which also plays from disk.")
 @quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
@@ -184,10 +185,8 @@ def web(
     checked_directory(output, is_page)  # now, not after a minute of work
     page_ready()
     page = export_page(basses, output, single, quality, sources)
-    size = sum(file.stat().st_size for file in output.rglob("*") if file.is_file())
-    several = "es" if len(basses) > 1 else ""
     where = "open it in a browser" if single else "put the folder on a web server"
-    say(f"{page}: {len(basses)} bass{several}, {_megabytes(size)}; {where}")
+    say(f"{page}: {_content(basses, output)}; {where}")
 
 
 @export.command()
@@ -195,9 +194,7 @@ def web(
 @hands_options
 @effects_options
 @file_option(
-    "-o",
-    "--output",
-    help="File to write, NAME.lbass.  [default: where installed plugins look, in your home directory]",
+    "-o --output", "File to write, NAME.lbass.  [default: where installed plugins look, in your home directory]"
 )
 @tuning_options
 def instrument(preset: str, output: Path | None, **options: Any) -> None:
@@ -252,27 +249,18 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @count_option("--frets", 36, "Sample every nth fret, 1 to 36; 1: all.", default=3)
 @count_option("--layers", 32, "Number of velocities sampled per note, 1 to 32.", default=5)
 @count_option(
-    "--robins",
-    32,
-    "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.",
-    default=2,
+    "--robins", 32, "Alternating samples per velocity, 1 to 32; 1 if the preset has no player.unevenness.", default=2
 )
-@click.option(
+@option(
     "--length",
-    type=Quantity("time", *LENGTH),
+    Quantity("time", *LENGTH),
+    "Longest sample, 100ms to 60s. Longer notes fade out over the last quarter.",
     default=8.0,
     show_default="8s",
-    help="Longest sample, 100ms to 60s. Longer notes fade out over the last quarter.",
 )
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Sample rate, 22050 to 192000 Hz.")
-@click.option(
-    "--seed",
-    type=Number("number", 0, 2**31, whole=True),
-    default=0,
-    show_default=True,
-    help="Seed of the player's small variations; the same seed gives the same files.",
-)
-@click.option("--size", is_flag=True, help="Write nothing; print the number of samples and their size.")
+@option("--rate", RATE, "Sample rate, 22050 to 192000 Hz.", default=48000)
+@seed_option()
+@flag("--size", "Write nothing; print the number of samples and their size.")
 def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, size: bool, **options: Any) -> None:
     """Render a preset into a sample pack for SFZ samplers.
 
@@ -310,6 +298,12 @@ def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, siz
     with shown_progress(output.name) as progress:
         report = export_sfz(pack, output, progress)
     say(f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}")
+
+
+def _content(basses: dict[str, Instrument], folder: Path) -> str:
+    """Number of basses, and the size of a folder with them."""
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    return f"{len(basses)} bass{'es' * (len(basses) > 1)}, {_megabytes(size)}"
 
 
 def _megabytes(size: int) -> str:

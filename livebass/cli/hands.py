@@ -11,8 +11,9 @@ import click
 
 from livebass.cli.effects import NAMES as EFFECTS
 from livebass.cli.effects import Behind
-from livebass.cli.options import of_option, together
+from livebass.cli.options import flag, of_option, option, together
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
+from livebass.cli.values import Parsed
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -20,30 +21,21 @@ if TYPE_CHECKING:
 NAMES = ("keys", "velocity_curve", "wheel")
 
 
-class CurveOf(click.ParamType):
-    """A velocity curve: a name, an exponent, or points such as 1:1,64:90,127:127."""
+def _curve(text: str) -> Any:
+    """A velocity curve: a name, an exponent, or points such as 1:1,64:90,127:127. Raises ValueError."""
+    from livebass.preset.keys import KEYS, allowed, checked
 
-    name = "curve"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "CURVE"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        from livebass.preset.keys import KEYS, allowed, checked
-
-        if not isinstance(value, str):
-            return value
-        key = next(key for key in KEYS if (key.section, key.name) == ("player", "velocity_curve"))
-        raw: Any = value
-        if ":" in value:
-            raw = [[_number(part) for part in point.split(":")] for point in value.split(",")]
-        elif re.match(r"[\d.]", value):
-            raw = _number(value)
-        try:
-            return checked(key, raw)
-        except ValueError:
-            rule = allowed(key).replace("[[1, 1], [64, 90], [127, 127]]", "1:1,64:90,127:127")
-            self.fail(f"must be {rule}, not {value!r}", param, ctx)
+    key = next(key for key in KEYS if (key.section, key.name) == ("player", "velocity_curve"))
+    raw: Any = text
+    if ":" in text:
+        raw = [[_number(part) for part in point.split(":")] for point in text.split(",")]
+    elif re.match(r"[\d.]", text):
+        raw = _number(text)
+    try:
+        return checked(key, raw)
+    except ValueError:
+        rule = allowed(key).replace("[[1, 1], [64, 90], [127, 127]]", "1:1,64:90,127:127")
+        raise ValueError(f"must be {rule}, not {text!r}") from None
 
 
 def _number(text: str) -> float | str:
@@ -54,25 +46,24 @@ def _number(text: str) -> float | str:
         return text
 
 
-velocity_curve_option = click.option(
+velocity_curve_option = option(
     "--velocity-curve",
-    type=CurveOf(),
-    help="Velocity curve: soft, linear, hard, an exponent, or points such as 1:1,64:90,127:127.  [default: linear]",
+    Parsed("curve", _curve),
+    "Velocity curve: soft, linear, hard, an exponent, or points such as 1:1,64:90,127:127.  [default: linear]",
 )
 
 
 # The options that `Hands.taken` reads.
 hands_options = together(
-    click.option(
+    option(
         "--keys",
+        str,
+        "Key map for techniques: modo, modo-12, or your own file; see `livebass presets keymap`.  [default: modo]",
         metavar="NAME|FILE",
-        help="Key map for techniques: modo, modo-12, or your own file; see `livebass presets keymap`.  [default: modo]",
     ),
     velocity_curve_option,
-    click.option("--wheel", type=click.Choice(["bend", "slide"]), help="Job of the pitch wheel.  [default: bend]"),
-    click.option(
-        "--no-noise", is_flag=True, help="Turn off the noise of hands and electronics: skin, knock, floor and squeak."
-    ),
+    option("--wheel", click.Choice(["bend", "slide"]), "Job of the pitch wheel.  [default: bend]"),
+    flag("--no-noise", "Turn off the noise of hands and electronics: skin, knock, floor and squeak."),
 )
 
 

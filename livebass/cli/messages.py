@@ -1,4 +1,4 @@
-"""Explains MIDI messages from the rows of techniques: `play --controllers`, tables of README and handbook."""
+"""Explains MIDI messages from the rows of techniques, for `play --controllers`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 from livebass.model.keymap import MODO, PLACE
 from livebass.techniques import (
-    BUTTONS,
     FRETS,
     FUNCTION_ROWS,
     HAND_AT,
@@ -83,11 +82,6 @@ def keys_text(keys: tuple[int, ...]) -> str:
     return " ".join(map(str, keys))
 
 
-def controller_of(row: Technique) -> str:
-    """The controller of a technique in the default map, or nothing."""
-    return ", ".join(str(number) for number, symbol in MODO.controllers if symbol == row.symbol)
-
-
 def meaning(row: Technique) -> str:
     """Explains the effect of a technique, and its values."""
     values = {ON_STRING: f": {open_notes(row)}", HAND_AT: f", 1 to {FRETS}"}
@@ -97,56 +91,3 @@ def meaning(row: Technique) -> str:
 def open_notes(row: Technique) -> str:
     """The open notes that the keys of a technique select in the map of MODO BASS."""
     return ", ".join(pitch_name(key) for key in row.modo)
-
-
-def table(*rows: tuple[str, ...]) -> str:
-    """A Markdown table; the first row is its header."""
-    lines = [f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows]
-    return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])
-
-
-def technique_table() -> str:
-    """The handbook's table of techniques, with their keys and controllers."""
-    return table(
-        ("", "`modo`", "`modo-12`", "controller", "technique"),
-        *(
-            (row.asked, keys_text(row.modo), keys_text(row.modo_12), controller_of(row), meaning(row))
-            for row in TECHNIQUE_ROWS.values()
-        ),
-    )
-
-
-def controller_table() -> str:
-    """The handbook's table of controllers."""
-    return table(("controller", "what it moves"), *controllers())
-
-
-def short_table() -> str:
-    """README's table: keys and controllers of the techniques that have buttons on the page, in the default map."""
-    rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS if button.symbol in TECHNIQUE_ROWS]
-    return table(
-        ("technique", "key", "controller"),
-        *((row.name, f"{row.asked} {keys_text(row.modo)}", controller_of(row)) for row in rows),
-    )
-
-
-def waveform_table() -> str:
-    """The handbook's table of waveform distances from `reference`, by quality."""
-    from livebass.bench.measured import waveform_rows
-
-    return table(*waveform_rows())
-
-
-def waveform_sentence() -> str:
-    """README's sentence about these distances."""
-    from livebass.bench.measured import waveform_sentence
-
-    return waveform_sentence()
-
-
-TABLES = {
-    "README.md": (short_table,),
-    "livebass/help/playing.md": (technique_table, controller_table),
-    "livebass/help/cost.md": (waveform_table,),
-}
-SENTENCES = {"README.md": (waveform_sentence,)}  # one line each

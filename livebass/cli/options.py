@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -52,43 +52,84 @@ def together(*options: Decorator) -> Decorator:
     return decorate
 
 
-def file_option(*names: str, help: str, metavar: str = "FILE", **more: Any) -> Decorator:
+def option(names: str, kind: Any, help: str, **more: Any) -> Decorator:
+    """The option called `names`, such as "-o --output", whose value is of a `kind`; help shows its default, if any."""
+    return click.option(*names.split(), type=kind, help=help, **{"show_default": "default" in more} | more)
+
+
+def flag(names: str, help: str, **more: Any) -> Decorator:
+    """An option without a value."""
+    return click.option(*names.split(), is_flag=True, help=help, **more)
+
+
+def file_option(names: str, help: str, metavar: str = "FILE", **more: Any) -> Decorator:
     """An option that takes the path of a file."""
-    return click.option(*names, type=PATH, metavar=metavar, help=help, **more)
+    return option(names, PATH, help, metavar=metavar, **more)
 
 
-def folder_option(help: str, *names: str, **more: Any) -> Decorator:
-    """The option -o DIR."""
-    return file_option("-o", "--output", *names, metavar="DIR", help=help, **more)
+def folder_option(help: str, name: str = "", **more: Any) -> Decorator:
+    """The option -o DIR, in Python called `name`."""
+    return file_option(f"-o --output {name}", help, metavar="DIR", **more)
 
 
-def preset_option(help: str, *names: str, **more: Any) -> Decorator:
-    """The option -p NAME|FILE."""
-    return click.option("-p", "--preset", *names, metavar="NAME|FILE", help=help, **more)
+def preset_option(help: str, name: str = "", **more: Any) -> Decorator:
+    """The option -p NAME|FILE, in Python called `name`."""
+    return option(f"-p --preset {name}", str, help, metavar="NAME|FILE", **more)
 
 
-def quality_option(default: str, help: str, *names: str, among: tuple[str, ...] = tuple(QUALITIES)) -> Decorator:
+def quality_option(default: str, help: str, among: tuple[str, ...] = tuple(QUALITIES)) -> Decorator:
     """The option -q."""
-    kind = click.Choice(among)
-    return click.option("-q", "--quality", *names, type=kind, default=default, show_default=True, help=help)
+    return option("-q --quality", click.Choice(among), help, default=default)
 
 
 def count_option(name: str, most: int, help: str, least: int = 1, metavar: str = "count", **more: Any) -> Decorator:
     """An option that takes an integer from `least` to `most`; `more` may hold its `default`."""
-    kind = Number(metavar, least, most, whole=True)
-    return click.option(name, type=kind, show_default="default" in more, help=help, **more)
+    return option(name, Number(metavar, least, most, whole=True), help, **more)
+
+
+def seed_option(most: int = 2**31) -> Decorator:
+    """The option --seed."""
+    text = "Seed of the player's small variations; the same seed gives the same result."
+    return count_option("--seed", most, text, least=0, metavar="number", default=0)
 
 
 rendered_quality = quality_option(
     "studio", "Precision of the strings: number of modes, steps of contact with the frets."
 )
-
-
 presets_option = preset_option(
     "A bass: a name from `livebass presets list`, or your own file; repeatable.  [default: all]",
     "presets",
     multiple=True,
 )
+
+
+def files_to_write(files: Mapping[str, Path | None], sources: Iterable[Path] = ()) -> list[Path]:
+    """The given files by option, checked before the work. Raises UsageError for equal ones and for one of `sources`."""
+    from livebass.files import checked_place
+
+    found = {option: path for option, path in files.items() if path is not None}
+    if len({checked_place(path) for path in found.values()}) < len(found):
+        raise click.UsageError(f"{' and '.join(found)}: the same file")
+    for path in found.values():
+        if path.exists() and any(source.exists() and os.path.samefile(source, path) for source in sources):
+            raise click.UsageError(f"{path}: is a recording itself; name another file")
+    return list(found.values())
+
+
+def write_results(made: Iterable[tuple[Path | None, Callable[[], str | bytes]]], table: str) -> None:
+    """Writes the content `made` for each path, except None; prints `table` even if that fails, as on a full disk."""
+    from livebass.files import Transaction
+
+    try:
+        with Transaction() as files:
+            for path, content in made:
+                data = content() if path is not None else b""
+                if path is not None and isinstance(data, bytes):
+                    files.write(path, data)
+                elif path is not None:
+                    files.write_text(path, str(data))
+    finally:
+        click.echo(table.removesuffix("\n"))
 
 
 def given(name: str) -> bool:

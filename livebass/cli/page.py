@@ -10,11 +10,10 @@ import click
 
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import hands_options
-from livebass.cli.options import presets_option, quality_option
+from livebass.cli.options import count_option, flag, option, presets_option, quality_option
 from livebass.cli.said import say
 from livebass.cli.shelf import page_basses, page_ready
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import Number
 from livebass.interrupts import StopFlag, stop_instead
 
 LOOK_EVERY = 0.2  # s, to check for a signal to stop
@@ -25,13 +24,17 @@ LOOK_EVERY = 0.2  # s, to check for a signal to stop
 @hands_options
 @effects_options
 @quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
-@click.option(
-    "--port", type=Number("port", 0, 65535, whole=True), default=0, help="Port of the server.  [default: any free port]"
+@count_option(
+    "--port",
+    65535,
+    "Port of the server.  [default: any free port]",
+    default=0,
+    show_default=False,
+    least=0,
+    metavar="port",
 )
-@click.option(
-    "--link", metavar="LINK", help="Open a saved link: a bass with its bench settings, or a case such as case=b."
-)
-@click.option("--no-browser", is_flag=True, help="Print the address only.")
+@option("--link", str, "Open a saved link: a bass with its bench settings, or a case such as case=b.", metavar="LINK")
+@flag("--no-browser", "Print the address only.")
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def page(

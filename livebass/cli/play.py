@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.console import Console, OutputGone, logged
-from livebass.cli.demos import DEMOS
+from livebass.cli.demos import demo_option
 from livebass.cli.effects import Behind, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import SOUND, Hands, hands_options
-from livebass.cli.options import DEFAULT_PRESET, file_option, given, preset_option, quality_option
+from livebass.cli.options import DEFAULT_PRESET, file_option, flag, given, option, preset_option, quality_option
 from livebass.cli.progress import have_kernels
 from livebass.cli.remembered import recall
 from livebass.cli.said import clipping, say
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import RATE, Learn, Number, Quantity, Span
+from livebass.cli.values import RATE, Number, Parsed, Quantity, learn, span
 from livebass.files import OutputError
 from livebass.interrupts import stop_instead
 from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
@@ -55,7 +55,7 @@ class Setting(click.Option):
         self.field, self.value = field or str(self.name), value
 
 
-setting = functools.partial(click.option, cls=Setting)
+setting, switch = functools.partial(option, cls=Setting), functools.partial(flag, cls=Setting)
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
@@ -68,121 +68,90 @@ setting = functools.partial(click.option, cls=Setting)
 )
 @setting(
     "--backend",
-    type=click.Choice(["auto", "portaudio", "jack"]),
+    click.Choice(["auto", "portaudio", "jack"]),
+    "auto: JACK if a server runs, else PortAudio.",
     default="auto",
-    show_default=True,
-    help="auto: JACK if a server runs, else PortAudio.",
 )
 @setting(
     "--audio",
+    str,
+    "PortAudio output; see `livebass devices`.",
     metavar="NUMBER|NAME",
-    help="PortAudio output; see `livebass devices`.",
     value=lambda name: int(name) if name and is_number(name) else name,
 )
-@setting("--midi", metavar="NUMBER|NAME", help="MIDI input.  [default: the first, or a virtual port]")
-@setting(
-    "--rate", type=RATE, default=48000, show_default=True, help="Sample rate for PortAudio; a JACK server has its own."
-)
+@setting("--midi", str, "MIDI input.  [default: the first, or a virtual port]", metavar="NUMBER|NAME")
+@setting("--rate", RATE, "Sample rate for PortAudio; a JACK server has its own.", default=48000)
 @setting(
     "--block",
-    type=Number("frames", *BLOCK, whole=True),
+    Number("frames", *BLOCK, whole=True),
+    "Block size for PortAudio and PipeWire, 16 to 1024; a JACK server has its own.",
     default=128,
-    show_default=True,
-    help="Block size for PortAudio and PipeWire, 16 to 1024; a JACK server has its own.",
 )
 @setting(
     "--latency",
-    type=Quantity("time", 0.0, 1.0),
-    help="Latency for PortAudio, up to 1 s.  [default: the lowest]",
+    Quantity("time", 0.0, 1.0),
+    "Latency for PortAudio, up to 1 s.  [default: the lowest]",
     value=lambda seconds: "low" if seconds is None else seconds,
 )
 @setting(
     "--cores",
-    type=Number("cores", *CORES, whole=True),
-    help="Processor cores that play strings; 1: the audio thread alone.  [default: all, at most one per string]",
+    Number("cores", *CORES, whole=True),
+    "Processor cores that play strings; 1: the audio thread alone.  [default: all, at most one per string]",
 )
 @setting(
     "--channel",
-    type=Number("channel", 1, 16, whole=True),
-    help="Listen to this MIDI channel only.  [default: all]",
+    Number("channel", 1, 16, whole=True),
+    "Listen to this MIDI channel only.  [default: all]",
     value=lambda number: -1 if number is None else number - 1,
 )
 @hands_options
 @effects_options
-@setting(
-    "--gain",
-    type=Number("dB", -60, 20),
-    default=0.0,
-    show_default=True,
-    help="Output level.",
-    value=lambda decibels: 10 ** (decibels / 20),
-)
-@file_option("--file", "song", metavar="SONG.MID", help="Also play the bass part of this MIDI file.")
-@click.option(
-    "--demo",
-    is_flag=False,
-    flag_value="preset",
-    type=DEMOS,
-    help="Also play a nine-second demo phrase of the preset, or with `techniques` a phrase for each technique.",
-)
+@setting("--gain", Number("dB", -60, 20), "Output level.", default=0.0, value=lambda decibels: 10 ** (decibels / 20))
+@file_option("--file song", "Also play the bass part of this MIDI file.", metavar="SONG.MID")
+@demo_option("Also play")
 @setting(
     "--loop",
-    type=Span(),
+    Parsed("[from:to]", span),
+    "Repeat the --file, or a part of it, such as 4s:12s.",
     is_flag=False,
     flag_value="all",
-    help="Repeat the --file, or a part of it, such as 4s:12s.",
 )
 @setting(
     "--tempo",
-    type=Number("percent", 10, 400, unit="%"),
+    Number("percent", 10, 400, unit="%"),
+    "Tempo of the --file, 10 to 400 %.",
     default=100,
-    show_default=True,
-    help="Tempo of the --file, 10 to 400 %.",
     value=lambda percent: percent / 100,
 )
-@setting("--transport", is_flag=True, help="The --file follows JACK's transport.")
-@setting(
-    "--metronome",
-    type=Number("BPM", 20, 400),
-    help="Clicks per minute, 20 to 400.",
-    value=lambda beats: beats or 0.0,
-)
-@setting("--metronome-port", is_flag=True, help="Send the click to the JACK port `metronome` only.")
-@setting("--tuner", is_flag=True, help="Show the pitch and how many cents it is off.")
-@click.option(
+@switch("--transport", "The --file follows JACK's transport.")
+@setting("--metronome", Number("BPM", 20, 400), "Clicks per minute, 20 to 400.", value=lambda beats: beats or 0.0)
+@switch("--metronome-port", "Send the click to the JACK port `metronome` only.")
+@switch("--tuner", "Show the pitch and how many cents it is off.")
+@option(
     "--learn",
+    Parsed("parameter[=n]", learn),
+    "Let a MIDI controller move a parameter: tone=74; tone: the next control you move; tone=off: none.",
     multiple=True,
-    type=Learn(),
-    help="Let a MIDI controller move a parameter: tone=74; tone: the next control you move; tone=off: none.",
 )
-@setting(
-    "--osc", type=Number("port", 1, 65535, whole=True), help="Listen to OSC on this UDP port, from this machine only."
-)
+@setting("--osc", Number("port", 1, 65535, whole=True), "Listen to OSC on this UDP port, from this machine only.")
 @setting(
     "--client-name",
+    str,
+    "Name of the JACK client.  [default: livebass]",
     metavar="NAME",
-    help="Name of the JACK client.  [default: livebass]",
     field="client",
     value=lambda name: name or "livebass",
 )
-@setting(
-    "--no-connect",
-    is_flag=True,
-    help="Connect no JACK ports.",
-    field="connect",
-    value=lambda unconnected: not unconnected,
-)
-@setting("--strings", is_flag=True, help="Add a JACK port per string; string_1 is the lowest.")
-@file_option("--record", metavar="TAKE.WAV", help="Record the sound into this file.", cls=Setting)
-@file_option("--record-midi", metavar="TAKE.MID", help="Record the notes as a MIDI file.", cls=Setting)
-@file_option("--log", help="Append messages and load to this file.")
-@click.option(
-    "--watch", is_flag=True, help="Print the address of a page that shows the strings, for this machine only."
-)
-@click.option("--no-settings", is_flag=True, help="Neither use nor change the remembered settings.")
-@click.option("--forget", "forgotten", is_flag=True, help="Delete the remembered settings first.")
-@click.option("--controllers", is_flag=True, help="Explain the MIDI messages and exit.")
-@click.option("--quiet", is_flag=True, help="Show no status line and no summary.")
+@switch("--no-connect", "Connect no JACK ports.", field="connect", value=lambda unconnected: not unconnected)
+@switch("--strings", "Add a JACK port per string; string_1 is the lowest.")
+@file_option("--record", "Record the sound into this file.", metavar="TAKE.WAV", cls=Setting)
+@file_option("--record-midi", "Record the notes as a MIDI file.", metavar="TAKE.MID", cls=Setting)
+@file_option("--log", "Append messages and load to this file.")
+@flag("--watch", "Print the address of a page that shows the strings, for this machine only.")
+@flag("--no-settings", "Neither use nor change the remembered settings.")
+@flag("--forget forgotten", "Delete the remembered settings first.")
+@flag("--controllers", "Explain the MIDI messages and exit.")
+@flag("--quiet", "Show no status line and no summary.")
 def play(**options: Any) -> None:
     """Play the bass live.
 

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
-from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, preset_option
+from livebass.cli.options import (
+    DEFAULT_PRESET,
+    PATH,
+    file_option,
+    files_to_write,
+    flag,
+    option,
+    preset_option,
+    write_results,
+)
 from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
@@ -115,41 +124,33 @@ MOST_RESONANCES = 16
     default=DEFAULT_PRESET,
     show_default=True,
 )
-@click.option("--string", "string", metavar="NAME", help="Name of the string.  [default: the one tuned nearest]")
-@click.option("--note", type=NOTE, help="Its open note.  [default: the note of --string, or the pitch heard]")
-@click.option("--f0", type=Quantity(*limits.F0), help="Its pitch in Hz, within a semitone, instead of --note.")
-@click.option(
-    "--modes", type=Number("count", *limits.MODES, whole=True), default=60, show_default=True,
-    help="Number of partials to look for.",
-)  # fmt: skip
-@click.option(
-    "--start", type=Quantity(*limits.START), default=0.02, show_default="20ms",
-    help="Time to skip after each attack; more if the string rattles.",
-)  # fmt: skip
-@click.option(
-    "--duration",
-    type=Quantity(*limits.DURATION),
-    default=5.0,
-    show_default="5s",
-    help="Longest part of each note to use.",
+@option("--string string", str, "Name of the string.  [default: the one tuned nearest]", metavar="NAME")
+@option("--note", NOTE, "Its open note.  [default: the note of --string, or the pitch heard]")
+@option("--f0", Quantity(*limits.F0), "Its pitch in Hz, within a semitone, instead of --note.")
+@option("--modes", Number("count", *limits.MODES, whole=True), "Number of partials to look for.", default=60)
+@option(
+    "--start",
+    Quantity(*limits.START),
+    "Time to skip after each attack; more if the string rattles.",
+    default=0.02,
+    show_default="20ms",
 )
-@click.option(
+@option("--duration", Quantity(*limits.DURATION), "Longest part of each note to use.", default=5.0, show_default="5s")
+@option(
     "--channel",
-    type=Number("number", *limits.CHANNELS, whole=True),
-    help="Channel of the recordings; 1 is left.  [default: the loudest]",
+    Number("number", *limits.CHANNELS, whole=True),
+    "Channel of the recordings; 1 is left.  [default: the loudest]",
 )
-@click.option(
-    "--neck", type=click.Choice(["table", "resonances"]), default="table", show_default=True,
-    help="How the preset describes the loss to the neck: by partial, or by resonances (takes about 10 s).",
-)  # fmt: skip
-@click.option(
-    "--only-string",
-    is_flag=True,
-    help="Fit only the string; keep the preset's pluck, pickups and tone.",
+@option(
+    "--neck",
+    click.Choice(["table", "resonances"]),
+    "How the preset describes the loss to the neck: by partial, or by resonances (takes about 10 s).",
+    default="table",
 )
-@file_option("-o", "--output", metavar="FILE.toml", help="Preset to write.")
-@file_option("--json", "json_file", help="Write all results as JSON.")
-@file_option("--csv", "csv_file", help="Write the partials as CSV.")
+@flag("--only-string", "Fit only the string; keep the preset's pluck, pickups and tone.")
+@file_option("-o --output", "Preset to write.", metavar="FILE.toml")
+@file_option("--json json_file", "Write all results as JSON.")
+@file_option("--csv csv_file", "Write the partials as CSV.")
 def identify(
     recordings: tuple[Path, ...], preset: str, neck: str, output: Path | None, json_file: Path | None,
     csv_file: Path | None, **how: Any,
@@ -179,13 +180,9 @@ def identify(
     """
     if how["note"] is not None and how["f0"] is not None:
         raise click.UsageError("give one of --note and --f0")
-    outputs = [path for path in (output, json_file, csv_file) if path is not None]
     if output is not None and output.suffix != ".toml":
         raise click.UsageError(f"{output}: a preset's name ends in .toml")
-    for path in outputs:
-        if path.exists() and any(r.exists() and os.path.samefile(r, path) for r in recordings):
-            raise click.UsageError(f"{path}: is a recording itself; name another file")
-    from livebass.files import Transaction, checked_place
+    outputs = files_to_write({"--output": output, "--json": json_file, "--csv": csv_file}, recordings)
     from livebass.preset.load import load_preset, preset_tables
     from livebass.report.picture import check_installed
 
@@ -194,8 +191,6 @@ def identify(
         raise click.UsageError(
             f"--preset {preset}: has {', '.join(keys)}, and a string is written as it sounds: leave out -o"
         )
-    for path in outputs:
-        checked_place(path)
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.identification.fit import fit_neck
     from livebass.identification.identify import identify as identify_string
@@ -208,15 +203,12 @@ def identify(
     resonances = fit.resonances if fit else ()
     if fit:
         result = with_resonances(result, bass, resonances)
-    with Transaction() as files:
-        if output is not None:
-            text = new_preset(preset, result.string.name, result, recordings, resonances)
-            files.write_text(output, text)
-        if json_file is not None:
-            files.write_text(json_file, identified_json(result, resonances))
-        if csv_file is not None:
-            files.write_text(csv_file, partials_csv(result))
-    click.echo(table(result) + (neck_table(fit) if fit else ""), nl=False)
+    made: list[tuple[Path | None, Callable[[], str | bytes]]] = [
+        (output, lambda: new_preset(preset, result.string.name, result, recordings, resonances)),
+        (json_file, lambda: identified_json(result, resonances)),
+        (csv_file, lambda: partials_csv(result)),
+    ]
+    write_results(made, table(result) + (neck_table(fit) if fit else ""))
     notes, count = len(result.takes), len(result.partials)
     written = f" -> {', '.join(map(str, outputs))}" if outputs else ""
     left = f", {result.rejected} more not used: of another pitch, short or unclear" if result.rejected else ""

@@ -5,14 +5,13 @@ from __future__ import annotations
 import logging
 import os
 import tomllib
-from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.bounds import between, one_of, refusal
+from livebass.bounds import between, complaint, one_of, refusal
 from livebass.cli.options import given
 from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS
@@ -109,7 +108,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
             try:
                 value = checked(row, data[row.name])
             except ValueError as error:
-                raise ValueError(f"{row.name} = {data[row.name]!r}: {error}") from None
+                raise ValueError(complaint(row.name, error, repr(data[row.name]))) from None
             if row.name in ("capo", "a4"):
                 data[row.name] = value
     controllers = data.get("controllers", {})
@@ -132,13 +131,10 @@ def forget(path: Path) -> None:
     """Deletes the file, if it exists. Raises OutputError."""
     from livebass.files import output_error
 
-    with suppress(FileNotFoundError):
-        try:
-            path.unlink()
-        except FileNotFoundError:
-            raise
-        except OSError as error:
-            raise output_error(path, error) from None
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise output_error(path, error) from None
 
 
 def _toml(value: str | float) -> str:

@@ -14,15 +14,25 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.cli.demos import DEMOS, demo_for, ready_for
+from livebass.cli.demos import demo_for, demo_option, ready_for
 from livebass.cli.effects import effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Loader, hands_options
-from livebass.cli.options import DEFAULT_PRESET, PATH, file_option, preset_option, rendered_quality
+from livebass.cli.options import (
+    DEFAULT_PRESET,
+    PATH,
+    count_option,
+    file_option,
+    flag,
+    option,
+    preset_option,
+    rendered_quality,
+    seed_option,
+)
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import clipping, say
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Channel, Note, Number, Quantity
+from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Note, Number, Parsed, Quantity, channel
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -64,20 +74,13 @@ GROUPS = {
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
 @click.argument("midi", required=False, type=PATH)
-@click.option("--note", type=NOTE, help="Play one note instead of a MIDI file: G2, C#1, 43.")
-@click.option(
-    "--demo",
-    is_flag=False,
-    flag_value="preset",
-    type=DEMOS,
-    help="Play a nine-second demo phrase of the preset, or with `techniques` a phrase for each technique.",
-)
-@file_option("--all-presets", "directory", metavar="DIR", help="Play the demo phrase with every preset, into DIR.")
-@click.option(
-    "-o",
-    "--output",
-    type=PATH,
-    help="Sound file to write; - for standard output.  "
+@option("--note", NOTE, "Play one note instead of a MIDI file: G2, C#1, 43.")
+@demo_option("Play")
+@file_option("--all-presets directory", "Play the demo phrase with every preset, into DIR.", metavar="DIR")
+@option(
+    "-o --output",
+    PATH,
+    "Sound file to write; - for standard output.  "
     "[default: the name of the MIDI file or note, in the current directory]",
 )
 @preset_option(
@@ -88,63 +91,45 @@ GROUPS = {
 @rendered_quality
 @hands_options
 @effects_options
-@click.option(
+@count_option(
     "--velocity",
-    type=Number("1-127", 1, 127, whole=True),
+    127,
+    "Velocity of --note. Soft notes miss the frets, hard notes hit them.",
     default=100,
-    show_default=True,
-    help="Velocity of --note. Soft notes miss the frets, hard notes hit them.",
+    metavar="1-127",
 )
-@click.option(
-    "--duration",
-    type=Quantity("time", 1e-3, 3600.0),
-    default=3.0,
-    show_default="3s",
-    help="Length of --note, 1ms to 3600s.",
-)
-@click.option(
+@option("--duration", Quantity("time", 1e-3, 3600.0), "Length of --note, 1ms to 3600s.", default=3.0, show_default="3s")
+@option(
     "--channel",
-    type=Channel(),
-    default="auto",
-    show_default=True,
-    help="MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else the only "
+    Parsed("channel", channel),
+    "MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else the only "
     "part, or the lowest without a program. all: everything but drums.",
+    metavar="[auto|all|1-16]",
+    default="auto",
 )
-@click.option(
-    "--list", "listing", is_flag=True, help="Write no sound; list the parts of the MIDI file and which would play."
-)
-@click.option("--rate", type=RATE, default=48000, show_default=True, help="Sample rate, 22050 to 192000 Hz.")
-@click.option("--format", type=click.Choice(FORMATS), help="File format.  [default: by the name of OUTPUT, or wav]")
-@click.option(
-    "--bits", type=click.Choice(BITS), help="Bits per sample: 16, 24, float for wav; 16, 24 for flac.  [default: 24]"
-)
-@click.option("--stems", is_flag=True, help="Also write a file per string, song.E.wav ...; they add up to the mix.")
-@click.option(
+@flag("--list listing", "Write no sound; list the parts of the MIDI file and which would play.")
+@option("--rate", RATE, "Sample rate, 22050 to 192000 Hz.", default=48000)
+@option("--format", click.Choice(FORMATS), "File format.  [default: by the name of OUTPUT, or wav]")
+@option("--bits", click.Choice(BITS), "Bits per sample: 16, 24, float for wav; 16, 24 for flac.  [default: 24]")
+@flag("--stems", "Also write a file per string, song.E.wav ...; they add up to the mix.")
+@option(
     "--tail",
-    type=Quantity("time", 0.0, 600.0),
-    help="Sound after the last event, 0 to 600 s.  [default: until the strings are still]",
+    Quantity("time", 0.0, 600.0),
+    "Sound after the last event, 0 to 600 s.  [default: until the strings are still]",
 )
-@click.option(
-    "--gain", type=Number("db", -60, 40, unit="dB"), default=0.0, show_default=True, help="Level in dB, -60 to 40."
-)
-@click.option(
+@option("--gain", Number("db", -60, 40, unit="dB"), "Level in dB, -60 to 40.", default=0.0)
+@option(
     "--normalize",
-    type=Number("LUFS", -60, 0),
-    help="Integrated loudness, -60 to 0, such as -16, instead of --gain; lower if the peak would exceed -1 dBFS.",
+    Number("LUFS", -60, 0),
+    "Integrated loudness, -60 to 0, such as -16, instead of --gain; lower if the peak would exceed -1 dBFS.",
 )
-@click.option("--modes", type=MODES, help="Number of modes of an open string; replaces the quality's.")
-@click.option(
+@option("--modes", MODES, "Number of modes of an open string; replaces the quality's.")
+@option(
     "--contact-rate",
-    type=CONTACT_RATE,
-    help="Steps a second while a string touches a fret, such as 4MHz; replaces the quality's.",
+    CONTACT_RATE,
+    "Steps a second while a string touches a fret, such as 4MHz; replaces the quality's.",
 )
-@click.option(
-    "--seed",
-    type=Number("number", 0, 2**32 - 1, whole=True),
-    default=0,
-    show_default=True,
-    help="Seed of the player's small variations; the same seed gives the same file.",
-)
+@seed_option(2**32 - 1)
 def render(output: Path | None, preset: str | None, directory: Path | None, listing: bool, **rest: Any) -> None:
     """Render a MIDI file, a note or a demo to a sound file.
 

@@ -13,14 +13,16 @@ from livebass.cli.options import (
     CREATED,
     count_option,
     file_option,
+    flag,
     folder_option,
+    option,
     preset_option,
     quality_option,
     together,
 )
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.said import say
-from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Quantity
+from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Parsed, Quantity
 from livebass.cores import core_count
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.interrupts import INTERRUPTED
@@ -33,35 +35,35 @@ FILES = ("claims.json", "claims.csv", "claims.html")
 # For one pluck of one string, and the precision of its solution.
 pluck_options = together(
     preset_option("The bass.", default="paper-g", show_default=True),
-    click.option("--string", default="G", show_default=True, help="Name of the string."),
-    click.option("--fret", type=Number("number", 0, 36, whole=True), default=0, show_default=True, help="0 is open."),
-    click.option(
-        "--apex", type=Quantity(*APEX), default=3.6e-3, show_default="3.6mm", help="How far the string is pulled."
+    option("--string", str, "Name of the string.", default="G"),
+    option("--fret", Number("number", 0, 36, whole=True), "0 is open.", default=0),
+    option("--apex", Quantity(*APEX), "How far the string is pulled.", default=3.6e-3, show_default="3.6mm"),
+    option(
+        "--at",
+        Quantity(*AT),
+        "Place of the pluck, from the nut or the pressed fret.",
+        default=0.64,
+        show_default="0.64m",
     ),
-    click.option(
-        "--at", type=Quantity(*AT), default=0.64, show_default="0.64m",
-        help="Place of the pluck, from the nut or the pressed fret.",
+    option(
+        "--angle",
+        Quantity(*ANGLE),
+        "Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
+        default=0.0,
+        show_default="0deg",
     ),
-    click.option(
-        "--angle", type=Quantity(*ANGLE), default=0.0, show_default="0deg",
-        help="Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
-    ),
-    click.option("--duration", type=Quantity(*DURATION), default=1.0, show_default="1 s", help="Length of the motion."),
+    option("--duration", Quantity(*DURATION), "Length of the motion.", default=1.0, show_default="1 s"),
     quality_option("reference", "Precision of the string."),
-    click.option("--modes", type=MODES, help="Number of modes of the stopped string; replaces the quality's."),
-)  # fmt: skip
+    option("--modes", MODES, "Number of modes of the stopped string; replaces the quality's."),
+)
 
 
 @click.command()
 @click.argument("ids", nargs=-1, metavar="[ID]...")
 @folder_option("Write the table as claims.json, .csv and .html to DIR as well; created if missing.")
-@file_option("--json", "file", help="Write it as JSON to FILE.")
+@file_option("--json file", "Write it as JSON to FILE.")
 @count_option(
-    "--plucks",
-    1000,
-    "Plucks that judge claims about contacts; 0: only the paper's own pluck.",
-    default=40,
-    least=0,
+    "--plucks", 1000, "Plucks that judge claims about contacts; 0: only the paper's own pluck.", default=40, least=0
 )
 @count_option("--workers", 64, "Number of threads.  [default: one per core]")
 def claims(
@@ -116,21 +118,11 @@ class Interrupted(click.ClickException):
     exit_code = INTERRUPTED
 
 
-class Vary(click.ParamType):
-    """A parameter and its values, KEY=FROM:TO:N."""
+def _axis(text: str) -> Axis:
+    """A parameter and its values, KEY=FROM:TO:N. Raises ValueError."""
+    from livebass.experiment.grid import axis
 
-    name = "KEY=FROM:TO:N[:log]"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return self.name
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Axis:
-        from livebass.experiment.grid import axis
-
-        try:
-            return axis(str(value))
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
+    return axis(text)
 
 
 def _quantities() -> str:
@@ -139,27 +131,32 @@ def _quantities() -> str:
 
 
 @click.command(epilog=_quantities())
-@click.option("--vary", "axes", type=Vary(), multiple=True, help="A parameter and its values; repeatable.")
-@pluck_options
-@click.option(
-    "--contact-rate",
-    type=CONTACT_RATE,
-    help="Steps a second in contact, such as 8MHz, rounded up to a multiple of 51.2 kHz; replaces the quality's.",
-)
-@click.option(
-    "--quantity",
-    "quantities",
-    metavar="NAME",
-    type=click.Choice(list(QUANTITIES)),
+@option(
+    "--vary axes",
+    Parsed("axis", _axis),
+    "A parameter and its values; repeatable.",
     multiple=True,
-    help=f"Quantity to draw; repeatable.  [default: {', '.join(USUAL)}]",
+    metavar="KEY=FROM:TO:N[:log]",
 )
-@click.option("--picture/--no-picture", default=True, help="Draw the quantities; needs matplotlib.")
+@pluck_options
+@option(
+    "--contact-rate",
+    CONTACT_RATE,
+    "Steps a second in contact, such as 8MHz, rounded up to a multiple of 51.2 kHz; replaces the quality's.",
+)
+@option(
+    "--quantity quantities",
+    click.Choice(list(QUANTITIES)),
+    f"Quantity to draw; repeatable.  [default: {', '.join(USUAL)}]",
+    metavar="NAME",
+    multiple=True,
+)
+@option("--picture/--no-picture", bool, "Draw the quantities; needs matplotlib.", default=True, show_default=False)
 @count_option("--workers", 1024, "Number of processes.  [default: one per core]")
-@click.option(
-    "--scheduler", metavar="ADDRESS", help="Compute on the Dask cluster with this scheduler, such as tcp://host:8786."
+@option(
+    "--scheduler", str, "Compute on the Dask cluster with this scheduler, such as tcp://host:8786.", metavar="ADDRESS"
 )
-@file_option("--json", "file", help="Also write everything to FILE as JSON.")
+@file_option("--json file", "Also write everything to FILE as JSON.")
 @folder_option(CREATED, "directory", required=True)
 def sweep(
     axes: tuple[Axis, ...],
@@ -209,27 +206,21 @@ def sweep(
     points = grid(settings, axes)
     results: dict[str, dict[str, float]] = {}
     try:
-        with Transaction() as made:  # new directories, removed again if they stay empty
-            sweeping.prepare(made, directory, file)
+        with Transaction() as new:  # directories, removed again if they stay empty
+            sweeping.prepare(new, directory, file)
             results |= sweeping.found(directory, points)
             _complete(directory, points, results, workers or core_count(), scheduler)
-        drawn: tuple[bytes, ...] = ()
+        made, drawn = sweeping.Sweep(axes, tuple(points), results), tuple[bytes, ...]()
         if draw:
-            values = {name: _column(points, results, name) for name in quantities or USUAL}
-            drawn = sweeping.pictures(axes, values, _title(settings))
-        described = sweeping.as_json(settings, axes, points, results)
-        sweeping.write(directory, sweeping.table(axes, points, results), drawn, file, described)
+            drawn = sweeping.pictures(axes, {name: made.values(name) for name in quantities or USUAL}, _title(settings))
+        sweeping.write(directory, made.table(), drawn, file, made.described(settings))
     except KeyboardInterrupt:
-        count = _found(points, results)
+        count = sum(point.digest in results for point in points)
         kept = f"{count} of {len(points)} points are kept in {directory}: the same command goes on"
         raise Interrupted(f"interrupted, {kept if count else 'nothing written'}") from None
     if picture and not draw:
         say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
     say(f"{len(points)} points -> {directory / sweeping.TABLE}")
-
-
-def _found(points: Sequence[Point], results: dict[str, dict[str, float]]) -> int:
-    return sum(point.digest in results for point in points)
 
 
 def _complete(
@@ -239,11 +230,11 @@ def _complete(
     from livebass.experiment.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
-    there = f"{len(points)} points, {_found(points, results)} found in {directory}"
+    there = f"{len(points)} points, {sum(point.digest in results for point in points)} found in {directory}"
     if not missing:
         say(f"{there}, nothing to compute")
         return
-    with _computer(points[0], workers, scheduler) as (where, compute):
+    with _computer(workers, scheduler) as (where, compute):
         say(f"{there}, {missing} to compute {where}")
         with shown_progress("sweep") as progress:
             for done in completed(directory, points, results, compute):
@@ -252,7 +243,7 @@ def _complete(
 
 
 @contextmanager
-def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
+def _computer(workers: int, scheduler: str | None) -> Iterator[tuple[str, Callable[[Any], Any]]]:
     """Yield where points are computed, in words, and the function that computes them.
 
     Compiles the kernels first if needed.
@@ -268,13 +259,6 @@ def _computer(first: Point, workers: int, scheduler: str | None) -> Iterator[tup
     yield where, lambda points: computed(points, workers, say)
 
 
-def _column(points: Sequence[Point], results: dict[str, dict[str, float]], name: str) -> Any:
-    """A quantity's values at all points, (points,)."""
-    import numpy as np
-
-    return np.array([results[point.digest][name] for point in points])
-
-
 def _title(settings: Settings) -> str:
     return (
         f"{Path(settings.preset).stem}, string {settings.string} fret {settings.fret}, {settings.apex * 1e3:g} mm "
@@ -284,22 +268,19 @@ def _title(settings: Settings) -> str:
 
 @click.command()
 @pluck_options
-@click.option(
-    "--contact-rate", type=CONTACT_RATE, help="Steps a second in contact, such as 8MHz; replaces the quality's."
+@option("--contact-rate", CONTACT_RATE, "Steps a second in contact, such as 8MHz; replaces the quality's.")
+@option("--rate", RATE, "Sample rate of the output.", default=44100)
+@option(
+    "--solver", click.Choice(["engine", "reference"]), "reference: brute force, step by step; slow.", default="engine"
 )
-@click.option("--rate", type=RATE, default=44100, show_default=True, help="Sample rate of the output.")
-@click.option(
-    "--solver",
-    type=click.Choice(["engine", "reference"]),
-    default="engine",
-    show_default=True,
-    help="reference: brute force, step by step; slow.",
+@flag("--analyse", "Also write pitch, characteristic frequency, energies and T60.")
+@option(
+    "--shape-at",
+    Quantity("time", 0, 60),
+    "Also write the string's shape at this time, such as 3.9ms; repeatable.",
+    multiple=True,
+    metavar="TIME",
 )
-@click.option("--analyse", is_flag=True, help="Also write pitch, characteristic frequency, energies and T60.")
-@click.option(
-    "--shape-at", type=Quantity("time", 0, 60), multiple=True, metavar="TIME",
-    help="Also write the string's shape at this time, such as 3.9ms; repeatable.",
-)  # fmt: skip
 @folder_option(CREATED, required=True)
 def simulate(
     preset: str, rate: int, solver: str, analyse: bool, shape_at: tuple[float, ...], output: Path, **pluck: Any
@@ -364,15 +345,10 @@ def list_studies() -> None:
 @study.command()
 @click.argument("names", nargs=-1, required=True, metavar="NAME...")
 @folder_option(CREATED, required=True)
-@file_option("--json", "json_file", help="Also write all numbers as JSON.")
-@click.option(
-    "--duration", type=Quantity("time", 0.1, 10), help="Length of each motion; replaces the study's own (mostly 1 s)."
-)
-@click.option(
-    "--workers", type=Number("count", 1, 256, whole=True), default=core_count(), show_default="cores",
-    help="Number of motions computed at once.",
-)  # fmt: skip
-@click.option("--player", is_flag=True, help="Also write the page that plays, and link the cases to it.")
+@file_option("--json json_file", "Also write all numbers as JSON.")
+@option("--duration", Quantity("time", 0.1, 10), "Length of each motion; replaces the study's own (mostly 1 s).")
+@count_option("--workers", 256, "Number of motions computed at once.", default=core_count(), show_default="cores")
+@flag("--player", "Also write the page that plays, and link the cases to it.")
 def run(
     names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int, player: bool
 ) -> None:

@@ -6,10 +6,8 @@ import re
 from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from livebass.cli.options import together
-from livebass.cli.values import Number, Parsed
+from livebass.cli.options import option, together
+from livebass.cli.values import Number, Parsed, of_value
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -18,61 +16,49 @@ TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # the keys of a preset, t
 FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # names a temperament file
 
 
-def _tuning(value: Any) -> Any:
+def _tuning(text: str) -> str:
     """A tuning, as given, checked: by name or by the notes of the open strings."""
     from livebass.preset.tuning import tuning_of
 
-    tuning_of(value)
-    return value
+    of_value(tuning_of, text)
+    return text
 
 
-def _reference(value: Any) -> float:
+def _reference(text: str) -> float:
     """The pitch of the A above middle C, Hz, from "432" or "432Hz"."""
     from livebass.preset.tuning import reference_of
 
-    return reference_of(value)
+    return float(of_value(reference_of, text))
 
 
-class Temperament(click.ParamType):
+def _temperament(text: str) -> str:
     """A temperament: a name, comma-separated cents, or a file, which is converted to cents."""
+    from livebass.preset.tuning import temperament_of, temperament_of_file
 
-    name = "temperament"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "NAME|CENTS|FILE"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        from livebass.preset.tuning import temperament_of, temperament_of_file
-
-        try:
-            if FILE.search(value):
-                return ",".join(f"{each:.10g}" for each in temperament_of_file(value))
-            temperament_of(value)
-        except ValueError as error:
-            self.fail(str(error) if FILE.search(value) else f"{value!r}: {error}", param, ctx)
-        return str(value)
+    if FILE.search(text):
+        return ",".join(f"{each:.10g}" for each in temperament_of_file(text))
+    of_value(temperament_of, text)
+    return text
 
 
 tuning_options = together(
-    click.option(
+    option(
         "--tuning",
-        type=Parsed("tuning", _tuning, "NAME|NOTES"),
-        help="Tuning: drop-d, eb, half-step-down ..., or the notes, lowest first: DADG, 'D1 A1 D2 G2'.",
+        Parsed("name|notes", _tuning),
+        "Tuning: drop-d, eb, half-step-down ..., or the notes, lowest first: DADG, 'D1 A1 D2 G2'.",
     ),
-    click.option("--capo", type=Number("fret", 0, 31, whole=True), help="Fret of a capo, 0 to 31."),
-    click.option(
-        "--a4", type=Parsed("hz", _reference), help="Pitch of the A above middle C.  [default: 440, or the preset's]"
-    ),
-    click.option(
+    option("--capo", Number("fret", 0, 31, whole=True), "Fret of a capo, 0 to 31."),
+    option("--a4", Parsed("hz", _reference), "Pitch of the A above middle C.  [default: 440, or the preset's]"),
+    option(
         "--temperament",
-        type=Temperament(),
-        help="just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal for the 12 "
+        Parsed("name|cents|file", _temperament),
+        "just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal for the 12 "
         "notes from C on, with commas; or a file with these or with a scale (.scl).",
     ),
 )
 
 
-GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)}) = (?P<value>.+?): (?P<why>.*)")  # of an error
+GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)})(?: =)?(?P<why> .*)")  # parts of an error
 
 
 def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNING_KEYS) -> Instrument:
@@ -86,8 +72,7 @@ def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNI
         found = GIVEN.fullmatch(str(error))
         if found is None or tuning.get(found["key"]) is None or found["key"] not in given:
             raise
-        said = f"--{found['key']} {found['value']}: {found['why']}, in {found['file']}"
-        raise PresetError(said) from None
+        raise PresetError(f"--{found['key']}{found['why']}, in {found['file']}") from None
 
 
 def tuning_of_options(options: dict[str, Any]) -> dict[str, Any]:

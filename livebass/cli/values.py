@@ -9,152 +9,105 @@ from typing import Any
 
 import click
 
-from livebass.bounds import between
+from livebass.bounds import between, complaint
 from livebass.model import quality
 from livebass.units import is_number, note_name, note_number, quantity
 
 
-class Quantity(click.ParamType):
-    """A number within limits, with a unit or in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
-
-    def __init__(self, dimension: str, least: float, most: float, whole: bool = False) -> None:
-        self.name, self.limits = dimension, quality.Limits(dimension, least, most, whole)
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return self.name.upper()
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        if isinstance(value, float | int):
-            return float(value)
-        try:
-            number = float(value)
-        except ValueError:
-            try:
-                number = quantity(value, self.name)
-            except ValueError as error:
-                self.fail(f"{value!r}: {error}", param, ctx)
-        if self.limits.whole and math.isclose(number, _nearest(number), rel_tol=1e-12):
-            number = _nearest(number)  # round: 8.1 times 1e6 Hz need not be whole
-        try:
-            self.limits.check("", number)
-        except ValueError:
-            self.fail(f"must be {self.limits}, not {value}", param, ctx)
-        return number
-
-
-class WholeQuantity(Quantity):
-    """A quantity in whole SI units, given as an integer: "48000", "44.1kHz"."""
-
-    def __init__(self, dimension: str, least: float, most: float, whole: bool = True) -> None:
-        super().__init__(dimension, least, most, whole=True)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        return int(super().convert(value, param, ctx))
-
-
-def _nearest(number: float) -> float:
-    """The nearest integer; NaN and infinities unchanged."""
-    return float(round(number)) if math.isfinite(number) else number
-
-
-class Number(click.ParamType):
-    """A number within limits, with or without `unit` after it; `whole` ones are integers, written 1000 or 1e3."""
-
-    def __init__(self, name: str, least: float, most: float, whole: bool = False, unit: str = "") -> None:
-        self.name, self.least, self.most, self.whole, self.unit = name, least, most, whole, unit
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return self.name.upper()
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float | int:
-        try:
-            number = float(str(value).removesuffix(self.unit))
-        except ValueError:
-            number = math.nan
-        if not self.least <= number <= self.most or (self.whole and number != int(number)):
-            self.fail(f"must be {between(self.least, self.most, whole=self.whole)}, not {value}", param, ctx)
-        return int(number) if self.whole else number
-
-
-class Span(click.ParamType):
-    """A section of a piece, from one time to another: "4s:12s", "4:12.5"; "all" is (0, 0)."""
-
-    name = "from:to"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "[FROM:TO]"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, float]:
-        if value == "all":
-            return 0.0, 0.0
-        if isinstance(value, tuple):
-            return value
-        begin, colon, end = str(value).partition(":")
-        time = Quantity("time", 0.0, 86400.0)
-        if not colon:
-            self.fail(f"must be two times, such as 4s:12s, or nothing for the whole file, not {value}", param, ctx)
-        ends = time.convert(begin, param, ctx), time.convert(end, param, ctx)
-        if not ends[0] < ends[1]:
-            self.fail(f"{value}: the end must come after the beginning", param, ctx)
-        return ends
-
-
-class Learn(click.ParamType):
-    """A playing parameter, with or without its MIDI controller: "tone", "tone=74", "tone=off"."""
-
-    name = "parameter[=controller]"
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return "PARAMETER[=N]"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, int | str | None]:
-        from livebass.live.desk import check_controllers
-
-        if isinstance(value, tuple):
-            return value
-        symbol, given, controller = str(value).partition("=")
-        try:
-            if given and controller != "off":
-                number = int(controller) if is_number(controller) else controller
-                return symbol, check_controllers({symbol: number})[symbol]
-            check_controllers({symbol: 0})
-        except ValueError as error:
-            self.fail(str(error), param, ctx)
-        return symbol, "off" if given else None
-
-
 class Parsed(click.ParamType):
-    """Converts a text by `parse`; refuses it if that raises ValueError."""
+    """Converts a text by `parse`, whose ValueError says why it refuses one; `name` in capitals is the metavar."""
 
-    def __init__(self, name: str, parse: Callable[[Any], Any], metavar: str | None = None) -> None:
-        self.name, self.parse, self.metavar = name, parse, metavar or name.upper()
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return self.metavar
+    def __init__(self, name: str, parse: Callable[[str], Any]) -> None:
+        self.name, self.parse = name, parse
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
         try:
             return self.parse(value)
         except ValueError as error:
-            self.fail(f"{value!r}: {error}", param, ctx)
+            self.fail(str(error), param, ctx)
 
 
-class Channel(click.ParamType):
-    """A MIDI channel, counted from 1, or "auto" or "all"."""
+class Quantity(Parsed):
+    """A number within limits, with a unit or in SI: "3.6mm", "0.64 m", "0.64", "8MHz"."""
 
-    name = "auto|all|1-16"
+    def __init__(self, dimension: str, least: float, most: float, whole: bool = False) -> None:
+        super().__init__(dimension, self.read)
+        self.limits = quality.Limits(dimension, least, most, whole)
 
-    def get_metavar(self, param: click.Parameter, ctx: click.Context) -> str:
-        return f"[{self.name}]"
+    def read(self, text: str) -> float:
+        """The number in SI."""
+        try:
+            number = float(text)
+        except ValueError:
+            number = of_value(quantity, text, self.name)
+        if self.limits.whole and math.isfinite(number) and math.isclose(number, round(number), rel_tol=1e-12):
+            number = float(round(number))  # 8.1 times 1e6 Hz need not be whole
+        try:
+            self.limits.check("", number)
+        except ValueError:
+            raise ValueError(f"must be {self.limits}, not {text}") from None
+        return number
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str | int:
-        if value in ("auto", "all"):
-            return str(value)
-        if not re.fullmatch("[1-9]|1[0-6]", str(value)):
-            self.fail(f"must be auto, all or a number from 1 to 16, not {value!r}", param, ctx)
-        return int(value)
+
+class Number(Parsed):
+    """A number within limits, with or without `unit` after it; `whole` ones are integers, written 1000 or 1e3."""
+
+    def __init__(self, name: str, least: float, most: float, whole: bool = False, unit: str = "") -> None:
+        super().__init__(name, self.read)
+        self.least, self.most, self.whole, self.unit = least, most, whole, unit
+
+    def read(self, text: str) -> float | int:
+        """The number."""
+        try:
+            number = float(text.removesuffix(self.unit))
+        except ValueError:
+            number = math.nan
+        if not self.least <= number <= self.most or (self.whole and number != int(number)):
+            raise ValueError(f"must be {between(self.least, self.most, whole=self.whole)}, not {text}")
+        return int(number) if self.whole else number
+
+
+def of_value(parse: Callable[..., Any], text: str, *more: Any) -> Any:
+    """`parse(text, *more)`; puts the text before the message of a ValueError."""
+    try:
+        return parse(text, *more)
+    except ValueError as error:
+        raise ValueError(complaint("", error, repr(text)).removeprefix(" = ").strip()) from None
+
+
+def span(text: str) -> tuple[float, float]:
+    """A section of a piece, from one time to another: "4s:12s", "4:12.5"; "all" is (0, 0). Raises ValueError."""
+    if text == "all":
+        return 0.0, 0.0
+    begin, colon, end = text.partition(":")
+    if not colon:
+        raise ValueError(f"must be two times, such as 4s:12s, or nothing for the whole file, not {text}")
+    time = Quantity("time", 0.0, 86400.0)
+    ends = time.read(begin), time.read(end)
+    if not ends[0] < ends[1]:
+        raise ValueError(f"{text}: the end must come after the beginning")
+    return ends
+
+
+def learn(text: str) -> tuple[str, int | str | None]:
+    """A playing parameter and its MIDI controller: "tone=74", "tone=off", or None from "tone". Raises ValueError."""
+    from livebass.live.desk import check_controllers
+
+    symbol, given, controller = text.partition("=")
+    number = int(controller) if is_number(controller) else controller
+    if not given or number == "off":
+        check_controllers({symbol: 0})
+        return symbol, "off" if given else None
+    return symbol, check_controllers({symbol: number})[symbol]
+
+
+def channel(text: str) -> str | int:
+    """A MIDI channel, counted from 1, or "auto" or "all". Raises ValueError."""
+    if not re.fullmatch("auto|all|[1-9]|1[0-6]", text):
+        raise ValueError(f"must be auto, all or a number from 1 to 16, not {text!r}")
+    return int(text) if text.isdigit() else text
 
 
 class Note(int):
@@ -163,15 +116,15 @@ class Note(int):
     written: str
 
 
-def _note(value: Any) -> Note:
+def _note(text: str) -> Note:
     """Reads a note name or a MIDI number. Raises ValueError."""
-    note = Note(note_number(value))
-    name = re.fullmatch(r"([A-Ga-g])([#b]?)(-?\d+)", str(value).strip())
+    note = Note(of_value(note_number, text))
+    name = re.fullmatch(r"([A-Ga-g])([#b]?)(-?\d+)", text.strip())
     note.written = f"{name[1].upper()}{name[2]}{name[3]}" if name else note_name(note)
     return note
 
 
 NOTE = Parsed("note", _note)
-RATE = WholeQuantity(*quality.RATE)
+RATE = Parsed("frequency", lambda text: int(Quantity(*quality.RATE).read(text)))
 MODES = Number("count", 1, quality.MOST_MODES, whole=True)
 CONTACT_RATE = Quantity(*quality.CONTACT_RATE)

@@ -82,7 +82,7 @@ class Entry:
             return int(ctypes.cast(self._plain, ctypes.c_void_p).value or 0)
         from livebass.compiling.library import library
 
-        return library().address(self.name)
+        return library()(self.name)
 
     @functools.cached_property
     def call(self) -> Callable[..., Any]:

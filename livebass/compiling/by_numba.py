@@ -53,10 +53,10 @@ def _empty() -> None:
 
 
 @functools.cache  # once is enough
-def _start_anew() -> None:
+def _start_again() -> None:
     """Empties a damaged cache, and says so."""
     _empty()
-    LOG.warning("the compiled code in %s is damaged: compiling it anew", directory())
+    LOG.warning("the compiled code in %s is damaged: compiling it again", directory())
 
 
 class _Files(caching.IndexDataCacheFile):
@@ -71,13 +71,13 @@ class _Files(caching.IndexDataCacheFile):
 
     def _load_index(self) -> Any:
         if os.path.exists(self._index_path) and store.whole(Path(self._index_path)) is None:
-            _start_anew()
+            _start_again()
             return {}
         return super()._load_index()
 
     def _load_data(self, name: str) -> Any:
         if store.whole(Path(self._data_path(name))) is None:
-            _start_anew()
+            _start_again()
             raise FileNotFoundError  # numba compiles
         return super()._load_data(name)
 
@@ -114,7 +114,7 @@ class _Cache(caching.FunctionCache):
         try:
             return super().load_overload(sig, target_context)
         except Exception:  # from a file, a pickle, or LLVM
-            _start_anew()
+            _start_again()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:

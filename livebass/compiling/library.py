@@ -11,55 +11,49 @@ import ctypes
 import os
 import sys
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
 
 from livebass.compiling import processes, store
 from livebass.interrupts import aside
 
+Library = Callable[[str], int]  # gives the address of an entry by its name; raises KeyError for an unknown name
 _lock = threading.Lock()
 _loaded: list[Library] = []
 
 
-class Library(Protocol):
-    """Compiled kernels, loaded."""
+def shared_library(path: Path) -> Library:
+    """Loads a shared library. Raises OSError if the system cannot."""
+    loaded = ctypes.CDLL(str(path))
 
-    def address(self, name: str) -> int:
-        """The address of an entry. Raises KeyError for an unknown name."""
-
-
-class SharedLibrary:
-    """A shared library. Raises OSError if the system cannot load it."""
-
-    def __init__(self, path: Path) -> None:
-        self._library = ctypes.CDLL(str(path))
-
-    def address(self, name: str) -> int:
+    def address(name: str) -> int:
         try:
-            return int(ctypes.cast(getattr(self._library, f"lb_{name}"), ctypes.c_void_p).value or 0)
+            return int(ctypes.cast(getattr(loaded, f"lb_{name}"), ctypes.c_void_p).value or 0)
         except AttributeError:
             raise KeyError(name) from None
 
+    return address
 
-class ObjectFile:
-    """An object file that LLVM links in memory. Raises RuntimeError if LLVM cannot load it."""
 
-    def __init__(self, data: bytes) -> None:
-        from llvmlite import binding
+def object_file(data: bytes) -> Library:
+    """Links an object file in memory, by LLVM. Raises RuntimeError if that cannot load it."""
+    from llvmlite import binding
 
-        binding.initialize_native_target()
-        binding.initialize_native_asmprinter()
-        machine = binding.Target.from_default_triple().create_target_machine(opt=0, jit=True)
-        self._engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
-        self._engine.add_object_file(binding.ObjectFileRef.from_data(data))
-        self._engine.finalize_object()
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
+    machine = binding.Target.from_default_triple().create_target_machine(opt=0, jit=True)
+    engine = binding.create_mcjit_compiler(binding.parse_assembly(""), machine)
+    engine.add_object_file(binding.ObjectFileRef.from_data(data))
+    engine.finalize_object()
 
-    def address(self, name: str) -> int:
-        found = int(self._engine.get_function_address(f"lb_{name}"))
+    def address(name: str) -> int:
+        found = int(engine.get_function_address(f"lb_{name}"))
         if not found:
             raise KeyError(name)
         return found
+
+    return address
 
 
 def cached() -> bool:
@@ -89,10 +83,10 @@ def _load_once(progress: processes.Progress) -> None:
 def _load(progress: processes.Progress) -> Library:
     if store.whole(store.built()) is not None:
         with suppress(OSError):
-            return SharedLibrary(store.built())
+            return shared_library(store.built())
     kept = store.kept()
-    damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them anew"
-    return ObjectFile(store.kept_or_made(kept, lambda: compiled_here(progress), damaged))
+    damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them again"
+    return object_file(store.kept_or_made(kept, lambda: compiled_here(progress), damaged))
 
 
 def compiled_here(progress: processes.Progress = processes.silent) -> bytes:

@@ -22,13 +22,12 @@ from livebass.engine.prepare import (
     follow_performer,
     play_frames,
     take_message,
-    take_message_ringing,
     whole_contact_rate,
 )
 from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
-from livebass.kernels.player import performer
+from livebass.kernels.player import messages, performer
 from livebass.kernels.string.records import EVENT
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
@@ -50,9 +49,9 @@ class Report:
     """Counts of notes so far."""
 
     notes: int
-    transposed: int
-    dropped: int
-    stolen: int  # strings taken from a sounding note
+    transposed: int  # moved by octaves into the range
+    dropped: int  # that the instrument could not play
+    stolen: int  # that lost their string while sounding
     weakened: int  # number of times a motion was scaled down to a string's limit: 0 unless something is wrong
 
 
@@ -226,7 +225,11 @@ class Engine(Playing):
 
     def ring_on(self, frame: int, message: Sequence[int], player: Engine, told: NDArray[np.void]) -> None:
         """Takes a message at `frame` that `player`, now playing, turned into the events `told`; starts no note."""
-        self._take(take_message_ringing(self.performer, self.pool.records, player.performer, told, frame, message))
+        p, events = self.performer, np.zeros(performer.MOST_EVENTS, EVENT)
+        p["out"], player.performer["out"] = (frame, events.ctypes.data, 0), (frame, told.ctypes.data, len(told))
+        places = (p.ctypes.data, self.pool.records.ctypes.data, player.performer.ctypes.data)
+        messages.take_message_ringing(*places, *message)
+        self._take(events[: int(p["out"]["count"][0])])
 
     def follow(self, old: Engine) -> None:
         """Copies the controllers of `old` to this engine, which has not played."""

@@ -22,13 +22,13 @@ from livebass.kernels.bass.strings import new_performer as make_performer
 from livebass.kernels.effects.records import LEAST_RATE
 from livebass.kernels.pickup import coil
 from livebass.kernels.pickup.coil import COIL
-from livebass.kernels.player import controls, messages, performer
+from livebass.kernels.player import controls, messages
 from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.string.records import CONTACT, EVENT, MOST_NEAR, OPERATOR, ROW, STRING
+from livebass.kernels.string.records import CONTACT, MOST_NEAR, OPERATOR, ROW, STRING
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
@@ -276,20 +276,6 @@ def take_message(
     p["out"] = frame, events.ctypes.data, count
     messages.take_message(p.ctypes.data, ops.ctypes.data, *message)
     return int(p["out"]["count"][0])
-
-
-def take_message_ringing(
-    p: NDArray[np.void], ops: NDArray[np.void], player: NDArray[np.void], told: NDArray[np.void], frame: int,
-    message: Sequence[int],
-) -> NDArray[np.void]:  # fmt: skip
-    """Passes a message to the performer `p` (1,) of a bass that rings out, `messages.ring_on`.
-
-    ops (strings, frets + 1); told (n,): the events that the performer `player` (1,) made of it. Returns p's events.
-    """
-    events = np.zeros(performer.MOST_EVENTS, EVENT)
-    p["out"], player["out"] = (frame, events.ctypes.data, 0), (frame, told.ctypes.data, len(told))
-    messages.take_message_ringing(p.ctypes.data, ops.ctypes.data, player.ctypes.data, *message)
-    return events[: int(p["out"]["count"][0])]
 
 
 def follow_performer(voices: Sequence[Voice], p: NDArray[np.void], old: NDArray[np.void]) -> None:

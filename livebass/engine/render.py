@@ -8,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypedDict, Unpack
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.engine.basses import Basses
-from livebass.engine.engine import Block, Engine, Playing, check_tail, single
+from livebass.engine.engine import Block, Engine, Playing, Report, check_tail, single
 from livebass.engine.engine import mixed as mixed
 from livebass.files import Transaction, checked_place, output_error
 from livebass.meter import LoudnessMeter
@@ -35,16 +35,11 @@ class RenderError(ValueError):
     """The instrument produced NaN or infinity; one line."""
 
 
-@dataclass(frozen=True)
-class RenderReport:
+@dataclass(frozen=True, kw_only=True)
+class RenderReport(Report):
     """Counts and measures of a finished render."""
 
     files: tuple[Path, ...]  # the mix, then the stems
-    notes: int
-    transposed: int  # notes moved by octaves into the range
-    dropped: int  # notes the instrument could not play
-    stolen: int  # notes that lost their string while sounding
-    weakened: int  # number of times a motion was scaled down to a string's limit: 0 unless something is wrong
     clipped: int  # samples beyond full scale
     duration_s: float
     wall_s: float
@@ -111,9 +106,9 @@ def render_to_file(
     kind.check_length(score.end_frame + round((tail or 0.0) * rate), out)
     score = with_low_notes(score, instrument)
     paths = stem_paths(out, instrument, stems if isinstance(stems, Path) else None) if stems else []
-    counts = sorted({len(bass.strings) for bass in (instrument, *(basses or {}).values())})
-    if paths and len(counts) > 1:
-        raise ValueError(f"{out}: its basses have {' and '.join(map(str, counts))} strings: leave out --stems")
+    strings = sorted({len(bass.strings) for bass in (instrument, *(basses or {}).values())})
+    if paths and len(strings) > 1:
+        raise ValueError(f"{out}: its basses have {' and '.join(map(str, strings))} strings: leave out --stems")
     for path in (out, *paths):
         checked_place(path)  # before seconds of work
     meter = None if normalize is None else LoudnessMeter(rate)
@@ -133,23 +128,19 @@ def render_to_file(
             sound, gain_db = ends.enter_context(_normalized(sound, meter, normalize, out))
         writers = [AudioWriter(files, path, kind) for path in paths]
         mix_writer = AudioWriter(files, out, kind)
-        for strings, wet in sound:
-            mix = mixed(strings) if wet is None else wet
-            for writer, string in zip(writers, strings, strict=bool(paths)):
+        for sounds, wet in sound:
+            mix = mixed(sounds) if wet is None else wet
+            for writer, string in zip(writers, sounds, strict=bool(paths)):
                 writer.write(string)
             mix_writer.write(mix)
             peak = max(peak, float(np.max(np.abs(mix), initial=0.0)))
             done += len(mix)
         for writer in (*writers, mix_writer):
             writer.close()
-    report = engine.report()
+    counts = engine.report()
     return RenderReport(
+        **vars(replace(counts, transposed=counts.transposed + score.raised)),
         files=(out, *paths),
-        notes=report.notes,
-        transposed=report.transposed + score.raised,
-        dropped=report.dropped,
-        stolen=report.stolen,
-        weakened=report.weakened,
         clipped=mix_writer.clipped,
         duration_s=done / rate,
         wall_s=time.perf_counter() - started,

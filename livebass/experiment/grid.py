@@ -21,7 +21,7 @@ from typing import Any
 
 from livebass import __version__
 from livebass.analysis.sound import PAPER_RATE
-from livebass.bounds import between, refusal, within
+from livebass.bounds import between, complaint, refusal, within
 from livebass.engine.prepare import pickups_under, whole_contact_rate
 from livebass.model.instrument import Coil, Instrument, Neck, Output
 from livebass.model.quality import ANGLE, APEX, AT, Limits
@@ -216,7 +216,8 @@ def axis(text: str) -> Axis:
         try:
             made.value(number)
         except ValueError as error:
-            raise ValueError(f"{made.shown(number)}: {error}") from None
+            shown = made.shown(number)
+            raise ValueError(complaint(at.dotted, error, shown.removeprefix(f"{at.dotted} = "))) from None
     return made
 
 

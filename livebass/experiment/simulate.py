@@ -39,7 +39,6 @@ from livebass.report.text import csv_text
 
 FILES = ("displacement.wav", "contacts.csv", "result.npz")
 PEAK = 10 ** (-1 / 20)  # of the WAV file, -1 dBFS
-NO_SHAPES = "shapes: only the engine tells them, the reference solver does not"
 
 
 def simulate(
@@ -62,11 +61,7 @@ def simulate(
     of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line, for values out of
     their limits. [main thread]
     """
-    trial = _trial(instrument, Asked(**pluck), rate, solver)
-    if solver == "engine":
-        trial = replace(trial, states=state_samples(trial, more=shape_at))
-    elif shape_at:
-        raise ValueError(NO_SHAPES)
+    trial = _trial(instrument, Asked(**pluck), rate, solver, shape_at, states=True)
     return Solved(trial, _solve(trial, solver))
 
 
@@ -86,11 +81,7 @@ def simulate_to_directory(
     out of their limits, before computing or writing anything, and OSError if the files cannot be written; the directory
     is then unchanged. [main thread]
     """
-    trial = _trial(instrument, asked, rate, solver)
-    if shape_at and solver != "engine":
-        raise ValueError(NO_SHAPES)
-    if solver == "engine" and (analyse or shape_at):
-        trial = replace(trial, states=state_samples(trial, more=shape_at))
+    trial = _trial(instrument, asked, rate, solver, shape_at, states=analyse or bool(shape_at))
     directory = Path(directory)
     with Transaction() as files:
         files.directory(directory)
@@ -118,15 +109,20 @@ def simulate_to_directory(
     )
 
 
-def _trial(instrument: Instrument, asked: Asked, rate: int, solver: str) -> Trial:
-    """The trial of one pluck, with every value checked."""
+def _trial(
+    instrument: Instrument, asked: Asked, rate: int, solver: str, shape_at: Sequence[float], states: bool
+) -> Trial:
+    """The trial of one pluck, with every value checked; `states`: with modal states, if the solver tells them."""
     one_of("solver", solver, ("engine", "reference"))
     s = speaking_string(instrument, asked.string, asked.fret)
     of_quality, contact_rate = in_quality(s, asked.quality)
     count = of_quality if asked.modes is None else asked.modes
     whole = solver == "engine"  # its contact rate is an integer in Hz
     CONTACT_RATE._replace(whole=whole).check("contact rate", contact_rate)
-    return checked_trial(instrument, s, asked, count, contact_rate, rate)
+    trial = checked_trial(instrument, s, asked, count, contact_rate, rate)
+    if shape_at and not whole:
+        raise ValueError("shapes: only the engine tells them, the reference solver does not")
+    return replace(trial, states=state_samples(trial, more=shape_at)) if states and whole else trial
 
 
 def _solve(trial: Trial, solver: str) -> Motion:

@@ -55,8 +55,29 @@ class Sweep:
         return each.reshape([len(axis.numbers) for axis in self.axes])
 
     def table(self) -> str:
-        """Everything as CSV with a header."""
-        return table(self.axes, self.points, self.results)
+        """The points as CSV, last parameter fastest: parameters in their units, every quantity, nan if missing."""
+        head = [*(axis.title for axis in self.axes), *(row.title for row in QUANTITIES.values())]
+        found = [self.results[point.digest] for point in self.points]
+        rows = [
+            [*(f"{x:.12g}" for x in point.numbers), *(_shown(each[name]) for name in QUANTITIES)]
+            for point, each in zip(self.points, found, strict=True)
+        ]
+        return csv_text(head, rows)
+
+    def described(self, settings: Settings) -> dict[str, Any]:
+        """The whole sweep for programs; a quantity without a value is NaN, null in JSON."""
+        keys = [a.at.dotted for a in self.axes]
+        return {
+            "preset": settings.preset,
+            "string": settings.string,
+            "program": program(),
+            "vary": [{"key": a.at.dotted, "unit": a.unit, "log": a.log, "values": list(a.numbers)} for a in self.axes],
+            "quantities": {row.name: {"unit": row.unit, "meaning": row.meaning} for row in QUANTITIES.values()},
+            "points": [
+                {"at": dict(zip(keys, p.numbers, strict=True)), "digest": p.digest} | self.results[p.digest]
+                for p in self.points
+            ],
+        }
 
 
 def sweep(
@@ -158,32 +179,6 @@ def completed(
                 files.write(_file(directory, point.digest), _point_text(point, result))
             results[point.digest] = {name: _number(plain(value)) for name, value in result.items()}  # as when read
             yield number
-
-
-def table(axes: Sequence[Axis], points: Sequence[Point], results: Results) -> str:
-    """The points as CSV, last parameter fastest: parameters in their units, then every quantity, nan if missing."""
-    head = [*(axis.title for axis in axes), *(row.title for row in QUANTITIES.values())]
-    rows = [
-        [*(f"{x:.12g}" for x in point.numbers), *(_shown(results[point.digest][name]) for name in QUANTITIES)]
-        for point in points
-    ]
-    return csv_text(head, rows)
-
-
-def as_json(settings: Settings, axes: Sequence[Axis], points: Sequence[Point], results: Results) -> dict[str, Any]:
-    """The whole sweep for programs; a quantity without a value is NaN, null in JSON."""
-    return {
-        "preset": settings.preset,
-        "string": settings.string,
-        "program": program(),
-        "vary": [{"key": a.at.dotted, "unit": a.unit, "log": a.log, "values": list(a.numbers)} for a in axes],
-        "quantities": {row.name: {"unit": row.unit, "meaning": row.meaning} for row in QUANTITIES.values()},
-        "points": [
-            {"at": dict(zip((a.at.dotted for a in axes), point.numbers, strict=True)), "digest": point.digest}
-            | results[point.digest]
-            for point in points
-        ],
-    }
 
 
 def write(

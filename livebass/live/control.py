@@ -10,14 +10,12 @@ from livebass.bounds import between
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
 from livebass.live.parameters import PARAMETERS, event
-from livebass.live.synth import Reading, Synth, decibels
-from livebass.live.thread.ring import AMOUNT, EFFECT, PARAMETER
+from livebass.live.synth import COUNTS, Reading, Synth, decibels
 from livebass.live.tuner import tuning
 from livebass.model.instrument import A4_HZ
 from livebass.preset.load import preset_names
 from livebass.techniques import PARAMETER_ROWS, Parameter
 
-COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "lost", "clipped")  # meters
 MOST_COUNT = (1 << 31) - 1  # OSC integers are 32-bit
 
 
@@ -42,11 +40,11 @@ def control_table(
 ) -> dict[str, Control]:
     """The controls of a session by name; `synth` returns the one that plays. [any thread] may use them."""
 
-    def playing(p: Parameter, number: int) -> Control:
+    def moved(p: Parameter, kind: int, number: int) -> Control:
         def write(value: Value) -> None:
-            synth().set_parameter(number, held(p, value))
+            synth().set_value(kind, number, held(p, value))
 
-        return Control(write, lambda: synth().parameter(number))
+        return Control(write, lambda: synth().value(kind, number))
 
     def relief(value: Value) -> None:
         synth().record["adaptive"] = int(switch(value))
@@ -81,20 +79,7 @@ def control_table(
         key, velocity = int(checked(key, 0, 127)), int(checked(velocity, 0, 127))
         synth().send(0x90 if velocity else 0x80, key, velocity)
 
-    def amount(p: Parameter, function: int) -> Control:
-        def write(value: Value) -> None:
-            synth().set_amount(function, held(p, value))
-
-        return Control(write, lambda: synth().amount(function))
-
-    def effect(p: Parameter, knob: int) -> Control:
-        def write(value: Value) -> None:
-            synth().set_effect(knob, held(p, value))
-
-        return Control(write, lambda: synth().effect(knob))
-
-    kinds = {PARAMETER: playing, AMOUNT: amount, EFFECT: effect}
-    table = {p.symbol: kinds[found[0]](p, found[1]) for p in PARAMETERS if (found := event(p))}
+    table = {p.symbol: moved(p, *found) for p in PARAMETERS if (found := event(p))}
     table |= {
         "bass": Control(bass, lambda: presets.playing[0]),
         "quality": Control(quality, lambda: presets.quality),
@@ -145,7 +130,7 @@ def meter_table(reading: Reading | None) -> dict[str, Value]:
     if reading is None:
         return {}
     m = reading.meters
-    counts = {name: getattr(m, name) & MOST_COUNT for name in COUNTS}
+    counts = {name: getattr(m, name) & MOST_COUNT for name in (*COUNTS, "lost")}
     return {"load": reading.median, "worst": m.worst, "peak": decibels(m.peak)} | counts
 
 

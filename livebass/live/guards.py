@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
+from livebass.interrupts import Beside
+
 TIMEOUT = 2.0  # s, for a call that may never return
 PATIENCE = 15.0  # s, for a call that is slow on a busy machine
 PAUSE = 0.05  # s, between attempts to open a JACK client
@@ -100,24 +102,13 @@ def answer_of(call: Callable[[], Any]) -> Any:
 
     `call` runs in its own thread, so this one can be interrupted while a C library waits.
     """
-    answers: list[Any] = []
-    faults: list[BaseException] = []
-
-    def work() -> None:
-        try:
-            answers.append(call())
-        except BaseException as error:
-            faults.append(error)
-
-    thread = threading.Thread(target=work, daemon=True)
+    thread = Beside(call, daemon=True)
     thread.start()
     thread.join(PATIENCE)
     if thread.is_alive():
         _stderr.restore_for_all()
         raise TimeoutError
-    if faults:
-        raise faults[0]
-    return answers[0]
+    return thread.answer()
 
 
 def open_jack_client(jack: Any, name: str) -> Any:

@@ -168,7 +168,7 @@ class Loop:
             playing = old.bass
             assert playing is not None and isinstance(self.rig.output, JackOutput)
             self.gain = float(old.record["gain_target"][0])
-            old.set_gain(0.0)
+            old.record["gain_target"] = 0.0
             self.moving = self.presets.prepare(playing.engine.instrument, rate)
             return f"{self.rig.output.name} now runs at {rate} Hz: preparing the bass for it"
         if not self.moving.done():

@@ -48,7 +48,7 @@ class MidiPort:
             names = _names(self._looker)
             index = find_port(names, wanted)
             if index is not None:
-                self._open(index, names[index])
+                self._open(names[index])
             elif wanted is not None:
                 raise MidiLost(f"MIDI input {wanted!r}: not found; there is {', '.join(names) or 'none'}")
             elif virtual:
@@ -63,28 +63,27 @@ class MidiPort:
     def name(self) -> str:
         return self._device if self._in is not None and self._device else f"virtual port {CLIENT}"
 
-    def _open(self, index: int, name: str) -> None:
+    def _listen(self, open_port: Callable[[Any], None], failed: str) -> Any:
+        """A new input, opened by `open_port` and heard. Raises MidiLost, which begins with `failed`."""
         port = new_input(CLIENT)
         try:
             with silenced_stderr():
-                # rtmidi also lists this program's ports: find the name in the whole list
-                port.open_port(port.get_ports().index(name), name="in")
-        except (self._rtmidi.RtMidiError, ValueError, OSError) as error:
+                open_port(port)
+        except (NotImplementedError, self._rtmidi.RtMidiError, ValueError, OSError) as error:
             port.delete()
-            raise MidiLost(f"MIDI input {name}: {error}") from None
+            raise MidiLost(f"{failed}: {error}") from None
         port.set_callback(self._heard)
-        self._in, self._device = port, name
+        return port
+
+    def _open(self, name: str) -> None:
+        def open_port(port: Any) -> None:  # rtmidi also lists this program's ports: find the name in the whole list
+            port.open_port(port.get_ports().index(name), name="in")
+
+        self._in, self._device = self._listen(open_port, f"MIDI input {name}"), name
 
     def _open_virtual(self) -> None:
-        port = new_input(CLIENT)
-        try:
-            with silenced_stderr():
-                port.open_virtual_port(CLIENT)
-        except (NotImplementedError, self._rtmidi.RtMidiError) as error:
-            port.delete()
-            raise MidiLost(f"no MIDI input, and no virtual one can be opened: {error}") from None
-        port.set_callback(self._heard)
-        self._virtual = port
+        failed = "no MIDI input, and no virtual one can be opened"
+        self._virtual = self._listen(lambda port: port.open_virtual_port(CLIENT), failed)
         if self._by_jack:
             with suppress(Exception):
                 import jack
@@ -121,7 +120,7 @@ class MidiPort:
         if index is None:
             return None
         try:
-            self._open(index, names[index])
+            self._open(names[index])
         except MidiLost:
             return None  # the next call tries again
         return f"MIDI: {self.name} is {'back' if device and bare(device) == bare(self.name) else 'there'}"

@@ -12,13 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels.string.records import (
-    HAMMER,
-    PLUCK,
-    PULL_OFF,
-    STRIKE_EVENT,
-    THROW,
-)
+from livebass.kernels.string.records import HAMMER, PLUCK, PULL_OFF, STRIKE_EVENT, THROW
 from livebass.live.synth import LiveBass
 from livebass.live.thread.sight import SIGHT, see_bass, see_contact
 

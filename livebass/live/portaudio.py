@@ -44,14 +44,21 @@ class PortAudioOutput:
         _silence_alsa()
         self.name = str(info["name"])
         self.channels = min(callbacks.MOST_CHANNELS, int(info["max_output_channels"]))
+        self._data = CallbackData(synth, self.channels)
         try:
             with silenced_stderr():
-                self._stream = _NativeStream(sd, synth, device, self.channels, block, latency)
+                # a stream with a C callback, which sounddevice supports for library authors
+                self._stream: Any = sd._StreamBase(
+                    kind="output", wrap_callback=None, samplerate=synth.rate, blocksize=block, device=device,
+                    channels=self.channels, dtype="float32", latency=latency,
+                    callback=sd._ffi.cast("PaStreamCallback *", callbacks.portaudio.address),
+                    userdata=sd._ffi.cast("void *", self._data.address),
+                )  # fmt: skip
         except (sd.PortAudioError, ValueError) as error:
             usual = f"; its usual rate is {info['default_samplerate']:.0f} Hz (--rate)"
             raise OutputLost(f"audio output {self.name} at {synth.rate} Hz: {one_line(error)}{usual}") from None
         self._exit, self._errors, self._closed = sd._exit_handler, sd.PortAudioError, False
-        self.latency = float(self._stream.stream.latency)
+        self.latency = float(self._stream.latency)
         host = str(sd.query_hostapis(info["hostapi"])["name"])
         self.full_name = f"{self.name}, {host}"  # identifies this device
         # A sound card may come back. A device on a JACK server, even via alsa-lib's plugin, crashes if closed after the
@@ -66,15 +73,15 @@ class PortAudioOutput:
         """Starts playing in a thread with real-time priority, if the system allows it."""
         with silenced_stderr():
             try:
-                self._stream.stream.start()
+                self._stream.start()
             except self._errors as error:
                 raise OutputLost(f"audio output {self.name}: {one_line(error)}") from None
-        if (thread := self._stream.data.thread()) and (refused := make_realtime(thread)):
+        if (thread := self._data.thread()) and (refused := make_realtime(thread)):
             LOG.info("no real-time priority for the sound: %s", refused)
 
     @property
     def alive(self) -> bool:
-        return bool(self._stream.stream.active)
+        return bool(self._stream.active)
 
     def advice(self) -> str:
         """Returns a remedy for underruns at low load."""
@@ -99,8 +106,8 @@ class PortAudioOutput:
         return False
 
     def _end(self) -> None:
-        self._stream.stream.abort(ignore_errors=True)
-        self._stream.stream.close(ignore_errors=True)
+        self._stream.abort(ignore_errors=True)
+        self._stream.close(ignore_errors=True)
 
 
 class CallbackData:
@@ -122,21 +129,6 @@ class CallbackData:
         while not self._record["thread"][0] and self._record["gettid"][0] and time.monotonic() < end:
             time.sleep(0.005)
         return int(self._record["thread"][0])
-
-
-class _NativeStream:
-    """A sounddevice stream with a C callback, which sounddevice supports for library authors."""
-
-    def __init__(
-        self, sd: Any, synth: Synth, device: int | str | None, channels: int, block: int, latency: str | float
-    ) -> None:
-        self.data = CallbackData(synth, channels)
-        function = sd._ffi.cast("PaStreamCallback *", callbacks.portaudio.address)
-        data = sd._ffi.cast("void *", self.data.address)
-        self.stream: Any = sd._StreamBase(
-            kind="output", wrap_callback=None, callback=function, userdata=data, samplerate=synth.rate,
-            blocksize=block, device=device, channels=channels, dtype="float32", latency=latency,
-        )  # fmt: skip
 
 
 def _gettid() -> int:

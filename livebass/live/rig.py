@@ -49,18 +49,9 @@ class Rig:
         else:
             self.desk.seek(seconds)
 
-    def send(self, status: int, first: int, second: int) -> None:
-        self.output.synth.send(status, first, second)
-
     def key_map(self) -> KeyMap:
         bass = self.output.synth.bass
         return (bass.engine.instrument if bass else self.settings.instrument).player.keys
-
-    def panic(self) -> None:
-        self.output.synth.panic()
-
-    def close(self) -> None:
-        self.output.close()
 
     def new_synth(self, rate: int) -> Synth:
         return Synth(rate, self.settings.channel, self.settings.gain, desk=self.desk)

@@ -118,7 +118,7 @@ class Session(Rig):
             return self.new_synth(rate)
 
         self.output = self.open_output(make_synth)
-        ends.callback(self.close)
+        ends.callback(lambda: self.output.close())
         return coming.pop()
 
     def _score(self) -> Score | None:
@@ -133,7 +133,9 @@ class Session(Rig):
     def _keys(self, presets: PresetSwitch, learn: MidiLearn, score: Score | None) -> TerminalKeys:
         others = {"\t": presets.next_preset, "\n": presets.next_quality, "\r": presets.next_quality}
         others |= {"\\": learn.next_parameter} | (self._score_keys() if score else {})
-        return TerminalKeys(self.send, self.panic, others, self.key_map)
+        return TerminalKeys(
+            lambda *message: self.output.synth.send(*message), lambda: self.output.synth.panic(), others, self.key_map
+        )
 
     def _control_socket(self, presets: PresetSwitch) -> OscServer | None:
         """Opens the control socket, if requested. Raises OscLost."""

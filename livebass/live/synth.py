@@ -30,7 +30,6 @@ from livebass.live.thread.ring import (
     EFFECT,
     ENTRY,
     NOW,
-    PARAMETER,
     new_message_ring,
     new_sound_ring,
     pop_messages,
@@ -56,6 +55,7 @@ KEPT = (
     "program", "program_count", "blocks", "messages", "late", "underruns", "clipped", "faults", "capture_lost",
     "parameters", "effects",
 )  # fmt: skip
+COUNTS = ("frame", "blocks", "late", "underruns", "messages", "faults", "overload", "clipped")  # counts of `Meters`
 PAGE = 4096  # bytes, no more than any system's
 
 
@@ -291,38 +291,22 @@ class Synth:
                     return True
         return self.send(status, first, second, frame)
 
-    def set_parameter(self, number: int, value: float, frame: int = NOW) -> bool:
-        """Sets a playing parameter (parameters.py) from a frame on; False if the ring is full. [any thread]"""
-        with self._writer:
-            return bool(push_event(self.rings[0].ctypes.data, RING, frame, PARAMETER, number, value))
-
-    def set_amount(self, function: int, value: float, frame: int = NOW) -> bool:
-        """Sets the amount of a controller function, CC_PALM or CC_VIBRATO, 0 to 1; False: ring full. [any thread]"""
-        with self._writer:
-            return bool(push_event(self.rings[0].ctypes.data, RING, frame, AMOUNT, function, value))
-
-    def set_effect(self, number: int, value: float, frame: int = NOW) -> bool:
-        """Sets a knob of the effects (techniques.EFFECTS) from a frame on, 0 to 1; 0: the bass's own. [any thread]
+    def set_value(self, kind: int, number: int, value: float, frame: int = NOW) -> bool:
+        """Sets a parameter, amount or knob of the effects (`parameters.event`) from a frame on. [any thread]
 
         False if the ring is full.
         """
         with self._writer:
-            return bool(push_event(self.rings[0].ctypes.data, RING, frame, EFFECT, number, value))
+            return bool(push_event(self.rings[0].ctypes.data, RING, frame, kind, number, value))
 
-    def effect(self, number: int) -> float:
-        """The last value set for a knob of the effects. [any thread]"""
-        return float(self.record["effects"][0, number])
-
-    def amount(self, function: int) -> float:
-        """The last value set by `set_amount` or a controller. [any thread]"""
+    def value(self, kind: int, number: int) -> float:
+        """The last value set by `set_value` or a controller; 0: the bass's own. [any thread]"""
+        if kind != AMOUNT:
+            return float(self.record["effects" if kind == EFFECT else "parameters"][0, number])
         if self.bass is None:
             return 0.0
-        controls, field = self.bass.engine.performer["controls"][0], FIELDS[function]
+        controls, field = self.bass.engine.performer["controls"][0], FIELDS[number]
         return float(controls["channel"][ANY][field] if field in (CHANNEL.names or ()) else controls[field])
-
-    def parameter(self, number: int) -> float:
-        """The last value set for a playing parameter; 0: the bass's own. [any thread]"""
-        return float(self.record["parameters"][0, number])
 
     @property
     def runs_ahead(self) -> bool:
@@ -363,18 +347,6 @@ class Synth:
         """Cuts off all sound and resets the controllers."""
         self._write("panic", 1)
 
-    def set_gain(self, gain: float) -> None:
-        """Moves smoothly to a linear `gain`."""
-        self.record["gain_target"] = gain
-
-    def set_clock(self, function: int) -> None:
-        """Sets the C function, a clock_gettime, that tells the time; 0: no loads, no running ahead."""
-        self.record["clock"] = function
-
-    def count_underrun(self) -> None:
-        """Counts an underrun that the driver reports to Python. [any thread]"""
-        self.record["underruns"] += 1
-
     def start_recording(self) -> None:
         """Keeps the sound from the next block on, for `recorded`, up to CAPTURE_SECONDS."""
         size = int(CAPTURE_SECONDS * self.rate)
@@ -403,14 +375,10 @@ class Synth:
     def meters(self) -> Meters:
         """Returns the counters; resets `worst` and `peak`."""
         r = self.record[0]
-        worst, peak = float(r["load_worst"]), float(r["peak"])
+        counts = {name: int(r[name]) for name in COUNTS}
+        meters = Meters(**counts, worst=float(r["load_worst"]), peak=float(r["peak"]), lost=int(r["capture_lost"]))
         r["load_worst"], r["peak"] = 0.0, 0.0
-        return Meters(
-            frame=int(r["frame"]), blocks=int(r["blocks"]), late=int(r["late"]), underruns=int(r["underruns"]),
-            messages=int(r["messages"]), worst=worst, peak=peak,
-            faults=int(r["faults"]), overload=int(r["overload"]), lost=int(r["capture_lost"]),
-            clipped=int(r["clipped"]),
-        )  # fmt: skip
+        return meters
 
     def load_histogram(self) -> NDArray[np.int64]:
         """Returns a copy of the block counts by load: 4 bins an octave; bin 32 begins at load 1."""

@@ -14,9 +14,8 @@ from livebass.parts import PlayerNumbers
 from livebass.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_STRING, TECHNIQUE_ROWS, Technique
 
 KEYS = 128
-PLACE = (
-    PlayerNumbers.position_controller
-)  # a controller of the pluck position besides the map's, unless a preset sets another
+# A controller of the pluck position besides the map's, unless a preset sets another
+PLACE = PlayerNumbers.position_controller
 CURVES = {"linear": 1.0, "soft": 0.6, "hard": 1.6}  # exponents
 Curve = str | float | tuple[tuple[float, float], ...]  # name, exponent, or points: velocity played, velocity meant
 

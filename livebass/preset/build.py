@@ -41,18 +41,7 @@ from livebass.preset.checks import (
     replaced,
 )
 from livebass.preset.keymap import keys_of_player
-from livebass.preset.keys import (
-    HAND,
-    KEYS,
-    SECTIONS,
-    allowed,
-    checked,
-    each_string,
-    items,
-    key_names,
-    nearest,
-    quoted,
-)
+from livebass.preset.keys import HAND, KEYS, SECTIONS, allowed, checked, each_string, fault, items, key_names, nearest
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
@@ -78,7 +67,7 @@ class Builder:
 
     def error(self, where: str, why: str, *raw: Any) -> PresetError:
         """An error at `where`, a section and key, with the value `raw` if given."""
-        return PresetError(f"{self.label}: {where}{''.join(f' = {quoted(r)}' for r in raw)}: {why}")
+        return fault(self.label, where, why, *raw)
 
     def unknown(self, where: str, name: str, names: list[str]) -> PresetError:
         return self.error(f"{where}{name[:40]}", f"unknown key; {nearest(name, names)}")
@@ -152,7 +141,7 @@ class Builder:
         ):
             below, above = getattr(player, low), getattr(player, high)
             if below > above:
-                raise self.error(f"player.{low}", f"allowed: at most player.{high}, {above}", below)
+                raise self.error(f"player.{low}", f"must be at most player.{high}, {above}", below)
         if player.slapped_strings > len(pairs):
             raise self.error("player.slapped_strings", f"this bass has {len(pairs)} strings", player.slapped_strings)
         output = self.output(data, pairs)
@@ -205,13 +194,13 @@ class Builder:
             raise self.error(key, why, data.get(key)) from None
         frets = min(len(neck.fret_positions) for _, neck, *_ in made)
         if not 0 <= head["capo"] < frets:
-            raise self.error("capo", f"allowed: 0 to {frets - 1}, as the neck has {frets} frets", head["capo"])
+            raise self.error("capo", f"must be from 0 to {frets - 1}, as the neck has {frets} frets", head["capo"])
         pairs = []
         for (string, neck, where, place), each in zip(made, wanted, strict=True):
             string = tuned(string, each.note, each.offsets)
             if not LEAST_TENSION <= string.tension <= MOST_TENSION:
                 why = f"{note_name(each.note)} needs {format_quantity(string.tension, 'force')} on string {string.name}"
-                raise self.error("tuning", f"{why}, allowed: {allowed(TENSION)}", data.get("tuning"))
+                raise self.error("tuning", f"{why}, which must be {allowed(TENSION)}", data.get("tuning"))
             string, neck = with_capo(string, neck, head["capo"])
             self.check_notes(string, neck, where, place)
             pairs.append((string, neck))
@@ -251,9 +240,9 @@ class Builder:
         for name in names:
             sensing = sum(not p.strings or name in p.strings for p in pickups)
             if pickups and not 1 <= sensing <= MOST_SENSING:
-                raise self.error("pickup", f"{sensing} of them sense string {name}, allowed: 1 to {MOST_SENSING}")
+                raise self.error("pickup", f"{sensing} of them sense string {name}; there must be 1 to {MOST_SENSING}")
         room = min(string.length - neck_end(neck) for string, neck in pairs)
-        ends = f"allowed: between the saddle and the neck, 0 mm to {mm(room)}"
+        ends = f"must be between the saddle and the neck, 0 mm to {mm(room)}"
         for i, p in enumerate(pickups, 1):
             if not p.aperture / 2 <= p.position <= room - p.aperture / 2:
                 raise self.error(f"pickup[{i}].position", f"{ends}, aperture included", mm(p.position))
@@ -348,7 +337,7 @@ class Builder:
         tension = values.setdefault("tension", mu * (speed * speed))
         if not LEAST_TENSION <= tension <= MOST_TENSION:
             note = note_name(values["open_note"])
-            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, allowed: {allowed(TENSION)}"
+            why = f"left out, and {note} needs {format_quantity(tension, 'force')}, which must be {allowed(TENSION)}"
             raise self.error(f"{where}.tension", f"{why}; another linear_density or open_note would do")
         core = values.pop("core_diameter", None)
         modulus, ratio = values.pop("core_modulus"), values.pop("stiffness_ratio")
@@ -398,11 +387,11 @@ class Builder:
                 why = f"{len(h)} for {len(x)} fret_positions; there must be one for each, and at least 1"
                 raise self.error(f"{where}.fret_heights", why)
             if len(x) > MOST_FRETS:
-                raise self.error(f"{where}.fret_positions", f"{len(x)} frets, allowed: at most {MOST_FRETS}")
+                raise self.error(f"{where}.fret_positions", f"{len(x)} frets; there must be at most {MOST_FRETS}")
             self.check_ascending(f"{where}.fret_positions", x, "length", v["grid_step"])
             if not 0 < x[0] <= x[-1] < length:
                 off = mm(x[0] if x[0] <= 0 else x[-1])
-                raise self.error(f"{where}.fret_positions", f"allowed: between 0 mm and {mm(length)}", off)
+                raise self.error(f"{where}.fret_positions", f"must be between 0 mm and {mm(length)}", off)
             h = tuple(v["height_scale"] * height + v["height_offset"] for height in h)
             h = tuple(height + lift.get(k, 0.0) for k, height in enumerate(h, 1))
             if hand:
@@ -415,13 +404,13 @@ class Builder:
             self.check_ascending(f"{where}.{name}", v.get(name, ()), "frequency")
         try:
             admittance = neck_admittance(v)
-        except Conflict as fault:
-            raise self.error(f"{where}.{fault.key}", fault.why) from None
+        except Conflict as found:
+            raise self.error(f"{where}.{found.key}", found.why) from None
         self.check_ascending(f"{where}.profile_positions", v.get("profile_positions", ()), "length")
         try:
             h, surface = neck_surface(set(raw), v, x, h)
-        except Conflict as fault:
-            raise self.error(f"{where}.{fault.key}", fault.why, *fault.raw) from None
+        except Conflict as found:
+            raise self.error(f"{where}.{found.key}", found.why, *found.raw) from None
         as_given = {f.name: v[f.name] for f in fields(Neck) if f.name in v and f.name not in _FRETS}
         return length, Neck(x, h, admittance=admittance, surface=surface, fretless=v["obstacle"] == "board", **as_given)
 

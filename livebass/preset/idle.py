@@ -82,9 +82,7 @@ RULES = (
     *_group("pickups", NO_PICKUPS, _displacement),
     Rule("player", ("squeak",), "all strings are flat", lambda bass, _: not any(s.winding for s in bass.strings)),
     *_group(
-        "sensor",
-        'output.kind is "pickups", which takes no sensor',
-        lambda bass, part: not _displacement(bass, part),
+        "sensor", 'output.kind is "pickups", which takes no sensor', lambda bass, part: not _displacement(bass, part)
     ),
     *_group("across", UP_AND_DOWN, _straight),
     Rule("output", ("sensor_v",), "output.across is 0", lambda bass, output: output.across == 0),
@@ -106,10 +104,7 @@ RULES = (
     Rule("player", ("answering",), "no string moves another: the neck is rigid, or there is one string", _alone),
     Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
     Rule(
-        "player",
-        ("slapped_strings",),
-        'player.technique is "pluck"',
-        lambda bass, player: player.technique == "pluck",
+        "player", ("slapped_strings",), 'player.technique is "pluck"', lambda bass, player: player.technique == "pluck"
     ),
     *_group("thumb", "no string is slapped: see player.technique", _plucks_only),
     *_group(
@@ -243,17 +238,18 @@ def _other_numbers(number: float, ends: list[float]) -> tuple[float, ...]:
     return (number * 0.9, number * 1.1) if number else (ends[1] * 1e-3, ends[1] * 1e-2, ends[1])
 
 
+def _parts(bass: Instrument) -> dict[str, list[Any]]:
+    """The parts of `bass` that each section of a file describes, in order."""
+    output, player = bass.output, bass.player
+    return {
+        "string": [*bass.strings], "neck": [*bass.necks], "pickup": [*output.pickups], "coil": [output.coil],
+        "output": [output], "player": [player], "pick": [player.pick],
+    }  # fmt: skip
+
+
 def _heard(bass: Instrument) -> Instrument:
     """`bass` with defaults for all fields that change none of its notes."""
-    parts: dict[str, list[Any]] = {
-        "string": list(bass.strings),
-        "neck": list(bass.necks),
-        "pickup": list(bass.output.pickups),
-        "coil": [bass.output.coil],
-        "output": [bass.output],
-        "player": [bass.player],
-        "pick": [bass.player.pick],
-    }
+    parts = _parts(bass)
     for rule in RULES:
         defaults = {name: getattr(DATACLASSES[rule.section], name, None) for name in rule.keys}
         parts[rule.section] = [replace(p, **defaults) if rule.holds(bass, p) else p for p in parts[rule.section]]
@@ -283,9 +279,5 @@ def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:
 
 def _holds(rule: Rule, given: Given, bass: Instrument) -> bool:
     """True if `rule` holds for the part of the bass that has the key."""
-    if rule.section == "pickup":
-        return rule.holds(bass, bass.output.pickups[int(given.path[1])])
-    if rule.section == "neck":
-        necks = bass.necks if given.path == ("neck",) else [bass.necks[int(given.path[1])]]
-        return all(rule.holds(bass, neck) for neck in necks)
-    return rule.holds(bass, getattr(bass, rule.section, None))
+    parts, number = _parts(bass)[rule.section], given.path[1:2]
+    return all(rule.holds(bass, part) for part in ([parts[int(number[0])]] if number else parts))

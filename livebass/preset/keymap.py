@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from livebass.model.keymap import KEYS, MAPS, MODO, KeyMap
-from livebass.preset.keys import nearest, quoted
-from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
+from livebass.preset.keys import fault, nearest, unknown_name
+from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
 from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
 from livebass.units import note_number, one_line, pitch_name
 
@@ -37,10 +37,7 @@ def load_key_map(name_or_path: str) -> KeyMap:
     """
     if not is_path(name_or_path):
         if name_or_path not in MAPS:
-            if is_scale(name_or_path):
-                raise PresetError(f"{name_or_path}: {SCALE}")
-            known = nearest(name_or_path, list(MAPS))
-            raise PresetError(f"key map {quoted(name_or_path)}: unknown; {known}; a file needs a path with .toml or /")
+            raise unknown_name("key map", name_or_path, list(MAPS))
         return MAPS[name_or_path]
     text = decoded(name_or_path, file_bytes(name_or_path, "key map", MAPS), "key map")
     return _Reader(name_or_path).key_map(parsed(name_or_path, text, "key map", "[strings], [keys] or [controllers]"))
@@ -89,7 +86,7 @@ class _Reader:
         self.label = label
 
     def error(self, where: str, why: str, *raw: Any) -> PresetError:
-        return PresetError(f"{self.label}: {where}{''.join(f' = {quoted(r)}' for r in raw)}: {why}")
+        return fault(self.label, where, why, *raw)
 
     def key_map(self, data: dict[str, Any]) -> KeyMap:
         """The key map of these tables. Raises PresetError."""
@@ -99,7 +96,7 @@ class _Reader:
                 raise self.error(name[:40], f"unknown; {nearest(name, known)}")
         over_notes = data.get("over_notes", True)
         if not isinstance(over_notes, bool):
-            raise self.error("over_notes", "allowed: true or false", over_notes)
+            raise self.error("over_notes", "must be true or false", over_notes)
         own_keys = "strings" in data or "keys" in data
         keys = (*self.strings(data.get("strings", {})), *self.switches(data.get("keys", {})))
         controllers = tuple(self.controllers(data["controllers"])) if "controllers" in data else MODO.controllers
@@ -122,7 +119,7 @@ class _Reader:
         listed = raw if isinstance(raw, list) else [raw]
         for number in listed:
             if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number <= most:
-                raise self.error(place, f"allowed: {rule}", raw)
+                raise self.error(place, f"must be {rule}", raw)
         return listed
 
     def strings(self, raw: Any) -> Iterator[tuple[int, str, str, int]]:
@@ -132,7 +129,7 @@ class _Reader:
             try:
                 pitch_class = note_number(f"{name}4") % 12
             except ValueError:
-                raise self.error(place, "unknown string; allowed: an open note such as E or Bb", keys) from None
+                raise self.error(place, "unknown string; strings are open notes such as E or Bb", keys) from None
             for key in self.numbers(place, keys, KEYS - 1, KEY_RULE):
                 yield key, place, "string", pitch_class
 
@@ -158,7 +155,7 @@ class _Reader:
                 raise self.error(place, f"unknown function; {nearest(name, list(FUNCTION_ROWS))}", given)
             for number in self.numbers(place, given, CHANNEL_MODES - 1, CONTROLLER_RULE):
                 if number in RESERVED:
-                    raise self.error(place, f"allowed: {CONTROLLER_RULE}", number)
+                    raise self.error(place, f"must be {CONTROLLER_RULE}", number)
                 if number in places:
                     raise self.error(place, f"is {places[number]} already; a controller does one thing", number)
                 places[number] = place

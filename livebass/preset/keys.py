@@ -14,10 +14,12 @@ from itertools import pairwise
 from typing import Any
 
 from livebass import units
+from livebass.bounds import between, complaint
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
+from livebass.preset.source import SCALE, PresetError, is_scale
 from livebass.rows import REQUIRED, rows
 from livebass.techniques import FUNCTION_ROWS, PARAMETER_ROWS, RPN, SLIDER_ROWS
 from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
@@ -176,13 +178,13 @@ def allowed(key: Key, unit: str | None = None) -> str:
     if kind == "temperament":
         return f"{', '.join(tuning.TEMPERAMENTS)}, or a list of {tuning.CENTS_ALLOWED}"
     if kind == "pitch":
-        return f"{tuning.LOWEST_A4:g} to {tuning.HIGHEST_A4:g} Hz"
+        return between(tuning.LOWEST_A4, tuning.HIGHEST_A4, "Hz")
     if kind == "lift":
-        return f'{{6 = "0.5 mm"}} with fret numbers and {key.least} to {key.most} each'
+        return f'{{6 = "0.5 mm"}} with fret numbers and lengths from {key.least} to {key.most}'
     if kind in DIMENSIONS:
         ends = [(quantity(text, kind), unit or units.unit_of(text, kind)) for text in (key.least, key.most)]
         least, most = (format_quantity(value, kind, shown) for value, shown in ends)
-        return f"{least} to {most}" + (", several" if key.kind != kind else "")
+        return f"from {least} to {most}" + (", several" if key.kind != kind else "")
     if kind == "controller":
         return f"a whole number from {key.least} to {key.most} except {', '.join(map(str, sorted(RESERVED)))}"
     if kind == "key map":
@@ -203,7 +205,7 @@ def checked(key: Key, raw: Any) -> Any:
         return _several(key, raw)
     if kind == "lift":
         if not isinstance(raw, dict) or not all(re.fullmatch("[1-9][0-9]?", fret) for fret in raw):
-            raise ValueError(allowed(key))
+            raise ValueError(f"must be {allowed(key)}")
         return {int(fret): checked(replace(key, kind="length"), height) for fret, height in raw.items()}
     if kind == "note":
         return units.note_number(raw)
@@ -215,7 +217,7 @@ def checked(key: Key, raw: Any) -> Any:
         return tuning.reference_of(raw)
     if kind in DIMENSIONS:
         if not isinstance(raw, str):
-            raise ValueError(f'needs a text with a unit such as "{key.least}"; units: {units.allowed_units(kind)}')
+            raise ValueError(f'must be a text with a unit such as "{key.least}" (units: {units.allowed_units(kind)})')
         value = quantity(raw, kind)
         good = quantity(key.least, kind) <= value <= quantity(key.most, kind)
     elif kind == "curve":
@@ -233,7 +235,7 @@ def checked(key: Key, raw: Any) -> Any:
         value, good = raw, numeric and float(key.least) <= raw <= float(key.most)
         good = good and not (kind == "controller" and raw in RESERVED)
     if not good:
-        raise ValueError(f"allowed: {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
+        raise ValueError(f"must be {allowed(key, units.unit_of(raw, kind) if kind in DIMENSIONS else None)}")
     return float(value) if kind == "number" or (kind == "curve" and isinstance(value, int)) else value
 
 
@@ -271,18 +273,16 @@ def _several(key: Key, raw: Any) -> tuple[Any, ...]:
     example = 'a list such as ["E", "A"]' if one.kind == "text" else "a list such as [1, 2]"
     if one.kind in DIMENSIONS:
         unit = next(iter(DIMENSIONS[one.kind].units))
-        example = f'["1 {unit}", "2 {unit}"] or {{unit = "{unit}", values = [1, 2]}}'
-    elif isinstance(raw, dict):
-        raise ValueError(f"allowed: {example}")
-    listed = items(raw)
+        example = f'a list such as ["1 {unit}", "2 {unit}"] or {{unit = "{unit}", values = [1, 2]}}'
+    listed = None if isinstance(raw, dict) and one.kind not in DIMENSIONS else items(raw)
     if not listed:
-        raise ValueError(f"allowed: {example}")
+        raise ValueError(f"must be {example}")
     values = []
     for number, item in enumerate(listed, 1):
         try:
             values.append(checked(one, item))
         except ValueError as error:
-            raise ValueError(f"item {number}, {quoted(item)}: {error}") from None
+            raise ValueError(complaint(f"item {number}", error, quoted(item))) from None
     return tuple(values)
 
 
@@ -295,7 +295,19 @@ def quoted(raw: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def fault(label: str, where: str, why: object, *raw: Any) -> PresetError:
+    """An error of the file `label` at `where`, a section and key, with the value `raw` if given."""
+    return PresetError(f"{label}: {complaint(where, why, *map(quoted, raw))}")
+
+
+def unknown_name(kind: str, name: str, names: list[str]) -> PresetError:
+    """An error about the `name` of a `kind` of file that livebass does not come with."""
+    if is_scale(name):
+        return PresetError(f"{name}: {SCALE}")
+    return PresetError(f"{kind} {quoted(name)}: unknown; {nearest(name, names)}; a file needs a path with .toml or /")
+
+
 def nearest(name: str, names: list[str]) -> str:
     """Advice for an unknown name: similar `names`, or all of them."""
     near = difflib.get_close_matches(name[:40], names, 3, 0.5)
-    return f"nearest: {', '.join(near)}" if near else f"allowed: {', '.join(names)}"
+    return f"nearest: {', '.join(near)}" if near else f"there is {', '.join(names)}"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass.preset.build import merged_neck
-from livebass.preset.keys import SECTIONS, quoted
+from livebass.preset.keys import SECTIONS, fault
 from livebass.preset.source import PresetError, is_path
 
 MOST = 8  # presets, each like the next
@@ -31,15 +31,13 @@ def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], d
         return data
     name = data["like"]
     if not isinstance(name, str) or not name.strip():
-        raise PresetError(
-            f'{label}: like = {quoted(name)}: allowed: the name of a preset, or the path of one, "x.toml"'
-        )
+        raise fault(label, "like", 'must be the name of a preset, or the path of one, "x.toml"', name)
     if deep == MOST:
-        raise PresetError(f"{label}: like = {quoted(name)}: more than {MOST} presets, each like the next")
+        raise fault(label, "like", f"more than {MOST} presets, each like the next", name)
     try:
         base_label, base = read(str(Path(label).parent / name) if is_path(name) else name)
     except PresetError as error:
-        raise PresetError(f"{label}: like = {quoted(name)}: {error}") from None
+        raise fault(label, "like", error, name) from None
     base = whole(base_label, base, read, deep + 1)
     own = {key: value for key, value in data.items() if key != "like"}
     return _merged(label, _with_paths(base_label, base), own)
@@ -86,7 +84,7 @@ def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
         if name not in names:
             known = [str(string.get("name", "")) for string in made]
             why = f"the bass that it is like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
-            raise PresetError(f"{label}: string[{number}].name{_shown(given)}: {why}")
+            raise fault(label, f"string[{number}].name", why, *([given["name"]] if "name" in given else []))
         there = made[names.index(name)]
         void = {key for said, others in INSTEAD.items() if said in given for key in others}
         there = {key: value for key, value in there.items() if key not in void}
@@ -116,7 +114,3 @@ def _pickups(label: str, base: Any, own: Any) -> Any:
 
 def _are_tables(raw: Any) -> bool:
     return isinstance(raw, list) and all(isinstance(one, dict) for one in raw)
-
-
-def _shown(given: Tables) -> str:
-    return f" = {quoted(given['name'])}" if "name" in given else ""

@@ -12,9 +12,9 @@ from typing import Any
 
 from livebass.model.instrument import Instrument
 from livebass.preset.build import Builder
-from livebass.preset.keys import KEYS, Key, allowed, nearest, quoted
+from livebass.preset.keys import KEYS, Key, allowed, unknown_name
 from livebass.preset.like import whole
-from livebass.preset.source import SCALE, PresetError, decoded, file_bytes, is_path, is_scale, parsed
+from livebass.preset.source import decoded, file_bytes, is_path, parsed
 from livebass.rows import REQUIRED
 
 LABORATORY = "laboratory"  # folder of presets for experiments, not basses
@@ -130,10 +130,7 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     if not is_path(name):
         folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
         if name not in _names_in(folder):
-            if is_scale(name):
-                raise PresetError(f"{name}: {SCALE}")
-            known = nearest(name, [*preset_names(), *laboratory_names()])
-            raise PresetError(f"preset {quoted(name)}: unknown; {known}; a file needs a path with .toml or /")
+            raise unknown_name("preset", name, [*preset_names(), *laboratory_names()])
         label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
     else:
         label, raw = name, file_bytes(name, "preset", preset_names())

@@ -11,6 +11,7 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
+from livebass.bounds import between
 from livebass.model.instrument import A4_HZ, A4_NOTE
 from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
 from livebass.units import cents, note_name, note_number, quantity
@@ -95,13 +96,13 @@ def tuning_of(raw: Any) -> Tuning:
     else:
         items = raw
     if not isinstance(items, list | tuple) or not items:
-        raise ValueError(f"allowed: {ALLOWED}")
+        raise ValueError(f"must be {ALLOWED}")
     try:
         return tuple(_pitch(item) for item in items)
     except ValueError:
         found = _by_letters(raw) if isinstance(raw, str) else _by_names(items)
         if found is None:
-            raise ValueError(f"allowed: {ALLOWED}") from None
+            raise ValueError(f"must be {ALLOWED}") from None
         return found
 
 
@@ -173,7 +174,7 @@ def reference_of(raw: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         hertz = math.nan
     if isinstance(raw, bool) or not LOWEST_A4 <= hertz <= HIGHEST_A4:
-        raise ValueError(f"allowed: {LOWEST_A4:g} to {HIGHEST_A4:g} Hz")
+        raise ValueError(f"must be {between(LOWEST_A4, HIGHEST_A4, 'Hz')}")
     return hertz
 
 
@@ -189,7 +190,7 @@ def temperament_of(raw: str) -> tuple[float, ...]:
     except ValueError:
         found = ()
     if not found or not all(abs(each) <= MOST_OFF for each in found):
-        raise ValueError(f"allowed: {', '.join(TEMPERAMENTS)}; or {CENTS_ALLOWED}")
+        raise ValueError(f"must be {', '.join(TEMPERAMENTS)}; or {CENTS_ALLOWED}")
     return found
 
 
@@ -220,11 +221,11 @@ def _scala(text: str) -> tuple[float, ...]:
     except (IndexError, ValueError, ArithmeticError):
         raise ValueError("not a scale of Scala") from None
     if count != NOTES or len(steps) != NOTES + 1 or not abs(steps[-1] - 1200) < 0.5:
-        raise ValueError(f"allowed: scales of {NOTES} notes, the last an octave of 1200 cents")
+        raise ValueError(f"must be a scale of {NOTES} notes, the last an octave of 1200 cents")
     above = [step - 100 * k for k, step in enumerate(steps[:-1])]
     offsets = tuple(each - above[A4_NOTE % NOTES] for each in above)
     if not all(abs(each) <= MOST_OFF for each in offsets):
-        raise ValueError(f"allowed: notes within {MOST_OFF:g} cents of equal temperament")
+        raise ValueError(f"must be notes within {MOST_OFF:g} cents of equal temperament")
     return offsets
 
 
@@ -243,7 +244,7 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
     the key, and says what does not fit.
     """
     if len(temperament) not in (0, NOTES, len(opens)):
-        why = f"{len(temperament)} values; allowed: {NOTES}, C first, or one for each of {len(opens)} strings"
+        why = f"{len(temperament)} values; there must be {NOTES}, C first, or one for each of {len(opens)} strings"
         raise ValueError(f"temperament: {why}")
     pitches = _pitches(opens, tuning)
     standard, found = cents(a4 / A4_HZ), []
@@ -252,7 +253,9 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
         if not -MOST_DOWN <= note - opens[i] <= MOST_UP:
             least, most = note_name(max(opens[i] - MOST_DOWN, 0)), note_name(min(opens[i] + MOST_UP, 127))
             name = note_name(min(max(note, 0), 127))
-            raise ValueError(f"tuning: {name} on the {note_name(opens[i])} string; allowed there: {least} to {most}")
+            raise ValueError(
+                f"tuning: {name} on the {note_name(opens[i])} string, where notes from {least} to {most} sound"
+            )
         own = tuple(temperament) if len(temperament) == NOTES else (temperament[i] if temperament else 0.0,) * NOTES
         found.append(OpenString(note, tuple(standard + off + each for each in own)))
     for low, high in pairwise(found):

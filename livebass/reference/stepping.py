@@ -36,16 +36,7 @@ import numpy as np
 from livebass.arrays import Floats, Ints
 from livebass.compiling.by_numba import compiled, counted
 from livebass.parts import EXCHANGES_AT_ONCE, MOST_OWED
-from livebass.reference.laws import (
-    ABSENT,
-    LINEAR,
-    Laws,
-    eliminate,
-    solve_forces,
-    solve_friction,
-    stored,
-    taken,
-)
+from livebass.reference.laws import ABSENT, LINEAR, Laws, eliminate, solve_forces, solve_friction, stored, taken
 from livebass.reference.plan import Modes, Plan, State
 
 FLUSH_EVERY = 64  # steps

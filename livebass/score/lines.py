@@ -165,7 +165,7 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
         message = note_off(m.channel, m.note, RELEASE) if off else m
         events.append(Event(frame(tick), message, track, first[port] + m.channel))
     end = max(frame(smf.end_tick), max((e.frame for e in events), default=0))
-    last = max((e.frame for e in events if _is_note(e.message)), default=0)
+    last = max((e.frame for e in events if is_note(e.message)), default=0)
     if last > LONGEST * rate:
         raise SmfError(f"lasts {last / rate / 3600:.1f} hours, more than {LONGEST // 3600}")
     if end - last > LONGEST_REST * rate:
@@ -209,7 +209,8 @@ def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
     return frame
 
 
-def _is_note(m: Message) -> bool:
+def is_note(m: Message) -> bool:
+    """True for a note-on or a note-off."""
     return m.type in ("note_on", "note_off")
 
 
@@ -299,7 +300,7 @@ def _ended_by_others(events: list[Event]) -> list[Event]:
     """
     left: Counter[tuple[int, int]] = Counter()  # by line and key: note-offs less note-ons
     for event in events:
-        if _is_note(event.message):
+        if is_note(event.message):
             left[event.line, event.message.note] += 1 if event.message.type == "note_off" else -1
     wanting: dict[int, list[int]] = defaultdict(list)  # lines with more note-ons, by key
     for (line, key), count in left.items():

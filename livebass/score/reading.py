@@ -17,7 +17,7 @@ from pathlib import Path
 
 from livebass.bounds import refusal
 from livebass.score.choosing import Choice, Part, Parts
-from livebass.score.lines import CHANNELS, Lines, Note, lines_of
+from livebass.score.lines import CHANNELS, Lines, Note, is_note, lines_of
 from livebass.score.score import LEAST_RATE, RELEASE, Event, Score, checked_rate, cleaned, note_off, score_from
 from livebass.score.takes import with_basses
 from livebass.smf import SmfError, message, parse_smf
@@ -112,13 +112,15 @@ class _Read:
             parts = {(note.line, note.track) for note in self.choice.notes}
             others = {(note.line, note.track) for note in self.parts.notes} - parts
             own = [e for e in self.lines.events if e.line in heard and (e.line, e.track) not in others]
-            return cleaned([e for e in own if (e.line, e.track) in parts or not _is_note(e)], self.lines.end, rate)
+            return cleaned(
+                [e for e in own if (e.line, e.track) in parts or not is_note(e.message)], self.lines.end, rate
+            )
         places = {note.place for note in self.choice.notes}
         ended = heard if self.take else chosen
         return [
             e
             for place, e in enumerate(self.events)
-            if place in places or (e.line in (ended if _is_note(e) else heard) and e.message.type != "note_on")
+            if place in places or (e.line in (ended if is_note(e.message) else heard) and e.message.type != "note_on")
         ]
 
 
@@ -139,10 +141,6 @@ def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
     choice = parts.choose(channel, take)
     remarks = (*smf.warnings, *lines.remarks, *filter(None, [choice.remark]))
     return _Read(take, lines, events, parts, choice, remarks)
-
-
-def _is_note(event: Event) -> bool:
-    return event.message.type in ("note_on", "note_off")
 
 
 def _ended(events: list[Event], end: int) -> list[Event]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, command, song
+from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, song
 from support.engine import FakeEngine
 
 from livebass.files import OutputError, checked_place
@@ -192,32 +191,13 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
         assert_one_clear_line(done.returncode, done.stderr, (1,))
         assert "standard output: cannot be written" in done.stderr
     process = subprocess.Popen(
-        [sys.executable, "-m", "livebass", "presets", "keys"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-m", "livebass", "presets", "keys"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert process.stdout and process.stderr
     process.stdout.close()
     assert process.stderr.read() == ""
     assert process.wait(60) != 0
     process.stderr.close()
-
-
-def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    def small() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-
-    # The kernels' cache must exist first: its files exceed the limit.
-    warm = command("render", "--note", "G2", "--duration", "0.1", "-q", "live", "-o", tmp_path / "warm.wav")
-    assert warm.returncode == 0, warm.stderr
-    (tmp_path / "warm.wav").unlink()
-    done = command(
-        "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav",
-        preexec_fn=small,
-    )  # fmt: skip
-    assert_one_clear_line(done.returncode, done.stderr, (1,))
-    assert "File too large" in done.stderr and not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])

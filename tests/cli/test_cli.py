@@ -37,11 +37,7 @@ def test_render_a_file(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None
         (["--note", "G2"], "G2.wav", "PCM_24"),
         (["--note", "c#1", "-p", "five-string", "--format", "flac", "--bits", "16"], "C#1.flac", "PCM_16"),
         (["song.mid", "--format", "ogg"], "song.ogg", "VORBIS"),
-        (
-            ["song.mid", "--bits", "float", "--channel", "1", "-q", "live", "--tail", "100ms"],
-            "song.wav",
-            "FLOAT",
-        ),
+        (["song.mid", "--bits", "float", "--channel", "1", "-q", "live", "--tail", "100ms"], "song.wav", "FLOAT"),
         (["song.mid", "-o", "x.FLAC", "--modes", "1e2", "--contact-rate", "1.5MHz"], "x.FLAC", "PCM_24"),
     ],
 )
@@ -224,10 +220,10 @@ def test_the_list_of_presets_has_their_programs(run: Run) -> None:
         (["--note", "C#5"], "has E1 to D#4; no preset that comes with livebass has it"),
         (["--note", "E1", "--capo", "3"], "Jazz bass, fingers has G1 to D#4; -p jazz-finger plays it"),
         (["--note", "C1", "--tuning", "drop-d"], "Jazz bass, fingers has D1 to D#4; -p five-string plays it"),
-        (["--note", "E1", "--tuning", "dropped"], "'--tuning': 'dropped': allowed: notes from the lowest string on"),
-        (["--note", "E1", "--a4", "500"], "'--a4': '500': allowed: 380 to 480 Hz"),
-        (["--note", "E1", "--temperament", "jsut"], "'--temperament': 'jsut': allowed: equal, just, pythagorean"),
-        (["--note", "E1", "--temperament", "1,2,300"], "'--temperament': '1,2,300': allowed: equal, just, pythagorean"),
+        (["--note", "E1", "--tuning", "dropped"], "'--tuning': must be notes from the lowest string on"),
+        (["--note", "E1", "--a4", "500"], "'--a4': must be from 380 to 480 Hz, not '500'"),
+        (["--note", "E1", "--temperament", "jsut"], "'--temperament': must be equal, just, pythagorean"),
+        (["--note", "E1", "--temperament", "1,2,300"], "'--temperament': must be equal, just, pythagorean"),
         (["--note", "E1", "--capo", "-1"], "'--capo': must be a whole number from 0 to 31, not -1"),
     ],
 )
@@ -252,8 +248,8 @@ def test_a_low_b_sounds_as_one(run: Run, tmp_path: Path) -> None:
     ("options", "says"),
     [
         (["--tuning", "E1 A1"], '--tuning "E1 A1": 2 notes for 4 strings, E1 A1 D2 G2, in jazz-finger.toml'),
-        (["--temperament", "-1,2"], '--temperament "-1,2": 2 values; allowed: 12, C first, or one'),
-        (["--capo", "20"], "--capo 20: allowed: 0 to 19, as the neck has 20 frets, in jazz-finger.toml"),
+        (["--temperament", "-1,2"], '--temperament "-1,2": 2 values; there must be 12, C first, or one'),
+        (["--capo", "20"], "--capo must be from 0 to 19, as the neck has 20 frets, not 20, in jazz-finger.toml"),
     ],
 )
 @pytest.mark.parametrize("command", [["render", "--note", "G2"], ["play"], ["export", "sfz", "--size"]])

@@ -320,7 +320,7 @@ def test_one_of_another_version_is_refused_by_name(run: Run, elsewhere: Path, pa
     assert f"{old}: belongs to another version" in err and not list(elsewhere.iterdir())
 
 
-def test_one_in_the_cache_that_is_damaged_is_built_anew(
+def test_one_in_the_cache_that_is_damaged_is_built_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     made, system, cache = binary(this_system()), this_system(), tmp_path / "cache"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import shlex
 import struct
 import subprocess
@@ -19,7 +20,6 @@ from livebass.bench import measured
 from livebass.bench.fidelity import KINDS
 from livebass.bench.live import MOST_WAVEFORM, PROMISED
 from livebass.cli import help as handbook
-from livebass.cli import messages
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
 from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
@@ -30,7 +30,7 @@ FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
 FIRST_SCREEN = 40  # lines
 WIDEST = 100  # characters per line of a page, for terminals
 LARGEST_PICTURE = 150_000  # bytes
-OTHER_OPTIONS = {"--all", "--anew", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
+OTHER_OPTIONS = {"--all", "--without", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
 
 
 @pytest.mark.parametrize("page", handbook.PAGES)
@@ -249,10 +249,11 @@ def test_the_architecture_names_every_room_and_the_contract_has_its_floors() -> 
 
 def test_tables_follow_the_rows() -> None:
     """tools/tables.py writes the tables of techniques, controllers and waveforms."""
-    for name, tables in messages.TABLES.items():
+    made = runpy.run_path(str(ROOT / "tools" / "tables.py"))
+    for name, tables in made["TABLES"].items():
         text = (ROOT / name).read_text()
         assert all(f"\n\n{table()}\n\n" in text for table in tables), name
-    for name, sentences in messages.SENTENCES.items():
+    for name, sentences in made["SENTENCES"].items():
         lines = (ROOT / name).read_text().splitlines()
         assert all(sentence() in lines for sentence in sentences), name
 

@@ -253,17 +253,7 @@ def test_a_disk_that_is_full(small_disk: Path, fake: type[FakeEngine], run: Run)
         ["render", "--all-presets", small_disk / "demos"],
         ["simulate", "-q", "live", "--duration", "50ms", "-o", small_disk / "d"],
         [
-            "export",
-            "sfz",
-            "-q",
-            "live",
-            "--length",
-            "0.1s",
-            "--frets",
-            "36",
-            "--layers",
-            "1",
-            "-o",
+            *["export", "sfz", "-q", "live", "--length", "0.1s", "--frets", "36", "--layers", "1", "-o"],
             small_disk / "pack",
         ],
     ]

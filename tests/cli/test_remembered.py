@@ -45,12 +45,7 @@ class FakeSession:
 
     def run(self) -> session.Summary:
         s = self.settings
-        ended = {
-            "preset": s.preset,
-            "audio": "Card, ALSA" if s.audio is not None else None,
-            "midi": "m",
-            "dropped": 0,
-        }
+        ended = {"preset": s.preset, "audio": "Card, ALSA" if s.audio is not None else None, "midi": "m", "dropped": 0}
         meters = Meters(*[0] * 11)
         more = {name: value for name, value in self.ends_with.items() if name != "learned"}
         return session.Summary(

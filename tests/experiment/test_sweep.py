@@ -81,9 +81,9 @@ def test_an_axis(text: str, unit: str, numbers: tuple[float, ...]) -> None:
         (["--vary", "neck.relief=1mm:1mm:3"], "FROM and TO are the same"),
         (["--vary", "pluck.apex=1:2:3"], "pluck.apex = '1': a length has no unit; units: mm"),
         (["--vary", "pluck.apex=1mm:2N:3"], "pluck.apex = '2N': a length has the unit 'N'"),
-        (["--vary", "pluck.apex=1mm:50mm:3"], "pluck.apex = 50 mm: allowed: 0.001 mm to 30 mm"),
+        (["--vary", "pluck.apex=1mm:50mm:3"], "pluck.apex must be from 0.001 mm to 30 mm, not 50 mm"),
         (["--vary", "pluck.fret=0:12:6"], "pluck.fret must be a whole number, not 2.4"),
-        (["--vary", "neck.contact_exponent=1:nan:3"], "allowed: a number from 1 to 3"),
+        (["--vary", "neck.contact_exponent=1:nan:3"], "must be a number from 1 to 3, not nan"),
         (["--vary", "neck.contact_exponent=one:3:3"], "neck.contact_exponent = 'one': not a number"),
         (["--vary", "pluck.fret=0:21:2"], "pluck.fret = 21: fret 21: this neck has frets 0 to 20"),
         (["--vary", "pluck.fret=0:4:2", "--vary", "pluck.fret=0:4:3"], "pluck.fret: given twice"),
@@ -264,11 +264,11 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
         sweep.prepare(files, tmp_path)
     assert list(sweep.completed(tmp_path, made, results, fake)) == [1, 2, 3, 4, 5]
     axes = [axis("pluck.apex=1mm:2mm:5")]
-    before = sweep.table(axes, made, results)
+    before = sweep.Sweep(tuple(axes), tuple(made), results).table()
     files = sorted((tmp_path / "points").iterdir())
     assert [f.stem for f in files] == sorted(p.digest for p in made)
     again = sweep.found(tmp_path, made)
-    assert sweep.table(axes, made, again) == before
+    assert sweep.Sweep(tuple(axes), tuple(made), again).table() == before
     assert list(sweep.completed(tmp_path, made, again, fake)) == []
     files[0].write_bytes(files[0].read_bytes()[:40])
     files[1].write_text("{}")

@@ -46,7 +46,7 @@ def test_a_share_is_measured_once_and_kept_by_bass_and_rate(own_directory: Path)
     assert kept_share(bass(), measure) == 0.25 and len(measured) == 3
     for file in own_directory.iterdir():
         file.write_bytes(b"damaged")
-    assert kept_share(bass(), measure) == 1.0, "a damaged file is made anew"
+    assert kept_share(bass(), measure) == 1.0, "a damaged file is made again"
     assert kept_share(bass(), measure) == 1.0
 
 
@@ -94,7 +94,7 @@ def test_a_share_as_measured_here() -> None:
     assert 0.0 < worst_share(bass("paper-g")) < 1000.0
 
 
-def test_a_change_of_bass_chooses_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_change_of_bass_chooses_again(monkeypatch: pytest.MonkeyPatch) -> None:
     shares = {"muted": 0.2, "slap": 3.0}
     by_name = {load_preset(preset).name: share for preset, share in shares.items()}
     monkeypatch.setattr(carried, "worst_share", lambda b: by_name[b.engine.instrument.name])

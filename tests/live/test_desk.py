@@ -22,6 +22,7 @@ from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.recording import MidiRecorder
 from livebass.live.status import clock
 from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.ring import PARAMETER
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
 from livebass.score.phrases import demo_score
@@ -239,7 +240,7 @@ def test_a_learned_controller_moves_its_parameter_and_nothing_else() -> None:
     device.block(64)
     kept = [(0xB0, 74, 1), (0xB0, LEARNED + NUMBERS["tone"], 0), (0xB0, LEARNED + NUMBERS["dynamics"], 127)]
     assert [m[1:] for m in synth.played()] == kept, "7 is no volume any more; a take has what it stands for"
-    assert synth.parameter(NUMBERS["tone"]) == -1 and synth.parameter(NUMBERS["dynamics"]) == 12
+    assert synth.value(PARAMETER, NUMBERS["tone"]) == -1 and synth.value(PARAMETER, NUMBERS["dynamics"]) == 12
     desk.learn("tone", None)
     synth.receive(0xB0, 7, 64)
     device.block(64)
@@ -326,7 +327,7 @@ def test_a_controller_in_its_middle_leaves_the_parameter_as_the_bass_has_it() ->
         for value in range(128):
             synth.receive(0xB0, 20, value)
             device.block(16)
-            values.append(synth.parameter(number))
+            values.append(synth.value(PARAMETER, number))
         most = 0 if symbol == "gain" else MOST[number]
         assert values == sorted(values) and values[0] == LEAST[number] and values[-1] == most
         if symbol != "gain":

@@ -154,8 +154,8 @@ def test_a_synth_is_still_once_its_effects_are() -> None:
 
 def test_another_synth_goes_on_with_the_knobs() -> None:
     synth, device = synth_of(SLAP)
-    assert synth.set_effect(DRIVE, 0.5)
+    assert synth.set_value(EFFECT, DRIVE, 0.5)
     device.block(64)
     other = Synth(RATE)
     other.take_over(synth)
-    assert other.effect(DRIVE) == synth.effect(DRIVE) == 0.5
+    assert other.value(EFFECT, DRIVE) == synth.value(EFFECT, DRIVE) == 0.5

@@ -79,7 +79,7 @@ def test_everything_jumps_each_block() -> None:
     rng = np.random.default_rng(9)
     swaps = 0
     for k in range(1500):
-        synth.set_gain(float(rng.choice([0.0, 1.0, 10.0, 1e-9, rng.random()])))
+        synth.record["gain_target"] = float(rng.choice([0.0, 1.0, 10.0, 1e-9, rng.random()]))
         for number in (7, 11, 16, 64, 6, 38, 101, 100):
             synth.send(0xB0, number, int(rng.choice([0, 127, rng.integers(128)])))
         synth.send(0xE0, int(rng.integers(128)), int(rng.integers(128)))
@@ -93,7 +93,7 @@ def test_everything_jumps_each_block() -> None:
             swaps += 1
         assert_sane(synth, device.block(int(rng.choice([1, 31, 64, 256]))))
     assert swaps == 2 * len(preset_names())
-    synth.set_gain(1.0)
+    synth.record["gain_target"] = 1.0
     assert_panic_silences(synth, device)
 
 

@@ -19,15 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 import soundfile
-from support.jack import (
-    JACK_PERIOD,
-    JACK_RATE,
-    PATIENCE,
-    livebass,
-    wait_for,
-    wait_for_log,
-    wait_for_take,
-)
+from support.jack import JACK_PERIOD, JACK_RATE, PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, offline
 
 from livebass import load_preset

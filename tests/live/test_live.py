@@ -196,7 +196,7 @@ def test_a_new_note_takes_the_string_from_the_bass_that_was_replaced(preset: str
 
 def test_overload_ends_the_bass_that_rings_out() -> None:
     synth, device = synth_and_device("jazz-finger")
-    synth.set_clock(address_of(stopped))  # no overload yet, whatever the machine's other work
+    synth.record["clock"] = address_of(stopped)  # no overload yet, whatever the machine's other work
     now = [0]
 
     def clock(_kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
@@ -211,7 +211,7 @@ def test_overload_ends_the_bass_that_rings_out() -> None:
     device.block(64)
     synth.release_faded()
     assert synth.ringing
-    synth.set_clock(address_of(keep))
+    synth.record["clock"] = address_of(keep)
     for _ in range(int(FADE * RATE / 64) + 2):
         device.block(64)
     synth.release_faded()
@@ -332,7 +332,7 @@ def test_they_run_ahead_for_as_long_as_the_costliest_block_took() -> None:
         return 0
 
     keep: Callable[..., int] = CLOCK(clock)
-    synth.set_clock(address_of(keep))
+    synth.record["clock"] = address_of(keep)
     load = 0.5
     device.block(64)
     assert record["share_now"][0] == least, "nothing sounds"
@@ -476,7 +476,7 @@ def test_overload_coarsens_strings_and_calm_brings_them_back() -> None:
         return 0
 
     keep: Callable[..., int] = CLOCK(clock)
-    synth.set_clock(address_of(keep))
+    synth.record["clock"] = address_of(keep)
     for key in (28, 33, 38, 43):
         synth.send(0x90, key, 127)
     device.block(2400)
@@ -522,7 +522,7 @@ def test_offline_strings_are_with_the_clock_and_fine() -> None:
         return 0
 
     keep: Callable[..., int] = CLOCK(clock)
-    synth.set_clock(address_of(keep))
+    synth.record["clock"] = address_of(keep)
     for _ in range(4):
         device.block(64)
     assert bass.coarse_strings and synth.meters().overload

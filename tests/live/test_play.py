@@ -26,7 +26,7 @@ from support.command import Run, assert_one_clear_line
 from support.fakejack import PERIOD, fake_jack
 from support.hands import of_any
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
-from support.live import QUICK, RATE, offline, played_on, session_of, synth_and_device
+from support.live import QUICK, RATE, jack_session, offline, played_on, session_of, synth_and_device
 from support.terminal import InTerminal
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
@@ -48,6 +48,7 @@ from livebass.live.settings import Settings, Summary
 from livebass.live.status import Status
 from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, median_load, strings
 from livebass.live.thread.records import HISTOGRAM
+from livebass.live.thread.ring import PARAMETER
 from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
 from livebass.score.phrases import demo_score
@@ -124,23 +125,6 @@ def test_the_last_wish_counts() -> None:
     names = preset_names()
     assert changes.playing == (names[(names.index("jazz-finger") + 3) % len(names)], "studio")
     changes.close()
-
-
-def test_every_preset_is_played_by_the_same_hands() -> None:
-    """The hands set by --keys and similar options stay, whatever preset is chosen later."""
-
-    def load(preset: str) -> Instrument:
-        bass = load_preset(preset)
-        return replace(bass, player=replace(bass.player, keys=MODO_12))
-
-    synth, device = synth_and_device("jazz-finger")
-    device.block(64)
-    presets = PresetSwitch(synth, "jazz-finger", QUICK, load)
-    presets.choose(preset="slap")
-    wait_for(lambda: presets.turn())
-    device.block(64)
-    assert synth.bass is not None and synth.bass.engine.instrument.player.keys == MODO_12
-    presets.close()
 
 
 def test_basses_that_were_replaced_are_gone(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -241,9 +225,7 @@ def test_every_bass_of_a_session_is_tuned_alike() -> None:
 def test_program_changes_neither_click_nor_stall(tmp_path: Path) -> None:
     """A held note rings on while other basses are prepared and chosen: no click, no gap, no long block."""
     take = tmp_path / "take.wav"
-    settings = Settings(
-        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False, record=take
-    )
+    session = jack_session("jazz-finger", connect=False, record=take)
     switched: list[int] = []  # frames
 
     def play(synth: Synth) -> None:
@@ -260,7 +242,7 @@ def test_program_changes_neither_click_nor_stall(tmp_path: Path) -> None:
             played_on(synth, 0.3)
 
     with fake_jack(runs=True) as server:
-        summary = session_of(Session(settings), play)
+        summary = session_of(session, play)
     assert summary.lost is None and summary.meters.faults == 0 and summary.meters.lost == 0
     assert np.mean(np.array(server.took) > PERIOD / RATE) < 0.01, "processor time of a period"
     sound = soundfile.read(take)[0]
@@ -362,10 +344,7 @@ def test_a_full_disk_ends_with_status_1(server: SimpleNamespace, tmp_path: Path)
 def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> None:
     """`render` gives the sound's take, sample for sample, and finds the bass by itself."""
     sound, notes, again = tmp_path / "take.wav", tmp_path / "take.mid", tmp_path / "again.wav"
-    settings = Settings(
-        load_preset("slap"), QUALITIES["live"], "slap", backend="jack", keyboard=False, connect=False, record=sound,
-        record_midi=notes,
-    )  # fmt: skip
+    session = jack_session("slap", QUALITIES["live"], connect=False, record=sound, record_midi=notes)
 
     def play(synth: Synth) -> None:
         for message in ((0xC0, 0, 0), (0x92, 28, 60), (0xE2, 0, 80), (0xB2, 7, 90), (0x92, 40, 110), (0xD2, 5, 0)):
@@ -376,7 +355,7 @@ def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> Non
         played_on(synth, 0.6)
 
     with fake_jack(runs=True):
-        summary = session_of(Session(settings), play)
+        summary = session_of(session, play)
     assert summary.meters.messages == 8 and summary.meters.overload == 0
     status, _, err = run("render", notes, "-q", "live", "--tail", "1s", "-o", again)
     assert status == 0 and "2 notes" in err, err
@@ -390,10 +369,7 @@ def test_a_midi_take_has_the_changes_of_preset(tmp_path: Path) -> None:
     """As General MIDI programs, on the channel of the notes; programs that choose no bass are left out."""
     mido = pytest.importorskip("mido")
     take = tmp_path / "take.mid"
-    settings = Settings(
-        load_preset("jazz-finger"), QUICK, "jazz-finger", backend="jack", keyboard=False, connect=False,
-        record_midi=take,
-    )  # fmt: skip
+    session = jack_session("jazz-finger", connect=False, record_midi=take)
 
     def play(synth: Synth) -> None:
         synth.send(0x93, 28, 60)
@@ -407,7 +383,7 @@ def test_a_midi_take_has_the_changes_of_preset(tmp_path: Path) -> None:
         played_on(synth, 0.2)
 
     with fake_jack(runs=True):
-        session_of(Session(settings), play)
+        session_of(session, play)
     events = [(m.type, m.channel, m.dict().get("program", m.dict().get("note"))) for m in mido.MidiFile(take)
               if not m.is_meta]  # fmt: skip
     assert events == [
@@ -433,15 +409,12 @@ def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
     def read(rate: int) -> Score:
         return score_of([(0.25 * k, 0.2, 33, 100) for k in range(200)], rate)
 
-    settings = Settings(
-        load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, connect=False, record=take, read=read
-    )
-    session = Session(settings)
+    session = jack_session("slap", connect=False, record=take, read=read)
     rates: list[int] = []
 
     def play(synth: Synth) -> None:
         synth.send(0xB0, 7, 80)
-        synth.set_parameter(1, -0.5)  # the tone
+        synth.set_value(PARAMETER, 1, -0.5)  # the tone
         played_on(synth, 0.6)
         assert isinstance(session.output, JackOutput)
         for rate in (44100, RATE):
@@ -451,7 +424,7 @@ def test_a_rate_that_changes_is_followed(tmp_path: Path) -> None:
             now = session.output.synth
             rates.append(rate)
             assert now.bass is not None and of_any(now.bass.engine.performer)["volume"] == 80 / 127
-            assert now.parameter(1) == -0.5 and now.record["gain_target"][0] == 1
+            assert now.value(PARAMETER, 1) == -0.5 and now.record["gain_target"][0] == 1
             assert now.frame / rate > 0.9 * before.frame / before.rate, "the time goes on"
             wait_for(lambda now=now: now.meters().peak > 0.01)  # type: ignore[misc]
             played_on(now, 0.8)

@@ -32,6 +32,7 @@ from livebass.live.presets import PresetSwitch
 from livebass.live.session import Session
 from livebass.live.settings import Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
+from livebass.live.thread.ring import PARAMETER
 from livebass.score.score import score_of
 from livebass.techniques import LEARNED, SLIDER_ROWS
 
@@ -95,7 +96,7 @@ def test_a_learned_controller_is_heard_by_the_audio_thread() -> None:
             server.midi = [(5, bytes([0xB0, controller, value]))]
             server.play(0.1)
             assert desk.moved[1] == controller
-        assert output.synth.parameter(NUMBERS["tone"]) == 1
+        assert output.synth.value(PARAMETER, NUMBERS["tone"]) == 1
         assert [m[1:] for m in messages(output)] == [(0xB0, LEARNED + NUMBERS["tone"], 127), (0xB0, 21, 3)], "for takes"
 
 

@@ -264,7 +264,7 @@ def test_a_fault_would_be_found(follow: Callable[..., Order], monkeypatch: pytes
 def test_threads_side_by_side_play_each_string_once_and_none_late() -> None:
     """Each string sometimes rests before it is played, and is counted before and after."""
     synth, device = synth_and_device("five-string", QUICK, adaptive=False)
-    synth.set_clock(0)
+    synth.record["clock"] = 0
     device.block(16)
     bass = synth.bass
     assert bass is not None

@@ -348,7 +348,7 @@ def test_a_claim_that_fails(run: Command, tmp_path: Path, monkeypatch: pytest.Mo
     "arguments, words",
     [
         (("b-first-contakt",), "claim 'b-first-contakt': unknown; nearest: b-first-contact"),
-        (("xyz",), "allowed: g-fundamental, g-tension"),
+        (("xyz",), "there is g-fundamental, g-tension"),
         (("a-no-contact", "--json", "no/claims.json"), "there is no directory"),
         (("a-no-contact", "-o", "file"), "is not a directory"),
         (("a-no-contact", "-o", "new", "--json", "new/claims.csv"), "-o writes a file of that name"),

@@ -383,9 +383,9 @@ def test_check_prints_idle_keys(run: Run, tmp_path: Path) -> None:
     ("value", "says"),
     [
         ('["2 mm"]', "neck.action: 1 values for 2 strings; give one for all, or one for each"),
-        ('["2 mm", 3]', "item 2, 3: needs a text with a unit"),
-        ('{unit = "mm", values = [2, 30]}', 'item 2, "30 mm": allowed: 0 mm to 20 mm'),
-        ("[]", 'allowed: ["1 mm", "2 mm"]'),
+        ('["2 mm", 3]', "item 2 must be a text with a unit"),
+        ('{unit = "mm", values = [2, 30]}', 'item 2 must be from 0 mm to 20 mm, not "30 mm"'),
+        ("[]", 'must be a list such as ["1 mm", "2 mm"]'),
     ],
 )
 def test_a_list_in_the_neck_has_one_value_for_each_string(value: str, says: str) -> None:

@@ -42,23 +42,20 @@ WRONG = [
     ("", ["empty; a key map needs [strings], [keys] or [controllers]"]),
     ("[keys", ["not TOML"]),
     ("[kees]\nghost = 1", ["kees: unknown; nearest: keys"]),
-    ("over_notes = 1", ["over_notes = 1: allowed: true or false"]),
-    ("keys = 3", ["keys = 3: must be a table, [keys]"]),
+    ("over_notes = 1", ["over_notes must be true or false"]),
+    ("keys = 3", ["keys must be a table, [keys], not 3"]),
     ("[keys]\ngohst = 10", ["keys.gohst = 10: unknown technique; nearest: ghost"]),
     ("[keys]\nstring = 10", ["keys.string = 10: unknown technique"]),
     *(
-        (f"[keys]\nghost = {bad}", ["keys.ghost = ", "allowed: a key from 0 to 127, or a list of them"])
+        (f"[keys]\nghost = {bad}", ["keys.ghost must be a key from 0 to 127, or a list of them"])
         for bad in ("128", "-1", "1.0", "true", '"C1"', "[3, 200]", "{}")
     ),
     ("[keys]\nghost = 10\npalm_mute = [3, 10]", ["keys.palm_mute = 10: is keys.ghost already; a key does one thing"]),
     ("[strings]\nE = 89\n[keys]\nhand = 80", ["keys.hand = 89: is strings.E already"]),
-    ("[strings]\nH = 3", ["strings.H = 3: unknown string; allowed: an open note such as E or Bb"]),
+    ("[strings]\nH = 3", ["strings.H = 3: unknown string; strings are open notes such as E or Bb"]),
     ("[controllers]\nvibarto = 1", ["controllers.vibarto = 1: unknown function; nearest: vibrato"]),
     *(
-        (
-            f"[controllers]\nvibrato = {bad}",
-            ["controllers.vibrato = ", "a controller from 0 to 119 except 6, 38"],
-        )
+        (f"[controllers]\nvibrato = {bad}", ["controllers.vibrato must be a controller from 0 to 119 except 6, 38"])
         for bad in ("6", "38", "100", "120", "127", "-1", "[1, 101]")
     ),
     ("[controllers]\nvibrato = 9\npalm_mute = 9", ["controllers.palm_mute = 9: is controllers.vibrato already"]),
@@ -102,7 +99,7 @@ def test_a_preset_names_its_map_from_where_it_is(tmp_path: Path, monkeypatch: py
 )
 def test_a_curve_that_is_none(bad: str, tmp_path: Path) -> None:
     path = written(tmp_path, preset_text("jazz-finger").replace("[player]\n", f"[player]\nvelocity_curve = {bad}\n"))
-    with pytest.raises(PresetError, match=r"player\.velocity_curve = .*: allowed: linear, soft, hard, an exponent"):
+    with pytest.raises(PresetError, match=r"player\.velocity_curve must be linear, soft, hard, an exponent"):
         load_preset(path)
 
 

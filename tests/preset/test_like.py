@@ -130,7 +130,7 @@ def test_paths_go_from_the_file_that_has_them(tmp_path: Path, monkeypatch: pytes
     [
         ('like = "jaz-finger"', 'mine.toml: like = "jaz-finger": preset "jaz-finger": unknown; nearest: jazz-finger'),
         ('like = "none.toml"', "none.toml: no such file"),
-        ("like = 3", "mine.toml: like = 3: allowed: the name of a preset"),
+        ("like = 3", "mine.toml: like must be the name of a preset"),
         ('like = "mine.toml"', "more than 8 presets, each like the next"),
         ('like = "slap"\n[[string]]\nname = "H"', 'string[1].name = "H": the bass that it is like has E, A, D, G'),
         ('like = "slap"\n[[string]]\nlevel = 1', "string[1].name: the bass that it is like has E, A, D, G; say which"),

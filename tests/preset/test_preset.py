@@ -100,12 +100,8 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ('technique = "pluck"', 'zzz = "pluck"', ["player.zzz", "unknown key", "technique", "rounding"]),
     ("[player]", "[palyer]", ["palyer", "nearest: player"]),
     ("[[pickup]]", "[[pikcup]]", ["pikcup", "nearest: pickup"]),
-    ('tension = "215.5 N"', "tension = 215.5", ["string[A].tension = 215.5", "units: N, lbf or kgf"]),
-    (
-        'tension = "215.5 N"',
-        'tension = "215.5 kg"',
-        ["string[A].tension", "215.5 kg", "units: N, lbf or kgf"],
-    ),
+    ('tension = "215.5 N"', "tension = 215.5", ["string[A].tension must be", "units: N, lbf or kgf"]),
+    ('tension = "215.5 N"', 'tension = "215.5 kg"', ["string[A].tension", "215.5 kg", "units: N, lbf or kgf"]),
     ('tension = "215.5 N"', 'tension = "2155 N"', ["tension", "2155 N", "5 N to 1000 N"]),
     ('tension = "215.5 N"', 'tension = "2155 lbf"', ["2155 lbf", "1.124 lbf to 224.8 lbf"]),
     ('tension = "215.5 N"', 'tension = "-5 N"', ["tension", "negative"]),
@@ -124,17 +120,13 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
         ["string[G].open_note", "lowest to the highest"],
     ),
     ("inharmonicity = 1e-4", 'inharmonicity = "1e-4"', ["inharmonicity", "a number from 0 to 0.01"]),
-    ("inharmonicity = 1e-4", "inharmonicity = true", ["inharmonicity = True", "a number from 0 to 0.01"]),
+    ("inharmonicity = 1e-4", "inharmonicity = true", ["inharmonicity must be", "a number from 0 to 0.01"]),
     ("inharmonicity = 1e-4", "inharmonicity = nan", ["inharmonicity", "a number from 0 to 0.01"]),
     ("inharmonicity = 1e-4", "", ["string[A].inharmonicity", "core_diameter"]),
     ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\ncore_diameter = "0.5 mm"', ["give either"]),
     ("inharmonicity = 1e-4", 'core_diameter = "3 mm"', ["core_diameter", "at most the diameter, 2.159 mm"]),
     ("inharmonicity = 1e-4", STIFF, ["string[A].core_diameter", "gives B", "0.01"]),
-    (
-        "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nlaw_fundamental = "65 Hz"',
-        ["law_fundamental", "55 Hz would do"],
-    ),
+    ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\nlaw_fundamental = "65 Hz"', ["law_fundamental", "55 Hz would do"]),
     (
         "inharmonicity = 1e-4",
         'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s"]',
@@ -149,25 +141,13 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ('position = "90 mm"', 'position = "5 mm"', ["pickup[1].position", "aperture"]),
     ('[[pickup]]\nposition = "90 mm"', "", ["pickup", "at least one"]),
     ('[[pickup]]\nposition = "90 mm"', 'pickup = "neck"', ["string[G].pickup", "unknown key"]),
-    (
-        '[[pickup]]\nposition = "90 mm"',
-        '[output]\nkind = "laser"',
-        ["output.kind", "pickups or displacement"],
-    ),
-    (
-        '[[pickup]]\nposition = "90 mm"',
-        '[output]\nkind = "displacement"\nsensor = "400 mm"',
-        ["output.sensor", "272"],
-    ),
-    ('technique = "pluck"', "technique = 3", ["player.technique = 3", "pluck or slap"]),
+    ('[[pickup]]\nposition = "90 mm"', '[output]\nkind = "laser"', ["output.kind", "pickups or displacement"]),
+    ('[[pickup]]\nposition = "90 mm"', '[output]\nkind = "displacement"\nsensor = "400 mm"', ["output.sensor", "272"]),
+    ('technique = "pluck"', "technique = 3", ["player.technique must be", "pluck or slap"]),
     ('technique = "pluck"', "slapped_strings = 3", ["player.slapped_strings = 3", "has 2 strings"]),
     ('technique = "pluck"', "slapped_strings = 1.0", ["slapped_strings", "whole number"]),
-    (
-        'technique = "pluck"',
-        "pluck_nearest = 0.9\npluck_farthest = 0.6",
-        ["player.pluck_nearest = 0.9", "0.6"],
-    ),
-    ('technique = "pluck"', "softest = 3\nhardest = 2", ["player.softest = 3", "player.hardest, 2"]),
+    ('technique = "pluck"', "pluck_nearest = 0.9\npluck_farthest = 0.6", ["player.pluck_nearest must be", "0.6"]),
+    ('technique = "pluck"', "softest = 3\nhardest = 2", ["player.softest must be", "player.hardest, 2"]),
     ('technique = "pluck"', 'rounding = "5 s"', ["player.rounding", "'s'", "mm"]),
     ('neck.action = "1.8 mm"', 'neck.acton = "1.8 mm"', ["string[G].neck.acton", "nearest: action"]),
     ('neck.action = "1.8 mm"', 'neck.action = "80 mm"', ["string[G].neck.action", "0 mm to 20 mm"]),
@@ -181,7 +161,7 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     (GEOMETRY, MEASURED.replace("94 mm", "40 mm"), ["fret_positions", "item 2, 40 mm", "ascend"]),
     (GEOMETRY, MEASURED.replace("94 mm", "48.5 mm"), ["fret_positions", "item 2, 48.5 mm", "at least 1 mm"]),
     (GEOMETRY, MEASURED.replace("94 mm", "900 mm"), ["fret_positions", "between 0 mm and 863.6 mm"]),
-    (GEOMETRY, MEASURED.replace('"94 mm"', "94"), ["neck.fret_positions", "item 2, 94", "units: mm"]),
+    (GEOMETRY, MEASURED.replace('"94 mm"', "94"), ["neck.fret_positions", "item 2", "units: mm"]),
     (GEOMETRY, MEASURED.replace('unit = "mm"', 'unit = "N"'), ["neck.fret_heights", "item 1", "units: mm"]),
     (GEOMETRY, MEASURED.replace('unit = "mm", ', ""), ["neck.fret_heights", 'unit = "mm", values']),
     (GEOMETRY, MEASURED + 'relief = "1 mm"\n', ["relief", "not allowed together with measured frets"]),
@@ -194,8 +174,8 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ),
     (GEOMETRY, RESONANT.replace("30]", "30, 40]"), ["neck.resonance_qualities", "2 for 1 resonance_frequencies"]),
     (GEOMETRY, RESONANT.replace('z"]', 'z", "100 Hz"]'), ["resonance_frequencies", "item 2, 100 Hz", "ascend"]),
-    (GEOMETRY, RESONANT + "resonance_shapes = [41]\n", ["neck.resonance_shapes", "item 1, 41", "0 to 40"]),
-    (GEOMETRY, RESONANT + "resonance_shapes = 1\n", ["neck.resonance_shapes = 1", "a list such as [1, 2]"]),
+    (GEOMETRY, RESONANT + "resonance_shapes = [41]\n", ["neck.resonance_shapes", "item 1", "0 to 40"]),
+    (GEOMETRY, RESONANT + "resonance_shapes = 1\n", ["neck.resonance_shapes must be", "a list such as [1, 2]"]),
     (GEOMETRY, RESONANT.replace("1 kg", "0 kg"), ["neck.resonance_masses", "item 1", "0.001 kg to 1000 kg"]),
     (GEOMETRY, RESONANT.replace("1 kg", "1 N"), ["neck.resonance_masses", "item 1", "units: kg or g"]),
     (
@@ -220,11 +200,14 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
         (
             'technique = "pluck"',
             f"position_controller = {number}",
-            [f"player.position_controller = {number}:", "a whole number from 0 to 119 except 6, 7, 11, 38, 64"],
+            [
+                "player.position_controller must be a whole number from 0 to 119 except 6, 7, 11, 38, 64",
+                f"not {number}",
+            ],
         )
         for number in (6, 7, 11, 38, 64, 98, 99, 100, 101, 120, 121, 127, 128, -1)
     ),
-    ('technique = "pluck"', "position_controller = 1.0", ["player.position_controller = 1.0", "whole number"]),
+    ('technique = "pluck"', "position_controller = 1.0", ["player.position_controller must be", "whole number"]),
     (
         "inharmonicity = 1e-4",
         'inharmonicity = 1e-4\nextra_damping = "10000 /s"',
@@ -250,24 +233,24 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
         'open_note = "A3"\nlinear_density = "23.88 g/m"',
         ["string[A].tension", "left out, and A3 needs 3448 N", "5 N to 1000 N"],
     ),
-    (GEOMETRY, GEOMETRY + "frets = 33\n", ["neck.frets = 33", "1 to 32"]),
+    (GEOMETRY, GEOMETRY + "frets = 33\n", ["neck.frets must be", "1 to 32"]),
     (GEOMETRY, GEOMETRY + 'frets = 32\ngrid_step = "10 mm"\n', ['neck.grid_step = "10 mm"', "allowed up to 7.279 mm"]),
     (
         GEOMETRY,
         GEOMETRY
         + f'fret_positions = {{unit = "mm", values = {[20 * k for k in range(1, 34)]}}}\n'
         + f'fret_heights = {{unit = "mm", values = {[-2] * 33}}}\n',
-        ["neck.fret_positions", "33 frets, allowed: at most 32"],
+        ["neck.fret_positions", "33 frets; there must be at most 32"],
     ),
-    ('name = "Test"', 'name = "Te\\tst"', ["name = ", "1 to 80 characters in one line"]),
-    ('name = "Test"', 'name = """Te\nst"""', ["name = ", "1 to 80 characters in one line"]),
+    ('name = "Test"', 'name = "Te\\tst"', ["name must be", "1 to 80 characters in one line"]),
+    ('name = "Test"', 'name = """Te\nst"""', ["name must be", "1 to 80 characters in one line"]),
     ('name = "A"', 'name = "A\\u001b"', ["string[A\\x1b].name", "1 to 20 characters in one line"]),
     (PICKUP, PICKUP + 'strings = ["A", "B"]\n', ["pickup[1].strings", '"B"', "this bass has A, G"]),
     (PICKUP, PICKUP + 'strings = ["A"]\n', ["pickup", "0 of them sense string G", "1 to 4"]),
     ("[[pickup]]\n" + PICKUP, 5 * ("[[pickup]]\n" + PICKUP), ["5 of them sense string A", "1 to 4"]),
-    (PICKUP, PICKUP + "strings = []\n", ["pickup[1].strings = []", '["E", "A"]']),
+    (PICKUP, PICKUP + "strings = []\n", ["pickup[1].strings must be", '["E", "A"]']),
     (PICKUP, PICKUP + 'strings = "A"\n', ["pickup[1].strings", '["E", "A"]']),
-    (PICKUP, PICKUP + 'strings = ["A", 3]\n', ["pickup[1].strings", "item 2, 3", "1 to 20 characters"]),
+    (PICKUP, PICKUP + 'strings = ["A", 3]\n', ["pickup[1].strings", "item 2", "1 to 20 characters"]),
 ]
 
 
@@ -318,8 +301,8 @@ def test_a_text_is_read_as_editors_and_powershell_write_it(
         (b"name = 1979-05-27T07:32:00Z\n", "characters"),
         (b"#" * 1_000_001, "at most 1000000"),
         (b'string = 3\nname = "x"\n', "[[string]] tables"),
-        (b'name = "x"\nneck = 3\n', "neck = 3"),
-        (b'name = "x"\nstring = [3]\n', "string[1] = 3"),
+        (b'name = "x"\nneck = 3\n', "neck must be a table"),
+        (b'name = "x"\nstring = [3]\n', "string[1] must be a table"),
         (b'name = "x"\nplayer = []\n[neck]\nscale_length = "1 m"\n', "string"),
         (b"\xef\xbb\xbfnmae = 1\n", "nearest: name"),
     ],
@@ -332,7 +315,7 @@ def test_file_error(tmp_path: Path, content: bytes, says: str) -> None:
     ("name", "says"),
     [
         ("jaz-finger", "nearest: jazz-finger"),
-        ("", "allowed: "),
+        ("", "there is "),
         ("no/such/file", "no such file"),
         ("nothing.toml", "no such file"),
         ("./", "is a directory"),
@@ -471,14 +454,7 @@ def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_shipped_names() -> None:
-    assert set(preset_names()) >= {
-        "paper-g",
-        "paper-bass",
-        "jazz-finger",
-        "precision-finger",
-        "slap",
-        "muted",
-    }
+    assert set(preset_names()) >= {"paper-g", "paper-bass", "jazz-finger", "precision-finger", "slap", "muted"}
 
 
 @pytest.mark.parametrize("name", preset_names())
@@ -517,7 +493,7 @@ def test_reference_has_each_key_once() -> None:
     rows = preset_reference().splitlines()[2:]
     assert len(rows) == len(KEYS)
     assert all(row.count("|") == 5 for row in rows)
-    assert "| `string.tension` | 5 N to 1000 N |" in preset_reference()
+    assert "| `string.tension` | from 5 N to 1000 N |" in preset_reference()
 
 
 def limits() -> list[Any]:

@@ -179,7 +179,7 @@ def test_level_by_key_and_by_option(tmp_path: Path, run: Run) -> None:
     cabinet = 'response = "cab.wav"'
     assert effects(cabinet) == effects(cabinet, 'response_level = "file"') == load_response(tmp_path / "cab.wav", False)
     assert effects(cabinet, 'response_level = "normalized"') == load_response(tmp_path / "cab.wav")
-    with pytest.raises(PresetError, match=r"effects.response_level = \"loud\": allowed: normalized or file"):
+    with pytest.raises(PresetError, match=r"effects.response_level must be normalized or file"):
         effects(cabinet, 'response_level = "loud"')
 
     def level(*arguments: object) -> float:
@@ -235,8 +235,8 @@ def test_a_preset_says_which_key_is_wrong(tmp_path: Path, run: Run) -> None:
     text = run("presets", "show", "jazz-finger")[1]
     for line, says in (
         ('response = "none.wav"', f"effects.response: {tmp_path}/none.wav: no such file"),
-        ("response = 3", "effects.response = 3: allowed: a sound file such as WAV of at most 1 s, 8000 to 192000 Hz"),
-        ("drive = 1.5", "effects.drive = 1.5: allowed: a number from 0 to 1"),
+        ("response = 3", "effects.response must be a sound file such as WAV of at most 1 s, 8000 to 192000 Hz"),
+        ("drive = 1.5", "effects.drive must be a number from 0 to 1"),
         ("gain = 1", "effects.gain: unknown key; "),
     ):
         preset.write_text(f"{text}\n[effects]\n{line}\n")

@@ -166,10 +166,7 @@ def test_the_second_polarisation_moves_as_the_first_without_frets() -> None:
     hands = [*FINGERS, dataclasses.replace(STOPS[0], path=landing(0.0, 1e-3))]
     played = play(rough(), hands, frets=False)
     assert played.across_m is not None and played.across_velocity_m_s is not None
-    for u, v in (
-        (played.displacement_m, played.across_m),
-        (played.velocity_m_s, played.across_velocity_m_s),
-    ):
+    for u, v in ((played.displacement_m, played.across_m), (played.velocity_m_s, played.across_velocity_m_s)):
         np.testing.assert_allclose(v, math.tan(0.6) * u, rtol=0, atol=1e-11 * np.abs(u).max())
 
 

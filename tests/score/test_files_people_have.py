@@ -5,21 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from support.smf import BASS, END, chunk, events, named, note_of, smf, struck, variable
+from support.smf import BASS, END, chunk, events, named, note_of, read, smf, struck, variable
 
 from livebass import tracknames
 from livebass.score.reading import ScoreError, read_parts, read_score
-from livebass.score.score import Score
 
 RATE = 48000
 LINE = (28, 33, 35, 40)  # E1 A1 B1 E2
 Rows = list[tuple[int, tuple[int, ...]]]
-
-
-def read(folder: Path, data: bytes, channel: str | int = "auto") -> Score:
-    path = folder / "song.mid"
-    path.write_bytes(data)
-    return read_score(path, RATE, channel)
 
 
 def line(channel: int, keys: tuple[int, ...] = LINE, program: int | None = None, start: int = 0) -> Rows:

@@ -15,7 +15,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.live.fake import FakeDevice
 from livebass.live.session import Session
-from livebass.live.settings import Summary
+from livebass.live.settings import Settings, Summary
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_message
 from livebass.score.score import Score
@@ -62,7 +62,7 @@ CLOCK = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_int, ctypes.POINTER(ctypes.c_int
 
 
 def address_of(clock: Any) -> int:
-    """The address of a clock, for `Synth.set_clock`."""
+    """The address of a clock, for a synth's clock."""
     return int(ctypes.cast(clock, ctypes.c_void_p).value or 0)
 
 
@@ -79,7 +79,7 @@ class Load:
     def __init__(self, synth: Synth) -> None:
         self.heavy, self._now = False, 0
         self._clock = CLOCK(self._tell)
-        synth.set_clock(address_of(self._clock))
+        synth.record["clock"] = address_of(self._clock)
 
     def _tell(self, _kind: int, spec: ctypes.POINTER(ctypes.c_int64)) -> int:  # type: ignore[valid-type]
         self._now += int(0.9 * 64 / RATE * 1e9) if self.heavy else 0
@@ -90,9 +90,14 @@ class Load:
 def run_ahead(synth: Synth, how: str) -> None:
     """Lets strings run ahead of the clock as far as possible ("far"), "never", or "as time allows"."""
     if how == "far":
-        synth.set_clock(address_of(stopped))
+        synth.record["clock"] = address_of(stopped)
     elif how == "never":
-        synth.set_clock(0)
+        synth.record["clock"] = 0
+
+
+def jack_session(preset: str, quality: Quality = QUICK, **more: Any) -> Session:
+    """A session of a preset through JACK, without the computer keyboard."""
+    return Session(Settings(load_preset(preset), quality, preset, backend="jack", keyboard=False, **more))
 
 
 def session_of(session: Session, play: Callable[[Synth], None]) -> Summary:

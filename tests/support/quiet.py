@@ -4,10 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from livebass import Instrument, load_preset
+from livebass import QUALITIES, Instrument, load_preset
+from livebass.engine.engine import Engine
 from livebass.units import OFF
 
 NOISES = ("skin_noise", "release_noise", "floor_noise")  # a slide may squeak: no other test hears it
+ENGINES: dict[str, Engine] = {}  # of basses without noise, by name
+
+
+def engine(preset: str = "jazz-finger") -> Engine:
+    """A new player of the preset without noise, at `live` and 48 kHz; operators are shared."""
+    if preset not in ENGINES:
+        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], 48000)
+    return ENGINES[preset].another()
 
 
 def without_noise(bass: str | Instrument, **player: float) -> Instrument:

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from livebass.score.reading import read_score
 from livebass.score.score import Score
 
 BASS = b"\x00\xc0\x21"  # at 0: channel 1 plays program 33, finger bass
 END = b"\x00\xff\x2f\x00"
+
+
+def read(folder: Path, data: bytes, channel: str | int = "auto", rate: int = 48000) -> Score:
+    """The score of a MIDI file with these bytes, written into `folder`."""
+    path = folder / "song.mid"
+    path.write_bytes(data)
+    return read_score(path, rate, channel)
 
 
 def chunk(name: bytes, data: bytes) -> bytes:

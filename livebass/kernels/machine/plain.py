@@ -72,24 +72,12 @@ def _array_at(kind: Any, address: int, shape: tuple[int, ...]) -> NDArray[Any]:
     return np.frombuffer(memory, kind).reshape(shape)
 
 
-def floats_at(address: int, count: int) -> NDArray[np.float64]:
-    """Returns `count` float64 at `address` as an array."""
-    return _array_at(np.float64, address, (count,))
+def _row_at(kind: Any) -> Callable[[int, int], NDArray[Any]]:
+    """Makes a function (address, count) -> array of `count` items of `kind`."""
+    return lambda address, count: _array_at(kind, address, (count,))
 
 
-def samples_at(address: int, count: int) -> NDArray[np.float32]:
-    """Returns `count` float32 at `address` as an array."""
-    return _array_at(np.float32, address, (count,))
-
-
-def words_at(address: int, count: int) -> NDArray[np.int64]:
-    """Returns `count` int64 at `address` as an array."""
-    return _array_at(np.int64, address, (count,))
-
-
-def bytes_at(address: int, count: int) -> NDArray[np.uint8]:
-    """Returns `count` uint8 at `address` as an array."""
-    return _array_at(np.uint8, address, (count,))
+floats_at, samples_at, words_at, bytes_at = map(_row_at, (np.float64, np.float32, np.int64, np.uint8))
 
 
 class Record(np.void):  # type: ignore[misc]  # numpy allows it
@@ -134,43 +122,26 @@ def record_at(dtype: np.dtype[Any]) -> Callable[[int], Any]:
     return lambda address: _array_at(kind, address, (1,))[0]
 
 
-def _c_function(address: int, result: Any, *arguments: Any) -> Any:
-    """Returns the C function at `address`."""
-    return ctypes.CFUNCTYPE(result, *arguments)(int(address))
-
-
 def nanoseconds(clock_gettime: int, clock: int) -> int:
     """Reads `clock` (ns); 0 if the address `clock_gettime` is 0."""
     return time.clock_gettime_ns(clock) if clock_gettime else 0
 
 
-def pointer_from(function: int, pointer: int, count: int) -> int:
-    """Calls void *function(void *pointer, uint32 count)."""
-    return _c_function(function, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32)(pointer, count & U32) or 0
+def _c_function(result: Any, *arguments: Any) -> Callable[..., int]:
+    """Makes a function (address, *arguments) -> result that calls a C function by its address."""
+
+    def call(address: int, *given: int) -> int:
+        masked = [int(x) & U32 if kind == ctypes.c_uint32 else int(x) for x, kind in zip(given, arguments, strict=True)]
+        return ctypes.CFUNCTYPE(result, *arguments)(int(address))(*masked) or 0
+
+    return call
 
 
-def count_from(function: int, pointer: int) -> int:
-    """Calls uint32 function(void *pointer)."""
-    return int(_c_function(function, ctypes.c_uint32, ctypes.c_void_p)(pointer))
-
-
-def wait_by(function: int, microseconds: int) -> int:
-    """Calls int function(uint32 microseconds)."""
-    return int(_c_function(function, ctypes.c_uint32, ctypes.c_uint32)(microseconds & U32))
-
-
-def status_from(function: int, target: int, pointer: int, index: int) -> int:
-    """Calls int function(void *target, void *pointer, uint32 index)."""
-    kinds = (ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32)
-    return int(_c_function(function, *kinds)(target, pointer, index & U32))
-
-
-def _call(function: int, *arguments: int) -> None:
-    """Calls void function(int64, ...)."""
-    _c_function(function, None, *[ctypes.c_int64] * len(arguments))(*map(int, arguments))
-
-
-call_2 = call_3 = call_4 = _call
+pointer_from = _c_function(ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32)
+count_from = _c_function(ctypes.c_uint32, ctypes.c_void_p)
+wait_by = _c_function(ctypes.c_uint32, ctypes.c_uint32)
+status_from = _c_function(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_uint32)
+call_2, call_3, call_4 = (_c_function(None, *[ctypes.c_int64] * count) for count in (2, 3, 4))
 
 
 def float_control() -> int:

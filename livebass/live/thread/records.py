@@ -7,25 +7,11 @@ to turn an address into a record or an array, and then reads fields.
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels.bass.records import (
-    EVENT_ROOM,
-    POLARISATIONS,
-    SOUND_RING,
-    VOICE_WORDS,
-    WORD,
-    ahead_at,
-)
+from livebass.kernels.bass.records import EVENT_ROOM, POLARISATIONS, SOUND_RING, VOICE_WORDS, WORD, ahead_at
 from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
-from livebass.kernels.string.records import (
-    EVENT,
-    MOST_ANSWERS,
-    OPERATOR,
-    SLOT_STATE,
-    STRING,
-    VOICE_SLOTS,
-)
+from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.techniques import PARAMETERS
 
 RINGS = 3  # of messages: from Python's threads, the score, and the audio thread's MIDI port

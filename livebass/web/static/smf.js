@@ -77,7 +77,7 @@ class ByteCursor {
       value = value << 7 | byte & 0x7f;
       if (byte < 0x80) return value;
     }
-    throw this.fail(`${what} longer than the 4 bytes allowed`, start);
+    throw this.fail(`${what} longer than 4 bytes`, start);
   }
 }
 

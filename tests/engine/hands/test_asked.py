@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.motion import mode_speeds
-from support.quiet import without_noise
+from support.quiet import engine
 
-from livebass import QUALITIES
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
@@ -17,15 +16,7 @@ RATE = 48000
 TAP, LEGATO, SLIDE = 2, 12, 4  # key switches
 ON_STRING = (16, 9, 14, 19)  # key switches of E, A, D and G
 OPEN = (28, 33, 38, 43)
-ENGINES: dict[str, Engine] = {}
 ACROSS = 1.3  # rad: a pluck along the frets
-
-
-def engine(preset: str = "jazz-finger") -> Engine:
-    """A new player of the preset, at `live`; operators are shared."""
-    if preset not in ENGINES:
-        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], RATE)
-    return ENGINES[preset].another()
 
 
 def press(player: Engine, *keys: tuple[int, int], status: int = 0x90) -> None:

@@ -5,29 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.motion import mode_speeds
-from support.quiet import without_noise
+from support.quiet import engine
 
-from livebass import QUALITIES, load_preset
+from livebass import load_preset
 from livebass.arrays import Floats
-from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, play_frames
 from livebass.kernels.player import fingering, touches
 from livebass.kernels.string.records import EVENT, PLUCK, TOUCH_EVENT
 from livebass.model.keymap import MODO
 
 RATE = 48000
-ENGINES: dict[str, Engine] = {}
 STRINGS = [("five-string", 0), *(("jazz-finger", i) for i in range(4))]
 NUMBERS = range(2, 7)
 MEASURED = 48  # modes
 SWITCHES = {(action, value): key for key, action, value in MODO.keys}
-
-
-def engine(preset: str) -> Engine:
-    """A new player of the preset, at `live`; operators are shared."""
-    if preset not in ENGINES:
-        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], RATE)
-    return ENGINES[preset].another()
 
 
 def speeds(string: Voice) -> Floats:

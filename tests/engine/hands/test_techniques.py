@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 import pytest
 from support.costs import of_each_kind
-from support.quiet import without_noise
+from support.quiet import ENGINES, engine, without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.arrays import Floats
@@ -20,7 +20,6 @@ from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, TOUCH_EVENT
 RATE = 48000
 LEGATO, HARMONIC, GHOST, PALM, TAP, SLIDE, VIBRATO = 12, 17, 10, 3, 2, 4, 6  # key switches
 Message = tuple[float, int, int, int]  # s, MIDI
-ENGINES: dict[str, Engine] = {}
 
 
 def on(when: float, key: int, velocity: int = 60) -> Message:
@@ -29,13 +28,6 @@ def on(when: float, key: int, velocity: int = 60) -> Message:
 
 def off(when: float, key: int, velocity: int = 64) -> Message:
     return when, 0x80, key, velocity
-
-
-def engine(preset: str) -> Engine:
-    """A new player of the preset, at `live`; operators are shared."""
-    if preset not in ENGINES:
-        ENGINES[preset] = Engine(without_noise(preset), QUALITIES["live"], RATE)
-    return ENGINES[preset].another()
 
 
 def play(

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from support.modal import third_octaves
 from support.quiet import without_noise
 from support.scores import in_blocks
 from support.strings import paper_g
@@ -127,16 +128,6 @@ def brute(trial: Trial, speed: float, place: float) -> Floats:
     return np.array(out)
 
 
-def third_octaves(motion: Floats) -> Floats:
-    """Levels of the velocity in third octaves from 63 Hz to 12.7 kHz, dB below the loudest, cut at -30."""
-    velocity = np.gradient(motion) * np.blackman(motion.size)
-    power, frequency = np.abs(np.fft.rfft(velocity)) ** 2, np.fft.rfftfreq(motion.size, 1 / RATE)
-    centres = 1000 * 2 ** (np.arange(-12, 12) / 3)
-    bands = [power[np.abs(np.log2(np.maximum(frequency, 1.0) / f)) <= 1 / 6].sum() for f in centres]
-    levels = 10 * np.log10(bands)
-    return np.asarray(np.maximum(levels - levels.max(), -30.0))
-
-
 def trial_of(
     preset: str, name: str, fret: int, count: int, rate: float, seconds: float, lossless: bool = False
 ) -> Trial:
@@ -175,7 +166,9 @@ def test_a_slap_is_that_of_brute_force(preset: str, name: str, fret: int, speed:
     error = np.abs(fast - slow)[:first].max() / np.abs(slow).max()
     assert error < 0.01, error
     if seconds >= 0.1:
-        apart = np.abs(third_octaves(fast) - third_octaves(slow)).mean()
+        levels = [third_octaves(np.gradient(motion), RATE) for motion in (fast, slow)]
+        one, other = (np.maximum(level - level.max(), -30.0) for level in levels)
+        apart = np.abs(one - other).mean()
         assert apart < 1.5, apart
 
 

@@ -116,7 +116,7 @@ def grazing_apex_of(engine: Engine) -> float:
 @pytest.mark.parametrize(
     "preset, player, says",
     [
-        ("jazz-finger", {"graze_action": "0 mm"}, "player.graze_action = \"0 mm\": allowed: 0.1 mm to 20 mm"),
+        ("jazz-finger", {"graze_action": "0 mm"}, "player.graze_action must be from 0.1 mm to 20 mm"),
         ("jazz-finger", {"graze_action": ["2 mm"]}, "player.graze_action: 1 values for 4 strings"),
         ("jazz-finger", {"graze_relief": "5 mm", "graze_action": "0.1 mm"}, "a fret of this neck stands"),
         ("jazz-finger", {"graze_heights": 1}, "unknown key"),
