@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import signal
 import subprocess
 import sys
@@ -14,9 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, command, song
+from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, small_files, song
+from support.costs import quick
 from support.engine import FakeEngine
 
+from livebass.compiling import library
 from livebass.files import OutputError, checked_place
 
 USAGE = [
@@ -204,24 +205,27 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
     process.stderr.close()
 
 
-def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    def small() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-
-    # The kernels' cache must exist first: its files exceed the limit.
-    warm = command("render", "--note", "G2", "--duration", "0.1", "-q", "live", "-o", tmp_path / "warm.wav")
-    assert warm.returncode == 0, warm.stderr
-    (tmp_path / "warm.wav").unlink()
-    done = command(
-        "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav",
-        preexec_fn=small,
-    )  # fmt: skip
-    assert_one_clear_line(done.returncode, done.stderr, (1,))
-    assert "File too large" in done.stderr and not list(tmp_path.iterdir())
+def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
+    library.library()  # The kernels' files exceed the limit.
+    with small_files():
+        status, _, err = run(
+            "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav"
+        )
+    assert_one_clear_line(status, err, (1,))
+    assert "File too large" in err and not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
-@pytest.mark.parametrize("again", [(), (0.05,), (0.002, 0.2, 0.1)])
+@pytest.mark.parametrize(
+    ("number", "status", "again"),
+    quick(
+        [
+            (number, status, again)
+            for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129))
+            for again in ((), (0.05,), (0.002, 0.2, 0.1))
+        ],
+        always=[(signal.SIGINT, 130, ()), (signal.SIGTERM, 143, (0.002, 0.2, 0.1)), (signal.SIGHUP, 129, ())],
+    ),
+)
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
     """Nor do several: more come `again` s after the first."""
     out = tmp_path / "long.wav"

@@ -157,7 +157,10 @@ def assert_hands_alone(preset: str, i: int, seconds: float, seed: int) -> tuple[
 
 @pytest.mark.parametrize(
     ("preset", "i"),
-    quick([("jazz-finger", 3), ("slap", 1), ("jazz-finger" + YIELDS, 3)], always=[("slap", 1), ("jazz-finger" + YIELDS, 3)]),
+    quick(
+        [("jazz-finger", 3), ("slap", 1), ("jazz-finger" + YIELDS, 3)],
+        always=[("slap", 1), ("jazz-finger" + YIELDS, 3)],
+    ),
 )
 def test_hands_alone_put_energy_into_a_string(preset: str, i: int) -> None:
     free, works = assert_hands_alone(preset, i, 0.4, 6)
