@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
-from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, song
+from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, small_files, song
+from support.costs import quick
 from support.engine import FakeEngine
 
+from livebass.compiling import library
 from livebass.files import OutputError, checked_place
 
 USAGE = [
@@ -200,8 +202,27 @@ def test_a_full_stdout_and_a_closed_pipe() -> None:
     process.stderr.close()
 
 
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
-@pytest.mark.parametrize("again", [(), (0.05,), (0.002, 0.2, 0.1)])
+def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
+    library.library()  # The kernels' files exceed the limit.
+    with small_files():
+        status, _, err = run(
+            "render", "--note", "G2", "--duration", "1", "-q", "live", "--stems", "-o", tmp_path / "a.wav"
+        )
+    assert_one_clear_line(status, err, (1,))
+    assert "File too large" in err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("number", "status", "again"),
+    quick(
+        [
+            (number, status, again)
+            for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129))
+            for again in ((), (0.05,), (0.002, 0.2, 0.1))
+        ],
+        always=[(signal.SIGINT, 130, ()), (signal.SIGTERM, 143, (0.002, 0.2, 0.1)), (signal.SIGHUP, 129, ())],
+    ),
+)
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
     """Nor do several: more come `again` s after the first."""
     out = tmp_path / "long.wav"

@@ -114,8 +114,10 @@ def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["render", "--help"], ["play", "--help"], ["--version"], ["presets", "list"]]
-)
+    "arguments",
+    [["--help"], *(pytest.param(a, marks=pytest.mark.slow) for a in (["render", "--help"], ["--version"])),
+     ["play", "--help"], ["presets", "list"]],
+)  # fmt: skip
 def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
     code = (
         "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"

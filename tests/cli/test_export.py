@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
 import socket
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from pathlib import Path
 
 import platformdirs
 import pytest
-from support.command import Run, assert_one_clear_line, cli_text, command
+from support.command import Run, assert_one_clear_line, cli_text, small_files
 
 from livebass import preset_names
 from livebass.compiling import store
@@ -260,19 +259,18 @@ def test_bad_instruments(run: Run, elsewhere: Path, arguments: list[str], says: 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_full_disk_leaves_nothing_and_the_older_bundle(run: Run, elsewhere: Path, kind: str) -> None:
-    def small() -> None:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
-
     assert run("export", kind, "-p", "slap")[0] == 0
     before = contents(elsewhere)
     for output in (".", "new"):
-        done = command("export", kind, "-p", "fretless", "-o", output, preexec_fn=small)
-        assert_one_clear_line(done.returncode, done.stderr, (1,))
-        assert f"{BUNDLES[kind]}" in done.stderr and "File too large" in done.stderr
+        with small_files():
+            status, _, err = run("export", kind, "-p", "fretless", "-o", output)
+        assert_one_clear_line(status, err, (1,))
+        assert f"{BUNDLES[kind]}" in err and "File too large" in err
         assert contents(elsewhere) == before and not (elsewhere / "new").exists()
-    done = command("export", "instrument", "fretless", "-o", "mine.lbass", preexec_fn=small)
-    assert_one_clear_line(done.returncode, done.stderr, (1,))
-    assert "mine.lbass" in done.stderr and contents(elsewhere) == before
+    with small_files():
+        status, _, err = run("export", "instrument", "fretless", "-o", "mine.lbass")
+    assert_one_clear_line(status, err, (1,))
+    assert "mine.lbass" in err and contents(elsewhere) == before
 
 
 def cut(data: bytes) -> bytes:

@@ -283,6 +283,7 @@ def test_controllers_explains_every_technique_and_controller(run: Run) -> None:
             assert any(re.match(rf"  controller .*\b{number}\b", line) and line.endswith(row.help) for line in lines)
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_readme_can_be_drawn(tmp_path: Path) -> None:
     line = [sys.executable, str(ROOT / "tools" / "soft_and_hard.py"), str(tmp_path / "a.png")]
     subprocess.run(line, check=True, timeout=300)

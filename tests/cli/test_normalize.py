@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import subprocess
-import sys
 import tracemalloc
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +16,7 @@ from support.engine import FakeEngine
 
 from livebass import loudness
 from livebass.arrays import Floats
+from livebass.cli import main as cli
 from livebass.engine import render
 from livebass.meter import LoudnessMeter
 
@@ -50,11 +49,13 @@ def test_no_peak_goes_beyond_the_ceiling(run: Run, tmp_path: Path, bits: str) ->
     assert err.endswith(": -3 LUFS would bring the peak beyond -1 dBFS\n")
 
 
-def test_a_pipe_and_all_presets(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
-    line = [sys.executable, "-m", "livebass", *NOTE, "--normalize", "-24", "--bits", "float", "-o", "-"]
-    done = subprocess.run(line, capture_output=True, check=False)
-    sound, rate = soundfile.read(io.BytesIO(done.stdout))
-    assert done.returncode == 0 and loudness(sound, rate) == pytest.approx(-24, abs=1e-4)
+def test_a_pipe(capfdbinary: pytest.CaptureFixture[bytes]) -> None:
+    assert cli.run([*NOTE, "--normalize", "-24", "--bits", "float", "-o", "-"]) == 0
+    sound, rate = soundfile.read(io.BytesIO(capfdbinary.readouterr().out))
+    assert loudness(sound, rate) == pytest.approx(-24, abs=1e-4)
+
+
+def test_all_presets(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
     status, _, err = run("render", "--all-presets", "d", "--normalize", "-40", "--bits", "float")
     assert status == 0
     for line, file in zip(err.splitlines(), sorted(Path("d").iterdir()), strict=True):

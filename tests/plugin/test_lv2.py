@@ -411,7 +411,7 @@ first = plugin.save()
 thread = threading.Thread(target=play)
 thread.start()
 name, (text, kind) = next((key, value) for key, value in first.items() if b"jazz-finger" in value[0])
-for k in range(60):
+for k in range(20):
     assert plugin.restore(first | {name: ((b"slap", b"jazz-finger")[k % 2] + b"\\0", kind)}) == 0
 ended.set()
 thread.join()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import resource
 import subprocess
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 Run = Callable[..., tuple[int, str, str]]  # arguments -> status, stdout, stderr
 
@@ -25,6 +27,17 @@ CHORD = b"".join(b"\x00\x90" + bytes([n, 100]) for n in range(128))
 def command(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
     line = [sys.executable, "-m", "livebass", *map(str, arguments)]
     return subprocess.run(line, capture_output=True, text=True, timeout=300, **options)  # type: ignore[call-overload, no-any-return]
+
+
+@contextmanager
+def small_files() -> Iterator[None]:
+    """No file of this process may exceed 20 kB, as on a full disk."""
+    usual = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, usual[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, usual)
 
 
 def assert_one_clear_line(status: int, err: str, allowed: tuple[int, ...] = (1, 2)) -> None:

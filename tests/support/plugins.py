@@ -88,15 +88,19 @@ def check_binary(file: Path) -> None:
     assert sorted(re.findall(r" [A-Z] (\w+)", listed.stdout)) == EXPORTED
 
 
+@functools.cache
 def hard_score(rate: int = RATE, notes: int = len(NOTES)) -> Score:
     """Hard notes on all strings, faster than they decay."""
     return score_of(NOTES[:notes], rate)
 
 
+@functools.cache
 def rendered(preset: str, score: Score, quality: str = "live", gain: float = 1.0, tail: float = TAIL) -> Floats:
     """The sound of `livebass render`, (strings, n) float32, without its faded end."""
     sound = render_to_array(load_preset(preset), score, QUALITIES[quality], tail=tail)
-    return (sound * gain).astype(np.float32)[:, : -round(FADE * score.rate)]
+    sound = (sound * gain).astype(np.float32)[:, : -round(FADE * score.rate)]
+    sound.flags.writeable = False  # kept for the next test
+    return sound
 
 
 def mono(preset: str, score: Score, quality: str = "live", gain: float = 1.0) -> Floats:

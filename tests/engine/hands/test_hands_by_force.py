@@ -103,7 +103,9 @@ def velocity(u: Floats) -> Floats:
     return np.diff(u, append=u[-1]) * RATE
 
 
-@pytest.mark.parametrize(("name", "fret"), [("G", 5), ("G", 12), ("E", 3), ("E", 12)])
+@pytest.mark.parametrize(
+    ("name", "fret"), quick([("G", 5), ("G", 12), ("E", 3), ("E", 12)], always=[("G", 12), ("E", 3)])
+)
 def test_a_hammer_on_and_a_pull_off_are_those_of_brute_force(name: str, fret: int) -> None:
     """Third octaves of the velocity in the first 100 ms of each, bands within 30 dB; required are 1.5 dB.
 
@@ -202,7 +204,10 @@ def difference(a: Floats, b: Floats) -> tuple[float, float]:
     return float(apart.mean()), float(apart.max())
 
 
-@pytest.mark.parametrize(("name", "fret", "apex", "part"), [("G", 5, 2.14e-3, 0.74), ("E", 3, 2.56e-3, 0.77)])
+@pytest.mark.parametrize(
+    ("name", "fret", "apex", "part"),
+    quick([("G", 5, 2.14e-3, 0.74), ("E", 3, 2.56e-3, 0.77)], always=[("E", 3, 2.56e-3, 0.77)]),
+)
 def test_a_pull_off_from_a_string_that_rattles_is_that_of_brute_force(
     name: str, fret: int, apex: float, part: float
 ) -> None:
@@ -228,7 +233,7 @@ def test_a_pull_off_from_the_hardest_pluck_is_that_of_brute_force_in_the_median(
     assert mean < null[0] + 0.5 and worst < null[1] + 1.5, (mean, worst, null)
 
 
-@pytest.mark.parametrize(("name", "fret"), [("G", 5), ("E", 3)])
+@pytest.mark.parametrize(("name", "fret"), quick([("G", 5), ("E", 3)], always=[("G", 5)]))
 def test_a_pull_off_from_a_stiff_string_is_that_of_brute_force_in_the_mean(name: str, fret: int) -> None:
     """The mean power of pull-offs at six moments: single ones are a decibel apart in either solver.
 
@@ -265,7 +270,7 @@ def node(length: float, number: int) -> list[tuple[float, float, float]]:
     ("name", "hand"),
     quick(
         [("E", "palm 80"), ("E", "palm 127"), ("G", "palm 127"), ("A", "ghost"), ("E", "node 2"), ("D", "node 5")],
-        always=[("E", "palm 80"), ("E", "palm 127"), ("A", "ghost"), ("D", "node 5")],
+        always=[("E", "palm 80"), ("A", "ghost"), ("D", "node 5")],
     ),
 )
 def test_fingers_are_those_of_brute_force(name: str, hand: str) -> None:

@@ -121,14 +121,14 @@ def dulled(hand: Hand, frets: tuple[int, ...] = FRETS) -> Floats:
     return np.array([centroid(x, hand.pull + 0.02) / centroid(x, hand.pull + 0.1) for x in sounds])
 
 
-@pytest.mark.parametrize("name", FINGERS)
+@pytest.mark.parametrize("name", of_each_kind(FINGERS))
 def test_notes_brighten_with_force(name: str) -> None:
     growth = grown(Hand(even(name)))
     assert (growth.min(axis=0) >= GROWTH).all(), f"{name}: {growth.min(axis=0).round(1)} dB, asked: {GROWTH}"
     assert (np.median(growth, axis=0) >= MEDIAN_GROWTH).all(), f"{name}: {np.median(growth, axis=0).round(1)} dB"
 
 
-@pytest.mark.parametrize("name", FINGERS)
+@pytest.mark.parametrize("name", of_each_kind(FINGERS))
 def test_hard_notes_dull_from_the_attack_on(name: str) -> None:
     """A cone, as in recordings: their losses on the frets let them rattle only for moments."""
     ratio = dulled(Hand(even(name)))
@@ -197,7 +197,7 @@ def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> 
     assert least >= click_of(name), f"{name}: {least:.1f} dB"
 
 
-@pytest.mark.parametrize("name", OVER_FRETS)
+@pytest.mark.parametrize("name", of_each_kind(OVER_FRETS))
 def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
     """On any string and fret, so it is not much louder than the loudest other note of the bass."""
     finger, pop = (Hand(even(name), stroke) for stroke in (FINGER, POP))
@@ -212,7 +212,7 @@ def test_a_pop_starts_no_higher_than_the_greatest_apex(name: str) -> None:
     assert over <= POP_OVER, f"{name}: {over:.1f} dB"
 
 
-@pytest.mark.parametrize("name", PLAYERS)
+@pytest.mark.parametrize("name", of_each_kind(PLAYERS))
 def test_the_centroid_rises_with_velocity_below_all_contact(name: str) -> None:
     hand = Hand(even(name))
     for i in range(len(hand.bass.strings)):
@@ -220,7 +220,7 @@ def test_the_centroid_rises_with_velocity_below_all_contact(name: str) -> None:
         assert all(soft < hard for soft, hard in pairwise(heard)), (i, heard)
 
 
-@pytest.mark.parametrize("name", POPPED)
+@pytest.mark.parametrize("name", of_each_kind(POPPED))
 def test_a_pop_hits_a_fret_within_a_half_period(name: str) -> None:
     """Half a period of the note, from the release on, not before. Softer pops clear all frets, high up first.
 

@@ -36,7 +36,7 @@ SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for h
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # laboratory strings, which nobody slaps
 SLAPPED = ("slap", "slap-impulse")
 # Always run: the preset's initial stroke, on one bass of each kind, and two others
-ALWAYS = {"own": KINDS, "pick": {"jazz-finger", "six-string"}, "thumb and pops": {"precision-finger", "muted"}}
+ALWAYS = {"own": KINDS, "pick": {"six-string"}, "thumb and pops": {"precision-finger"}}
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody plays an upright with a pick, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of thumb and pops; on a finger bass

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.costs import quick
 from support.scores import busy_score, in_blocks
 from support.strings import g_neck, g_string, losing, with_own_across
 
@@ -72,6 +73,7 @@ def test_the_engine_is_brute_force_over_a_board(name: str) -> None:
         assert np.abs(slow.across_m).max() > 1e-5
 
 
+@pytest.mark.slow
 def test_the_paper_s_resolution_over_its_fretless_board() -> None:
     """Brute force agrees at 8 MHz with 862 modes, over the first set of contacts."""
     asked = dataclasses.replace(paper_cases.CASES["fretless"].trial(), duration=4.2e-3)
@@ -83,7 +85,10 @@ def test_the_paper_s_resolution_over_its_fretless_board() -> None:
     assert np.abs(fast.displacement_m - slow.displacement_m).max() < 1e-9 * np.abs(slow.displacement_m).max()
 
 
-@pytest.mark.parametrize(("stiffness", "loss"), [(1e10, 0.0), (1e10, 10.0), (1e9, 30.0), (3e8, 50.0), (1e8, 1000.0)])
+@pytest.mark.parametrize(
+    ("stiffness", "loss"),
+    quick([(1e10, 0.0), (1e10, 10.0), (1e9, 30.0), (3e8, 50.0), (1e8, 1000.0)], always=[(1e10, 0.0), (3e8, 50.0)]),
+)
 def test_energy_never_rises_over_a_board(stiffness: float, loss: float) -> None:
     """Losses, friction and contact only take energy."""
     motion = solve(losing(trial(fretless(), 4e-3, 0.7), stiffness, loss), energy_every=1)

@@ -31,9 +31,9 @@ LOSSES = tuple(pair[:2] for pair in LEFT[1:-1])
 
 @pytest.mark.parametrize(("stiffness", "loss"), quick(LOSSES, [LOSSES[0], LOSSES[-1]]))
 def test_engine_and_brute_force_agree(stiffness: float, loss: float) -> None:
-    trial = losing(case_b(duration=0.04), stiffness, loss)
+    trial = losing(case_b(duration=0.015), stiffness, loss)
     assert assert_agree(trial, f"K {stiffness:g}, c {loss:g}"), "contact that loses is not chaotic"
-    slant = losing(oblique(case_b(duration=0.03), 0.7, 5e-3), stiffness, loss)
+    slant = losing(oblique(case_b(duration=0.012), 0.7, 5e-3), stiffness, loss)
     assert_agree(slant, f"K {stiffness:g}, c {loss:g}, oblique", least=0.5)
 
 
@@ -44,7 +44,7 @@ def random_losing_trial(seed: int) -> Trial:
     return losing(random_trial(seed, 0.02), stiffness, 10 ** rng.uniform(9, 11) / stiffness)
 
 
-@pytest.mark.parametrize("seed", quick(range(60), range(0, 10, 2)))
+@pytest.mark.parametrize("seed", quick(range(60), range(0, 10, 5)))
 def test_random_losses(seed: int) -> None:
     """With friction, and with an own law for v."""
     trial, rng = random_losing_trial(seed), np.random.default_rng(seed)
@@ -55,7 +55,7 @@ def test_random_losses(seed: int) -> None:
     assert_agree(trial, f"seed {seed}, v of its own", least=0.1, touches=False)
 
 
-@pytest.mark.parametrize(("stiffness", "loss", "left"), quick(LEFT, LEFT[::3]))
+@pytest.mark.parametrize(("stiffness", "loss", "left"), quick(LEFT, LEFT[::6]))
 def test_frets_only_take_energy(stiffness: float, loss: float, left: float) -> None:
     trial = losing(case_b(duration=0.08, lossless=True, contact_rate=4e6), stiffness, loss)
     motion = solve(trial, energy_every=1)
@@ -64,7 +64,7 @@ def test_frets_only_take_energy(stiffness: float, loss: float, left: float) -> N
     assert motion.energy_j[-1] / motion.energy_j[0] == pytest.approx(left, abs=0.02)
 
 
-@pytest.mark.parametrize("seed", quick(range(0, 40, 4), range(0, 40, 8)))
+@pytest.mark.parametrize("seed", quick(range(0, 40, 4), range(0, 40, 16)))
 def test_energy_never_rises_on_random_strings(seed: int) -> None:
     """Not even at the cut-off: a string that returns faster than the fret is free of it."""
     rng = np.random.default_rng(seed)
