@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.bench.jack import Lost, end_process, new_client, since, wait_for
+from livebass.bench.jack import Lost, LostFrames, end_process, new_client, wait_for
 from livebass.bench.measure import OtherLoad
 from livebass.live.jack import jack_server
 from livebass.live.presets import return_freed_memory
@@ -56,19 +56,6 @@ GROWTH = 20.0  # MB, allowed growth of memory
 # Lost frames allowed while playing, as a part of the time: MORE times the worse of the other phases, as the load of
 # other machines varies, plus SLACK. If these phases lose more than TELLING, the run is inconclusive.
 MORE, SLACK, TELLING = 1.5, 0.0002, 0.01
-
-
-class LostFrames:
-    """Counts the frames elapsed on the server of `client` since creation, and the ones that `synth` did not play."""
-
-    def __init__(self, client: Any, synth: Synth) -> None:
-        self._client, self._synth = client, synth
-        self._began, self._first = client.frame_time, synth.frame
-
-    def read(self) -> tuple[int, int]:
-        """Returns frames elapsed and frames lost; the latter to within a period, so it may be negative."""
-        passed = since(self._client.frame_time, self._began)
-        return passed, passed - (self._synth.frame - self._first)
 
 
 def endurance(seconds: float, seed: int, say: Say) -> bool:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from livebass.extras import install
 from livebass.live.guards import open_jack_client
+from livebass.live.synth import Synth
 
 HEARD, SILENT = 2e-6, 1e-6  # of full scale: the first sample of a soft pluck is above, a stopped string below
 WRAP = 1 << 32  # of JACK's frame times
@@ -88,6 +89,19 @@ def server() -> dict[str, Any]:
         }
     finally:
         client.close(ignore_errors=True)
+
+
+class LostFrames:
+    """Counts the frames elapsed on the server of `client` since creation, and the ones that `synth` did not play."""
+
+    def __init__(self, client: Any, synth: Synth) -> None:
+        self._client, self._synth = client, synth
+        self._began, self._first = client.frame_time, synth.frame
+
+    def read(self) -> tuple[int, int]:
+        """Returns frames elapsed and frames lost; the latter to within a period, so it may be negative."""
+        passed = since(self._client.frame_time, self._began)
+        return passed, passed - (self._synth.frame - self._first)
 
 
 class MidiProbe:
