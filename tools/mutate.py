@@ -129,7 +129,7 @@ def library(progress=processes.silent):  # noqa: F811
     found = _unswitched(progress)
     if not _switched:
         _switched.append(True)
-        address = found.address("choose_mutant")
+        address = found("choose_mutant")
         ctypes.CFUNCTYPE(None, ctypes.c_int64)(address)(int(os.environ.get("LIVEBASS_MUTANT", 0)))
     return found
 """

@@ -15,7 +15,7 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.desk import Desk
 from livebass.live.guards import call_with_timeout, open_jack_client
 from livebass.live.lost import OutputLost, one_line
-from livebass.live.synth import Synth
+from livebass.live.synth import Synth, touch
 from livebass.live.thread import callbacks
 from livebass.model.quality import BLOCK
 
@@ -77,6 +77,9 @@ class JackOutput:
         self.midi = self.client.midi_inports.register("midi_in")
         self.record = np.zeros(1, callbacks.JACK)
         ffi, lib, r, address = self._jack._ffi, self._jack._lib, self.record, self._address
+        self._sheets = np.zeros((2 + MOST_STRINGS, callbacks.MOST_FRAMES), np.float32)
+        touch(self._sheets)
+        r["sheets"] = self._sheets.ctypes.data
         r["synth"], r["outputs"] = self.synth.address, len(self.outputs)
         r["desk"] = self.synth.desk.address if self.synth.desk else 0
         r["get_buffer"] = address(lib.jack_port_get_buffer)

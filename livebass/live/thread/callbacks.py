@@ -23,6 +23,7 @@ from livebass.live.thread.ring import push_midi
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
 MOST_CHANNELS = 2
+MOST_FRAMES, SAMPLE = 8192, 4  # frames that a sheet holds: JACK's longest period; bytes of a sample
 
 PORTAUDIO = np.dtype(
     [
@@ -47,6 +48,7 @@ JACK = np.dtype(
         ("strings", "i8"),
         ("string", "i8", (MOST_STRINGS,)),  # ports of single strings
         ("click", "i8"),  # port of the metronome, 0: it plays in the outputs
+        ("sheets", "i8"),  # address of float32 (2 + MOST_STRINGS, MOST_FRAMES), zeros: what goes to the ports
         ("midi", "i8"),
         ("event", "i8", (3,)),  # room for a jack_midi_event_t: uint32 time, size_t size, pointer to the bytes
     ],
@@ -145,6 +147,44 @@ def read_midi(data, n):
         push_midi(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
 
 
+@jit
+def sheet(data, k):
+    """Address of the sound (0), of the metronome (1) or of string `k` - 2, float32 (MOST_FRAMES,)."""
+    return data.sheets + SAMPLE * MOST_FRAMES * k
+
+
+@jit
+def put(data, port, k, done, m, n):
+    """Copies `m` frames of sheet `k` to frame `done` of the `n` of a port.
+
+    It asks for the port's buffer only now: PipeWire 0.3 unmaps the buffers when the rate changes, even within a period.
+    """
+    buffer = pointer_from(data.get_buffer, port, n)
+    if buffer != 0:
+        out, ready = samples_at(buffer + SAMPLE * done, m), samples_at(sheet(data, k), m)
+        for j in range(m):
+            out[j] = ready[j]
+
+
+@jit
+def play_period(data, done, m, n):
+    """Plays `m` <= MOST_FRAMES of the period's `n` frames, from frame `done` on."""
+    synth = synth_at(data.synth)
+    for k in range(data.strings):
+        synth.apart[k] = sheet(data, 2 + k)
+    render(data.synth, data.desk, sheet(data, 0), m)
+    beats = samples_at(sheet(data, 1), m)
+    for j in range(m):
+        beats[j] = 0.0
+    click(data.synth, data.desk, sheet(data, 1 if data.click != 0 else 0), m)
+    for k in range(data.outputs):
+        put(data, data.output[k], 0, done, m, n)
+    for k in range(data.strings):
+        put(data, data.string[k], 2 + k, done, m, n)
+    if data.click != 0:
+        put(data, data.click, 1, done, m, n)
+
+
 @entry("int32(uint32, voidptr)")
 def jack(frames, arg):
     """A JackProcessCallback with `JACK` as argument."""
@@ -152,22 +192,9 @@ def jack(frames, arg):
     n = np.int64(frames)
     if data.midi != 0:
         read_midi(data, n)
-    synth = synth_at(data.synth)
-    for k in range(data.strings):
-        synth.apart[k] = pointer_from(data.get_buffer, data.string[k], n)
-    sound = pointer_from(data.get_buffer, data.output[0], n)
-    render(data.synth, data.desk, sound, n)
-    if data.click == 0:
-        click(data.synth, data.desk, sound, n)
-    else:
-        apart = pointer_from(data.get_buffer, data.click, n)
-        silent = samples_at(apart, n)
-        for j in range(n):
-            silent[j] = 0.0
-        click(data.synth, data.desk, apart, n)
-    first = samples_at(sound, n)
-    for k in range(1, data.outputs):
-        other = samples_at(pointer_from(data.get_buffer, data.output[k], n), n)
-        for j in range(n):
-            other[j] = first[j]
+    done: Any = 0
+    while done < n:
+        m = min(MOST_FRAMES, n - done)
+        play_period(data, done, m, n)
+        done += m
     return np.int32(0)
