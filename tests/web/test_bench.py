@@ -109,7 +109,7 @@ def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tm
 def test_firefox_makes_the_same_file(page: Any, tmp_path: Path) -> None:
     values = {"action": -0.9, "fret": 7, "fret_height": 0.12, "gauge": 10, "wear": 200, "pickup_2_place": 9.04}
     values |= {"pickup_1_height": -1, "neck_resonance": 7.14}
-    function, arguments = "(function () {" + MADE + "})", json.dumps(["jazz-finger", values])
+    function, arguments = "(function () {" + MADE + "})", json.dumps(["jazz-finger", values], sort_keys=True)
     with firefox(tmp_path / "profile") as driver:
         driver.get(page.home)
         ready = INSIDE + "(async () => { while (!player.ready) await new Promise(done => setTimeout(done, 20)); })()"
