@@ -95,6 +95,8 @@ def test_good(tmp_path: Path) -> None:
 
 STIFF = 'core_diameter = "2 mm"\nstiffness_ratio = 10\ncore_modulus = "500 GPa"'
 PICKUP = 'position = "90 mm"\n'
+B = "inharmonicity = 1e-4"
+NOTE = 'open_note = "A1"\nlinear_density = "23.88 g/m"\ntension = "215.5 N"'
 CHANGES = [  # text to replace in GOOD, its replacement, and the required message
     ('tension = "215.5 N"', 'tenson = "215.5 N"', ["string[A].tenson", "unknown key", "nearest: tension"]),
     ('technique = "pluck"', 'zzz = "pluck"', ["player.zzz", "unknown key", "technique", "rounding"]),
@@ -114,27 +116,23 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ('open_note = "A1"', 'open_note = "H1"', ["string[A].open_note", "H1", '"E1"']),
     ('open_note = "A1"', "open_note = 200", ["open_note = 200", "0 to 127"]),
     ('name = "G"', 'name = "a"', ["string[a].name", "two strings"]),
+    (NOTE, 'open_note = "A2"\nlinear_density = "5 g/m"', ["string[G].open_note", "lowest to the highest"]),
+    (B, 'inharmonicity = "1e-4"', ["inharmonicity", "a number from 0 to 0.01"]),
+    (B, "inharmonicity = true", ["inharmonicity must be", "a number from 0 to 0.01"]),
+    (B, "inharmonicity = nan", ["inharmonicity", "a number from 0 to 0.01"]),
+    (B, "", ["string[A].inharmonicity", "core_diameter"]),
+    (B, B + '\ncore_diameter = "0.5 mm"', ["give either"]),
+    (B, 'core_diameter = "3 mm"', ["core_diameter", "at most the diameter, 2.159 mm"]),
+    (B, STIFF, ["string[A].core_diameter", "gives B", "0.01"]),
+    (B, B + '\nlaw_fundamental = "65 Hz"', ["law_fundamental", "55 Hz would do"]),
     (
-        'open_note = "A1"\nlinear_density = "23.88 g/m"\ntension = "215.5 N"',
-        'open_note = "A2"\nlinear_density = "5 g/m"',
-        ["string[G].open_note", "lowest to the highest"],
-    ),
-    ("inharmonicity = 1e-4", 'inharmonicity = "1e-4"', ["inharmonicity", "a number from 0 to 0.01"]),
-    ("inharmonicity = 1e-4", "inharmonicity = true", ["inharmonicity must be", "a number from 0 to 0.01"]),
-    ("inharmonicity = 1e-4", "inharmonicity = nan", ["inharmonicity", "a number from 0 to 0.01"]),
-    ("inharmonicity = 1e-4", "", ["string[A].inharmonicity", "core_diameter"]),
-    ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\ncore_diameter = "0.5 mm"', ["give either"]),
-    ("inharmonicity = 1e-4", 'core_diameter = "3 mm"', ["core_diameter", "at most the diameter, 2.159 mm"]),
-    ("inharmonicity = 1e-4", STIFF, ["string[A].core_diameter", "gives B", "0.01"]),
-    ("inharmonicity = 1e-4", 'inharmonicity = 1e-4\nlaw_fundamental = "65 Hz"', ["law_fundamental", "55 Hz would do"]),
-    (
-        "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s"]',
+        B,
+        B + '\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s"]',
         ["measured_dampings", "1 for 2"],
     ),
     (
-        "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "50 Hz"]\nmeasured_dampings = ["1 /s", "1 /s"]',
+        B,
+        B + '\nmeasured_frequencies = ["55 Hz", "50 Hz"]\nmeasured_dampings = ["1 /s", "1 /s"]',
         ["measured_frequencies", "item 2", "ascend"],
     ),
     ('position = "90 mm"', 'position = "700 mm"', ["pickup[1].position", "700 mm", "the neck", "272 mm"]),
@@ -209,18 +207,14 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
     ),
     ('technique = "pluck"', "position_controller = 1.0", ["player.position_controller must be", "whole number"]),
     (
-        "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nextra_damping = "10000 /s"',
+        B,
+        B + '\nextra_damping = "10000 /s"',
         ['string[A].extra_damping = "10000 /s"', "mode 1 at fret 0", "critical", "allowed up to 7020 /s"],
     ),
+    (B, B + "\nextra_damping_slope = 1", ["string[A].extra_damping_slope = 1.0:", "allowed up to 0.99"]),
     (
-        "inharmonicity = 1e-4",
-        "inharmonicity = 1e-4\nextra_damping_slope = 1",
-        ["string[A].extra_damping_slope = 1.0:", "allowed up to 0.99"],
-    ),
-    (
-        "inharmonicity = 1e-4",
-        'inharmonicity = 1e-4\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s", "700 /s"]',
+        B,
+        B + '\nmeasured_frequencies = ["55 Hz", "110 Hz"]\nmeasured_dampings = ["1 /s", "700 /s"]',
         ['string[A].measured_dampings = "700 /s"', "item 2", "mode 2 at fret 0", "allowed up to 690 /s"],
     ),
     (
@@ -229,7 +223,7 @@ CHANGES = [  # text to replace in GOOD, its replacement, and the required messag
         ['neck.conductance_values = "3 m/s/N"', "critical", "allowed up to 1.3"],
     ),
     (
-        'open_note = "A1"\nlinear_density = "23.88 g/m"\ntension = "215.5 N"',
+        NOTE,
         'open_note = "A3"\nlinear_density = "23.88 g/m"',
         ["string[A].tension", "left out, and A3 needs 3448 N", "5 N to 1000 N"],
     ),
