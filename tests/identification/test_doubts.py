@@ -94,7 +94,7 @@ def test_round_tops_are_not_clipping(bits: int, level: float) -> None:
         assert clipped_tops(np.round(level * np.clip(slow, -0.7, 0.7) * steps) / steps).size > 80
 
 
-@pytest.mark.parametrize("given", [(), ("--string", "G")])
+@pytest.mark.parametrize("given", [pytest.param((), marks=pytest.mark.slow), ("--string", "G")])
 def test_another_note_after_it(run: Run, tmp_path: Path, given: tuple[str, ...]) -> None:
     save(tmp_path / "two.wav", np.concatenate([note(paper_g()), note(open_string("jazz-finger", "D"))]))
     figures = tmp_path / "two.json"
@@ -158,16 +158,17 @@ def test_no_doubt_about_the_partials_of_a_preset(preset: str) -> None:
 @pytest.mark.parametrize(
     ("preset", "string"),
     [
-        pytest.param(preset, string.name, marks=[] if (preset, string.name) in QUICK else [pytest.mark.slow])
-        for QUICK in [(("jazz-finger", "E"), ("muted", "G"))]
-        for preset in preset_names()
-        for string in load_preset(preset).strings
+        ("jazz-finger", "E"),
+        ("muted", "G"),
+        *(pytest.param(name, "", marks=pytest.mark.slow) for name in preset_names()),
     ],
 )
 def test_no_doubt_about_a_clean_note(tmp_path: Path, preset: str, string: str) -> None:
+    """On one string of a preset, or on all of them."""
     bass = load_preset(preset)
-    path = save(tmp_path / "note.wav", note(open_string(preset, string)))
-    assert identify([path], bass, string=string, modes=20, only_string=True).doubts == ()
+    for name in [string] if string else [s.name for s in bass.strings]:
+        path = save(tmp_path / "note.wav", note(open_string(preset, name)))
+        assert identify([path], bass, string=name, modes=20, only_string=True).doubts == ()
 
 
 @pytest.mark.slow

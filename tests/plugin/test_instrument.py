@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.costs import of_each_kind
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
@@ -59,7 +60,7 @@ def assert_same_pool(made: Pool, wanted: Pool) -> None:
         assert np.array_equal(made.records[name] - first, wanted.records[name] - places), name
 
 
-@pytest.mark.parametrize("preset", preset_names())
+@pytest.mark.parametrize("preset", of_each_kind(preset_names()))
 def test_the_file_makes_the_pool_of_the_engine(preset: str) -> None:
     """At the usual rate in each tier, at others in the light ones: bit for bit."""
     bass = load_preset(preset)

@@ -74,7 +74,7 @@ def test_energy_never_rises_with_friction(count: int, friction: float, speed: fl
 
 def test_oblique_pluck_of_the_paper_loses_v_at_the_frets() -> None:
     """Section 4.1.3: a pluck of 3.1 mm up and 2.2 mm across."""
-    trial = oblique(strings.case_b(duration=0.03), math.atan2(2.2, 3.1), math.hypot(2.2e-3, 3.1e-3))
+    trial = oblique(strings.case_b(duration=0.02), math.atan2(2.2, 3.1), math.hypot(2.2e-3, 3.1e-3))
     motion = solve(dataclasses.replace(trial, sensor_v=trial.speaking.length - 18e-3), energy_every=8)
     assert motion.energy_j is not None and motion.across_m is not None
     assert motion.contact_step.size > 50

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support import strings
+from support.costs import quick
 
 from livebass.arrays import Floats, Ints
 from livebass.model import modes
@@ -75,7 +76,7 @@ def test_energy_never_rises_with_losses(case_b: Motion) -> None:
     assert case_b.energy_j[-1] < 0.5 * case_b.energy_j[0]
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", quick(range(12), range(4)))
 def test_energy_never_rises_on_random_strings(seed: int) -> None:
     motion = solve(strings.random_trial(seed), energy_every=1)
     assert motion.energy_j is not None and motion.contact_step.size > 0
@@ -223,16 +224,16 @@ def losing(trial: Trial, loss: float) -> Trial:
 @pytest.mark.parametrize(
     "trial",
     [
-        strings.tiny(),
+        pytest.param(strings.tiny(), marks=pytest.mark.slow),
         strings.tiny(stiffness=1e9, duration=0.02),
         strings.tiny(stiffness=1e10, exponent=2.0),
-        strings.tiny(modes=9, duration=0.004),
+        pytest.param(strings.tiny(modes=9, duration=0.004), marks=pytest.mark.slow),
         strings.oblique(strings.tiny(), 0.7, 4e-3),
         losing(strings.tiny(), 0.1),
-        losing(strings.tiny(stiffness=1e9, duration=0.02), 3.0),
+        pytest.param(losing(strings.tiny(stiffness=1e9, duration=0.02), 3.0), marks=pytest.mark.slow),
         losing(strings.tiny(stiffness=1e8, duration=0.02), 100.0),
         losing(strings.tiny(stiffness=1e10, exponent=2.0), 10.0),
-        losing(strings.tiny(modes=9, stiffness=1e10, duration=0.004), 1.0),
+        pytest.param(losing(strings.tiny(modes=9, stiffness=1e10, duration=0.004), 1.0), marks=pytest.mark.slow),
     ],
     ids=[
         "hard", "soft", "square", "nine modes", "oblique", "hard, loses", "soft, loses", "lets go", "square, loses",

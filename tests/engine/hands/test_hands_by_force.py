@@ -325,7 +325,7 @@ def partial_levels(heard: Floats, s: Speaking) -> Floats:
 
 
 @pytest.mark.parametrize(
-    ("firm", "name"), quick(itertools.product([0.4, 2.4], "EADG"), always=[(0.4, "G"), (2.4, "G"), (2.4, "E")])
+    ("firm", "name"), quick(itertools.product([0.4, 2.4], "EADG"), always=[(0.4, "G"), (2.4, "E")])
 )
 def test_a_palm_is_that_of_a_continuous_string(name: str, firm: float) -> None:
     """Partials 1 to 8 in the 80 ms from 30, 150 and 500 ms on, within 50 dB of the loudest; required are 1.5 dB.

@@ -34,9 +34,8 @@ DULLING = 1.02, 3.5  # ... and of a typical note; in real basses 1.1 to 1.9
 CLICK, CLICK_NEAR = 8.0, 0.0
 PAPER = ("paper-g", "paper-bass", "paper-fretless")
 PLAYERS = sorted(set(preset_names()) - set(PAPER))  # the paper's finger is a wire, as narrow as a pick
-BASSES = {name: load_preset(name) for name in preset_names()}
-OVER_FRETS = [name for name, bass in BASSES.items() if not bass.over_board]
-POPPED = [name for name in OVER_FRETS if BASSES[name].player.stroke != "pick"]
+OVER_FRETS = sorted(set(preset_names()) - {"fretless", "paper-fretless", "upright"})
+POPPED = sorted(set(OVER_FRETS) - {"precision-pick", "short-scale"})  # a pick pops nothing
 POP_OVER = 10.0  # dB, at most, of the peak of a straight-up pop over the loudest finger note's, across
 FARTHER = 1.15  # factor, at least, by which a soft pop lifts the string above a finger's, where it can
 # dB of a note's fundamental 9 ms after a finger takes its string: in front of the bridge pickup, and by it, where the
@@ -147,7 +146,7 @@ def test_so_do_those_of_a_pick(name: str) -> None:
 
 def click_of(name: str) -> float:
     """The least click of a pick over the finger of a preset, dB."""
-    player = BASSES[name].player
+    player = load_preset(name).player
     return CLICK if player.pluck_position < NEAR and player.stroke == "finger" else CLICK_NEAR
 
 
@@ -359,10 +358,10 @@ def test_a_stroke_towards_the_neck_stays_above_the_frets() -> None:
 
 @pytest.mark.parametrize("name", PAPER)
 def test_the_papers_pluck_stays_a_triangle(name: str) -> None:
-    player = BASSES[name].player
+    player = load_preset(name).player
     assert (player.release_time, player.rounding_soft, player.release_speed) == (0, 0, 0)
     assert (player.nearer_when_hard, player.stroke) == (0, "finger")
-    events = Hand(BASSES[name]).strokes(0, 0, 30, 4)
+    events = Hand(load_preset(name)).strokes(0, 0, 30, 4)
     assert np.unique(events).size == 1 and events[0]["width"] == player.rounding and events[0]["seconds"] == 0
 
 
