@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 from livebass.bench.measured import waveform_rows, waveform_sentence
-from livebass.cli.messages import controllers, keys_text, meaning
+from livebass.cli.messages import keys_text, meaning
 from livebass.model.keymap import MODO
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
 
@@ -39,11 +39,6 @@ def technique_table() -> str:
     )
 
 
-def controller_table() -> str:
-    """The handbook's table of controllers."""
-    return table(("controller", "what it moves"), *controllers())
-
-
 def short_table() -> str:
     """README's table: keys and controllers of the techniques that have buttons on the page, in the default map."""
     rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS if button.symbol in TECHNIQUE_ROWS]
@@ -60,7 +55,7 @@ def waveform_table() -> str:
 
 TABLES = {
     "README.md": (short_table,),
-    "livebass/help/playing.md": (technique_table, controller_table),
+    "livebass/help/playing.md": (technique_table,),
     "livebass/help/cost.md": (waveform_table,),
 }
 SENTENCES = {"README.md": (waveform_sentence,)}  # one line each

@@ -213,14 +213,11 @@ def test_a_preset_that_a_page_shows_can_be_used(tmp_path: Path) -> None:
         assert load_preset(tmp_path / f"{number}.toml").strings
 
 
-def test_pages_name_every_preset_and_study() -> None:
-    from livebass.paper.figures.studies import STUDIES
+def test_the_page_on_presets_names_every_preset() -> None:
     from livebass.preset.load import laboratory_names, preset_names
 
     for name in preset_names() + laboratory_names():
         assert f"| `{name}` |" in handbook.page_text("presets")
-    rows = "".join(line for line in handbook.page_text("studies").splitlines() if line.startswith("| `"))
-    assert all(f"`{name}`" in rows for name in STUDIES)
 
 
 def test_the_first_screen_of_the_readme() -> None:
