@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,6 +30,7 @@ def own_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return place
 
 
+@cache
 def bass(preset: str = "muted", rate: int = RATE) -> LiveBass:
     return LiveBass(load_preset(preset), QUALITIES["studio"], rate)
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from support.hands import loaded
 from support.motion import mode_speeds
 from support.quiet import engine
 
-from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.engine.prepare import Voice, play_frames
 from livebass.kernels.player import fingering, touches
@@ -108,7 +108,7 @@ def test_the_finger_spares_the_harmonic(preset: str, i: int, number: int) -> Non
 
 def is_natural(preset: str, i: int, fret: int) -> bool:
     """True if that note is a natural harmonic of any string, which then replaces the artificial one."""
-    opens = [s.open_note for s in load_preset(preset).strings]
+    opens = [s.open_note for s in loaded(preset).strings]
     return any(opens[i] + fret - note in fingering.HARMONICS for note in opens)
 
 
