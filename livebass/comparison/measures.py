@@ -381,17 +381,16 @@ def _fundamental_later(note: _Note, rings: Ringing) -> dict[str, Any]:
     line = low[starts[:, None] + np.arange(n)] @ (_hann(n) * np.exp(-2j * math.pi * note.pitch * t))
     line *= np.exp(-2j * math.pi * note.pitch * starts / rate)
     middle = (starts + n / 2) / rate
-    found: dict[str, Any] = {}
-    inside = (middle > DRIFT[0]) & (middle < DRIFT[1])
-    turned = np.diff(np.unwrap(np.angle(line[inside]))) / (2 * math.pi * np.diff(middle[inside]))
-    found["drift"] = 1200 / math.log(2) * float(np.std(turned)) / note.pitch
     inside = (middle > DIP[0]) & (middle < DIP[1])
     level = 20 * np.log10(np.abs(line[inside]) + 1e-30)
     count = int(np.flatnonzero(level > level.max() - FADED)[-1]) + 1
-    level, seconds = level[:count], middle[inside][:count]
-    if seconds[-1] - seconds[0] < 0.6:
-        return found | {"dip": "the fundamental dies within 0.8 s"}
-    return found | {"dip": float((level - np.polyval(np.polyfit(seconds, level, 1), seconds)).min())}
+    level, seconds, line = level[:count], middle[inside][:count], line[inside][:count]
+    if seconds[-1] < 0.8:
+        raise _Unknown("the fundamental dies within 0.8 s")
+    off = level - np.polyval(np.polyfit(seconds, level, 1), seconds)
+    early = seconds < DRIFT[1]
+    frequency = np.diff(np.unwrap(np.angle(line[early]))) / (2 * math.pi * np.diff(seconds[early]))
+    return {"dip": float(off.min()), "drift": 1200 / math.log(2) * float(np.std(frequency)) / note.pitch}
 
 
 def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:

@@ -58,7 +58,7 @@ class Row:
 
     def shown(self, value: float) -> str:
         """Returns a value as shown in the table."""
-        return f"{value:.{self.digits}f}"
+        return f"{value:z.{self.digits}f}"
 
     def verdict(self, value: float, technique: str) -> str:
         """Returns "inside", or how far a value is above or below the range; "" without a range."""
