@@ -81,6 +81,19 @@ def test_takes_of_one_level_are_one_dynamic(tmp_path: Path) -> None:
     assert own["growth", "all"].reason == "one dynamic"
 
 
+def test_hard_notes_are_louder_than_soft_ones(tmp_path: Path) -> None:
+    """By level, and between partials, where white noise grows by 15 dB."""
+    rng = np.random.default_rng(1)
+    save(tmp_path, **{
+        name: tone(level_db=level) + 10 ** (noise / 20) * rng.normal(size=round(1.2 * RATE))
+        for name, level, noise in (("g_pp", -30, -75), ("g_mf", -20, -70), ("g_ff", -12, -60))
+    })  # fmt: skip
+    own = figures(basses("mine", measured([tmp_path]))[0])
+    assert own["level_span", "all"].value == pytest.approx(18, abs=0.2)
+    assert own["level_growth", "all"].value == pytest.approx(10, abs=0.2)
+    assert own["between_rise", "all"].value == pytest.approx(15, abs=2)
+
+
 def test_several_notes_in_a_file(tmp_path: Path) -> None:
     gap = np.zeros(RATE // 2)
     save(tmp_path, f=np.concatenate([gap, tone(55.0), gap, tone(98.0), gap]))
@@ -123,6 +136,8 @@ def test_the_notes_that_are_shipped() -> None:
     assert hard["high_100"] == pytest.approx(-16, abs=3) and hard["high_200"] == pytest.approx(-23, abs=3)
     assert 7 < own["t60_200", "all"].value < 11.5  # 7.5 s of stopped notes, 11 of the open E
     assert own["t60_800", "all"].value == pytest.approx(2.4, rel=0.15)
+    assert own["dip_90", "hard"].value < own["dip", "hard"].value < 0
+    assert own["returns_90", "hard"].value > own["returns", "hard"].value > 0
     inside = [row.verdict(own[row.key, row.when].value, "fingers") for row in ROWS if row.range_of("fingers")
               and not math.isnan(own.get((row.key, row.when), own["t60_ratio", "all"]).value)]  # fmt: skip
     assert inside.count("inside") > 0.6 * len(inside), inside
