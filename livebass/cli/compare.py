@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -18,6 +18,7 @@ from livebass.cli.options import (
     count_option,
     file_option,
     files_to_write,
+    flag,
     option,
     preset_option,
     seed_option,
@@ -29,11 +30,14 @@ from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
 from livebass.units import is_number, one_line
 
-TECHNIQUES = ("fingers", "pick", "slap", "pop")
+if TYPE_CHECKING:
+    from livebass.comparison.summary import Bass
+
+TECHNIQUES = ("fingers", "pick", "slap", "pop", "mute")
 GROUPS = {
     "Presets": "--preset --beside --quality --velocities --takes --seed",
     "Notes": "--technique",
-    "Results": "--output --json",
+    "Results": "--tell --output --json",
     "Help": "--help",
 }
 
@@ -48,7 +52,7 @@ def _velocities(text: str) -> tuple[int, ...]:
 
 
 @click.command(cls=GroupedCommand, groups=GROUPS)
-@click.argument("recordings", nargs=-1, required=True, type=PATH, metavar="REAL...")
+@click.argument("recordings", nargs=-1, type=PATH, metavar="[REAL...]")
 @preset_option("A preset that plays the same notes; repeatable.", "presets", multiple=True)
 @option(
     "--beside",
@@ -67,41 +71,86 @@ def _velocities(text: str) -> tuple[int, ...]:
 @seed_option()
 @option("--technique", click.Choice(TECHNIQUES), "Technique of all notes.  [default: by the file names, or fingers]")
 @file_option("-o --output", "Write a page with spectrograms, decays, bands and players.", metavar="PAGE.html")
+@flag("--tell", "Say how well each bass can be told from real ones, instead of comparing.")
 @file_option("--json json_file", "Write all figures, also for each note, as JSON.")
 def compare(
     recordings: tuple[Path, ...], presets: tuple[str, ...], beside: tuple[Path, ...], technique: str | None,
-    output: Path | None, json_file: Path | None, **how: Any,
+    tell: bool, output: Path | None, json_file: Path | None, **how: Any,
 ) -> None:  # fmt: skip
     """Compare notes of real basses with rendered notes.
 
     REAL are sound files of single notes, or folders of them: each folder is a bass, single files together are another.
     The command hears the pitch. Words in file and folder names tell the dynamics (pp p mp mf f ff, soft medium hard, v1
-    or v100, or a number that grows with the level), the technique (fingers, pick, slap, pop), whether the string is
-    open or stopped, and whether a file is the noise of a release. Without such words the level tells the dynamics.
+    or v100, or a number that grows with the level), the technique (fingers, pick, slap, pop, mute), whether the string
+    is open or stopped, and whether a file is the noise of a release. Without such words the level tells the dynamics.
 
-    Prints rows for attack, touch, pitch and decay: medians over the notes of each bass, beside the range of five real
-    basses, and whether they lie inside. Then prints distances between notes of the same pitch, from each bass to each
-    real bass; the differences within one bass give the scale. A dash marks a value that short or cut notes do not
-    show; the reason stands below the table.
+    Prints rows for attack, touch, pitch and decay: medians over the notes of each bass, beside the range of real basses
+    played with the same technique, and whether they lie inside. Then prints distances between notes of the same pitch,
+    from each bass to each real bass; the differences within one bass give the scale. A dash marks a value that short or
+    cut notes do not show; the reason stands below the table.
+
+    With --tell a small classifier learns to tell each bass from real ones, whose figures livebass knows, and prints how
+    well it does (AUC: 0.5 is chance, 1 certainty), how well it tells real basses from each other, and which figures
+    give the bass away first. REAL may be left out: presets then play notes of their own choice.
 
     \b
     Examples:
       livebass compare tests/comparison/recordings/growlybass --preset jazz-finger
       livebass compare my-bass other-bass --preset mine.toml --preset jazz-finger -o compared.html
       livebass compare my-bass --beside renders --json compared.json
+      livebass compare --tell --preset jazz-finger
     """
+    from livebass.comparison.comparing import Comparison
     from livebass.comparison.comparing import compare as compared
-    from livebass.comparison.notes import measured, rendered
-    from livebass.comparison.summary import Bass, basses
+    from livebass.comparison.notes import rendered
+    from livebass.comparison.summary import basses
+    from livebass.comparison.telling import example, telling
     from livebass.preset.load import load_preset
     from livebass.report.picture import check_plots
 
+    if not recordings and not tell:
+        raise click.UsageError("Missing argument 'REAL...'.")
+    if tell and not (recordings or beside or presets):
+        raise click.UsageError("--tell: name recordings, or a preset with -p")
+    if tell and output is not None:
+        raise click.UsageError("-o: --tell has no page; use --json")
     places = files_to_write({"--output": output, "--json": json_file}, (*recordings, *beside))
     if output is not None:
         if output.suffix.lower() not in (".html", ".htm"):
             raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
         check_plots("-o")
     loaded = [load_preset(name) for name in presets]
+    found, names = _recorded(recordings, beside, presets, technique)
+    if loaded:
+        have_kernels()
+        like = [note for bass in found if not bass.rendered for note in bass.notes] or example()
+        for name, preset in zip(presets, loaded, strict=True):
+            notes = rendered(preset, like, technique=technique, **how)
+            if not notes:
+                raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
+            found += basses(names[Path(name)], notes, rendered=True)
+    with shown_progress("telling" if tell else "measuring") as progress:
+        result = telling(found, progress) if tell else compared(found, progress)
+
+    def drawn() -> str:
+        from livebass.comparison.page import page
+
+        assert isinstance(result, Comparison)
+        return page(result)
+
+    write_results([(json_file, result.json), (output, drawn)], result.table())
+    notes_count = sum(len(bass.notes) for bass in found)
+    written = f" -> {', '.join(map(str, places))}" if places else ""
+    say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")
+
+
+def _recorded(
+    recordings: Sequence[Path], beside: Sequence[Path], presets: Sequence[str], technique: str | None
+) -> tuple[list[Bass], dict[Path, str]]:
+    """Returns the basses of recordings, and the names of all basses by folder, file or preset."""
+    from livebass.comparison.notes import measured
+    from livebass.comparison.summary import basses
+
     folders = [path for path in recordings if path.is_dir()]
     files = [path for path in recordings if not path.is_dir()]
     names = _names([*folders, *beside, *map(Path, presets)])
@@ -110,33 +159,14 @@ def compare(
     left_out: list[str] = []
     for name, paths in real:
         found += basses(name, measured(paths, technique, left_out))
-    if not found:
+    if recordings and not found:
         raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
     for path in beside:
         found += basses(names[path], measured([path], technique, left_out), rendered=True)
     if left_out:
         more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
         say(f"left out, as no note with a pitch is heard: {left_out[0]}{more}")
-    if loaded:
-        have_kernels()
-        like = [note for bass in found if not bass.rendered for note in bass.notes]
-        for name, preset in zip(presets, loaded, strict=True):
-            notes = rendered(preset, like, technique=technique, **how)
-            if not notes:
-                raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
-            found += basses(names[Path(name)], notes, rendered=True)
-    with shown_progress("measuring") as progress:
-        result = compared(found, progress)
-
-    def drawn() -> str:
-        from livebass.comparison.page import page
-
-        return page(result)
-
-    write_results([(json_file, result.json), (output, drawn)], result.table())
-    notes_count = sum(len(bass.notes) for bass in found)
-    written = f" -> {', '.join(map(str, places))}" if places else ""
-    say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")
+    return found, names
 
 
 def _names(paths: Sequence[Path]) -> dict[Path, str]:

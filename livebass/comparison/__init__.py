@@ -4,7 +4,9 @@
 preset:
 
     from livebass import QUALITIES, load_preset, render_to_array, single_note
-    from livebass.comparison import basses, distance, figures, measure, measured, outside, rendered, summary
+    from livebass.comparison import (
+        basses, distance, figures, measure, measured, outside, rendered, summary, telling
+    )
 
     preset = load_preset("jazz-finger")
     sound = render_to_array(preset, single_note(36, 127, 3.0, 48_000), QUALITIES["studio"]).sum(axis=0)
@@ -18,6 +20,7 @@ preset:
     summary(ours)["hard"]["centroid_20"]                        # median over the hardest notes; "soft", "v78" ...
     (bass,) = basses("mine", ours, rendered=True)               # one for each technique
     outside(figures(bass), bass.technique)                      # {("centroid_20", "hard"): 241.2, ...}, 0 inside
+    print(telling([bass]).table())                              # how well it can be told from real ones
     distance(ours[0].sound, real[0].sound, ours[0].rate, other_rate=real[0].rate)  # dB
 
 `livebass compare` prints all of it, through `comparing.compare`.
@@ -29,8 +32,9 @@ from livebass.comparison.measures import Measures, measure
 from livebass.comparison.notes import Note, measured, rendered
 from livebass.comparison.rows import ROWS, Row
 from livebass.comparison.summary import Bass, Figure, basses, figures, outside, summary
+from livebass.comparison.telling import telling
 
 __all__ = [
     "ROWS", "Bass", "Comparison", "Figure", "Measures", "Note", "Row", "basses", "compare", "distance", "figures",
-    "measure", "measured", "outside", "rendered", "summary",
+    "measure", "measured", "outside", "rendered", "summary", "telling",
 ]  # fmt: skip

@@ -26,6 +26,8 @@ class Compared:
 
     def figure(self, row: Row) -> Figure:
         """Returns its figure for a row."""
+        if not row.of(self.bass.technique):
+            return Figure(math.nan, f"only for {' and '.join(row.techniques)}")
         return self.figures.get((row.key, row.when)) or Figure(math.nan, reason(self.bass, row.when))
 
 
@@ -38,9 +40,9 @@ class Comparison:
     def table(self) -> str:
         """Returns the table: a line per row, two columns per bass, and the reasons for missing values."""
         reasons: list[str] = []
-        lines = [("", "", "unit", "five real", *(c for each in self.basses for c in (each.bass.title, "")))]
+        lines = [("", "", "unit", "real", *(c for each in self.basses for c in (each.bass.title, "")))]
         last = ""
-        for row in ROWS:
+        for row in self.rows():
             cells = [cell for each in self.basses for cell in self._cells(each, row, reasons)]
             if all(cell in ("", NOTHING) for cell in cells) and not any(
                 each.figure(row).reason for each in self.basses
@@ -55,7 +57,13 @@ class Comparison:
             text += ["", *(f"{NOTHING} ({_letter(k)})  {said}" for k, said in enumerate(reasons))]
         return "\n".join(line.rstrip() for line in text)
 
+    def rows(self) -> list[Row]:
+        """Returns the rows that apply to one of the basses."""
+        return [row for row in ROWS if any(row.of(each.bass.technique) for each in self.basses)]
+
     def _cells(self, each: Compared, row: Row, reasons: list[str]) -> tuple[str, str]:
+        if not row.of(each.bass.technique):
+            return "", ""
         figure = each.figure(row)
         if math.isnan(figure.value):
             said = f"{figure.reason} ({each.bass.title})"
@@ -65,12 +73,9 @@ class Comparison:
         return row.shown(figure.value), row.verdict(figure.value, each.bass.technique)
 
     def ranges(self, row: Row) -> str:
-        """Returns the range of five real basses for a row, as shown; several if techniques differ."""
+        """Returns the range of real basses for a row, as shown; several if techniques differ."""
         found = dict.fromkeys(row.range_of(each.bass.technique) for each in self.basses)
-        return " | ".join(
-            "" if r is None else row.shown(r.low) if r.low == r.high else f"{row.shown(r.low)} to {row.shown(r.high)}"
-            for r in found
-        ).strip(" |")
+        return " | ".join("" if r is None else f"{row.shown(r.low)} to {row.shown(r.high)}" for r in found).strip(" |")
 
     def _distances(self) -> list[str]:
         """Returns lines with the distance from each bass to each real one."""
@@ -135,7 +140,9 @@ def _row(each: Compared, row: Row) -> dict[str, Any]:
         "unit": row.unit,
         "value": figure.value,
         "reason": figure.reason or None,
-        "real": list(real) if real else None,
+        "real": [real.low, real.high] if real else None,
+        "real_basses": real.basses if real else 0,
+        "real_notes": real.notes if real else 0,
         "verdict": (row.verdict(figure.value, each.bass.technique) or None) if known else None,
     }
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -18,9 +19,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from livebass.analysis.sound import partial
-from livebass.arrays import Floats, Ints
+from livebass.arrays import Complexes, Floats, Ints
 from livebass.bounds import one_of, refusal, within
-from livebass.comparison.ringing import NO_RINGING, Ringing, partials, ringing
+from livebass.comparison.ringing import HIGHEST, NO_RINGING, Ringing, partials, ringing
 from livebass.comparison.ringing import OCTAVES as T60_OCTAVES
 from livebass.units import cents
 
@@ -43,11 +44,24 @@ STABLE, WILDEST = 15.0, 200.0  # cents: between halves of the steady part; of a 
 WAVER = (0.1, 0.6)  # s
 WAVERING = (5, 12)  # partials
 FRAME = 0.01  # s, for the level of a high band
+TURNING = 6  # periods in a window that follows the fundamental, at least 50 ms
+DIP, DRIFT = (0.15, 2.4), (0.15, 1.2)  # s, in which the fundamental dips and drifts
+FADED = 40.0  # dB below its loudest: there the fundamental is too faint to dip
+LINES, APART = (60.0, 700.0), 0.2  # Hz, of lines between partials; fundamentals from every partial
+RATTLING = (1500.0, 6000.0)  # Hz, the band that bends and returns
+BEND = ((0.03, 0.25), (0.5, 1.4))  # s, its early and late fall
+RETURN = (0.12, 1.5)  # s, in which it rises again
+BURST, BURST_HOP = 0.03, 0.01  # s, of a window on it
+FLOOR = 65.0  # dB below its loudest: fainter bursts count as that
+HISS, MUSIC = (10_000.0, 16_000.0), (30.0, 8000.0)  # Hz
+FALL = 20.0  # dB, by which a muted note falls
 
 LEVEL_KEYS = ("level_1s", "level_2s")
 BAND_KEYS = ("band_low", "band_300", "band_700", "band_1500", "band_3000")
 GLIDE_KEYS = tuple(f"glide_{when}" for when in ("early", "late"))
 NOISE_KEYS = ("between_200", "between_500", "between_1500")
+FUNDAMENTAL_KEYS = ("dip", "drift")
+BURST_KEYS = ("bend", "returns")
 HIGH_KEYS = ("high_100", "high_200", "high_400")
 T60_KEYS = tuple(f"t60_{low:.0f}" for low in T60_OCTAVES[:-1])
 SHARE_KEYS = tuple(f"octave_{middle:.0f}" for middle in OCTAVES)
@@ -102,6 +116,33 @@ class _Note:
         self.until(end)
         return self.sound[round(begin * self.rate) : round(end * self.rate)]
 
+    @cached_property
+    def spectrum(self) -> Complexes:
+        """The Fourier transform of the whole note, with at least 0.1 s of silence behind it."""
+        size = 1 << (self.sound.size + round(0.1 * self.rate) - 1).bit_length()
+        return np.asarray(np.fft.rfft(self.sound, size))
+
+    def band(self, low: float, high: float) -> tuple[Floats, float]:
+        """Returns the part from `low` to `high` Hz, (n,), and its rate, Hz: that of the note over a power of two."""
+        size = 2 * (self.spectrum.size - 1)
+        first, last = (min(math.ceil(edge * size / self.rate), size // 2) for edge in (low, high))
+        short = max(2, 1 << (2 * last).bit_length())  # more than two samples in a period of `high`
+        short = min(short, size)
+        kept = np.zeros(short // 2 + 1, np.complex128)
+        kept[first:last] = self.spectrum[first:last]
+        fewer = size // short
+        return np.fft.irfft(kept, short)[: math.ceil(self.sound.size / fewer)] / fewer, self.rate / fewer
+
+    @cached_property
+    def low(self) -> _Note:
+        """The note up to its sixteenth partial, at least 1 kHz, at a low rate."""
+        return self.below(max(1000.0, 16 * self.pitch))
+
+    def below(self, high: float) -> _Note:
+        """Returns the note up to `high` Hz, at a rate that holds it."""
+        sound, rate = self.band(0.0, high)
+        return replace(self, sound=sound, rate=rate)
+
     def around(self, middle: float, length: float) -> Floats:
         """Returns the samples of a window; 0 before the attack."""
         n = round(length * self.rate)
@@ -123,7 +164,10 @@ def measure(sound: ArrayLike, rate: float, pitch: float, only: Collection[str] |
     wanted = [(keys, function) for keys, function in PARTS if only is None or set(keys) & set(only)]
     note = _note(sound, rate, pitch)
     followed = any(function is _t60 for _, function in wanted)
-    rings = ringing(note.sound, rate, note.pitch, (note.numbers, note.partials)) if followed else NO_RINGING
+    rings = NO_RINGING
+    if followed:
+        fewer = note.below(HIGHEST + note.pitch)
+        rings = ringing(fewer.sound, fewer.rate, note.pitch, (note.numbers, note.partials))
     values: dict[str, float] = {}
     missing: dict[str, str] = {}
     for keys, function in wanted:
@@ -162,17 +206,21 @@ def _note(sound: ArrayLike, rate: float, pitch: float) -> _Note:
     samples = samples[start:]
     if samples.size < SHORTEST * rate:
         raise ValueError(f"{samples.size / rate:.3g} s of sound: at least {SHORTEST:g} s are needed")
-    refined = _refined(samples, rate, pitch)
-    return _Note(samples, float(rate), refined, begun, *partials(samples, rate, refined))
+    note = _Note(samples, float(rate), float(pitch), begun, np.zeros(0, np.int64), np.zeros(0))
+    refined = _refined(note.low)
+    numbers, found = partials(samples, rate, refined)
+    told = replace(note, pitch=refined, numbers=numbers, partials=found)
+    told.__dict__["spectrum"] = note.spectrum
+    return told
 
 
-def _refined(sound: Floats, rate: float, pitch: float) -> float:
-    """Returns the frequency of the fundamental (Hz) from 0.1 to 1 s, or `pitch` if none is found."""
-    piece = sound[round(0.1 * rate) : round(1.0 * rate)]
-    if piece.size * pitch < 8 * rate:
-        return pitch
-    found = partial(piece, rate, pitch)[0]
-    return found if abs(found / pitch - 1) < 0.04 else pitch
+def _refined(low: _Note) -> float:
+    """Returns the frequency of the fundamental (Hz) from 0.1 to 1 s, or the pitch of the note if none is found."""
+    piece = low.sound[round(0.1 * low.rate) : round(1.0 * low.rate)]
+    if piece.size * low.pitch < 8 * low.rate:
+        return low.pitch
+    found = partial(piece, low.rate, low.pitch)[0]
+    return found if abs(found / low.pitch - 1) < 0.04 else low.pitch
 
 
 def _db(power: float) -> float:
@@ -216,8 +264,15 @@ def _levels(note: _Note, rings: Ringing) -> dict[str, Any]:
     total = np.cumsum(np.concatenate([[0.0], note.sound**2]))
     mean = (total[n:] - total[:-n]) / n
     if not mean.size:
-        return found | dict.fromkeys(LEVEL_KEYS, "shorter than 50 ms")
+        return found | dict.fromkeys((*LEVEL_KEYS, "fall_time"), "shorter than 50 ms")
     top = int(np.argmax(mean[: round(PEAK * note.rate)]))
+    period = round(max(0.02, 1 / note.pitch) * note.rate)  # shorter than LEVEL, as a muted note may be
+    swift = total[period:] - total[:-period]
+    loudest = int(np.argmax(swift[: round(PEAK * note.rate)]))
+    fallen = swift[loudest:] < swift[loudest] * 10 ** (-FALL / 10)
+    found["fall_time"] = float(np.argmax(fallen)) / note.rate if fallen.any() else (
+        f"it falls by less than {FALL:g} dB in {note.sound.size / note.rate:.2g} s"
+    )  # fmt: skip
     for key, seconds in zip(LEVEL_KEYS, (1.0, 2.0), strict=True):
         k = top + round(seconds * note.rate)
         if k < mean.size and mean[k] > 0:
@@ -285,6 +340,7 @@ def _fundamental(note: _Note, rings: Ringing) -> dict[str, Any]:
 def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Cents of partials 1 to 5, early and late, relative to 0.8 to 1.5 s."""
     note.until(STEADY[1])
+    note = note.low
     each: dict[str, list[float]] = {key: [] for key in GLIDE_KEYS}
     half = (STEADY[0] + STEADY[1]) / 2
     step = 1.5 / note.pitch  # two thirds of the window are whole periods: its zeros lie on the other partials
@@ -312,12 +368,38 @@ def _glides(note: _Note, rings: Ringing) -> dict[str, Any]:
     return found
 
 
+def _fundamental_later(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Deepest dip of the fundamental off a straight decay, and how far its frequency strays.
+
+    In windows of six periods, whose zeros lie on the other partials, every 10 ms.
+    """
+    note.until(DRIFT[1])
+    low, rate = note.low.sound, note.low.rate
+    n = round(max(TURNING / note.pitch, 0.05) * rate)
+    starts = np.round(np.arange(0.0, (low.size - n) / rate, 0.01) * rate).astype(np.int64)
+    t = np.arange(n) / rate
+    line = low[starts[:, None] + np.arange(n)] @ (_hann(n) * np.exp(-2j * math.pi * note.pitch * t))
+    line *= np.exp(-2j * math.pi * note.pitch * starts / rate)
+    middle = (starts + n / 2) / rate
+    inside = (middle > DIP[0]) & (middle < DIP[1])
+    level = 20 * np.log10(np.abs(line[inside]) + 1e-30)
+    count = int(np.flatnonzero(level > level.max() - FADED)[-1]) + 1
+    level, seconds, line = level[:count], middle[inside][:count], line[inside][:count]
+    if seconds[-1] < 0.8:
+        raise _Unknown("the fundamental dies within 0.8 s")
+    off = level - np.polyval(np.polyfit(seconds, level, 1), seconds)
+    early = seconds < DRIFT[1]
+    frequency = np.diff(np.unwrap(np.angle(line[early]))) / (2 * math.pi * np.diff(seconds[early]))
+    return {"dip": float(off.min()), "drift": 1200 / math.log(2) * float(np.std(frequency)) / note.pitch}
+
+
 def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Median distance of the levels of partials 5 to 12 from a straight line over 0.1 to 0.6 s.
 
     In windows of eight periods, for partials 15 dB above the sound between partials.
     """
     note.until(WAVER[1])
+    note = note.low
     found = note.partials[(note.numbers >= WAVERING[0]) & (note.numbers <= WAVERING[1])]
     n = round(8 * note.rate / note.pitch)
     hop = max(1, n // 16)
@@ -342,7 +424,7 @@ def _wobble(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 
 def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
-    """Measures the sound between partials at 0.4 s, in three bands, relative to the whole note then."""
+    """Sound between partials at 0.4 s: in three bands relative to the whole note then, and its level in all three."""
     length = max(0.2, 12 / note.pitch)
     piece = note.around(0.4, length)
     nu, power = _spectrum(piece, note.rate, np.kaiser(piece.size, 12.0), 2.0)
@@ -354,7 +436,34 @@ def _between(note: _Note, rings: Ringing) -> dict[str, Any]:
         inside = free & (nu >= low) & (nu < high)
         density = float(np.median(power[inside])) if inside.any() else 0.0
         found[key] = 10 * math.log10(density * (high - low) / step / whole) if density > 0 else "no gap in it"
+    loud = 10 * math.log10(_power(piece))
+    known = [10 ** (found[key] / 10) for key in NOISE_KEYS if not isinstance(found[key], str)]
+    found["between_level"] = _db(sum(known)) + loud if len(known) == len(NOISE_KEYS) else "no gap in one of its bands"
     return found
+
+
+def _lines(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """The strongest line between partials from 60 to 700 Hz, 0.3 to 1.3 s, relative to the whole note then."""
+    note.until(1.3)
+    piece = note.low.part(0.3, 1.3)
+    window = np.kaiser(piece.size, 12.0)
+    nu, power = _spectrum(piece, note.low.rate, window)
+    free = (nu > LINES[0]) & (nu < LINES[1]) & _free(note, nu, APART)
+    free &= np.abs(nu / note.pitch - np.round(nu / note.pitch)) > APART
+    if not free.any():
+        raise _Unknown("no gap in it")
+    lobe = float(np.sum(window**2)) * 2 * (nu.size - 1) / float(np.sum(window)) ** 2  # bins that share a line's power
+    return {"lines": _db(float(power[free].max()) * lobe) - _db(float(power[nu > 0.5 * note.pitch].sum()))}
+
+
+def _hiss(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Level of 10 to 16 kHz from 0.4 to 0.6 s, relative to everything up to 8 kHz then."""
+    if HISS[1] > 0.47 * note.rate:
+        raise _Unknown(f"rate {note.rate:g} Hz: nothing is known up to {HISS[1]:g} Hz")
+    piece = note.part(0.4, 0.6)
+    nu, power = _spectrum(piece, note.rate, _hann(piece.size), 5.0)
+    noise, music = (float(power[(nu > low) & (nu < high)].sum()) for low, high in (HISS, MUSIC))
+    return {"hiss": _db(noise) - _db(music)}
 
 
 def _free(note: _Note, nu: Floats, near: float) -> NDArray[np.bool_]:
@@ -371,6 +480,7 @@ def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
     In a window of six periods, whose zeros lie on the partials.
     """
     note.attacked()
+    note = note.below(1.25 * 4000)
     n = round(AT_ONCE * note.rate / note.pitch)
     piece = note.around(max(0.05, AT_ONCE / 2 / note.pitch), n / note.rate)[:n]
     found = note.partials[(note.partials >= 500) & (note.partials < 4000)]
@@ -384,13 +494,35 @@ def _between_at_once(note: _Note, rings: Ringing) -> dict[str, Any]:
     return {"between_50ms": _db(float(np.mean(gaps))) - _db(float(np.mean(tones)))}
 
 
-def band(sound: Floats, rate: float, low: float, high: float) -> Floats:
-    """Returns the part of `sound` (n,) from `low` to `high` Hz, cut out of its Fourier transform: (n,)."""
-    size = 1 << (sound.size + round(0.1 * rate) - 1).bit_length()
-    spectrum = np.fft.rfft(sound, size)
-    nu = np.arange(spectrum.size) * rate / size
-    spectrum[(nu < low) | (nu >= high)] = 0.0
-    return np.asarray(np.fft.irfft(spectrum, size)[: sound.size])
+def _bursts(note: _Note, rings: Ringing) -> dict[str, Any]:
+    """Early against late fall of 1.5 to 6 kHz, and how far they rise again after 0.12 s."""
+    if RATTLING[1] > 0.45 * note.rate:
+        raise _Unknown(f"rate {note.rate:g} Hz: nothing is known up to {RATTLING[1]:g} Hz")
+    high, rate = note.band(*RATTLING)
+    total = np.cumsum(np.concatenate([[0.0], high**2]))
+    n = round(BURST * rate)
+    starts = np.arange(0.0, (high.size - n) / rate, BURST_HOP)
+    first = np.floor(starts * rate).astype(np.int64)
+    level = 10 * np.log10((total[first + n] - total[first]) / n + 1e-14)
+    found: dict[str, Any] = {}
+
+    def fall(begin: float, end: float) -> float:
+        note.until(end)
+        inside = (starts >= begin - 1e-9) & (starts < end - BURST)
+        return -float(np.polyfit(starts[inside], level[inside], 1)[0])
+
+    try:
+        note.attacked()
+        found["bend"] = fall(*BEND[0]) - fall(*BEND[1])
+    except _Unknown as reason:
+        found["bend"] = str(reason)
+    if starts[-1] < RETURN[0] + 0.5:
+        found["returns"] = f"{note.sound.size / note.rate:.2f} s long: {RETURN[0] + 0.55:.2g} s are needed"
+    else:
+        later = level[(starts >= RETURN[0] - 1e-9) & (starts < RETURN[1])]
+        later = np.maximum(later, level.max() - FLOOR)
+        found["returns"] = float((later - np.minimum.accumulate(later)).max())
+    return found
 
 
 def _peak(sound: Floats, rate: float) -> tuple[int, float]:
@@ -406,20 +538,20 @@ def _snap(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Prominence of 2 to 4 kHz at the attack: their peak over their level from 100 to 150 ms."""
     note.attacked()
     note.until(0.15)
-    high = band(note.sound, note.rate, 2000.0, 4000.0)
-    rest = high[round(0.1 * note.rate) : round(0.15 * note.rate)]
-    return {"snap": _db(_peak(high, note.rate)[1]) - _db(_power(rest))}
+    high, rate = note.band(2000.0, 4000.0)
+    rest = high[round(0.1 * rate) : round(0.15 * rate)]
+    return {"snap": _db(_peak(high, rate)[1]) - _db(_power(rest))}
 
 
 def _highs(note: _Note, rings: Ringing) -> dict[str, Any]:
     """Level of 2 to 8 kHz over 40 ms, 100, 200 and 400 ms after its peak."""
-    high = band(note.sound, note.rate, 2000.0, min(8000.0, 0.45 * note.rate))
-    k, peak = _peak(high, note.rate)
+    high, rate = note.band(2000.0, min(8000.0, 0.45 * note.rate))
+    k, peak = _peak(high, rate)
     found: dict[str, Any] = {}
     for key, later in zip(HIGH_KEYS, (0.1, 0.2, 0.4), strict=True):
-        begin, end = (k + round((later + side) * note.rate) for side in (-0.02, 0.02))
+        begin, end = (k + round((later + side) * rate) for side in (-0.02, 0.02))
         if end > high.size:
-            found[key] = f"{note.sound.size / note.rate:.2f} s long: {end / note.rate:.2g} s are needed"
+            found[key] = f"{note.sound.size / note.rate:.2f} s long: {end / rate:.2g} s are needed"
         else:
             found[key] = _db(_power(high[begin:end])) - _db(peak)
     return found
@@ -446,17 +578,22 @@ def _thump(note: _Note, rings: Ringing) -> dict[str, Any]:
 
 GLIDE_EACH = tuple(f"{key}_{j}" for key in GLIDE_KEYS for j in range(1, GLIDING + 1))
 PARTS = (
-    (("peak", "level", *LEVEL_KEYS), _levels),
+    (("peak", "level", *LEVEL_KEYS, "fall_time"), _levels),
     ((*T60_KEYS, "t60_scatter"), _t60),
     (("growth", *BAND_KEYS), _bands),
     (("centroid_20", "centroid_100", "centroid_fall"), _centroids),
     (("fundamental_fall",), _fundamental),
     ((*GLIDE_KEYS, *GLIDE_EACH), _glides),
+    (FUNDAMENTAL_KEYS, _fundamental_later),
     (("wobble",), _wobble),
-    (NOISE_KEYS, _between),
+    ((*NOISE_KEYS, "between_level"), _between),
+    (("lines",), _lines),
+    (("hiss",), _hiss),
     (("between_50ms",), _between_at_once),
     (("snap",), _snap),
     (HIGH_KEYS, _highs),
+    (BURST_KEYS, _bursts),
     (("thump", *SHARE_KEYS), _thump),
 )
-KEYS = frozenset(key for keys, _ in PARTS for key in keys)
+ORDER = tuple(key for keys, _ in PARTS for key in keys)
+KEYS = frozenset(ORDER)

@@ -1,9 +1,9 @@
 """Finds single notes: in recordings, by their pitch and the words in their names, or by rendering a preset.
 
 Words in the name of a file, and of the folders that contain it below the given one, tell its dynamic (pp p mp mf f
-ff, soft medium hard, v1 or v100, or a number that grows with the level), its technique (fingers, pick, slap, pop),
-whether the string is open or stopped, and other kinds of sound (release, scrape, and muted notes and harmonics, which
-are not compared). If no name tells the dynamic, the level does.
+ff, soft medium hard, v1 or v100, or a number that grows with the level), its technique (fingers, pick, slap, pop or
+mute), whether the string is open or stopped, and other kinds of sound (release, scrape, and dead notes and harmonics,
+which are not compared). If no name tells the dynamic, the level does.
 """
 
 from __future__ import annotations
@@ -41,11 +41,12 @@ TECHNIQUES = {
     "pick": "pick picked plectrum plec plek",
     "slap": "slap slapped thumb slp",
     "pop": "pop popped",
+    "mute": "mute muted mutes palm",  # with fingers or a pick
 }
 KINDS = {
     "release": "release rel releases noteoff",
     "scrape": "scrape scrapes squeak squeaks",
-    "other": "dead ghost mute muted palm harmonic harmonics",
+    "other": "dead ghost harmonic harmonics",
 }
 WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
 LOUDNESS = ("ppp", "pp", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "fff")  # from soft to hard
@@ -91,10 +92,10 @@ def measured(
 ) -> list[Note]:
     """Returns the notes of recordings, sound files or folders of them, each with `measures`.
 
-    technique: fingers, pick, slap or pop; by default taken from names, else fingers. A file may hold several notes of
-    one dynamic. Files of a folder without a pitched note are skipped, and named in `left_out`. Raises RecordingError,
-    one line with the name, for a file that cannot be read, for a folder without sound files and, if nothing else is
-    given, for a file without a pitched note.
+    technique: fingers, pick, slap, pop or mute; by default taken from names, else fingers. A file may hold several
+    notes of one dynamic. Files of a folder without a pitched note are skipped, and named in `left_out`. Raises
+    RecordingError, one line with the name, for a file that cannot be read, for a folder without sound files and, if
+    nothing else is given, for a file without a pitched note.
     """
     notes: list[Note] = []
     for each in paths:
@@ -134,7 +135,7 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     words = _words(told)
     known = [WORDS[w] for w in words if w in WORDS]
     kind = next((name for name in known if name in KINDS), "note")
-    played = technique or next((name for name in known if name in TECHNIQUES), USUAL)
+    played = technique or next((name for name in reversed(TECHNIQUES) if name in known), USUAL)
     last = _words(told[-1:])  # a folder may be called "f"
     dynamic = next((w for w in reversed(last) if w in LOUDNESS), "")
     layers = [m[1] for w in last if (m := LAYER.fullmatch(w))]

@@ -40,7 +40,7 @@ def page(comparison: Comparison) -> str:
         version=__version__, title=" beside ".join(names), names=names,
         figures=[{"png": base64.b64encode(png).decode(), "caption": caption} for png, caption in drawn],
         heard=heard, count=sum(len(c.bass.notes) for c in shown if not c.bass.rendered), most=listening.MOST,
-        rows=[_row(comparison, row) for row in ROWS],
+        rows=[_row(comparison, row) for row in comparison.rows()],
         distances=[
             (each.bass.title, title, NOTHING if math.isnan(f.value) else f"{f.value:.1f}")
             for each in comparison.basses for title, f in each.to_real
@@ -70,7 +70,7 @@ def _row(comparison: Comparison, row: Any) -> dict[str, Any]:
         found = each.figure(row)
         known = not math.isnan(found.value)
         cells.append({
-            "value": row.shown(found.value) if known else NOTHING,
+            "value": row.shown(found.value) if known else NOTHING if row.of(each.bass.technique) else "",
             "verdict": row.verdict(found.value, each.bass.technique) if known else "",
             "reason": found.reason,
         })  # fmt: skip
@@ -149,22 +149,22 @@ def _decays(shown: Sequence[Compared]) -> tuple[bytes, str]:
         middles = [low * math.sqrt(2) for low in OCTAVES[:-1]]
         t60 = [each.figures[f"t60_{low:.0f}", ALL].value for low in OCTAVES[:-1]]
         ax.plot(middles, t60, "o-", color=colour, label=shown_text(each.bass.title))
-    real = {row.key: row.real for row in ROWS}
+    real = {row.key: row.range_of(shown[0].bass.technique) for row in ROWS}
     for low, high in pairwise(OCTAVES):
         limits = real[f"t60_{low:.0f}"]
         if limits:
-            ax.fill_between([low, high], *limits, color="#888", alpha=0.2, linewidth=0)
+            ax.fill_between([low, high], limits.low, limits.high, color="#888", alpha=0.2, linewidth=0)
     ax.set(xscale="log", yscale="log", xlabel="Hz", ylabel="T60, s", xlim=(OCTAVES[0] / 1.5, OCTAVES[-1]))
     ax.set_ylim(0.3, 60)
     ax.grid(alpha=0.3, which="both")
     ax.legend(fontsize=8)
-    return image(drawn), "T60 of partials, and medians by octave; grey: five real basses"
+    return image(drawn), "T60 of partials, and medians by octave; grey: real basses"
 
 
 def _bands(shown: Sequence[Compared]) -> tuple[bytes, str]:
     drawn = figure(9.6, 3.8)
     place = np.arange(len(BAND_KEYS))
-    real = {(row.key, row.when): row.real for row in ROWS}
+    real = {(row.key, row.when): row.range_of(shown[0].bass.technique) for row in ROWS}
     for ax, when in zip(drawn.subplots(1, 2, sharey=True), (SOFT, HARD), strict=True):
         for colour, each in zip(COLOURS, shown, strict=False):
             values = [f.value if (f := each.figures.get((key, when))) else math.nan for key in BAND_KEYS]
@@ -172,10 +172,10 @@ def _bands(shown: Sequence[Compared]) -> tuple[bytes, str]:
         for k, key in enumerate(BAND_KEYS):
             limits = real[key, when]
             if limits:
-                ax.fill_between([k - 0.4, k + 0.4], *limits, color="#888", alpha=0.2, linewidth=0)
+                ax.fill_between([k - 0.4, k + 0.4], limits.low, limits.high, color="#888", alpha=0.2, linewidth=0)
         ax.set_title(f"{when} notes", fontsize=9)
         ax.set_xticks(place, BANDS, fontsize=7)
         ax.grid(alpha=0.3)
     drawn.axes[0].set_ylabel("dB re the fundamental")
     drawn.axes[0].legend(fontsize=8)
-    return image(drawn), "Bands over the fundamental in the first 0.3 s; grey: five real basses"
+    return image(drawn), "Bands over the fundamental in the first 0.3 s; grey: real basses"

@@ -52,19 +52,20 @@ def ringing(sound: Floats, rate: float, f0: float, known: tuple[Ints, Floats] | 
     frames = sound[starts[:, None] + np.arange(window)] * np.hanning(window + 1)[:-1]
     t = np.arange(window) / rate
 
-    def level(nu: Floats) -> Floats:
+    def level(frames: Floats, nu: Floats) -> Floats:
         """Returns the levels (frames, nu), dB."""
-        return np.asarray(20 * np.log10(np.abs(frames @ np.exp(-2j * math.pi * np.outer(t, nu))) + 1e-30))
+        turns = 2 * math.pi * np.outer(t, nu)
+        return np.asarray(20 * np.log10(np.hypot(frames @ np.cos(turns), frames @ np.sin(turns)) + 1e-30))
 
     if starts.size < 2:
         return NO_RINGING
-    tones, noise = level(found), level(found + f0 / 2)
+    tones, noise = level(frames, found), np.median(level(frames[-8:], found + f0 / 2), axis=0)
     kept: list[tuple[int, float, float, float]] = []
     for k in range(found.size):
         start = tones[0, k]
         if start < tones[0].max() - FAINTEST:
             continue
-        clear = (tones[:, k] > start - DOWN) & (tones[:, k] > np.median(noise[-8:, k]) + CLEAR)
+        clear = (tones[:, k] > start - DOWN) & (tones[:, k] > noise[k] + CLEAR)
         count = int(np.argmin(clear)) if not clear.all() else clear.size
         if (count - 1) * hop < SHORTEST * rate or count < 4:
             continue

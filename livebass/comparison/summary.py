@@ -19,6 +19,8 @@ from livebass.units import cents
 SAME = 50.0  # cents: notes of one pitch
 FEWEST = 3  # partials needed for a T60
 KNOCK = 0.3  # s that contain the peak of a release
+RELEASED = 20.0  # dB, by which a release falls
+EXTREME = {"dip": 10.0, "returns": 90.0}  # percentiles over notes, beside the median
 RATIO = (200.0, 1600.0)  # Hz, for T60 stopped / open
 
 
@@ -62,6 +64,7 @@ class Figure:
     reason: str = ""
 
 
+RELEASE_KEYS = ("knock", "knock_centroid", "release_time")
 Figures = dict[tuple[str, str], Figure]  # by key and SOFT, MEDIUM, HARD or ALL
 
 
@@ -112,15 +115,18 @@ def figures(bass: Bass) -> Figures:
         notes = bass.dynamic(when)
         if notes:
             found |= {(key, when): figure for key, figure in medians(notes).items()}
+            for key, percent in EXTREME.items():
+                told = [v for n in notes if not math.isnan(v := n.measures[key])]
+                found[f"{key}_90", when] = Figure(float(np.percentile(told, percent))) if told else found[key, when]
     of_all = {
-        **_t60(bass), "t60_scatter": medians(bass.notes)["t60_scatter"], **_growth(bass), **_takes(bass),
-        **_release(bass), "touch_distance": _touch(bass),
+        **_t60(bass), "t60_scatter": medians(bass.notes)["t60_scatter"], **_growth(bass), **_spans(bass),
+        **_takes(bass), **_release(bass), "touch_distance": _touch(bass),
     }  # fmt: skip
     return found | {(key, ALL): figure for key, figure in of_all.items()}
 
 
 def outside(found: Figures, technique: str) -> dict[tuple[str, str], float]:
-    """Returns the distance of figures from the range of five real basses, by key and when, in the unit of each row.
+    """Returns the distance of figures from the range of real basses, by key and when, in the unit of each row.
 
     Positive above, negative below, 0 inside; rows without a range or a value are left out.
     """
@@ -182,6 +188,18 @@ def _growth(bass: Bass) -> dict[str, Figure]:
     }
 
 
+def _spans(bass: Bass) -> dict[str, Figure]:
+    """How much hard notes are louder than soft ones at the same pitch, in all and between partials at 0.4 s."""
+    if len(bass.ranks) < 2:
+        alone = Figure(math.nan, "one dynamic")
+        return {"level_span": alone, "between_rise": alone}
+    pairs = [(a, b) for a in bass.dynamic(SOFT) for b in bass.dynamic(HARD) if _same(a, b)]
+    return {
+        name: _median((b.measures[key] - a.measures[key] for a, b in pairs), why="no pitch both soft and hard")
+        for name, key in (("level_span", "level"), ("between_rise", "between_level"))
+    }
+
+
 def same_pitch(a: float, b: float) -> bool:
     """Returns whether two pitches (Hz) belong to the same note."""
     return abs(cents(a / b)) < SAME
@@ -212,22 +230,36 @@ def _apart(pairs: Sequence[tuple[Note, Note]], seconds: float, why: str = "") ->
 
 
 def _release(bass: Bass) -> dict[str, Figure]:
-    """Peak of a release relative to its note after 1 s, and the centroid of the release."""
+    """Peak of a release relative to its note after 1 s, its centroid, and the time in which it falls by 20 dB."""
     if not bass.releases:
-        none = Figure(math.nan, "no release is among the recordings")
-        return {"knock": none, "knock_centroid": none}
-    over, middle = [], []
+        return dict.fromkeys(RELEASE_KEYS, Figure(math.nan, "no release is among the recordings"))
+    over, middle, time = [], [], []
     for release in bass.releases:
         alike = [n for n in bass.notes if n.place == release.place] or list(bass.notes)
         alike = [n for n in alike if n.dynamic == release.dynamic] or alike
         rest = [_peak(n, 1.0, 1.1) for n in alike if n.sound.size > 1.2 * n.rate]
         part = release.sound[: round(KNOCK * release.rate)]
         loud = float(np.abs(part).max(initial=0.0))
-        if rest and loud > 0:
+        if not loud > 0:
+            continue
+        time.append(_falls(release))
+        power = np.abs(np.fft.rfft(part * np.hanning(2 * part.size)[part.size :])) ** 2
+        middle.append(float(power @ np.arange(power.size) * release.rate / part.size / power.sum()))
+        if rest:
             over.append(20 * math.log10(loud) - float(np.median(rest)))
-            power = np.abs(np.fft.rfft(part * np.hanning(2 * part.size)[part.size :])) ** 2
-            middle.append(float(power @ np.arange(power.size) * release.rate / part.size / power.sum()))
-    return {"knock": _median(over, why="no note of 1.2 s"), "knock_centroid": _median(middle, why="no note of 1.2 s")}
+    values = {"knock": over, "knock_centroid": middle, "release_time": time}
+    why = {"knock": "no note of 1.2 s", "knock_centroid": "silent releases", "release_time": "cut releases"}
+    return {key: _median(values[key], why=why[key]) for key in RELEASE_KEYS}
+
+
+def _falls(release: Note) -> float:
+    """Returns the time (ms) from the peak of a release until it stays 20 dB below; NaN if it is cut before."""
+    n = max(1, round(0.01 * release.rate))
+    total = np.cumsum(np.concatenate([[0.0], release.sound**2]))
+    power = total[n:] - total[:-n]
+    top = int(np.argmax(power[: round(KNOCK * release.rate)]))
+    last = int(np.flatnonzero(power[top:] >= power[top] * 10 ** (-RELEASED / 10))[-1])
+    return 1000 * last / release.rate if top + last + 1 < power.size else math.nan
 
 
 def _peak(note: Note, begin: float, end: float) -> float:

@@ -84,6 +84,68 @@ def test_beats_are_wobble() -> None:
     assert measure(note(130.8), RATE, 130.8)["wobble"] < 0.05
 
 
+def test_a_dip_of_the_fundamental() -> None:
+    """It is told where the fundamental alone dips, by how much, and not where it swells or the others dip."""
+
+    def dipping(number: int, depth: float) -> Callable[[int, Floats], Floats]:
+        return lambda j, t: np.where(j == number, 10 ** (depth / 20 * np.exp(-(((t - 0.9) / 0.12) ** 2))), 1.0)
+
+    deep, swell, other = (
+        measure(note(level=dipping(number, depth)), RATE, F0) for number, depth in ((1, -12.0), (1, 12.0), (2, -12.0))
+    )
+    assert deep["dip"] == pytest.approx(-10, abs=2) and -5 < swell["dip"] < -1 and other["dip"] > -0.2
+    assert measure(note(), RATE, F0)["dip"] > -0.05
+
+
+def test_drift_of_the_fundamental() -> None:
+    """A frequency that sways by 5 cents to either side strays by 5 / sqrt(2); one that stands, by nothing."""
+    swaying = measure(note(cents=lambda t: 5 * np.sin(2 * math.pi * 3 * t)), RATE, F0)
+    assert swaying["drift"] == pytest.approx(5 / math.sqrt(2), rel=0.15)
+    assert measure(note(), RATE, F0)["drift"] < 0.05
+
+
+def test_lines_between_partials() -> None:
+    """Another string at -40 dB of the note's power is a line of -40 dB; no line is far below."""
+    sound = note(t60=60.0)
+    power = np.mean(sound[round(0.3 * RATE) : round(1.3 * RATE)] ** 2)
+    line = math.sqrt(2 * power * 1e-4) * np.sin(2 * math.pi * 98 * TIME)
+    assert measure(sound + line, RATE, F0)["lines"] == pytest.approx(-40, abs=1)
+    assert measure(sound, RATE, F0)["lines"] < -80
+
+
+def test_hiss() -> None:
+    """White noise of -40 dB of the note's power has 6 of 22.05 kHz of it from 10 to 16 kHz."""
+    sound = note(t60=60.0)
+    power = np.mean(sound[round(0.4 * RATE) : round(0.6 * RATE)] ** 2)
+    noise = math.sqrt(power * 1e-4) * np.random.default_rng(7).normal(size=sound.size)
+    assert measure(sound + noise, RATE, F0)["hiss"] == pytest.approx(-40 + 10 * math.log10(6 / 22.05), abs=1)
+    assert "nothing is known" in measure(sound[::2], RATE / 2, F0).missing["hiss"]
+
+
+def highs(decay: Callable[[Floats], Floats]) -> Floats:
+    """A note with noise whose level over time is `decay`, dB."""
+    noise = np.random.default_rng(2).normal(size=TIME.size)
+    return 1e-2 * noise * 10 ** (decay(TIME) / 20) + 1e-3 * note(130.8, count=8)
+
+
+def test_highs_that_bend_and_return() -> None:
+    """80 dB/s until 0.4 s and 10 dB/s later bend by 70; the reverse by -70; a burst of 15 dB returns by 15."""
+    falls = highs(lambda t: -80 * np.minimum(t, 0.4) - 10 * np.maximum(t - 0.4, 0))
+    rests = highs(lambda t: -10 * np.minimum(t, 0.4) - 30 * np.maximum(t - 0.4, 0))
+    assert measure(falls, RATE, 130.8)["bend"] == pytest.approx(70, abs=6)
+    assert measure(rests, RATE, 130.8)["bend"] == pytest.approx(-20, abs=6)
+    burst = highs(lambda t: -20 * t + 15 * ((t > 0.5) & (t < 0.6)))
+    again, still = measure(burst, RATE, 130.8), measure(highs(lambda t: -20 * t), RATE, 130.8)
+    assert again["returns"] == pytest.approx(15, abs=3) and still["returns"] < 4
+    assert measure(highs(lambda t: -20 * t - 15 * ((t > 0.5) & (t < 0.6))), RATE, 130.8)["returns"] > 11  # from a gap
+
+
+def test_a_muted_note_falls() -> None:
+    """A T60 of 0.6 s is 20 dB in 0.2 s."""
+    assert measure(note(t60=0.6, count=6), RATE, F0)["fall_time"] == pytest.approx(0.2, abs=0.02)
+    assert "less than 20 dB" in measure(note(t60=30.0), RATE, F0).missing["fall_time"]
+
+
 def test_noise_between_partials() -> None:
     """White noise: each band has its share, whatever the partials; a clean note stays below a floor."""
     rng = np.random.default_rng(1)
@@ -95,6 +157,8 @@ def test_noise_between_partials() -> None:
         expected = -60 + 10 * math.log10(width / (RATE / 2)) - power
         assert found[key] == pytest.approx(expected, abs=2.5), key
         assert quiet[key] < found[key] - 10, key
+    louder = measure(2 * (clean + noise), RATE, 130.8)
+    assert louder["between_level"] - found["between_level"] == pytest.approx(20 * math.log10(2), abs=1e-6)
     assert quiet["between_50ms"] < -40
     rattling = clean + 0.3 * rng.normal(size=clean.size) * np.exp(-TIME / 0.2)
     assert measure(rattling, RATE, 130.8)["between_50ms"] > -10
