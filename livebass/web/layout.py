@@ -18,23 +18,11 @@ from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.effects.response import cut_response
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST_STRINGS, PERFORMER
-from livebass.kernels.string import frets
+from livebass.kernels.string import frets, records
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import DONE
-from livebass.kernels.string.records import (
-    CONTACT,
-    EVENT,
-    HAMMER,
-    LINE,
-    OPERATOR,
-    PLUCK,
-    PULL_OFF,
-    STRIKE_EVENT,
-    STRING,
-    THROW,
-    VOICE,
-)
+from livebass.kernels.string.records import CONTACT, EVENT, LINE, OPERATOR, STRING, VOICE
 from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
@@ -51,9 +39,9 @@ NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
-    "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "PLUCK": PLUCK, "STRIKE_EVENT": STRIKE_EVENT,
-    "THROW": THROW, "HAMMER": HAMMER, "PULL_OFF": PULL_OFF, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
+    "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY,
+    **{kind: getattr(records, kind) for kind in ("PLUCK", "STRIKE_EVENT", "THROW", "HAMMER", "PULL_OFF")},
 }  # fmt: skip
 # For each way to play: its switch, if any; the performer's field that its controller moves, if any; and whether that
 # field belongs to a channel

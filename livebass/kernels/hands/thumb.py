@@ -70,9 +70,7 @@ def approach_string(slot, op):
         return
     fit_thumb(slot, op)
     t.height = modal.displacement_under(slot.u, slot.thumb_modes, slot.thumb_shape)
-    t.energy = 0.0
-    t.force = 0.0
-    t.pushed = 0.0
+    t.energy = t.force = t.pushed = 0.0
     t.on = THERE
     slot.safety = SAFETY_STRUCK
 

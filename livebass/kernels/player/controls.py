@@ -9,7 +9,7 @@ from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.player.channels import follows, leading
 from livebass.kernels.player.constants import FINGER, KEYS, PICK, POP
-from livebass.kernels.player.events import send_blend
+from livebass.kernels.player.events import send_value_to_all
 from livebass.kernels.player.expression import follow_wheel, send_bends, send_gains, send_vibratos
 from livebass.kernels.player.fingering import HAND_SPAN, move_hand, note_range, string_called
 from livebass.kernels.player.notes import cut_string, forget_keys, release_all_notes, stop_pedalled, stop_string
@@ -25,6 +25,7 @@ from livebass.kernels.player.performer import (
     performer_at,
 )
 from livebass.kernels.player.touches import touch_palms
+from livebass.kernels.string.records import BLEND
 from livebass.techniques import (
     ACTIONS,
     BEND_STARTS,
@@ -103,18 +104,15 @@ def use_function(p, ops, channel, what, value):
     if what == CC_PLACE:
         p.position = p.player.pluck_nearest + (p.player.pluck_farthest - p.player.pluck_nearest) * value / 127.0
     elif what == CC_VOLUME:
-        own.volume = value / 127.0
-        bass.volume = own.volume
+        own.volume = bass.volume = value / 127.0
         send_gains(p, channel)
     elif what == CC_EXPRESSION:
-        own.expression = value / 127.0
-        bass.expression = own.expression
+        own.expression = bass.expression = value / 127.0
         send_gains(p, channel)
     elif what == CC_LET_RING:
         set_pedal(p, channel, value)
     elif what == CC_VIBRATO:
-        own.vibrato = value / 127.0
-        bass.vibrato = own.vibrato
+        own.vibrato = bass.vibrato = value / 127.0
         send_vibratos(p, channel)
     elif what == CC_PALM:
         controls.palm = value / 127.0
@@ -132,8 +130,7 @@ def use_function(p, ops, channel, what, value):
         move_hand(p, 1 + value * (p.frets - HAND_SPAN - 1) // 127)
     elif what == CC_BLEND:
         controls.blend = (value - 64) / 64.0 if value < 64 else (value - 64) / 63.0
-        for i in range(p.strings):
-            send_blend(p, i, controls.blend)
+        send_value_to_all(p, BLEND, controls.blend)
 
 
 @jit

@@ -5,9 +5,10 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp2, squared
 from livebass.kernels.player.channels import followed, follows, record_of
-from livebass.kernels.player.events import send_bend, send_gain, send_slide, send_vibrato
+from livebass.kernels.player.events import send_slide, send_value, send_vibrato
 from livebass.kernels.player.fingering import stopped_at, string_of_key
 from livebass.kernels.player.performer import ANY, FREE, IN_TUNE
+from livebass.kernels.string.records import BEND, GAIN
 from livebass.techniques import VIBRATO
 
 MOST_BEND = 97.0  # semitones: the largest range with its fine part
@@ -40,11 +41,9 @@ def bend_ratio(p, i):
 
 
 @jit
-def send_bends(p, channel):
-    """Sends the bend to every string that follows `channel`."""
-    for i in range(p.strings):
-        if follows(p, i, channel):
-            send_bend(p, i, bend_ratio(p, i))
+def update_bend(p, i):
+    """Sends string `i` its bend."""
+    send_value(p, i, BEND, bend_ratio(p, i))
 
 
 @jit
@@ -52,7 +51,7 @@ def bend_string(p, i, semitones):
     """Bends string `i` by `semitones`, on top of the wheel."""
     if i < p.strings:
         p.controls.string_bend[i] = limited_bend(semitones)
-        send_bend(p, i, bend_ratio(p, i))
+        update_bend(p, i)
 
 
 @jit
@@ -61,7 +60,7 @@ def bend_note(p, channel, key, semitones):
     i = string_of_key(p, channel, key)
     if i >= 0:
         p.hands.note_bend[i] = limited_bend(semitones)
-        send_bend(p, i, bend_ratio(p, i))
+        update_bend(p, i)
 
 
 @jit
@@ -95,11 +94,9 @@ def loudness(p, i):
 
 
 @jit
-def send_gains(p, channel):
-    """Sends volume and expression to every string that follows `channel`."""
-    for i in range(p.strings):
-        if follows(p, i, channel):
-            send_gain(p, i, loudness(p, i))
+def update_gain(p, i):
+    """Sends string `i` its volume and expression."""
+    send_value(p, i, GAIN, loudness(p, i))
 
 
 @jit
@@ -115,11 +112,27 @@ def string_vibrato(p, i):
 
 
 @jit
-def send_vibratos(p, channel):
-    """Sends vibrato depth and rate to every string that follows `channel`."""
-    for i in range(p.strings):
-        if follows(p, i, channel):
-            send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
+def update_vibrato(p, i):
+    """Sends string `i` its vibrato's depth and rate."""
+    send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
+
+
+def for_followers(update):
+    """Makes the kernel that calls update(p, i) for every string `i` that follows a channel."""
+
+    def update_followers(p, channel):
+        """Updates every string that follows `channel`."""
+        for i in range(p.strings):
+            if follows(p, i, channel):
+                update(p, i)
+
+    update_followers.__qualname__ = f"{update.__name__}_of_followers"
+    return jit(update_followers)
+
+
+send_bends = for_followers(update_bend)
+send_gains = for_followers(update_gain)
+send_vibratos = for_followers(update_vibrato)
 
 
 @jit
@@ -130,11 +143,11 @@ def take_channel(p, i, channel):
     bend, gain, vibrato = bend_ratio(p, i), loudness(p, i), string_vibrato(p, i)
     p.hands.channel[i] = channel
     if bend_ratio(p, i) != bend:
-        send_bend(p, i, bend_ratio(p, i))
+        update_bend(p, i)
     if loudness(p, i) != gain:
-        send_gain(p, i, loudness(p, i))
+        update_gain(p, i)
     if string_vibrato(p, i) != vibrato:
-        send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
+        update_vibrato(p, i)
 
 
 @jit
@@ -146,7 +159,7 @@ def vibrate_note(p, channel, key, amount):
     i = string_of_key(p, channel, key)
     if i >= 0:
         p.hands.note_vibrato[i] = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
-        send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
+        update_vibrato(p, i)
 
 
 @jit
@@ -154,7 +167,7 @@ def end_note_expression(p, i):
     """Clears the previous note's bend and vibrato on string `i`."""
     if p.hands.note_bend[i] != 0.0:
         p.hands.note_bend[i] = 0.0
-        send_bend(p, i, bend_ratio(p, i))
+        update_bend(p, i)
     if p.hands.note_vibrato[i] != 0.0:
         p.hands.note_vibrato[i] = 0.0
-        send_vibrato(p, i, vibrato_depth(p, i), VIBRATO_RATE)
+        update_vibrato(p, i)

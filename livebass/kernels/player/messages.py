@@ -20,7 +20,7 @@ from livebass.kernels.player.controls import (
     range_with,
     turn_switch,
 )
-from livebass.kernels.player.events import send_idle, send_vibrato
+from livebass.kernels.player.events import send_value_to_all, send_vibrato
 from livebass.kernels.player.expression import (
     VIBRATO_DEPTH,
     VIBRATO_RATE,
@@ -45,7 +45,7 @@ from livebass.kernels.player.performer import (
     operators_at,
     performer_at,
 )
-from livebass.kernels.string.records import EVENT, PLUCK, STRIKE_EVENT, THROW
+from livebass.kernels.string.records import EVENT, IDLE, PLUCK, STRIKE_EVENT, THROW
 from livebass.techniques import CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
@@ -237,5 +237,4 @@ def update_idle(p):
     if idle == p.idle:
         return
     p.idle = idle
-    for i in range(p.strings):
-        send_idle(p, i, p.idle)
+    send_value_to_all(p, IDLE, float(p.idle))

@@ -5,7 +5,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.player.channels import follows, record_of
 from livebass.kernels.player.constants import KEYS
-from livebass.kernels.player.events import send_cut, send_hammer, send_pull_off, send_slide, send_stop, send_touch
+from livebass.kernels.player.events import next_event, send_slide, send_touch
 from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression, take_channel
 from livebass.kernels.player.fingering import (
     choose_string,
@@ -20,7 +20,7 @@ from livebass.kernels.player.fingering import (
 from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
 from livebass.kernels.player.strokes import force_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import palm_is_on, touch_palm
-from livebass.kernels.string.records import TOUCHES
+from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
 from livebass.techniques import DETACH, GHOST, HARMONIC, LEGATO, SLIDE, TAP
 
 jit = compiled(attributes=SMALL)
@@ -182,13 +182,18 @@ def go_to_fret(p, ops, i, before, fret, part):
     elif fret > before:
         hammer_string(p, ops, i, fret, part)
     else:
-        send_pull_off(p, i, fret, -(LEAST_PULL + (MOST_PULL - LEAST_PULL) * part))
+        e = next_event(p, i, PULL_OFF)
+        e.fret = fret
+        e.apex = -(LEAST_PULL + (MOST_PULL - LEAST_PULL) * part)
 
 
 @jit
 def hammer_string(p, ops, i, fret, part):
     """Hammers string `i` down to `fret`."""
-    send_hammer(p, i, fret, HAMMER_SPEED * speed_of_pluck(p, ops[i, 0], i, force_at(p, part)), HAMMER_LANDING)
+    e = next_event(p, i, HAMMER)
+    e.fret = fret
+    e.speed = HAMMER_SPEED * speed_of_pluck(p, ops[i, 0], i, force_at(p, part))
+    e.seconds = HAMMER_LANDING
 
 
 @jit
@@ -293,7 +298,9 @@ def stop_string(p, i):
     """Stops string `i` with the hand."""
     p.hands.state[i] = FREE
     p.hands.stacked[i] = 0
-    send_stop(p, i, p.hands.fret[i], p.hand_damping)
+    e = next_event(p, i, HAND)
+    e.fret = p.hands.fret[i]
+    e.value = p.hand_damping
 
 
 @jit
@@ -302,7 +309,7 @@ def cut_string(p, i):
     p.hands.state[i] = FREE
     p.hands.key[i] = -1
     p.hands.stacked[i] = 0
-    send_cut(p, i)
+    next_event(p, i, CUT)
 
 
 @jit

@@ -9,11 +9,12 @@ from livebass.compiling import jit
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.player.channels import record_of
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, KEYS, POP
-from livebass.kernels.player.events import send_tone, send_vibrato
-from livebass.kernels.player.expression import VIBRATO_RATE, send_bends, send_gains, string_vibrato
+from livebass.kernels.player.events import send_value_to_all
+from livebass.kernels.player.expression import send_bends, send_gains, update_vibrato
 from livebass.kernels.player.performer import ANY
 from livebass.kernels.player.strokes import position_at
 from livebass.kernels.player.touches import touch_palms
+from livebass.kernels.string.records import TONE
 from livebass.techniques import (
     BEND_RANGE,
     CC_PALM,
@@ -49,8 +50,7 @@ def set_parameter(p, number, value):
     """Sets the player's parameter `number` to a value within its limits."""
     adjust_player(p, number, value)
     if number == TONE_POT:
-        for i in range(p.strings):
-            send_tone(p, i, value)
+        send_value_to_all(p, TONE, value)
     elif number == BEND_RANGE:
         send_bends(p, np.int64(ANY))
 
@@ -118,7 +118,7 @@ def set_amount(p, ops, function, amount):
             controls.channel[channel].vibrato = amount
         for i in range(p.strings):
             if (others >> i) & 1:
-                send_vibrato(p, i, string_vibrato(p, i), VIBRATO_RATE)
+                update_vibrato(p, i)
 
 
 @jit

@@ -12,7 +12,7 @@ from livebass.kernels.machine.elementary import chance, cos, log2, power, square
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.machine.noise import amplitude
 from livebass.kernels.player.constants import STROKES
-from livebass.kernels.player.events import send_pluck, send_strike, send_throw
+from livebass.kernels.player.events import next_event, send_pluck, send_throw
 from livebass.kernels.player.touches import (
     GHOST_FORCE,
     GHOST_PLACE,
@@ -21,7 +21,7 @@ from livebass.kernels.player.touches import (
     touch_node,
     touch_palm,
 )
-from livebass.kernels.string.records import MOST_NEAR
+from livebass.kernels.string.records import MOST_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
 
@@ -212,7 +212,10 @@ def strike_string(p, ops, i, stop, force, aside):
     depth *= soft_limit(force * unit_apex(open_op, 0.5 * open_op.length), player.greatest_apex)
     if p.usual_slapped == 0:
         depth *= GUEST_THUMB
-    send_strike(p, i, stop, depth, where)
+    e = next_event(p, i, STRIKE_EVENT)
+    e.fret = stop
+    e.apex = depth
+    e.place = where
 
 
 @jit

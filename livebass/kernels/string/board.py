@@ -13,18 +13,8 @@ board, feels friction where u touches; it is sensed at the same points. [any thr
 import numpy as np
 
 from livebass.compiling import entry, jit
-from livebass.kernels.string import modal
+from livebass.kernels.string import frame, modal
 from livebass.kernels.string.contact import friction_alone, solve_point
-from livebass.kernels.string.frame import (
-    NEVER,
-    advance_frame,
-    log_contact,
-    may_touch,
-    most_travel,
-    operator_at,
-    steps_clear,
-    string_at,
-)
 from livebass.kernels.string.operators import positions
 from livebass.kernels.string.records import GROUP
 from livebass.kernels.string.watch import fine_steps, schedule
@@ -33,8 +23,7 @@ from livebass.kernels.string.watch import fine_steps, schedule
 @entry("void(int64, int64, int64, int64)")
 def over_board(string, k, op, steps):
     """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
-    s = string_at(string)
-    advance_frame(s.slots[k], operator_at(op), s.voice, steps, suspect_points, next_check_board, fine_steps_board)
+    frame.advance_frame(string, k, op, steps, suspect_points, next_check_board, fine_steps_board)
 
 
 @jit
@@ -51,21 +40,15 @@ def suspect_points(slot, op, step, end):
         slot.u.group_clearance_now[g] = 0.0
         if end <= slot.u.group_due[g] or not doubtful(slot, op, g, step, end):
             continue
-        for m in range(g * GROUP, min((g + 1) * GROUP, op.points)):
-            if end <= slot.u.due[m]:
-                continue
-            slot.checked[checks] = m
-            checks += 1
-            if may_touch(slot, op, m, step, end):
-                slot.suspects[suspects] = m
-                suspects += 1
+        last = min((g + 1) * GROUP, op.points)
+        suspects, checks = frame.suspect_between(slot, op, step, end, g * GROUP, last, suspects, checks)
     return suspects, checks
 
 
 @jit
 def doubtful(slot, op, g, step, end):
     """Checks group `g`; True if one of its points may touch between `step` and `end`."""
-    u, travel = slot.u, most_travel(slot, op)
+    u, travel = slot.u, frame.most_travel(slot, op)
     first = g * GROUP
     last = min(first + GROUP, op.points) - 1
     middle = (first + last) // 2
@@ -91,13 +74,13 @@ def doubtful(slot, op, g, step, end):
 @jit
 def next_check_board(slot, op, end):
     """Saves the groups' clearances after a frame without contact; returns the fine step of the next check."""
-    u, travel = slot.u, most_travel(slot, op)
-    least = NEVER
+    u, travel = slot.u, frame.most_travel(slot, op)
+    least = frame.NEVER
     for g in range(groups_of(op)):
         if u.group_clearance_now[g] > 0.0:
             u.group_clearance[g] = u.group_clearance_now[g]
             u.group_known_at[g] = end
-            u.group_due[g] = end + steps_clear(u.group_clearance_now[g], travel)
+            u.group_due[g] = end + frame.steps_clear(u.group_clearance_now[g], travel)
         if u.group_due[g] > end:
             least = min(least, u.group_due[g])
             continue
@@ -109,8 +92,7 @@ def next_check_board(slot, op, end):
 @jit
 def solve_contact_on_board(slot, op, voice, watched, count, step):
     """Solves contact at `step`, and schedules the next check of each point."""
-    u, travel, height = slot.u, most_travel(slot, op), slot.u.height
-    touching = False
+    u, travel, height = slot.u, frame.most_travel(slot, op), slot.u.height
     for i in range(count):
         m = watched[i]
         old, before = u.eta_before[m], u.eta[m]
@@ -121,35 +103,31 @@ def solve_contact_on_board(slot, op, voice, watched, count, step):
             guess = max(2.0 * u.force[m] - u.force_before[m], 0.0)
             f = solve_point(free - old, old, op.weight, op, guess)
             eta = free - op.weight * f
-            touching = touching or f != 0.0
+            if f != 0.0:
+                slot.active = op.padded
         if eta > 0.0 and before <= 0.0:
-            log_contact(slot, voice, step, m, (eta - before) / op.fine)
+            frame.log_contact(slot, voice, step, m, (eta - before) / op.fine)
         u.force_before[m] = u.force[m]
         u.force[m] = f
         u.eta_before[m] = before
         u.eta[m] = eta
         u.pending[m] = op.push * f
         schedule(u, m, travel, step)
-    if touching:
-        slot.active = op.padded
 
 
 @jit
 def solve_friction_on_board(slot, op, watched, count):
     """Solves friction (eq. 7) for v's latest step; u still has the penetration at its start."""
     u, v = slot.u, slot.v
-    touching = False
     for i in range(count):
         m = watched[i]
         f = 0.0
         if u.eta[m] > 0.0:
             f = friction_alone(op, v.free[m] - v.moved_before[m], op.weight)
-            touching = True
+            slot.v_active = op.padded
         v.moved_before[m] = v.moved[m]
         v.moved[m] = v.free[m] + op.weight * f
         v.pending[m] = op.push * f
-    if touching:
-        slot.v_active = op.padded
 
 
 fine_steps_board = fine_steps(solve_friction_on_board, solve_contact_on_board)

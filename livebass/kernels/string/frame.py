@@ -65,15 +65,31 @@ def may_touch(slot, op, m, step, end):
     return held or u.clearance[m] <= 0.0 or u.clearance[m] + clearance <= travel * (end - step)
 
 
+@jit
+def suspect_between(slot, op, step, end, first, last, suspects, checks):
+    """Checks the points from `first` to before `last` that are due. Returns the new numbers of suspects and checks."""
+    for m in range(first, last):
+        if end <= slot.u.due[m]:
+            continue
+        slot.checked[checks] = m
+        checks += 1
+        if may_touch(slot, op, m, step, end):
+            slot.suspects[suspects] = m
+            suspects += 1
+    return suspects, checks
+
+
 @inlined
-def advance_frame(slot, op, voice, steps, find_suspects, next_check, fine_steps):
-    """Moves `slot` over one frame of `steps` fine steps from voice.step on.
+def advance_frame(string, k, op, steps, find_suspects, next_check, fine_steps):
+    """Moves slot `k` of a string over one frame of `steps` fine steps from voice.step on; `string`, `op`: addresses.
 
     find_suspects(slot, op, step, end) fills slot.suspects and slot.checked after a trial leap and returns their counts;
     next_check(slot, op, end) returns the fine step before which no point needs a check after a frame without contact;
     fine_steps(slot, op, voice, near, count, steps, step) takes `steps` fine steps with contact at the `count` points in
     `near` and leaves their clearance.
     """
+    s, op = string_at(string), operator_at(op)
+    slot, voice = s.slots[k], s.voice
     leap = LONGER if steps > op.steps else WHOLE
     step = voice.step
     end = step + steps

@@ -5,19 +5,8 @@ displacements at the watched points (watch.py). Then it solves for the forces at
 of eq. 7 where u touches; u does not feel v. [any thread]
 """
 
-import numpy as np
-
 from livebass.compiling import entry, jit
-from livebass.kernels.string import contact
-from livebass.kernels.string.frame import (
-    NEVER,
-    advance_frame,
-    log_contact,
-    may_touch,
-    most_travel,
-    operator_at,
-    string_at,
-)
+from livebass.kernels.string import contact, frame
 from livebass.kernels.string.operators import coupling, left_out
 from livebass.kernels.string.watch import fine_steps, schedule
 
@@ -25,29 +14,19 @@ from livebass.kernels.string.watch import fine_steps, schedule
 @entry("void(int64, int64, int64, int64)")
 def over_frets(string, k, op, steps):
     """Moves slot `k` of the string at an address over a frame of `steps` fine steps; `op`: address of its operator."""
-    s = string_at(string)
-    advance_frame(s.slots[k], operator_at(op), s.voice, steps, suspect_frets, next_check_frets, fine_steps_frets)
+    frame.advance_frame(string, k, op, steps, suspect_frets, next_check_frets, fine_steps_frets)
 
 
 @jit
 def suspect_frets(slot, op, step, end):
     """Checks every point that is due; returns as `frame.advance_frame` wants."""
-    suspects = checks = np.int64(0)  # a constant would have its own type
-    for m in range(op.points):
-        if end <= slot.u.due[m]:
-            continue
-        slot.checked[checks] = m
-        checks += 1
-        if may_touch(slot, op, m, step, end):
-            slot.suspects[suspects] = m
-            suspects += 1
-    return suspects, checks
+    return frame.suspect_between(slot, op, step, end, 0, op.points, 0, 0)
 
 
 @jit
 def next_check_frets(slot, op, end):
     """Returns the fine step before which no point needs a check."""
-    least = NEVER
+    least = frame.NEVER
     for m in range(op.points):
         least = min(least, slot.u.due[m])
     return least
@@ -70,7 +49,7 @@ def couple(slot, op):
 @jit
 def solve_contact_on_frets(slot, op, voice, watched, count, step):
     """Solves contact at `step`, which `move` has made, and schedules the next check of each point."""
-    u, travel, height = slot.u, most_travel(slot, op), slot.u.height
+    u, travel, height = slot.u, frame.most_travel(slot, op), slot.u.height
     hit = False
     for i in range(count):
         m = watched[i]
@@ -98,7 +77,7 @@ def solve_contact_on_frets(slot, op, voice, watched, count, step):
         m = watched[i]
         eta = u.eta_before[m] + u.wanted[m] - contact.felt(op, u.coupling, u.force, watched, count, m)
         if eta > 0.0 and u.eta[m] <= 0.0:
-            log_contact(slot, voice, step, m, (eta - u.eta[m]) / op.fine)
+            frame.log_contact(slot, voice, step, m, (eta - u.eta[m]) / op.fine)
         u.eta_before[m] = u.eta[m]
         u.eta[m] = eta
         u.pending[m] = op.push * u.force[m]

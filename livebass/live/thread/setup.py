@@ -34,8 +34,7 @@ def fill_synth(address, rings, size, rate, channel, gain, process):
     synth.process = process
     synth.rate = rate
     synth.channel = channel
-    synth.gain = gain
-    synth.gain_target = gain
+    synth.gain = synth.gain_target = gain
     synth.ceiling = 1.0
     for k in range(RINGS):
         synth.midi_ring[k] = rings + k * (ring_bytes_of(size) // RINGS)
