@@ -53,10 +53,11 @@ class Temperament(click.ParamType):
         return str(value)
 
 
+tuning_type = Parsed("tuning", _tuning, "NAME|NOTES")
 tuning_options = together(
     click.option(
         "--tuning",
-        type=Parsed("tuning", _tuning, "NAME|NOTES"),
+        type=tuning_type,
         help="Tuning: drop-d, eb, half-step-down ..., or the notes, lowest first: DADG, 'D1 A1 D2 G2'.",
     ),
     click.option("--capo", type=Number("fret", 0, 31, whole=True), help="Fret of a capo, 0 to 31."),
