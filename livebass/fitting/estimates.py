@@ -11,7 +11,6 @@ import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import soundfile
@@ -20,15 +19,15 @@ from livebass.arrays import Floats, Ints
 from livebass.comparison.measures import attack, band
 from livebass.comparison.notes import Note
 from livebass.comparison.ringing import ringing
-from livebass.comparison.summary import basses, figures
 from livebass.engine.engine import Engine
 from livebass.fitting.bounds import FACTOR, Free, Tables, rounded, string_table
 from livebass.fitting.notes import Place, Recorded, string_of
 from livebass.fitting.playing import USUAL_RATE, played
+from livebass.fitting.problem import Problem
 from livebass.identification.identify import identify
 from livebass.identification.partials import RecordingError
 from livebass.kernels.bass.floor import FLOOR_BAND
-from livebass.model.instrument import Instrument, note_frequency, speaking
+from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import dampings
 from livebass.model.quality import QUALITIES
 from livebass.units import OFF
@@ -44,6 +43,8 @@ QUIETER = 40.0  # dB: what precedes a note by so much is the floor
 LEAD = 0.02  # s of it, at least
 RELEASED, AFTER = 1.0, 0.3  # s: as in `livebass compare`
 VELOCITY = 90  # of a medium note
+KNOCKED = 5  # notes that are released
+HISS = (10e3, 16e3)  # Hz
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,20 +153,60 @@ def _t60(bass: Instrument, string: int, fret: int, given: dict[str, float]) -> F
     return np.asarray(math.log(1000) / np.maximum(dampings(speaking(s, neck, fret), PARTIALS), 1e-6))
 
 
-def floor(recorded: Recorded) -> float | None:
-    """The noise of the electronics over a medium note, dB; None if no quiet part tells it."""
+def floor(recorded: Recorded, problem: Problem) -> float | None:
+    """The noise of the electronics over a medium note, dB; None if nothing tells it.
+
+    A recorded silence tells it, or what precedes the notes, or else the hiss of the softest notes.
+    """
+    if problem.bass.output.kind != "pickups":
+        return None
     middle = (len(recorded.layers) - 1) // 2
     notes = [n for place, takes in recorded.takes.items() if place.rank == middle for n in takes]
-    level = float(np.median([_rms(n.sound[attack(n.sound, n.rate) :][: round(0.3 * n.rate)]) for n in notes]))
-    quiet = [_rms(band(n.sound, n.rate, *FLOOR_BAND)) for n in recorded.quiet]
-    if not quiet:
-        for n in notes:
-            before = n.sound[: max(0, attack(n.sound, n.rate) - round(0.005 * n.rate))]
-            peak = float(np.abs(n.sound).max())
-            if before.size > LEAD * n.rate and 0 < np.abs(before).max() < peak * 10 ** (-QUIETER / 20):
-                quiet.append(_rms(before))
-    found = 20 * math.log10(float(np.median(quiet)) / level) if quiet else None
-    return None if found is None else min(max(found, FLOORS[0]), FLOORS[1])
+    quiet = [_rms(band(n.sound, n.rate, *FLOOR_BAND)) for n in recorded.quiet] or _before(notes)
+    if quiet:
+        level = np.median([_rms(n.sound[attack(n.sound, n.rate) :][: round(0.3 * n.rate)]) for n in notes])
+        found = 20 * math.log10(float(np.median(quiet) / level))
+    else:
+        by_hiss = _floor_by_hiss(recorded, problem)
+        if by_hiss is None:
+            return None
+        found = by_hiss
+    return min(max(found, FLOORS[0]), FLOORS[1])
+
+
+def _before(notes: Sequence[Note]) -> list[float]:
+    """The level of what precedes each note, where it is quiet."""
+    found = []
+    for n in notes:
+        before = n.sound[: max(0, attack(n.sound, n.rate) - round(0.005 * n.rate))]
+        most = float(np.abs(n.sound).max()) * 10 ** (-QUIETER / 20)
+        if before.size > LEAD * n.rate and 0 < np.abs(before).max() < most:
+            found.append(_rms(before))
+    return found
+
+
+def _floor_by_hiss(recorded: Recorded, problem: Problem) -> float | None:
+    places = [p for p in sorted(problem.theirs) if p.rank == min(problem.ranks)]
+    theirs = [_hiss(n) for p in places for n in recorded.takes[p]]
+    level = problem.bass.player.floor_noise
+    if not theirs or any(map(math.isnan, theirs)):
+        return None
+    level = min(max(level, FLOORS[0]), FLOORS[1])
+    for _ in range(2):
+        tried = replace(problem, free=(), fixed={"player": {"floor_noise": f"{level:.1f} dB"}})
+        ours = [_hiss(n) for n in tried.play((), places).values()]
+        level = min(max(level + float(np.median(theirs) - np.median(ours)), FLOORS[0]), FLOORS[1])
+    return level
+
+
+def _hiss(note: Note) -> float:
+    """Level of HISS at 0.4 to 0.6 s over the whole note then, dB; NaN if the rate is too low for it."""
+    if note.rate < 2.05 * HISS[1]:
+        return math.nan
+    sound = note.sound[attack(note.sound, note.rate) :][round(0.4 * note.rate) : round(0.6 * note.rate)]
+    power = np.abs(np.fft.rfft(sound * np.hanning(sound.size))) ** 2
+    nu = np.arange(power.size) * note.rate / sound.size
+    return 10 * math.log10(float(power[(nu > HISS[0]) & (nu < HISS[1])].sum() / power.sum()) + 1e-15)
 
 
 def _rms(sound: Floats) -> float:
@@ -174,34 +215,32 @@ def _rms(sound: Floats) -> float:
 
 def knock(recorded: Recorded, bass: Instrument) -> float | None:
     """The preset's release_noise (dB) whose releases peak as the recorded ones do; None if none is recorded."""
-    theirs = _knock(recorded.name, recorded)
-    if theirs is None or bass.player.release_noise <= OFF or bass.output.kind != "pickups":
+    if not recorded.releases or bass.player.release_noise <= OFF or bass.output.kind != "pickups":
         return None
+    middle = (len(recorded.layers) - 1) // 2
     engine = Engine(bass, QUALITIES["live"], USUAL_RATE, workers=1)
-    notes, releases = [], []
-    for place in sorted(recorded.takes)[:: max(1, len(recorded.takes) // 5)]:
+    ours, theirs = [], [_peak(n, 0.0, AFTER) for n in recorded.releases]
+    rest = [
+        _peak(n, RELEASED, RELEASED + 0.1) for p, takes in recorded.takes.items() if p.rank == middle for n in takes
+    ]
+    for place in [p for p in places_of(recorded, bass) if p.rank == middle][:KNOCKED]:
         string = string_of(bass, place)
-        if string is not None:
-            pitch = note_frequency(place.key)
-            long, short = (
-                played(engine.another(place.key), string, place.key, VELOCITY, 1.3, released)
-                for released in (None, 1.0)
-            )
-            both: dict[str, Any] = {"pitch": pitch, "dynamic": "v", "place": str(place.key)}
-            notes.append(Note("", long, USUAL_RATE, **both))
-            releases.append(Note("", short[round(RELEASED * USUAL_RATE) :], USUAL_RATE, kind="release", **both))
-    ours = _figure([*notes, *releases])
-    return None if ours is None else min(max(bass.player.release_noise + theirs - ours, KNOCKS[0]), KNOCKS[1])
+        assert string is not None
+        long, short = (
+            Note("", played(engine.another(place.key), string, place.key, VELOCITY, 1.5, released), USUAL_RATE, 0.0)
+            for released in (None, RELEASED)
+        )
+        ours.append(_peak(short, RELEASED, RELEASED + AFTER) - _peak(long, RELEASED, RELEASED + 0.1))
+    if not ours:
+        return None
+    found = bass.player.release_noise + float(np.median(theirs)) - float(np.median(rest)) - float(np.median(ours))
+    return min(max(found, KNOCKS[0]), KNOCKS[1])
 
 
-def _knock(name: str, recorded: Recorded) -> float | None:
-    return _figure([*(n for takes in recorded.takes.values() for n in takes), *recorded.releases])
-
-
-def _figure(notes: Sequence[Note]) -> float | None:
-    """The row `knock` of notes and releases: the peak of a release over that of the note after 1 s."""
-    found = figures(basses("", notes)[0])["knock", "all"].value
-    return None if math.isnan(found) else found
+def _peak(note: Note, begin: float, end: float) -> float:
+    """The peak from `begin` to `end` (s) of a recording, dB."""
+    part = note.sound[round(begin * note.rate) : round(end * note.rate)]
+    return 20 * math.log10(float(np.abs(part).max(initial=0.0)) + 1e-9)
 
 
 def places_of(recorded: Recorded, bass: Instrument) -> list[Place]:

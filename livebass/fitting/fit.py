@@ -104,7 +104,7 @@ def fit(
     first = Problem(label, tables, recorded.technique, len(recorded.layers), theirs, normalized=recorded.normalized)
     say(f"like {label}: {len(chosen.fitted)} notes are fitted, {len(chosen.judges)} judge")
     free = _free(bass, recorded, first.ranks)
-    fixed, known, doubts = _estimates(recorded, bass, free, points, say)
+    fixed, known, doubts = _estimates(recorded, first, free, points, say)
     problem = replace(first, free=tuple(free), fixed=fixed)
     best = search(problem, _begin(problem, recorded, known), points, wanted.seed, wanted.trials, wanted.minutes)
     values = [f.value(u) for f, u in zip(free, best.scaled, strict=True)]
@@ -207,11 +207,12 @@ def _begin(problem: Problem, recorded: Recorded, known: dict[str, float]) -> lis
 
 
 def _estimates(
-    recorded: Recorded, bass: Instrument, free: Sequence[Free], points: Points, say: Say
+    recorded: Recorded, first: Problem, free: Sequence[Free], points: Points, say: Say
 ) -> tuple[Tables, dict[str, float], list[str]]:
     """Keys of the preset that are read off the notes, where the losses begin, and doubts."""
     own: Tables = {}
-    doubts = []
+    doubts: list[str] = []
+    bass = first.bass
     opened = estimates.open_notes(recorded, bass)
     tasks = [
         estimates.Open(bass, name, notes, digest_of(recorded.digest, name, repr(bass)))
@@ -226,11 +227,11 @@ def _estimates(
             )
         else:
             estimates.put_inharmonicity(own, bass, task.string, found["inharmonicity"])
-    floor, knock = estimates.floor(recorded), estimates.knock(recorded, bass)
+    floor, knock = estimates.floor(recorded, first), estimates.knock(recorded, bass)
     if floor is None:
-        doubts.append("no quiet part tells the noise of the electronics: as in the base preset")
+        doubts.append("nothing tells the noise of the electronics: as in the base preset")
     for key, value in (("floor_noise", floor), ("release_noise", knock)):
-        if value is not None and bass.output.kind == "pickups":
+        if value is not None:
             own.setdefault("player", {})[key] = f"{value:.1f} dB"
     return own, estimates.losses(bass, recorded, free), doubts
 

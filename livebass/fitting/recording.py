@@ -74,8 +74,10 @@ def record(steps: Sequence[Step], folder: Path, read: Read, say: Say) -> int:
 
 
 def _note(read: Read, level: float) -> Floats:
-    """Waits for a note louder than `level` and returns it, from a little before."""
+    """Waits until all is quieter than `level`, then for a note, and returns that from a little before."""
     blocks: list[Floats] = [read()]
+    while np.abs(blocks[-1]).max() >= level:
+        blocks = [read()]
     while np.abs(blocks[-1]).max() < level:
         blocks = [*blocks[-BEFORE:], read()]
     blocks += [read() for _ in range(math.ceil((SECONDS + STOPPED) * RATE / BLOCK))]
