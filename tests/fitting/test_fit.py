@@ -158,9 +158,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Eight notes of a known bass."""
     made = tmp_path_factory.mktemp("fit") / "my-bass"
     made.mkdir()
-    places = [
-        Place(key, string, rank) for key, string in ((29, "E"), (35, "A"), (41, "D"), (47, "G")) for rank in (0, 1)
-    ]
+    keys = {"E": 29, "A": 35, "D": 41, "G": 47}
+    places = [Place(key, string, rank) for string, key in keys.items() for rank in (0, 1)]
     for place, note in KNOWN.play(TRUTH, places, seed=5).items():
         name = f"string{place.string}_{'soft' if place.rank == 0 else 'hard'}_{place.key}.wav"
         soundfile.write(made / name, np.r_[np.zeros(2000), note.sound], USUAL_RATE, subtype="FLOAT")
@@ -195,7 +194,7 @@ def test_the_page_says_it_in_one_sentence_and_shows_before_and_after(run: Run, f
     assert status == 0, err
     page = (tmp_path / "a.html").read_text()
     assert out.strip().rstrip(".") in page and "my-bass 0.0 dB" in out
-    for said in ("before: ", "after: a", "Doubts", "What the fit moved", "<audio", "Spectrograms", "The best score"):
+    for said in ("before: ", "after: a", "What the fit moved", "<audio", "Spectrograms", "The best score"):
         assert said in page
 
 
