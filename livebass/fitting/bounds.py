@@ -42,8 +42,13 @@ class Free:
 
     @property
     def name(self) -> str:
-        """Its dotted key, in messages."""
-        return f"{self.section}.{self.key}"
+        """Its dotted key in a preset; "" for the force of a layer, which is in none."""
+        return "" if self.section == STEP else f"{self.home}.{self.key}"
+
+    @property
+    def home(self) -> str:
+        """The section of the preset that it is written to."""
+        return {FACTOR: "string", MIX: "pickup"}.get(self.section, self.section)
 
     def value(self, u: float) -> float:
         """The number at `u` on the scale from 0 to 1."""
@@ -139,7 +144,10 @@ def step(low: str, high: str) -> Free:
 
 
 def free_numbers(bass: Instrument) -> list[Free]:
-    """The free numbers that a bass has, with bounds that hold its own values; without the forces of layers."""
+    """The free numbers that a bass has, with bounds that hold its own values; without the forces of layers.
+
+    On a scale of ratios, a number that is 0 stays 0.
+    """
     found = [*FREE, *([TURNED] if FREE_TURNED and not bass.over_board else [])]
     player = bass.player
     if player.stroke == "pick":
@@ -156,14 +164,12 @@ def free_numbers(bass: Instrument) -> list[Free]:
         found = [f for f in found if f.section != MIX]
     if bass.output.kind != "pickups":
         found = [f for f in found if f.section not in (MIX, "coil")]
-    return [_holding(f, f.read(bass)) for f in found]
-
-
-def _holding(f: Free, value: float) -> Free:
-    """A free number whose bounds hold a value, unless that is 0 on a scale of ratios."""
-    if f.log and value <= 0:
-        return f
-    return replace(f, low=min(f.low, value), high=max(f.high, value))
+    values = [f.read(bass) for f in found]
+    return [
+        replace(f, low=min(f.low, value), high=max(f.high, value))
+        for f, value in zip(found, values, strict=True)
+        if value > 0 or not f.log
+    ]
 
 
 def own_tables(bass: Instrument, free: Sequence[Free], values: Sequence[float], fixed: Tables) -> Tables:

@@ -26,7 +26,7 @@ SIGMA = 0.12  # of the scale, at the beginning
 MARGIN = 0.03  # of the scale, from a bound to the beginning
 LAST = 4  # generations that tell the deviations
 ALIKE = 0.05  # scores that differ by less are alike
-TELLING = 0.015  # of the score: a number that moves it by less is not told by the notes
+TELLING = 0.03  # of the score, twice its chance: a number that moves it by less is not told by the notes
 MOVED = 0.12  # of the scale, to see whether a number is told
 PARTS = ("score", "rows", "distance", "equalized")
 

@@ -56,9 +56,8 @@ def remarks(free: Sequence[Free], scaled: Sequence[float], deviations: Sequence[
     """The standard deviation of each number, in its unit, by section and key."""
     found = {}
     for f, u, deviation in zip(free, scaled, deviations, strict=True):
-        section = {FACTOR: "string", MIX: "pickup"}.get(f.section, f.section)
         if f.section != STEP:
-            found[section, f.key] = shown_deviation(f, u, deviation)
+            found[f.home, f.key] = shown_deviation(f, u, deviation)
     return found
 
 

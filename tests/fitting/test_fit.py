@@ -78,9 +78,9 @@ def test_every_free_number_of_every_preset_moves_it_within_its_bounds(name: str)
     label, tables = preset_tables(name)
     bass = Builder(label).instrument(tables)
     free = free_numbers(bass)
-    assert len({f.name for f in free}) == len(free) >= 8
+    assert len({f.name for f in free}) == len(free) >= 6 and all(f.name for f in free)
     for f in free:
-        assert f.value(f.on_scale(f.read(bass))) == pytest.approx(max(f.read(bass), f.low), rel=1e-6)
+        assert f.value(f.on_scale(f.read(bass))) == pytest.approx(f.read(bass), rel=1e-6)
     problem = Problem(label, tables, "fingers", 1, {}, tuple(free))
     for u in (0.0, 0.5, 1.0):
         values = [f.value(u) for f in free]
