@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -104,10 +104,9 @@ class Problem:
         seed: int = SEED, even: bool = True,
     ) -> dict[Place, Note]:  # fmt: skip
         """Notes at places, in order, without the player's unevenness if `even`. Raises ValueError for a bad bass."""
-        tables = self.tables(values)
-        bass = Builder(self.label).instrument(tables)
+        bass = Builder(self.label).instrument(self.tables(values))
         if even:
-            bass = Builder(self.label).instrument(tables | {"player": tables.get("player", {}) | {"unevenness": 0.0}})
+            bass = replace(bass, player=replace(bass.player, unevenness=0.0))
         velocities = self.velocities(bass, values)
         engine = Engine(bass, QUALITIES[quality], USUAL_RATE, seed, workers=1)
         made = {}
