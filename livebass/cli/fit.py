@@ -95,7 +95,7 @@ def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path 
     if output.suffix != ".toml":
         raise click.UsageError(f"-o {output}: a preset's name ends in .toml")
     if how["workers"] is not None and how["scheduler"] is not None:
-        raise click.UsageError("--workers is of this machine, --scheduler of a cluster: give one")
+        raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
     _fit(notes, output, **how)
 
 

@@ -56,7 +56,7 @@ class Free:
         return self.low * (self.high / self.low) ** u if self.log else self.low + (self.high - self.low) * u
 
     def on_scale(self, value: float) -> float:
-        """Where a number stands on the scale, from 0 to 1."""
+        """The place of a number on the scale, from 0 to 1."""
         value = min(max(value, self.low), self.high)
         if self.log:
             return math.log(value / self.low) / math.log(self.high / self.low)

@@ -1,4 +1,4 @@
-"""What can be read off the notes directly: inharmonicity, losses, the floor and the knock of a release.
+"""Estimates straight from the notes: inharmonicity, losses, the floor and the knock of a release.
 
 Losses come from the T60 of partials alone (eqs. 9 to 11 of C. Issanchou et al., 2018, and the stop); no note is
 played for them. They are where a search begins; the other estimates stand in the new preset as found.
@@ -63,7 +63,7 @@ class Open:
 
     @property
     def work(self) -> Open:
-        """What a worker solves."""
+        """Itself: a worker solves it."""
         return self
 
     def solve(self) -> dict[str, float]:

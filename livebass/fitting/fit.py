@@ -42,7 +42,7 @@ MOST_FORCE = 8.0  # dB, a step of force to begin with
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a fit is asked for."""
+    """The settings of a fit."""
 
     like: str | None = None  # the base preset; None: the nearest shipped one
     tuning: Any = None
@@ -112,7 +112,7 @@ def fit(
     held = hear(recorded.takes, chosen.judges)
     missing = len(recorded.takes) - len(estimates.places_of(recorded, bass))
     if missing:
-        doubts.append(f"{missing} of {len(recorded.takes)} notes are none of {label}'s, or on none of its strings")
+        doubts.append(f"{missing} of {len(recorded.takes)} notes are not used: {label} has none such on its strings")
     others = tuple(other_bass(name, notes, len(recorded.layers), held) for name, notes in wanted.others)
     before, after = judged(label, first, (), held), judged("the new preset", problem, values, held)
     own = problem.own(values)
@@ -188,7 +188,7 @@ def _free(bass: Instrument, recorded: Recorded, ranks: Sequence[int]) -> list[Fr
 
 
 def _begin(problem: Problem, recorded: Recorded, known: dict[str, float]) -> list[float]:
-    """Where the search begins: the base preset's numbers, losses by T60, forces by the layers' levels."""
+    """The beginning of the search: the base preset's numbers, losses by T60, forces by the layers' levels."""
     scaled = [
         f.on_scale(known[f.key]) if f.key in known else u for f, u in zip(problem.free, problem.start(), strict=True)
     ]

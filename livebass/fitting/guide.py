@@ -1,4 +1,4 @@
-"""What to play for a fit, string by string, and its recording through an audio input."""
+"""The notes to play for a fit, string by string."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Step:
 
     @property
     def title(self) -> str:
-        """What to play, in words."""
+        """The note in words."""
         place = "open" if self.fret == 0 else f"fret {self.fret}"
         return f"{self.string} string, {place} ({note_name(self.key)}), {self.force}, take {self.take}"
 
@@ -71,7 +71,7 @@ def guide_text(bass: Instrument) -> str:
         "- Plug in directly. Volume and tone full up, no effects, no compressor. Note which pickups are on,",
         "  and how far they are from the bridge: a fit cannot tell place of pluck and pickup apart.",
         "- Set the level once, so that the hardest note peaks below -3 dBFS. Never normalise.",
-        "- Play one string after the other from the lowest, in the order above. Damp the other strings.",
+        "- Play string after string from the lowest, in the order above. Damp the other strings.",
         f"- Let each note ring for {SECONDS:g} s, then stop it with the hand. The second take shows how far two",
         "  strokes of yours differ, which is the scale for the result.",
         f"- Record {SILENCE:g} s of silence too, with the strings damped: it tells the noise of the electronics.",

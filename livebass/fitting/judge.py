@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from livebass.fitting.target import Difference, Heard, apart, heard, when
 QUALITY = "studio"
 SEEDS = (11, 77)  # of the player
 SECONDS = 3.0  # s of a note, for ears
-SPANS = (0.5, 1.0)  # s of distances
+DISTANCES = ((0.5, False), (1.0, False), (1.0, True))  # s; True: with the level of each band free
 
 
 @dataclass(frozen=True)
@@ -57,24 +58,23 @@ def judged(
         found.append({p: heard(n.sound, n.rate, n.pitch) for p, n in played.items()})
     (one, rows), *_ = [problem.compared(ours, theirs) for ours in found]
     off = sorted(((key, rank, d) for (key, rank), d in rows.items()), key=lambda x: -abs(x[2].spreads))
-    all_distances = [[apart(theirs[p], ours[p]) for ours in found] for p in places]
-    return _summed(
-        name, [[apart(theirs[p], ours[p], SPANS[0]) for ours in found] for p in places], all_distances,
-        [[apart(theirs[p], ours[p], equalized=True) for ours in found] for p in places],
+    return replace(
+        _summed(name, theirs, {p: [ours[p] for ours in found] for p in places}, np.mean),
         rows=one.rows, inside=float(np.mean([abs(d.spreads) < 1 for _, _, d in off])), off=tuple(off),
         notes=tuple(notes.values()),
     )  # fmt: skip
 
 
 def own_takes(theirs: Mapping[Place, tuple[Heard, ...]]) -> Judged | None:
-    """How far two takes of the recorded bass are from each other; None if each note has one take."""
-    pairs = {p: takes[:2] for p, takes in theirs.items() if len(takes) > 1}
-    return _nearest("your own second take", pairs, {p: [takes[1]] for p, takes in pairs.items()}) if pairs else None
+    """The distance of two takes of the recorded bass; None if each note has a single take."""
+    twice = {p: takes for p, takes in theirs.items() if len(takes) > 1}
+    first, second = ({p: takes[k : k + 1] for p, takes in twice.items()} for k in (0, 1))
+    return _summed("your own second take", first, second, np.mean) if twice else None
 
 
 def other_bass(name: str, notes: Sequence[Note], layers: int, theirs: Mapping[Place, tuple[Heard, ...]]) -> Judged:
-    """How far another recorded bass is: the nearest of its notes as hard, within a semitone."""
-    count = 1 + max(n.rank for n in notes)
+    """The distance of another recorded bass: of its nearest notes as hard, within a semitone."""
+    count = 1 + max((n.rank for n in notes), default=0)
     near: dict[Place, list[Heard]] = {}
     for note in notes:
         alike = [p for p in theirs if abs(p.key - key_of(note)) <= 1 and when(p.rank, layers) == when(note.rank, count)]
@@ -82,32 +82,21 @@ def other_bass(name: str, notes: Sequence[Note], layers: int, theirs: Mapping[Pl
             measured = heard(note.sound, note.rate, note.pitch, frozenset({"level"}))
             for place in alike:
                 near.setdefault(place, []).append(measured)
-    return _nearest(name, theirs, near)
-
-
-def _nearest(name: str, theirs: Mapping[Place, tuple[Heard, ...]], others: Mapping[Place, Sequence[Heard]]) -> Judged:
-    def least(place: Place, seconds: float = 1.0, equalized: bool = False) -> list[float]:
-        takes = theirs[place][:1] if name.startswith("your own") else theirs[place]
-        found = [apart(takes, other, seconds, equalized) for other in others.get(place, [])]
-        return [min((x for x in found if not math.isnan(x)), default=math.nan)]
-
-    places = sorted(theirs)
-    return _summed(
-        name, [least(p, SPANS[0]) for p in places], [least(p) for p in places],
-        [least(p, equalized=True) for p in places],
-    )  # fmt: skip
+    return _summed(name, theirs, near, np.min)
 
 
 def _summed(
-    name: str, half: list[list[float]], distance: list[list[float]], equalized: list[list[float]],
-    **more: object,
+    name: str, theirs: Mapping[Place, Sequence[Heard]], others: Mapping[Place, Sequence[Heard]],
+    joined: Callable[[list[float]], Any],
 ) -> Judged:  # fmt: skip
-    each = tuple(float(np.mean(x)) for x in distance)
-    made = Judged(name, _middle(half), _middle(distance), _middle(equalized), each)
-    return replace(made, **more)  # type: ignore[arg-type]
-
-
-def _middle(values: list[list[float]]) -> float:
-    means = [float(np.mean(x)) for x in values]
-    told = [x for x in means if not math.isnan(x)]
-    return float(np.median(told)) if told else math.nan
+    """Medians of the distances, each `joined` over the other notes of a place."""
+    each = [
+        [
+            float(joined([apart(theirs[p], o, seconds, equalized) for o in others[p]])) if others.get(p) else math.nan
+            for seconds, equalized in DISTANCES
+        ]
+        for p in sorted(theirs)
+    ]
+    told = np.array([row for row in each if not any(map(math.isnan, row))]).reshape(-1, len(DISTANCES))
+    half, distance, equalized = np.median(told, axis=0) if told.size else [math.nan] * len(DISTANCES)
+    return Judged(name, float(half), float(distance), float(equalized), tuple(row[1] for row in each))

@@ -35,7 +35,7 @@ CUT = "the recording begins within the note"
 
 
 class Place(NamedTuple):
-    """What is played: takes of one place are alike."""
+    """A note to play: all takes of it are alike."""
 
     key: int  # MIDI
     string: str  # its name; "": in the lowest position
@@ -169,7 +169,7 @@ def _strings(notes: Sequence[Note], guide: Sequence[Step]) -> tuple[list[str], l
 
 
 def _levels(takes: dict[Place, tuple[Note, ...]], layers: Sequence[str]) -> tuple[bool, list[str]]:
-    """Whether the levels of the layers tell nothing, and a doubt if so."""
+    """True if the levels of the layers tell nothing, and then a doubt."""
     if len(layers) < 2:
         return True, [f"all notes have one force, {layers[0]}: how the bass answers the hand is as in the base preset"]
     levels = [

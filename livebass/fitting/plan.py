@@ -1,4 +1,4 @@
-"""Which notes are fitted and which judge: every fourth one is held out, and a few of the rest are fitted."""
+"""Divides the notes: every fourth is held out, up to nine of the rest are fitted, and the others judge."""
 
 from __future__ import annotations
 

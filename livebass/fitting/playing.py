@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
-from livebass.model.instrument import Instrument, Player
+from livebass.model.instrument import Player
 from livebass.model.keymap import velocity_parts
 
 MONO, NOTE_ON, NOTE_OFF = (0xB0, 126), 0x90, 0x80
@@ -37,8 +37,3 @@ def played(
         messages.append([NOTE_OFF | channel, key, 64])
     engine.send(np.array(frames), np.array(messages, np.uint8))
     return np.asarray(engine.process(round(seconds * engine.rate)).sum(axis=0))
-
-
-def playable(bass: Instrument, string: int, key: int) -> bool:
-    """Whether a string has a note."""
-    return 0 <= key - bass.strings[string].open_note <= len(bass.necks[string].fret_positions)

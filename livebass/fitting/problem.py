@@ -1,4 +1,4 @@
-"""One fit: the notes to come near to, the base preset, and its free numbers. Its trials play and compare."""
+"""The problem of a fit: the recorded notes, the base preset and its free numbers. Its trials play and compare."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ class Trial:
 
     @property
     def work(self) -> Trial:
-        """What a worker solves."""
+        """Itself: a worker solves it."""
         return self
 
     @cached_property
@@ -176,7 +176,7 @@ class Trial:
 
 
 def digest_of(*told: str) -> str:
-    """The name of the point of a task, which depends on the program and what is `told`."""
+    """The name of the point of a task, which depends on the program and on all of `told`."""
     return hashlib.sha256("\n".join((program(), *told)).encode()).hexdigest()[:32]
 
 

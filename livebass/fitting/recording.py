@@ -85,7 +85,7 @@ def _note(read: Read, level: float) -> Floats:
 
 
 def _problem(sound: Floats) -> str | None:
-    """Why a recorded note is of no use; None if it is fine."""
+    """The defect of a recorded note; None if it is fine."""
     peak = float(np.abs(sound).max())
     if peak > LOUDEST:
         return "this clips: turn the input down"

@@ -113,7 +113,7 @@ def search(
 
 
 def _told(best: Floats, score: dict[str, float], tried: Callable[..., list[dict[str, float]]]) -> Any:
-    """Which numbers move the score, one at a time: (numbers,) bool."""
+    """True for each number that moves the score by itself: (numbers,)."""
     moved = list(_moved(best))
     scores = tried(moved, "one number moved,")
     least = np.array([s["score"] - score["score"] for s in scores]).reshape(-1, 2)

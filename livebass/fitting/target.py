@@ -1,4 +1,4 @@
-"""How far played notes are from recorded ones: rows of `livebass compare` in spreads of real basses, and distances.
+"""The score of played notes beside recorded ones: rows of `livebass compare` in spreads of real basses, and distances.
 
 A spread is the usual distance between two real basses in a row: the range of `compare` over SPREADS. Hz and seconds
 count by their logarithm. The score is the mean of the rows' differences, each at most CAP spreads, plus the mean
@@ -131,7 +131,7 @@ def differences(
 def level_differences(
     theirs: Mapping[Place, Sequence[Heard]], ours: Mapping[Place, Heard]
 ) -> dict[tuple[str, int], Difference]:
-    """How far each layer's level is off, in spreads, apart from the level of all."""
+    """The difference of each layer's level, in spreads, apart from the level of all."""
     ranks = sorted({p.rank for p in ours})
     real = [_median(h.figures["level"] for p in ours if p.rank == rank for h in theirs[p]) for rank in ranks]
     made = [_median(ours[p].figures["level"] for p in ours if p.rank == rank) for rank in ranks]
