@@ -148,8 +148,8 @@ class Problem:
             if f.section != STEP
         ]
         total = found.total + PRIOR * sum(away)
-        parts = {"rows": found.rows, "distance": found.distance, "equalized": found.equalized}
-        return {"score": round(total, DIGITS), **parts}
+        parts = {"score": total, "rows": found.rows, "distance": found.distance, "equalized": found.equalized}
+        return {name: round(value, DIGITS) for name, value in parts.items()}
 
 
 @dataclass(frozen=True, eq=False)

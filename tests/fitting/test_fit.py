@@ -17,11 +17,12 @@ pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
 from livebass.cli import fit as command
 from livebass.comparison.notes import Note
+from livebass.experiment.workers import connected, lasting
 from livebass.fitting import bounds, estimates, judge, plan, search
 from livebass.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
 from livebass.fitting.notes import Place
 from livebass.fitting.playing import USUAL_RATE, velocity_of
-from livebass.fitting.problem import HOPELESS, Problem, solved
+from livebass.fitting.problem import HOPELESS, Problem, Trial, solved
 from livebass.fitting.target import heard, searched
 from livebass.fitting.written import changed, preset_text
 from livebass.preset.build import Builder
@@ -196,6 +197,19 @@ def test_the_page_says_it_in_one_sentence_and_shows_before_and_after(run: Run, f
     assert out.strip().rstrip(".") in page and "my-bass 0.0 dB" in out
     for said in ("before: ", "after: a", "What the fit moved", "<audio", "Spectrograms", "The best score"):
         assert said in page
+
+
+@pytest.mark.real
+def test_processes_and_a_cluster_give_the_same_scores(problem: Problem, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    tasks = [Trial(problem, (0.2, u), f"trial {u}") for u in (0.3, 0.6)]
+    here = {task.name: solved(task.work) for task in tasks}
+    with lasting(2, solved) as compute:
+        assert {task.name: found for task, found in compute(tasks)} == here
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path), silence_logs=60
+    ) as cluster, connected(cluster.scheduler_address, solved) as compute:  # fmt: skip
+        assert {task.name: found for task, found in compute(tasks)} == here
 
 
 @pytest.mark.usefixtures("quick")
