@@ -16,7 +16,7 @@ import numpy as np
 import soundfile
 
 from livebass.arrays import Floats, Ints
-from livebass.comparison.measures import attack, band
+from livebass.comparison.measures import attack
 from livebass.comparison.notes import Note
 from livebass.comparison.ringing import ringing
 from livebass.engine.engine import Engine
@@ -162,7 +162,7 @@ def floor(recorded: Recorded, problem: Problem) -> float | None:
         return None
     middle = (len(recorded.layers) - 1) // 2
     notes = [n for place, takes in recorded.takes.items() if place.rank == middle for n in takes]
-    quiet = [_rms(band(n.sound, n.rate, *FLOOR_BAND)) for n in recorded.quiet] or _before(notes)
+    quiet = [_rms(n.sound, n.rate, FLOOR_BAND) for n in recorded.quiet] or _before(notes)
     if quiet:
         level = np.median([_rms(n.sound[attack(n.sound, n.rate) :][: round(0.3 * n.rate)]) for n in notes])
         found = 20 * math.log10(float(np.median(quiet) / level))
@@ -209,8 +209,11 @@ def _hiss(note: Note) -> float:
     return 10 * math.log10(float(power[(nu > HISS[0]) & (nu < HISS[1])].sum() / power.sum()) + 1e-15)
 
 
-def _rms(sound: Floats) -> float:
-    return float(np.sqrt(np.mean(sound**2))) + 1e-12
+def _rms(sound: Floats, rate: int = 1, band: tuple[float, float] = (0.0, 1.0)) -> float:
+    """The mean level of a sound, or of a band of it (Hz)."""
+    power = np.abs(np.fft.rfft(sound)) ** 2
+    nu = np.arange(power.size) * rate / sound.size
+    return math.sqrt(2 * float(power[(nu >= band[0]) & (nu < band[1])].sum())) / sound.size + 1e-12
 
 
 def knock(recorded: Recorded, bass: Instrument) -> float | None:

@@ -23,7 +23,7 @@ from livebass.fitting.plan import Plan, plan
 from livebass.fitting.playing import USUAL_RATE, played
 from livebass.fitting.problem import Problem, Trial, digest_of
 from livebass.fitting.search import Best, Points, search
-from livebass.fitting.target import Heard, heard, searched
+from livebass.fitting.target import STRIKES, Heard, heard, searched
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
@@ -35,7 +35,6 @@ from livebass.units import note_name
 SAME_BASS = ("drop-d", "five-string", "six-string")  # jazz-finger with other strings
 LABORATORY = "paper"  # presets whose names begin so are heard by a sensor
 VELOCITY = 90  # at which presets are equally loud
-STRIKES = ("slap", "pop")  # techniques
 ENOUGH = 0.8  # of the notes that any preset plays
 MOST_FORCE = 8.0  # dB, a step of force to begin with
 

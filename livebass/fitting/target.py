@@ -17,13 +17,16 @@ import numpy as np
 
 from livebass.arrays import Floats
 from livebass.comparison.distance import Shape, between, shape
-from livebass.comparison.measures import GLIDE_KEYS, KEYS, attack, measure
+from livebass.comparison.measures import GLIDE_KEYS, KEYS, SHARE_KEYS, attack, measure
+from livebass.comparison.notes import USUAL
 from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.fitting.notes import Place
 
 SECONDS = 1.6  # s of a note that are compared
 LEAD = 0.03  # s before its attack
-LONG = {"level", "level_2s", "growth"}  # absolute, or longer than SECONDS
+LONG = {"level", "level_2s", "growth", "between_level", "fall_time"}  # absolute, or longer than SECONDS
+STRUCK = {"thump", *SHARE_KEYS}  # of STRIKES only
+STRIKES = ("slap", "pop")  # techniques
 SLOW = set(GLIDE_KEYS)  # costly to measure, for little
 SPREADS = 2.5  # in a range over a handful of basses
 CAP = 3.0  # spreads
@@ -67,14 +70,15 @@ class Score:
 def spreads(technique: str) -> dict[tuple[str, str], float]:
     """The spread of each row by key and SOFT, MEDIUM or HARD, for a technique.
 
-    A row without a range for some notes takes that of the others.
+    A row without a range for some notes takes the range of the others, or the range of fingers.
     """
     found: dict[str, dict[str, float]] = {}
     for row in ROWS:
-        real = row.range_of(technique)
-        if real is None or real.low >= real.high:
-            real = row.real
-        if real is not None and real.low < real.high and row.key in KEYS and row.key not in LONG:
+        if row.key not in KEYS or row.key in LONG or (row.key in STRUCK and technique not in STRIKES):
+            continue
+        ranges = [row.range_of(each) for each in (technique, USUAL)]
+        real = next((r for r in ranges if r is not None and r.low < r.high), None)
+        if real is not None:
             log = row.unit in LOGARITHMIC and real.low > 0
             wide = math.log(real.high / real.low) if log else real.high - real.low
             found.setdefault(row.key, {})[row.when] = max(wide / SPREADS, 0.0 if log else 10.0**-row.digits)
