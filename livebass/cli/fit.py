@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +25,7 @@ from livebass.units import one_line
 if TYPE_CHECKING:
     from livebass.experiment.workers import Compute
     from livebass.fitting.fit import Fitted, Wanted
+    from livebass.fitting.guide import Step
     from livebass.fitting.notes import Recorded
     from livebass.model.instrument import Instrument
 
@@ -136,12 +137,11 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
 
     needed = ("cmaes", "scipy.optimize", *(("matplotlib.figure", "jinja2") if page else ()))
     check_installed("fit", "fit,analysis,plots", needed)
-    checked_place(output)
-    from livebass.fitting.guide import steps
+    for place in (output, *((output.with_suffix(".html"),) if page else ())):
+        checked_place(place)
     from livebass.fitting.notes import recorded
 
-    guide = steps(_bass(how["like"] or DEFAULT_PRESET, how["tuning"]))
-    found = recorded(notes, how["technique"], guide)
+    found = recorded(notes, how["technique"], _steps(how["like"], how["tuning"]))
     for doubt in found.doubts:
         say(f"doubt: {doubt}")
     points = output.with_name(f"{output.stem}-points")
@@ -152,7 +152,22 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
             fitted = _searched(found, how, points)
         _write(fitted, found, output, page, how)
     except KeyboardInterrupt:
-        raise Interrupted(f"interrupted; the trials done are kept in {points}: the same command goes on") from None
+        count = len(list((points / "points").glob("[!.]*.json")))
+        kept = f"{count} trials are kept in {points}: the same command goes on" if count else "nothing written"
+        raise Interrupted(f"interrupted, {kept}") from None
+
+
+def _steps(like: str | None, tuning: Any) -> list[Step]:
+    """The guide in whose order one long recording may be; none if the usual bass cannot be tuned so."""
+    from livebass.fitting.guide import steps
+    from livebass.preset.source import PresetError
+
+    try:
+        return steps(_bass(like or DEFAULT_PRESET, tuning))
+    except PresetError:
+        if like is not None:
+            raise
+        return []
 
 
 def _searched(found: Recorded, how: dict[str, Any], points: Path) -> Fitted:
@@ -214,5 +229,5 @@ def _write(fitted: Fitted, found: Recorded, output: Path, page: bool, how: dict[
 
 def _command(how: dict[str, Any], name: str, trials: int) -> str:
     """The command that makes the same preset from the same notes."""
-    given = [f"--{key} {one_line(os.fspath(how[key]))}" for key in ("like", "tuning", "technique") if how[key]]
-    return " ".join(["livebass fit", name, *given, f"--seed {how['seed']} --evaluations {trials}"])
+    given = [part for key in ("like", "tuning", "technique") if how[key] for part in (f"--{key}", str(how[key]))]
+    return shlex.join(["livebass", "fit", name, *given, "--seed", str(how["seed"]), "--evaluations", str(trials)])

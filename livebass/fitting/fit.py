@@ -161,7 +161,7 @@ def _candidates(recorded: Recorded, tuning: Any) -> list[tuple[str, Tables, list
         if (bass.player.technique == "slap") == (recorded.technique in STRIKES):
             found.append((name, tables, estimates.places_of(recorded, bass)))
     if not found:
-        raise ValueError("--tuning: no shipped preset has so many strings; give one with --like")
+        raise ValueError("--tuning: no shipped preset can be tuned so; name one with --like")
     most = max(len(places) for _, _, places in found)
     return [each for each in found if len(each[2]) >= ENOUGH * most]
 

@@ -228,7 +228,7 @@ def test_ctrl_c_says_that_trials_are_kept(
     monkeypatch.setattr(Problem, "solve", interrupted)
     status, out, err = run("fit", folder, "--like", NAME, "--no-page", "-o", tmp_path / "a.toml")
     assert status == 130 and not out
-    assert "interrupted; the trials done are kept in" in err.splitlines()[-1] and "goes on" in err.splitlines()[-1]
+    assert "interrupted, 4 trials are kept in" in err.splitlines()[-1] and "goes on" in err.splitlines()[-1]
     assert len(list((tmp_path / "a-points" / "points").glob("[!.]*.json"))) == 4
     assert {p.name for p in tmp_path.iterdir()} == {"a-points"}
 
