@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from livebass.comparison.measures import attack
-from livebass.comparison.notes import Note
+from livebass.comparison.notes import Note, spread
 from livebass.engine.engine import Engine
 from livebass.experiment.workers import Compute
 from livebass.fitting import estimates
@@ -105,7 +105,7 @@ def fit(
     free = _free(bass, recorded, first.ranks)
     fixed, known, doubts = _estimates(recorded, first, free, points, say)
     problem = replace(first, free=tuple(free), fixed=fixed)
-    best = search(problem, _begin(problem, recorded, known), points, wanted.seed, wanted.trials, wanted.minutes)
+    best = search(problem, _begins(problem, recorded, known), points, wanted.seed, wanted.trials, wanted.minutes)
     values = [f.value(u) for f, u in zip(free, best.scaled, strict=True)]
     say(f"{best.trials} trials: score {best.begin['score']:.2f} -> {best.score['score']:.2f}; judging")
     held = hear(recorded.takes, chosen.judges)
@@ -186,23 +186,30 @@ def _free(bass: Instrument, recorded: Recorded, ranks: Sequence[int]) -> list[Fr
     return [*free_numbers(bass), *(step(layers[a], layers[b]) for a, b in pairwise(ranks))]
 
 
-def _begin(problem: Problem, recorded: Recorded, known: dict[str, float]) -> list[float]:
-    """The beginning of the search: the base preset's numbers, losses by T60, forces by the layers' levels."""
-    scaled = [
-        f.on_scale(known[f.key]) if f.key in known else u for f, u in zip(problem.free, problem.start(), strict=True)
-    ]
-    if recorded.normalized:
-        return scaled
-    level = {
-        rank: float(np.median([h.figures["level"] for p, takes in problem.theirs.items() if p.rank == rank
-                               for h in takes]))
-        for rank in problem.ranks
-    }  # fmt: skip
-    growth = iter(np.diff([level[rank] for rank in problem.ranks]))
-    return [
-        f.on_scale(min(float(next(growth)), MOST_FORCE)) if f.section == STEP else u
-        for f, u in zip(problem.free, scaled, strict=True)
-    ]
+def _begins(problem: Problem, recorded: Recorded, known: dict[str, float]) -> list[list[float]]:
+    """Places where a search may begin: with losses of the base preset or by T60, forces by velocity or by level."""
+    start = problem.start()
+    by_decay = [f.on_scale(known[f.key]) if f.key in known else u for f, u in zip(problem.free, start, strict=True)]
+    forces = [_growth(problem.forces(spread(problem.layers)))]
+    if not recorded.normalized:
+        theirs = problem.theirs.items()
+        forces.append(_growth([
+            float(np.median([h.figures["level"] for p, takes in theirs if p.rank == rank for h in takes]))
+            for rank in problem.ranks
+        ]))  # fmt: skip
+    made = []
+    for losses in (by_decay, start):
+        for growth in forces:
+            steps = iter(growth)
+            made.append([
+                f.on_scale(next(steps)) if f.section == STEP else u for f, u in zip(problem.free, losses, strict=True)
+            ])  # fmt: skip
+    return made
+
+
+def _growth(levels: Sequence[float]) -> list[float]:
+    """The steps (dB) from one layer to the next, at most MOST_FORCE."""
+    return [min(float(step), MOST_FORCE) for step in np.diff(levels)]
 
 
 def _estimates(

@@ -30,6 +30,7 @@ from livebass.fitting.target import (
     searched,
 )
 from livebass.model.instrument import Instrument, note_frequency
+from livebass.model.keymap import velocity_parts
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
 from livebass.preset.like import whole
@@ -98,6 +99,13 @@ class Problem:
         levels = np.append(-np.cumsum(steps[::-1])[::-1], 0.0)  # dB of the fitted layers re the hardest of them
         all_levels = np.interp(range(self.layers), self.ranks, levels)
         return [velocity_of(bass.player, hardest * 10 ** (x / 20)) for x in all_levels]
+
+    def forces(self, velocities: Sequence[int]) -> list[float]:
+        """The force of each fitted layer of the base preset, dB, if its layers have these velocities."""
+        player = self.bass.player
+        parts = velocity_parts(player.velocity_curve)
+        span = 20 * math.log10(player.hardest / max(player.softest, 1e-3))
+        return [span * parts[velocities[rank]] for rank in self.ranks]
 
     def play(
         self, values: Sequence[float], places: Sequence[Place], quality: str = "live", seconds: float = LEAD + SECONDS,

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from livebass.arrays import Floats
-from livebass.experiment.sweep import Results, completed, found
+from livebass.experiment import sweep
+from livebass.experiment.sweep import Results, completed
 from livebass.experiment.workers import Compute, Task
 from livebass.fitting.bounds import STEP
 from livebass.fitting.problem import Problem, Trial
@@ -42,7 +43,7 @@ class Points:
 
     def solve(self, tasks: Sequence[Task], names: Sequence[str] = PARTS) -> list[dict[str, float]]:
         """The results of tasks, in order."""
-        self.results |= found(self.directory, [t for t in tasks if t.digest not in self.results], names)
+        self.results |= sweep.found(self.directory, [t for t in tasks if t.digest not in self.results], names)
         done = sum(t.digest in self.results for t in tasks)
         self.step(done)
         for _ in completed(self.directory, tasks, self.results, self.compute):
@@ -64,21 +65,24 @@ class Best:
 
 
 def search(
-    problem: Problem, begin: Sequence[float], points: Points, seed: int, trials: int, minutes: float = math.inf
-) -> Best:
-    """Searches from a place on the scale, for a number of trials or minutes, at least one dozen."""
+    problem: Problem, begins: Sequence[Sequence[float]], points: Points, seed: int, trials: int,
+    minutes: float = math.inf,
+) -> Best:  # fmt: skip
+    """Searches from the best of some places on the scale, for a number of trials or minutes, at least one dozen."""
     from cmaes import CMA
 
     generations = max(1, trials // POPULATION)
-    start = np.clip(np.array(begin), MARGIN, 1 - MARGIN)
-    bounds = np.array([[0.0, 1.0]] * len(start))
-    optimizer = CMA(start, SIGMA, bounds=bounds, seed=seed, population_size=POPULATION)
 
     def tried(scaled: Sequence[Any], name: str) -> list[dict[str, float]]:
         places = [tuple(round(float(u), 6) for u in each) for each in scaled]
         return points.solve([Trial(problem, each, f"{name} {k}") for k, each in enumerate(places, 1)])
 
-    best, first = start, tried([start], "beginning")[0]
+    starts = np.clip(np.array(begins), MARGIN, 1 - MARGIN)
+    found = tried(starts, "beginning")
+    k = min(range(len(starts)), key=lambda k: found[k]["score"])
+    best, first = starts[k], found[k]
+    bounds = np.array([[0.0, 1.0]] * len(best))
+    optimizer = CMA(best, SIGMA, bounds=bounds, seed=seed, population_size=POPULATION)
     score, curve = first, [first["score"]]
     last: list[Floats] = []
     end = time.monotonic() + 60 * minutes

@@ -51,12 +51,13 @@ def searched(directory: Path, computer: Computer, seed: int = 1, trials: int = 9
     with Transaction() as made:
         made.directory(directory)
         made.directory(directory / "points")
-        return search(Fake(), [0.5, 0.5, 0.5], Points(directory, computer), seed, trials)  # type: ignore[arg-type]
+        return search(Fake(), [[0.5, 0.5, 0.5], [0.1, 0.9, 0.5]], Points(directory, computer), seed, trials)  # type: ignore[arg-type]
 
 
 def test_it_comes_nearer_and_leaves_what_the_notes_do_not_tell(tmp_path: Path) -> None:
     computer = Computer()
     found = searched(tmp_path / "a", computer)
+    assert found.begin["score"] == pytest.approx(1.3)  # of the better beginning
     assert found.score["score"] < 0.2 * found.begin["score"] and found.trials == 96
     assert np.allclose(found.scaled[:2], WANTED, atol=0.15)
     assert found.told == (True, True, False) and found.scaled[2] == 0.5
@@ -70,7 +71,7 @@ def test_a_seed_gives_the_same_trials_and_another_one_others(tmp_path: Path) -> 
     first, again = searched(tmp_path / "a", a, trials=24), searched(tmp_path / "b", b, trials=24)
     other = searched(tmp_path / "c", c, seed=2, trials=24)
     assert first == again and sorted(a.asked) == sorted(b.asked)
-    assert other != first and set(a.asked) & set(c.asked) == {(0.5, 0.5, 0.5)}
+    assert other != first and set(a.asked) & set(c.asked) == {(0.5, 0.5, 0.5), (0.1, 0.9, 0.5)}
 
 
 def test_interrupted_it_goes_on_to_the_same_result(tmp_path: Path) -> None:
