@@ -44,6 +44,7 @@ LEAD = 0.02  # s of it, at least
 RELEASED, AFTER = 1.0, 0.3  # s: as in `livebass compare`
 VELOCITY = 90  # of a medium note
 KNOCKED = 5  # notes that are released
+LOUD_KNOCK = 10.0  # dB
 HISS = (10e3, 16e3)  # Hz
 
 
@@ -221,23 +222,31 @@ def knock(recorded: Recorded, bass: Instrument) -> float | None:
     if not recorded.releases or bass.player.release_noise <= OFF or bass.output.kind != "pickups":
         return None
     middle = (len(recorded.layers) - 1) // 2
+    medium = [n for p, takes in recorded.takes.items() if p.rank == middle for n in takes]
+    rest = [_peak(n, RELEASED, RELEASED + 0.1) for n in medium]
+    theirs = float(np.median([_peak(n, 0.0, AFTER) for n in recorded.releases]) - np.median(rest))
+    places = [p for p in places_of(recorded, bass) if p.rank == middle][:KNOCKED]
+    level = LOUD_KNOCK  # from above: a knock below the note's own level is not heard
+    for _ in range(3) if places else ():
+        player = replace(bass.player, release_noise=level)
+        ours = _knocks(replace(bass, player=player), places)
+        level = min(max(level + theirs - ours, KNOCKS[0]), KNOCKS[1])
+    return level if places else None
+
+
+def _knocks(bass: Instrument, places: Sequence[Place]) -> float:
+    """The peak of a release over the peak of the note after RELEASED, dB, median over places."""
     engine = Engine(bass, QUALITIES["live"], USUAL_RATE, workers=1)
-    ours, theirs = [], [_peak(n, 0.0, AFTER) for n in recorded.releases]
-    rest = [
-        _peak(n, RELEASED, RELEASED + 0.1) for p, takes in recorded.takes.items() if p.rank == middle for n in takes
-    ]
-    for place in [p for p in places_of(recorded, bass) if p.rank == middle][:KNOCKED]:
+    found = []
+    for place in places:
         string = string_of(bass, place)
         assert string is not None
         long, short = (
             Note("", played(engine.another(place.key), string, place.key, VELOCITY, 1.5, released), USUAL_RATE, 0.0)
             for released in (None, RELEASED)
         )
-        ours.append(_peak(short, RELEASED, RELEASED + AFTER) - _peak(long, RELEASED, RELEASED + 0.1))
-    if not ours:
-        return None
-    found = bass.player.release_noise + float(np.median(theirs)) - float(np.median(rest)) - float(np.median(ours))
-    return min(max(found, KNOCKS[0]), KNOCKS[1])
+        found.append(_peak(short, RELEASED, RELEASED + AFTER) - _peak(long, RELEASED, RELEASED + 0.1))
+    return float(np.median(found))
 
 
 def _peak(note: Note, begin: float, end: float) -> float:

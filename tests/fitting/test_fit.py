@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,14 +18,16 @@ pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
 from livebass.cli import fit as command
 from livebass.comparison.notes import Note
+from livebass.engine.engine import Engine
 from livebass.experiment.workers import connected, lasting
 from livebass.fitting import bounds, estimates, judge, plan, search
 from livebass.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
-from livebass.fitting.notes import Place
-from livebass.fitting.playing import USUAL_RATE, velocity_of
+from livebass.fitting.notes import Place, Recorded
+from livebass.fitting.playing import USUAL_RATE, played, velocity_of
 from livebass.fitting.problem import HOPELESS, Problem, Trial, solved
 from livebass.fitting.target import heard, searched
 from livebass.fitting.written import changed, preset_text
+from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
 from livebass.preset.load import load_preset, preset_names, preset_tables
 
@@ -66,12 +69,42 @@ def test_what_no_bass_can_be_is_hopeless_and_no_error(problem: Problem) -> None:
 
 
 def test_losses_are_read_off_the_decay(real: dict[Place, Note]) -> None:
-    from livebass.fitting.notes import Recorded
-
-    takes = {p: (n,) for p, n in real.items()}
-    found = Recorded("a", "fingers", takes, ("soft",), (), (), True, (), "")
-    told = estimates.losses(load_preset(NAME), found, FREE)
+    told = estimates.losses(load_preset(NAME), recorded(real), FREE)
     assert told["thermoelastic"] == pytest.approx(TRUTH[0], rel=0.5)  # 1.6e-4 in the base preset
+
+
+def recorded(takes: dict[Place, Note], **more: Any) -> Recorded:
+    layers = tuple(f"v{k}" for k in range(1 + max(p.rank for p in takes)))
+    given: dict[str, Any] = {"releases": (), "quiet": (), "normalized": True, "doubts": (), "digest": ""}
+    return Recorded("a", "fingers", {p: (n,) for p, n in takes.items()}, layers, **(given | more))
+
+
+def test_noise_is_read_off_a_silence_or_what_precedes_the_notes(problem: Problem) -> None:
+    rng = np.random.default_rng(1)
+
+    def noise(seconds: float, level_db: float) -> np.ndarray[Any, Any]:
+        return 10 ** (level_db / 20) * rng.standard_normal(round(seconds * USUAL_RATE))
+
+    band = 10 * math.log10(USUAL_RATE / 2 / 2960)  # white noise over its part from 40 to 3000 Hz, dB
+    tone = np.sin(2 * math.pi * 110 * np.arange(USUAL_RATE) / USUAL_RATE)  # -3 dB
+    note = Note("", tone, USUAL_RATE, 110.0)
+    silent = recorded({PLACES[0]: note}, quiet=(Note("", noise(1.0, -53.0 + band), USUAL_RATE, 0.0),))
+    assert estimates.floor(silent, problem) == pytest.approx(-50, abs=0.3)
+    led = replace(note, sound=np.concatenate([noise(0.1, -63.0), tone]))
+    assert estimates.floor(recorded({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.5)
+
+
+def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
+    tables = {**BASE, "player": {**BASE["player"], "release_noise": "8 dB"}}
+    loud = Engine(Builder(NAME).instrument(tables), QUALITIES["live"], USUAL_RATE, workers=1)
+    places = [Place(key, "", 0) for key in (32, 37, 42)]
+    takes = {p: Note("", played(loud.another(1), i, p.key, 90, 1.5), USUAL_RATE, 0.0) for i, p in enumerate(places)}
+    releases = tuple(
+        Note("", played(loud.another(1), i, p.key, 90, 1.4, 1.0)[USUAL_RATE:], USUAL_RATE, 0.0)
+        for i, p in enumerate(places)
+    )
+    assert estimates.knock(recorded(takes, releases=releases), load_preset(NAME)) == pytest.approx(8, abs=2.5)
+    assert estimates.knock(recorded(takes), load_preset(NAME)) is None
 
 
 @pytest.mark.parametrize("name", [n for n in preset_names() if not n.startswith("paper")])
