@@ -22,6 +22,7 @@ from livebass.cli.bench import bench
 from livebass.cli.compare import compare
 from livebass.cli.devices import devices
 from livebass.cli.export import export
+from livebass.cli.fit import fit
 from livebass.cli.help import help_
 from livebass.cli.page import page
 from livebass.cli.play import play
@@ -67,7 +68,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, page, render, presets, devices, export, simulate, study, identify, compare, bench, help_):
+for command in (play, page, render, presets, devices, export, simulate, study, identify, compare, fit, bench, help_):
     livebass.add_command(command)
 
 

@@ -41,10 +41,11 @@ def _temperament(text: str) -> str:
     return text
 
 
+tuning_type = Parsed("name|notes", _tuning)
 tuning_options = together(
     option(
         "--tuning",
-        Parsed("name|notes", _tuning),
+        tuning_type,
         "Tuning: drop-d, eb, half-step-down ..., or the notes, lowest first: DADG, 'D1 A1 D2 G2'.",
     ),
     option("--capo", Number("fret", 0, 31, whole=True), "Fret of a capo, 0 to 31."),

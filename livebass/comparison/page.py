@@ -29,15 +29,18 @@ STEP = 0.02  # s, for a level over time
 COLOURS = ("#1f4e79", "#c55a11", "#548235", "#7030a0")
 
 
-def page(comparison: Comparison) -> str:
-    """Returns the page as HTML, pictures included. Needs matplotlib and Jinja2."""
+def page(comparison: Comparison, title: str = "", above: str = "") -> str:
+    """Returns the page as HTML, pictures included. Needs matplotlib and Jinja2.
+
+    title: by default the names of the basses; above: HTML that comes first.
+    """
     shown = _shown(comparison)
     heard = listening.rows(shown)
     drawn = [*_spectrograms(shown), _levels(shown), _decays(shown), _bands(shown)]
     names = [each.bass.title for each in comparison.basses]
     return html_page(
         "livebass.comparison", "comparison.html",
-        version=__version__, title=" beside ".join(names), names=names,
+        version=__version__, title=title or " beside ".join(names), above=above, names=names,
         figures=[{"png": base64.b64encode(png).decode(), "caption": caption} for png, caption in drawn],
         heard=heard, count=sum(len(c.bass.notes) for c in shown if not c.bass.rendered), most=listening.MOST,
         rows=[_row(comparison, row) for row in comparison.rows()],

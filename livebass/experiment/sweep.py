@@ -11,11 +11,11 @@ import json
 import math
 import os
 import time
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ from livebass.files import OutputError, Transaction, checked_place
 from livebass.model.trial import Asking
 from livebass.report.picture import figure, image, shown_text
 from livebass.report.text import csv_text, json_text, plain
+
+if TYPE_CHECKING:
+    from livebass.experiment.workers import Compute, Task
 
 Results = dict[str, dict[str, float]]  # by digest
 TABLE, PICTURES, POINTS = "sweep.csv", ("sweep.png", "sweep.svg"), "points"
@@ -148,13 +151,16 @@ def prepare(made: Transaction, directory: Path, file: Path | None = None) -> Non
             left.unlink(missing_ok=True)
 
 
-def found(directory: Path, points: Iterable[Point]) -> Results:
-    """Read the existing results; a file that is damaged or belongs to another point counts as missing."""
+def found(directory: Path, points: Iterable[Task], names: Collection[str] = QUANTITIES) -> Results:
+    """Read the existing results; a file that is damaged or belongs to another point counts as missing.
+
+    names: the quantities of each point.
+    """
     results: Results = {}
     for digest in dict.fromkeys(point.digest for point in points):
         try:
             kept = json.loads(_file(directory, digest).read_bytes())
-            values = {name: _number(kept["quantities"][name]) for name in QUANTITIES}
+            values = {name: _number(kept["quantities"][name]) for name in names}
         except (OSError, ValueError, KeyError, TypeError):
             continue
         if kept["digest"] == digest:
@@ -163,8 +169,7 @@ def found(directory: Path, points: Iterable[Point]) -> Results:
 
 
 def completed(
-    directory: Path, points: Sequence[Point], results: Results,
-    compute: Callable[[Sequence[Point]], Generator[tuple[Point, dict[str, float]]]],
+    directory: Path, points: Sequence[Task], results: Results, compute: Compute
 ) -> Iterator[int]:  # fmt: skip
     """Compute the points missing in `results`, keep each in its file and in `results`; yields the number done.
 
@@ -199,7 +204,7 @@ def _file(directory: Path, digest: str) -> Path:
     return directory / POINTS / f"{digest}.json"
 
 
-def _point_text(point: Point, result: dict[str, float]) -> bytes:
+def _point_text(point: Task, result: dict[str, float]) -> bytes:
     kept = {
         "digest": point.digest, "point": point.name, "program": program(),
         "quantities": result,

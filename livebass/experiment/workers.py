@@ -15,17 +15,33 @@ import socket
 import threading
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
-from livebass.experiment.grid import Point, Work, program
+from livebass.experiment.grid import Point, program
 from livebass.experiment.point import Result, measured
 from livebass.extras import install
 from livebass.interrupts import hidden_from_children
 from livebass.report.progress import Say
+
+
+class Task(Protocol):
+    """One point of a sweep, or of other work that `solve` does on its `work`."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def work(self) -> Any: ...
+    @property
+    def digest(self) -> str: ...
+
+
+AnyTask = TypeVar("AnyTask", bound=Task)
+Solve = Callable[[Any], Result]  # a function of a module: processes find it by its name
+Compute = Callable[[Sequence[Any]], Generator[tuple[Any, Result]]]
 
 MOST_DEATHS = 3  # of processes that had only the same single point to compute
 # Sums over several threads may round differently from sums in one.
@@ -66,7 +82,7 @@ def _together(
             broken = False
             for point in islice(waiting, workers - len(running)):
                 try:
-                    running[submit(point)] = point
+                    running[submit(measured, point.work)] = point
                 except BrokenProcessPool:
                     broken = True
                     break
@@ -85,7 +101,7 @@ def _together(
                 return list(running.values())
 
 
-def _result(point: Point, future: Future[Result]) -> Result:
+def _result(point: Task, future: Future[Result]) -> Result:
     try:
         return future.result()
     except ValueError as error:
@@ -93,15 +109,34 @@ def _result(point: Point, future: Future[Result]) -> Result:
 
 
 @contextmanager
-def _pool(workers: int) -> Iterator[Callable[[Point], Future[Result]]]:
-    """A function that hands a point to the next free process. No process outlives the block, however it ends."""
+def lasting(workers: int, solve: Solve) -> Iterator[Compute]:
+    """A function like that of `connected`, for processes that last from one call of it to the next.
+
+    It raises ChildProcessError with the name of a point whose process dies.
+    """
+    with _pool(workers) as submit:
+
+        def compute(points: Sequence[AnyTask]) -> Generator[tuple[AnyTask, Result]]:
+            running = {submit(solve, point.work): point for point in points}
+            for future in as_completed(running):
+                try:
+                    yield running[future], _result(running[future], future)
+                except BrokenProcessPool:
+                    raise ChildProcessError(f"{running[future].name}: the process that computes it has died") from None
+
+        yield compute
+
+
+@contextmanager
+def _pool(workers: int) -> Iterator[Callable[[Solve, Any], Future[Result]]]:
+    """A function that hands work to the next free process. No process outlives the block, however it ends."""
     before = set(multiprocessing.active_children())
     environment = {name: os.environ.get(name) for name in ONE_THREAD}
     executor = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
 
-    def submit(point: Point) -> Future[Result]:
+    def submit(solve: Solve, work: Any) -> Future[Result]:
         with hidden_from_children():
-            return executor.submit(measured, point.work)
+            return executor.submit(solve, work)
 
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     try:
@@ -137,8 +172,8 @@ ADDRESS = re.compile(r"((tcp|tls|ws|wss)://)?(\[[0-9a-fA-F:]+\]|[\w.-]+):[0-9]{1
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tuple[Point, Result]]]]:
-    """A function that computes points on the cluster of the scheduler at `address`; see `computed`.
+def connected(address: str, solve: Solve = measured) -> Iterator[Compute]:
+    """A function that computes points, by `solve`, on the cluster of the scheduler at `address`; see `computed`.
 
     Raises OSError if no scheduler or no worker answers, or the scheduler is lost; ValueError for a malformed address,
     and with the name of a point that cannot be solved; ChildProcessError for a point that Dask gives up because its
@@ -156,7 +191,7 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
     with warnings.catch_warnings(), dask.config.set(times):
-        warnings.simplefilter("ignore")  # about different versions: `measured_there` compares the relevant ones
+        warnings.simplefilter("ignore")  # about different versions: `solved_there` compares the relevant ones
         asyncio.run(_shake_hands(address))
         try:
             client = distributed.Client(address, timeout=CONNECT, set_as_default=False)
@@ -165,21 +200,21 @@ def connected(address: str) -> Iterator[Callable[[Sequence[Point]], Generator[tu
         try:
             _check(client, address)
             with client.as_current():
-                yield lambda points: _on_cluster(client, points, address)
+                yield lambda points: _on_cluster(client, points, address, solve)
         except (CancelledError, CommClosedError):
             raise _gone(address, "lost") from None
         finally:
             client.close(timeout=CONNECT)
 
 
-def measured_there(work: Work, wanted: str) -> Result:
-    """`measured` in a worker of the cluster. Raises OSError if that runs a program other than `wanted`."""
+def solved_there(solve: Solve, work: Any, wanted: str) -> Result:
+    """`solve(work)` in a worker of the cluster. Raises OSError if that runs a program other than `wanted`."""
     import threadpoolctl
 
     if program() != wanted:
         raise OSError(f"the worker on {socket.gethostname()} has {program()}; needed is {wanted}")
     with threadpoolctl.threadpool_limits(1):  # rounds as in the processes of `_pool`
-        return measured(work)
+        return solve(work)
 
 
 async def _shake_hands(address: str) -> None:
@@ -212,10 +247,12 @@ def _check(client: Any, address: str) -> None:
         raise OSError(f"scheduler {address}: has no workers; start some: dask worker {address}") from None
 
 
-def _on_cluster(client: Any, points: Sequence[Point], address: str) -> Generator[tuple[Point, Result]]:
+def _on_cluster(
+    client: Any, points: Sequence[AnyTask], address: str, solve: Solve
+) -> Generator[tuple[AnyTask, Result]]:
     """Compute `points` on the cluster of `client`; see `computed`."""
     waiting = iter(points)
-    handed_out: dict[str, Point] = {}
+    handed_out: dict[str, AnyTask] = {}
 
     def more() -> list[Any]:
         """Hand out as many points as the present workers need."""
@@ -224,7 +261,7 @@ def _on_cluster(client: Any, points: Sequence[Point], address: str) -> Generator
         for point in islice(waiting, max(wanted, not handed_out)):
             key = f"livebass-{point.digest}"
             handed_out[key] = point
-            futures.append(client.submit(measured_there, point.work, program(), key=key))
+            futures.append(client.submit(solved_there, solve, point.work, program(), key=key))
         return futures
 
     running = set(more())
@@ -256,7 +293,7 @@ def _gone(address: str, what: str) -> OSError:
     return OSError(f"scheduler {address}: {what}; finished points stay, the same command goes on")
 
 
-def _cluster_result(point: Point, future: Any) -> Result | None:
+def _cluster_result(point: Task, future: Any) -> Result | None:
     """The result, or None if the worker that had it has just died: Dask computes it again."""
     import distributed
 

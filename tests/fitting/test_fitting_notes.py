@@ -1,0 +1,122 @@
+"""Notes of a folder: strings, layers, doubts, and refusals in one line; which are fitted and which judge."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+
+from livebass.arrays import Floats
+from livebass.fitting.guide import steps
+from livebass.fitting.notes import Place, recorded, string_of
+from livebass.fitting.plan import FITTED, plan
+from livebass.identification.partials import RecordingError
+from livebass.preset.load import load_preset
+from livebass.units import note_name
+
+RATE = 44_100
+BASS = load_preset("jazz-finger")
+LEVELS = {"pp": -30.0, "mf": -18.0, "ff": -8.0}
+
+
+def tone(key: int, level_db: float = -12.0, seconds: float = 1.5, lead: float = 0.05) -> Floats:
+    """A note of eight partials that decays, after a `lead` without sound."""
+    t = np.arange(round(seconds * RATE)) / RATE
+    f0 = 440 * 2 ** ((key - 69) / 12)
+    sound = sum(np.sin(2 * math.pi * j * f0 * t) / j for j in range(1, 9)) * 10 ** (-3 * t / 6)
+    return np.concatenate([np.zeros(round(lead * RATE)), 10 ** (level_db / 20) * sound / np.abs(sound).max()])
+
+
+def save(folder: Path, **files: Floats) -> Path:
+    folder.mkdir(exist_ok=True)
+    for name, sound in files.items():
+        soundfile.write(folder / f"{name}.wav", sound, RATE, subtype="FLOAT")
+    return folder
+
+
+def chromatic(folder: Path, keys: range = range(40, 43), **levels: float) -> Path:
+    return save(folder, **{f"n{key}_{name}": tone(key, level) for key in keys for name, level in levels.items()})
+
+
+def test_layers_and_strings_as_names_tell_them(tmp_path: Path) -> None:
+    names = {f"string{string}_{name}": tone(key, level)
+             for string, key in (("E", 33), ("A", 33), ("d", 43)) for name, level in LEVELS.items()}  # fmt: skip
+    found = recorded([save(tmp_path, **names, silence=1e-4 * np.random.default_rng(0).standard_normal(RATE))])
+    assert found.layers == ("pp", "mf", "ff") and not found.normalized and found.doubts == ()
+    assert set(found.takes) == {Place(key, string, rank) for key, string in ((33, "E"), (33, "A"), (43, "d"))
+                                for rank in range(3)}  # fmt: skip
+    assert [string_of(BASS, Place(33, s, 0)) for s in ("E", "a", "", "G", "X")] == [0, 1, 1, None, None]
+    assert len(found.quiet) == 1
+
+
+def test_without_names_notes_are_played_at_the_lowest_fret_and_that_is_a_doubt(tmp_path: Path) -> None:
+    found = recorded([chromatic(tmp_path, pp=-30, ff=-8)])
+    assert {p.string for p in found.takes} == {""}
+    assert len(found.doubts) == 1 and "the strings of all notes are assumed" in found.doubts[0]
+
+
+def test_one_recording_in_the_order_of_the_guide_tells_strings_frets_and_forces(tmp_path: Path) -> None:
+    guide = steps(BASS)[:24]  # up to the open A, which is as high as fret 5 of the E
+    rest = np.zeros(round(0.4 * RATE))
+    sounds = [np.concatenate([tone(s.key, LEVELS["mf"], 1.6), rest]) for s in guide]
+    path = save(tmp_path, all=np.concatenate(sounds)) / "all.wav"
+    found = recorded([path], guide=guide)
+    assert set(found.takes) == {Place(s.key, s.string, s.rank) for s in guide}
+    assert found.layers == ("soft", "medium", "hard") and {len(t) for t in found.takes.values()} == {2}
+    assert {n.open for place, takes in found.takes.items() for n in takes if place.key == 28} == {True}
+    with pytest.raises(RecordingError, match="different notes"):  # in another order: one level is one layer
+        recorded([path], guide=guide[::-1])
+
+
+@pytest.mark.parametrize(
+    ("levels", "doubt"),
+    [
+        ({"v1": -12.0, "v2": -12.2, "v3": -11.5}, "normalised or compressed"),
+        ({"v1": -9.0}, "all notes have one force"),
+    ],
+)
+def test_layers_whose_levels_tell_nothing(tmp_path: Path, levels: dict[str, float], doubt: str) -> None:
+    found = recorded([chromatic(tmp_path, range(40, 47), **levels)])
+    assert found.normalized and any(doubt in each for each in found.doubts)
+
+
+def test_defects_are_doubts(tmp_path: Path) -> None:
+    chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
+    loud = np.clip(3 * tone(46, 0.0), -1, 1)
+    whole = tone(47, -8)
+    save(
+        tmp_path,
+        n46_ff=loud,
+        n47_ff=whole[np.argmax(np.abs(whole)) :],
+        n48_ff=tone(48, -8, 1.0),
+        pick_n49_ff=tone(49, -8),
+    )
+    found = recorded([tmp_path])
+    for doubt in ("clip, such as n46_ff", "within the attack, such as n47_ff", "shorter than 1.3 s", "--technique"):
+        assert any(doubt in each for each in found.doubts), doubt
+    assert 48 not in found.keys and 49 not in found.keys
+
+
+def test_refusals(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="has no sound file"):
+        recorded([tmp_path])
+    few = chromatic(tmp_path / "few", pp=-30.0)
+    with pytest.raises(RecordingError, match=r"few: 3 different notes of 1.3 s: at least 6 .* --guide"):
+        recorded([few])
+    one = save(tmp_path / "one", **{f"n_v{k}": tone(40, -30 + 3 * k) for k in range(1, 8)})
+    with pytest.raises(RecordingError, match=f"one: all notes are {note_name(40)}; at least two pitches"):
+        recorded([one])
+
+
+@pytest.mark.parametrize(("keys", "layers"), [(14, 4), (12, 3), (3, 2), (7, 1), (2, 16)])
+def test_every_fourth_note_is_held_out_and_the_fitted_ones_spread(keys: int, layers: int) -> None:
+    places = [Place(30 + key, "", rank) for key in range(keys) for rank in range(layers)]
+    made = plan(places)
+    assert 0 < len(made.fitted) <= FITTED and made.judges and not set(made.fitted) & set(made.judges)
+    assert len({p.rank for p in made.fitted}) == min(layers, 4)
+    held = [p for p in places if (p.key - 30 + p.rank) % 4 == 3]
+    assert not set(held) & set(made.fitted)
+    assert plan(reversed(places)) == made
