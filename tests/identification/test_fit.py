@@ -74,7 +74,7 @@ def test_the_presets_have_that_neck(name: str) -> None:
 
 @pytest.mark.parametrize("name", quick(["paper-g", "paper-bass"], ["paper-g"]))
 def test_the_command_gives_back_what_ships(name: str) -> None:
-    """Its resonances to the letter, and the figures in preset and handbook."""
+    """Its resonances to the letter, and the figures in preset and notes."""
     tool = Path(__file__).parents[2] / "tools" / "fit_neck.py"
     done = subprocess.run([sys.executable, tool, name], capture_output=True, text=True, check=True, timeout=300)
     said = tomllib.loads(done.stdout)
