@@ -73,8 +73,8 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
         "thermoelastic": s.thermoelastic,
         "conductance": [{"frequency_hz": nu, "conductance_m_per_s_per_n": y} for nu, y in result.conductance],
         "resonances": [{"frequency_hz": r.frequency, "q": r.quality, "mass_kg": r.mass} for r in resonances],
-        "onset": _onset_data(result.onset),
-        "across": _across_data(result.across, result.own),
+        "onset": _onset_data(result.onset) if result.onset else None,
+        "across": _across_data(result.across, result.own) if result.across else None,
         "glides": [
             [{"part": part, "time_s": time} for part, time in glide.parts] if glide else [] for glide in result.glides
         ],
@@ -87,10 +87,8 @@ def identified_json(result: Identified, resonances: Sequence[Resonance] = ()) ->
     return json_text(data)
 
 
-def _onset_data(found: Onset | None) -> dict[str, Any] | None:
+def _onset_data(found: Onset) -> dict[str, Any]:
     """Pluck, pickups and tone, for JSON."""
-    if found is None:
-        return None
     return {
         "pluck_from_saddle_m": found.place,
         "rounding_m": found.rounding,
@@ -103,10 +101,8 @@ def _onset_data(found: Onset | None) -> dict[str, Any] | None:
     }
 
 
-def _across_data(v: Across | None, own: Own | None) -> dict[str, Any] | None:
-    """Returns the law of v for JSON: v minus u in each key, and the keys of a preset; None if there is none."""
-    if v is None:
-        return None
+def _across_data(v: Across, own: Own | None) -> dict[str, Any]:
+    """Returns the law of v for JSON: v minus u in each key, and the keys of a preset."""
     return {
         "detuning": v.detuning,
         "detuning_spread": v.detuning_spread,
