@@ -12,6 +12,7 @@ import pytest
 import soundfile
 from support.command import Run, cli_text
 from support.costs import quick
+from support.presets import STRING_A
 
 from livebass import load_preset
 from livebass.engine.solve import heard
@@ -133,16 +134,11 @@ def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
     assert kept.strings[string].measured_dampings == made.strings[string].measured_dampings
 
 
-MINIMAL = """
+MINIMAL = f"""
 name = "Small"
 [neck]
 scale_length = "34 in"
-[[string]]
-name = "A"
-open_note = "A1"
-linear_density = "23.88 g/m"
-diameter = "0.085 in"
-core_diameter = "0.020 in"
+{STRING_A}core_diameter = "0.020 in"
 [[pickup]]
 position = "90 mm"
 """

@@ -9,31 +9,21 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
+from support.presets import STRING_A, STRING_G
 
 from livebass import load_preset
 from livebass.model.instrument import Instrument
 from livebass.preset.build import PresetError
 from livebass.preset.load import preset_tables, preset_text
 
-BASE = """\
+BASE = f"""\
 name = "Base"
 [neck]
 scale_length = "34 in"
 action = ["2.4 mm", "2.2 mm"]
-[[string]]
-name = "A"
-open_note = "A1"
-linear_density = "23.88 g/m"
-tension = "215.5 N"
-diameter = "0.085 in"
-core_diameter = "0.020 in"
-[[string]]
-name = "G"
-open_note = "G2"
-linear_density = "6.69 g/m"
-diameter = "1.14 mm"
-inharmonicity = 3.5e-5
-neck = {action = "1.9 mm", relief = "0.1 mm"}
+{STRING_A}core_diameter = "0.020 in"
+{STRING_G}inharmonicity = 3.5e-5
+neck = {{action = "1.9 mm", relief = "0.1 mm"}}
 [[pickup]]
 position = "150 mm"
 level = 0.5

@@ -12,44 +12,23 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from support.examples import costly
+from support.presets import STRING_A, STRING_G
 
-from livebass.model.instrument import (
-    Coil,
-    Effects,
-    Neck,
-    Output,
-    Pick,
-    Pickup,
-    Player,
-    String,
-    note_frequency,
-    speaking,
-)
+from livebass.model.instrument import note_frequency, speaking
 from livebass.model.neck import Admittance, Resonance
 from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Builder, PresetError
 from livebass.preset.checks import overdamped
 from livebass.preset.keymap import load_key_map
-from livebass.preset.keys import HAND, KEYS, Key, checked, key_names
+from livebass.preset.keys import DATACLASSES, HAND, KEYS, Key, checked, key_names
 from livebass.preset.load import load_preset, preset_names, preset_reference, preset_text
 from livebass.units import DIMENSIONS, quantity
 
-GOOD = """\
+GOOD = f"""\
 name = "Test"
 [neck]
 scale_length = "34 in"
-[[string]]
-name = "A"
-open_note = "A1"
-linear_density = "23.88 g/m"
-tension = "215.5 N"
-diameter = "0.085 in"
-inharmonicity = 1e-4
-[[string]]
-name = "G"
-open_note = "G2"
-linear_density = "6.69 g/m"
-diameter = "1.14 mm"
-core_diameter = "0.43 mm"
+{STRING_A}inharmonicity = 1e-4
+{STRING_G}core_diameter = "0.43 mm"
 neck.action = "1.8 mm"
 [[pickup]]
 position = "90 mm"
@@ -522,21 +501,9 @@ def test_limits(key: Key, end: str, far: str, unit: str) -> None:
         checked(key, written(far))
 
 
-SECTIONS = {
-    "string": String,
-    "neck": Neck,
-    "output": Output,
-    "pickup": Pickup,
-    "coil": Coil,
-    "player": Player,
-    "pick": Pick,
-    "effects": Effects,
-}
-
-
-@pytest.mark.parametrize("key", [k for k in KEYS if k.section in SECTIONS], ids=lambda k: f"{k.section}.{k.name}")
+@pytest.mark.parametrize("key", [k for k in KEYS if k.section in DATACLASSES], ids=lambda k: f"{k.section}.{k.name}")
 def test_default_is_the_instruments_own(key: Key) -> None:
-    own = {f.name: f.default for f in fields(SECTIONS[key.section])}
+    own = {f.name: f.default for f in fields(DATACLASSES[key.section])}
     if key.default in (MISSING, None):
         assert own.get(key.name, MISSING) in (MISSING, (), 0.0, None)
     elif key.kind == "key map":
@@ -550,7 +517,7 @@ def test_default_is_the_instruments_own(key: Key) -> None:
 def test_every_field_has_a_key(section: str) -> None:
     made_elsewhere = {"pickups", "coil", "pick"}
     of_fields = {name for name in key_names(section) if not name.startswith(HAND)}  # the hand's keys make a neck
-    assert {f.name for f in fields(SECTIONS[section])} - made_elsewhere == of_fields
+    assert {f.name for f in fields(DATACLASSES[section])} - made_elsewhere == of_fields
 
 
 # Few leaves: a fault shows in a small tree too, and hypothesis takes ten times as long to draw a large one.
