@@ -16,7 +16,19 @@ import numpy as np
 import pytest
 from support.hands import of_any
 from support.jack import PATIENCE
-from support.live import CLOCK, QUICK, RATE, Load, address_of, feed, offline, run_ahead, stopped, synth_and_device
+from support.live import (
+    CLOCK,
+    QUICK,
+    RATE,
+    Load,
+    address_of,
+    feed,
+    offline,
+    played_ahead,
+    run_ahead,
+    stopped,
+    synth_and_device,
+)
 from support.quiet import without_noise
 from support.scores import busy_score
 
@@ -52,16 +64,7 @@ def test_techniques_sound_the_same_on_strings_that_ran_ahead(preset: str) -> Non
     """All the techniques' key switches and controllers, each sent in its own block."""
     score, total = busy_score(RATE), 2 * RATE
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
-    synth, device = synth_and_device(preset, adaptive=False)
-    run_ahead(synth, "far")
-    blocks, sent, frame = [], 0, 0
-    while frame < total:
-        while sent < len(messages) and messages[sent][0] < frame + 64:
-            assert synth.send(*messages[sent][1:], frame=messages[sent][0])
-            sent += 1
-        blocks.append(device.block(64))
-        frame += 64
-    assert np.array_equal(np.concatenate(blocks)[:total], offline(preset, messages, total))
+    assert np.array_equal(played_ahead(preset, messages, total), offline(preset, messages, total))
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.7])
@@ -78,24 +81,7 @@ def test_strings_that_ran_ahead_come_back_for_what_they_did_not_know(preset: str
         messages.append((frame, *choices.get(kind, (0x80 if kind < 6 else 0x90, key, value))))
     bass = load_preset(preset)
     bass = dataclasses.replace(bass, player=dataclasses.replace(bass.player, pluck_angle=angle))
-    synth = Synth(RATE, adaptive=False)
-    synth.switch_to(LiveBass(bass, QUICK, RATE))
-    device = FakeDevice(synth)
-    run_ahead(synth, "far")
-    blocks, done, sent, lead = [], 0, 0, 0
-    while done < total:
-        n = min(int(rng.choice([1, 17, 64, 129])), total - done)
-        while sent < len(messages) and messages[sent][0] < done + n:
-            frame, *message = messages[sent]
-            assert synth.send(*message, frame=frame)
-            sent += 1
-        blocks.append(device.block(n))
-        done += n
-        playing = synth.bass
-        assert playing is not None
-        lead = max(lead, *(int(v.record["frame"][0]) - done for v in playing.engine.voices))
-    assert lead >= 700, "nothing ran ahead"
-    heard = np.concatenate(blocks)
+    heard = played_ahead(bass, messages, total, rng.choice([1, 17, 64, 129], 1000).tolist())
     assert np.array_equal(heard, offline(bass, messages, total))
     assert np.abs(heard).max() > 0.05
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,30 @@ def run_ahead(synth: Synth, how: str) -> None:
         synth.record["clock"] = address_of(stopped)
     elif how == "never":
         synth.record["clock"] = 0
+
+
+def played_ahead(
+    preset: str | Instrument, messages: Sequence[tuple[int, int, int, int]], frames: int, sizes: Sequence[int] = (64,)
+) -> Floats:
+    """Plays messages in blocks of `sizes`, in turn, to strings far ahead; returns `frames` frames.
+
+    Each message is sent before its own block: strings learn of it when they are past it.
+    """
+    synth, device = synth_and_device(preset, adaptive=False)
+    run_ahead(synth, "far")
+    assert synth.bass is not None
+    heard, sent, done, lead = [], 0, 0, 0
+    for size in cycle(sizes):
+        while sent < len(messages) and messages[sent][0] < done + size:
+            assert synth.send(*messages[sent][1:], frame=messages[sent][0])
+            sent += 1
+        heard.append(device.block(size))
+        done += size
+        lead = max(lead, *(int(v.record["frame"][0]) - done for v in synth.bass.engine.voices))
+        if done >= frames:
+            break
+    assert lead >= 700, "nothing ran ahead"
+    return np.concatenate(heard)[:frames]
 
 
 def jack_session(preset: str, quality: Quality = QUICK, **more: Any) -> Session:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.coupled import Coupled
-from support.live import QUICK, offline, run_ahead
+from support.live import QUICK, offline, played_ahead
 from support.strings import even
 
 from livebass import QUALITIES, Instrument, load_preset
@@ -21,8 +21,6 @@ from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.answers import EVERY
 from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
-from livebass.live.fake import FakeDevice
-from livebass.live.synth import LiveBass, Synth
 from livebass.model import answers
 from livebass.plugin.instrument import instrument_file, tiers
 
@@ -324,19 +322,7 @@ def test_splitting_a_block_changes_nothing(when: str, sizes: list[int]) -> None:
 @pytest.mark.parametrize("when", ["pedal", "always"])
 def test_strings_that_ran_ahead_come_back(when: str, preset: str) -> None:
     bass = answering(when, preset)
-    synth = Synth(RATE, adaptive=False)
-    synth.switch_to(LiveBass(bass, QUICK, RATE))
-    device, lead, blocks, sent = FakeDevice(synth), 0, [], 0
-    run_ahead(synth, "far")
-    for k in range(700):
-        while sent < len(SCORE) and SCORE[sent][0] < (k + 1) * 64:
-            assert synth.send(*SCORE[sent][1:], frame=SCORE[sent][0])
-            sent += 1
-        blocks.append(device.block(64))
-        assert synth.bass is not None
-        lead = max(lead, *(int(v.record["frame"][0]) - (k + 1) * 64 for v in synth.bass.engine.voices))
-    assert lead > 500
-    heard = np.concatenate(blocks)
+    heard = played_ahead(bass, SCORE, 700 * 64)
     assert np.array_equal(heard, offline(bass, SCORE, len(heard)))
     assert not np.array_equal(heard, offline(answering("off", preset), SCORE, len(heard)))
 
