@@ -23,6 +23,19 @@ from livebass.bench.jack import end_process
 PATIENCE = 20.0  # s
 # Makes the exports of the page's modules, which leave no global names, available to a test's scripts
 INSIDE = 'dispatchEvent(new CustomEvent("livebass", {detail: all => { Object.assign(globalThis, all); }}));'
+# A function of the page: plays a score, and returns the samples in base64
+OFFLINE = """
+(async (name, score, frames, rate) => {
+  while (!player.ready) await new Promise(done => setTimeout(done, 20));
+  const context = new OfflineAudioContext(1, frames, rate);
+  const node = await player.makeNode(context, {bass: await player.build(name, rate), score, channels: 1});
+  node.connect(context.destination);
+  const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
+  return btoa(text);
+})
+"""
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import INSIDE, chromium, firefox, open_page, wait
+from support.browser import INSIDE, OFFLINE, chromium, firefox, open_page, wait
 from support.command import Run
 from support.costs import quick
 from support.wasm import QUANTUM, RATE, messages_of
@@ -184,18 +184,10 @@ def opened(page: Any) -> Iterator[Any]:
     assert not [line for line in page.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
 
 
-OFFLINE = """
+HEARD = f"""
 const [name, values, score, frames, rate, done] = arguments;
-(async () => {
-  benches.get(name).setAll(values);
-  const context = new OfflineAudioContext(1, frames, rate);
-  const node = await player.makeNode(context, {bass: await player.build(name, rate), score, channels: 1});
-  node.connect(context.destination);
-  const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
-  let text = "";
-  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
-  done([benches.get(name).toml(), btoa(text)]);
-})();
+benches.get(name).setAll(values);
+({OFFLINE})(name, score, frames, rate).then(sound => done([benches.get(name).toml(), sound]));
 """
 SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]  # as in test_module.py: nothing is chaotic
 HIT = [(0.05, 0.8, 47, 127)]  # fret 4 of the G string at full force
@@ -210,7 +202,7 @@ def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(opened
     for hit, values in [(False, {}), (True, {}), *((bool(heights & set(values)), values) for values in moved)]:
         score = score_of(HIT if hit else SOFT, RATE)
         frames = RATE // QUANTUM * QUANTUM
-        toml, text = opened.execute_async_script(OFFLINE, "jazz-finger", values, messages_of(score), frames, RATE)
+        toml, text = opened.execute_async_script(HEARD, "jazz-finger", values, messages_of(score), frames, RATE)
         sound = np.frombuffer(base64.b64decode(text), np.float32)
         (tmp_path / "saved.toml").write_text(toml)
         bass = load_preset(tmp_path / "saved.toml")
@@ -225,7 +217,7 @@ def test_a_lower_action_buzzes_under_the_same_hand(opened: Any) -> None:
     score, high = score_of([(0.0, 0.9, 43, 110)], RATE), []
     for action in (1.6, -1.4):
         given = messages_of(score), RATE // QUANTUM * QUANTUM, RATE
-        text = opened.execute_async_script(OFFLINE, "jazz-finger", {"action": action}, *given)[1]
+        text = opened.execute_async_script(HEARD, "jazz-finger", {"action": action}, *given)[1]
         spectrum = np.abs(np.fft.rfft(np.frombuffer(base64.b64decode(text), np.float32))) ** 2
         high.append(spectrum[1000:].sum() / spectrum.sum())
     assert high[1] > 1.6 * high[0]

@@ -16,7 +16,7 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import INSIDE, chromium, firefox, open_page, served, wait
+from support.browser import INSIDE, OFFLINE, chromium, firefox, open_page, served, wait
 from support.costs import quick
 from support.smf import named, smf
 from support.song import midi_file, song_of
@@ -30,19 +30,6 @@ LOUD = -30.0  # dBFS
 LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400, 2560)  # px
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # with the notes they play
-# The sound of a score as samples in base64
-OFFLINE = """
-(async (name, score, frames, rate) => {
-  while (!player.ready) await new Promise(done => setTimeout(done, 20));
-  const context = new OfflineAudioContext(1, frames, rate);
-  const node = await player.makeNode(context, {bass: await player.build(name, rate), score, channels: 1});
-  node.connect(context.destination);
-  const bytes = new Uint8Array((await context.startRendering()).getChannelData(0).buffer);
-  let text = "";
-  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
-  return btoa(text);
-})
-"""
 
 
 # Runs the page's audio thread in a worker, on its own clock: a frame takes so many ms for each held string with fine
