@@ -107,7 +107,17 @@ class Host:
         self.plugin.close()
 
 
-class Clap(Host):
+class Logging(Host):
+    """A host that does the work its plugin asks for and logs the plugin's messages."""
+
+    def work(self) -> None:
+        self.plugin.work()
+
+    def lines(self, errors: str) -> list[str]:
+        return self.plugin.logged
+
+
+class Clap(Logging):
     """A host that sends notes in CLAP's own form and the rest as MIDI."""
 
     module = clap
@@ -148,12 +158,6 @@ class Clap(Host):
         self.plugin.set(NUMBERS["bass"], bass)
         self.renew()
 
-    def work(self) -> None:
-        self.plugin.work()
-
-    def lines(self, errors: str) -> list[str]:
-        return self.plugin.logged
-
 
 class ClapOfMidi(Clap):
     """A host that sends only MIDI."""
@@ -161,7 +165,7 @@ class ClapOfMidi(Clap):
     native = False
 
 
-class Lv2(Host):
+class Lv2(Logging):
     module, folder = lv2, "livebass.lv2"
 
     def __init__(self, place: Path, apart: bool = False, rate: int = RATE, offline: bool = False) -> None:
@@ -189,12 +193,6 @@ class Lv2(Host):
         self.plugin.block(64)
         self.plugin.work()
         self.renew()
-
-    def work(self) -> None:
-        self.plugin.work()
-
-    def lines(self, errors: str) -> list[str]:
-        return self.plugin.logged
 
 
 class Vst3(Host):
