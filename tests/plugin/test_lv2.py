@@ -427,18 +427,8 @@ def test_a_host_may_restore_while_it_plays(bundle: Path) -> None:
 
 
 TRAP = """
-#define _GNU_SOURCE
-#include <dlfcn.h>
-#include <stddef.h>
 #include <stdint.h>
-static __thread int inside;
-int allocated;
-extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
-extern void __libc_free(void *);
-void *malloc(size_t n) { allocated += inside; return __libc_malloc(n); }
-void *calloc(size_t n, size_t m) { allocated += inside; return __libc_calloc(n, m); }
-void *realloc(void *p, size_t n) { allocated += inside; return __libc_realloc(p, n); }
-void free(void *p) { allocated += inside; __libc_free(p); }
+#include "counting.h"
 void run_inside(void (*run)(void *, uint32_t), void *handle, uint32_t frames) {
     inside = 1;
     run(handle, frames);
@@ -467,12 +457,13 @@ for k in range(400):
     plugin.controls["freewheeling"].value = k // 50 % 2
     plugin.block(64, [(5, bytes([0x90, 28 + k % 30, 127])), (40, bytes([0xE0, 0, k % 128]))])
 assert not plugin.logged
-print(ctypes.c_int.in_dll(trap, "allocated").value)
+print(ctypes.c_int.in_dll(trap, "allocations").value)
 """
 
 
 def test_run_allocates_nothing(bundle: Path, tmp_path: Path) -> None:
-    (tmp_path / "trap.c").write_text(TRAP)
-    trap = tmp_path / "trap.so"
-    subprocess.run([*compiler(this_system()), "-shared", "-fPIC", "-o", trap, tmp_path / "trap.c"], check=True)
+    source, trap = tmp_path / "trap.c", tmp_path / "trap.so"
+    source.write_text(TRAP)
+    include = Path(plugins.__file__).parent
+    subprocess.run([*compiler(this_system()), "-shared", "-fPIC", f"-I{include}", "-o", trap, source], check=True)
     assert in_python(TRAPPED, bundle, LD_PRELOAD=str(trap)) == "0\n"

@@ -27,15 +27,8 @@
 extern const clap_plugin_entry clap_entry;
 #endif
 
-static _Atomic int allocations;
-static _Thread_local int inside;
 #ifdef COUNT
-extern void *__libc_malloc(size_t), *__libc_calloc(size_t, size_t), *__libc_realloc(void *, size_t);
-extern void __libc_free(void *);
-void *malloc(size_t n) { allocations += inside; return __libc_malloc(n); }
-void *calloc(size_t n, size_t m) { allocations += inside; return __libc_calloc(n, m); }
-void *realloc(void *p, size_t n) { allocations += inside; return __libc_realloc(p, n); }
-void free(void *p) { allocations += inside; __libc_free(p); }
+#include "counting.h"
 static int (*lock)(pthread_mutex_t *), (*try_lock)(pthread_mutex_t *), (*wait_for)(pthread_cond_t *, pthread_mutex_t *);
 int pthread_mutex_lock(pthread_mutex_t *m) { allocations += inside; return lock ? lock(m) : 0; }
 int pthread_mutex_trylock(pthread_mutex_t *m) { allocations += inside; return try_lock ? try_lock(m) : 0; }
@@ -45,6 +38,9 @@ __attribute__((constructor)) static void find_locks(void) {
     *(void **)&wait_for = dlsym(RTLD_NEXT, "pthread_cond_wait");
     *(void **)&lock = dlsym(RTLD_NEXT, "pthread_mutex_lock");
 }
+#else
+static _Atomic int allocations;
+static _Thread_local int inside;
 #endif
 
 enum { RATE = 48000, EVENTS = 8, MOST = 2048, OUTPUTS = 8, STATE = 4096 };
