@@ -32,7 +32,13 @@ def shell(line: str, folder: Path) -> subprocess.CompletedProcess[bytes]:
 
 @pytest.mark.parametrize(
     "kind",
-    [(), *(pytest.param(k, marks=pytest.mark.slow) for k in (("--bits", "float"), ("--format", "ogg")))],
+    [
+        (),
+        *(
+            pytest.param(k, marks=pytest.mark.slow)
+            for k in (("--bits", "float"), ("--format", "flac"), ("--format", "ogg"))
+        ),
+    ],
     ids=str,
 )
 def test_sound_goes_to_standard_output(run: Run, tmp_path: Path, kind: tuple[str, ...]) -> None:
