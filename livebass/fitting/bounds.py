@@ -124,9 +124,8 @@ FREE = (
     Free("player", "rounding_soft", "width of the finger, soft", 2.0, 45.0, "mm", log=True),
     Free(MIX, "level", "bridge pickup over neck pickup", -20.0, 20.0, "dB"),
     Free("coil", "tone", "tone control", 0.0, 1.0),
+    Free("neck", "axes_turned", "turn of the neck's axes", 0.0, 60.0, "deg"),
 )
-TURNED = Free("neck", "axes_turned", "turn of the neck's axes", 0.0, 60.0, "deg")
-FREE_TURNED = False  # whether a fit turns them: True as soon as the kernels play axes_turned
 PICKED = {  # a pick has its own numbers
     "pluck_angle": "angle", "pluck_position": "place", "rounding": "hard_width", "rounding_soft": "soft_width",
 }  # fmt: skip
@@ -148,8 +147,9 @@ def free_numbers(bass: Instrument) -> list[Free]:
 
     On a scale of ratios, a number that is 0 stays 0.
     """
-    found = [*FREE, *([TURNED] if FREE_TURNED and not bass.over_board else [])]
-    player = bass.player
+    found, player = list(FREE), bass.player
+    if not bass.necks[0].own_across:
+        found = [f for f in found if f.key != "axes_turned"]
     if player.stroke == "pick":
         found = [
             replace(f, section="pick", key=PICKED[f.key], title=f.title.replace("finger", "pick"))

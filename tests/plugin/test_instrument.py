@@ -42,6 +42,7 @@ ADDRESSES = (
     "coupling",
     "left_out",
     "answers",
+    "turning",
 )
 LAYOUT = 17, "b85bfce3f66ff7b6"  # the version of files, and a digest of their layout: a new layout needs a new version
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from types import SimpleNamespace
 
 import numpy as np
 
+from livebass.engine.engine import Report
 from livebass.score.score import Score
 
 
@@ -25,5 +25,5 @@ class FakeEngine:
         for _ in range(self.blocks):
             yield np.stack([self.peak * np.sin(2 * np.pi * (40 + 30 * k) * t + k) for k in range(4)])
 
-    def report(self) -> SimpleNamespace:
-        return SimpleNamespace(notes=5, transposed=2, dropped=1, stolen=0, weakened=self.weakened)
+    def report(self) -> Report:
+        return Report(notes=5, transposed=2, dropped=1, stolen=0, weakened=self.weakened)
