@@ -161,7 +161,7 @@ class Beside(threading.Thread):
             self._error = error
 
     def answer(self) -> Any:
-        """What `work` returned; raises what it raised. Call it once the thread has ended."""
+        """Returns the result of `work`, or raises its error. Call it once the thread has ended."""
         if self._error is not None:
             raise self._error
         return self._result
