@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.extras import install
-from livebass.live.guards import open_jack_client
+from livebass.live.guards import call_with_timeout, open_jack_client
 from livebass.live.synth import Synth
 
 HEARD, SILENT = 2e-6, 1e-6  # of full scale: the first sample of a soft pluck is above, a stopped string below
@@ -104,7 +104,21 @@ class LostFrames:
         return passed, passed - (self._synth.frame - self._first)
 
 
-class MidiProbe:
+class Probe:
+    """A client of the server, `client`."""
+
+    client: Any
+
+    def close(self) -> None:
+        """Leaves the server; one that does not answer is abandoned."""
+        call_with_timeout(self._end, self)
+
+    def _end(self) -> None:
+        self.client.deactivate(ignore_errors=True)
+        self.client.close(ignore_errors=True)
+
+
+class MidiProbe(Probe):
     """A MIDI output; each message goes out at an offset into a period, and its frame is stored in `sent`."""
 
     def __init__(self) -> None:
@@ -125,12 +139,8 @@ class MidiProbe:
         status, first, second = message
         self.sent, self._next = None, (offset, (status, first, second))
 
-    def close(self) -> None:
-        self.client.deactivate(ignore_errors=True)
-        self.client.close(ignore_errors=True)
 
-
-class AudioProbe:
+class AudioProbe(Probe):
     """An audio input that finds the first audible sample, and counts lost periods.
 
     With `keep`, `periods` holds all sound: (frame, samples) for each period.
@@ -164,10 +174,6 @@ class AudioProbe:
 
     def listen(self) -> None:
         self.gaps, self.first = 0, None
-
-    def close(self) -> None:
-        self.client.deactivate(ignore_errors=True)
-        self.client.close(ignore_errors=True)
 
 
 def in_child(seconds: float, work: Callable[..., Any], *arguments: Any) -> Any:
