@@ -39,23 +39,21 @@ def frequencies(s: Speaking, count: int, shift: Floats | None = None, across: bo
     its sign see model/neck.py. shift: `neck_detuning` of these modes, if known. With turned axes these are the
     frequencies of u and v without their exchange.
     """
-    nu, other = _along_axes(s, count, shift)
-    if not s.own_across:
-        return nu
-    if across:
-        nu, other = other, nu
-    return np.asarray(np.sqrt(nu**2 + math.sin(s.axes_turned) ** 2 * (other**2 - nu**2))) if s.axes_turned else nu
+    if not law.are_turned(s):
+        return _along(s, count, shift, across)
+    nu, other = (_along(s, count, shift, axis) for axis in (across, not across))
+    return np.asarray(np.sqrt(nu**2 + math.sin(s.axes_turned) ** 2 * (other**2 - nu**2)))
 
 
-def _along_axes(s: Speaking, count: int, shift: Floats | None = None) -> tuple[Floats, Floats]:
-    """Frequencies of modes 1 to `count` along the axes a and b of the neck, (count,), Hz: law.py."""
+def _along(s: Speaking, count: int, shift: Floats | None, across: bool) -> Floats:
+    """Frequencies of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,), Hz: law.py."""
     j = np.arange(1.0, count + 1)
     shift = neck_detuning(s, count) if shift is None else shift
     nu = j * s.fundamental * (law.stretched(s.paper_law, s.inharmonicity, j) + shift)
     if s.stop == 0:
         known = np.asarray(s.string.measured_frequencies[:count])
         nu[: known.size] = known
-    return nu, frequencies_across(s, j, nu) if s.own_across else nu
+    return frequencies_across(s, j, nu) if across and s.own_across else nu
 
 
 def frequencies_across(s: Speaking, number: Floats, nu: Floats) -> Floats:
@@ -77,11 +75,10 @@ def dampings(s: Speaking, count: int, ringing_at: Floats | None = None, across: 
     `dampings_across` derives its measured dampings. With turned axes these are the dampings of u and v without their
     exchange.
     """
-    if not (s.own_across and s.axes_turned):
+    if not law.are_turned(s):
         return _dampings_along(s, count, ringing_at, across)
-    a, b = (_dampings_along(s, count, nu, bool(k)) for k, nu in enumerate(_along_axes(s, count)))
-    part = math.sin(s.axes_turned) ** 2
-    return b + part * (a - b) if across else a + part * (b - a)
+    own, other = (_dampings_along(s, count, None, axis) for axis in (across, not across))
+    return np.asarray(own + math.sin(s.axes_turned) ** 2 * (other - own))
 
 
 def exchange(s: Speaking, count: int) -> tuple[Floats, Floats]:
@@ -90,9 +87,9 @@ def exchange(s: Speaking, count: int) -> tuple[Floats, Floats]:
     Returns its rates e (count,), rad/s, and the damping matrices Delta (count, 2, 2), 1/s, above that of the axis with
     the lower damping.
     """
-    if not (s.own_across and s.axes_turned):
+    if not law.are_turned(s):
         return np.zeros(count), np.zeros((count, 2, 2))
-    nu = _along_axes(s, count)
+    nu = [_along(s, count, None, across) for across in (False, True)]
     a, b = (_dampings_along(s, count, nu[k], bool(k)) for k in range(2))
     u, v = (frequencies(s, count, across=across) for across in (False, True))
     sine, cosine = math.sin(s.axes_turned), math.cos(s.axes_turned)
@@ -112,13 +109,13 @@ def dampings_alone(s: Speaking, count: int, across: bool) -> Floats:
 
 def _dampings_along(s: Speaking, count: int, ringing_at: Floats | None, across: bool) -> Floats:
     """Dampings of modes 1 to `count` along the axis a of the neck, or b if `across`, (count,), 1/s."""
-    ringing_at = _along_axes(s, count)[int(across)] if ringing_at is None else ringing_at
+    ringing_at = _along(s, count, None, across) if ringing_at is None else ringing_at
     nu = law_frequencies(s, np.arange(1.0, count + 1))
     sigma = math.pi * nu * loss_factor(s, nu) + neck_damping(s.felt(across).at(ringing_at), impedance(s), s.fundamental)
     if s.stop == 0:
         known = np.asarray(s.string.measured_dampings[:count])
         if across and s.own_across and known.size:
-            of_u = _along_axes(s, known.size)[0]
+            of_u = _along(s, known.size, None, False)
             known = dampings_across(s, np.arange(1.0, known.size + 1), of_u, ringing_at[: known.size], known)
         sigma[: known.size] = known
     return sigma + s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu

@@ -14,6 +14,7 @@ import numpy as np
 
 from livebass.arrays import Floats, Ints
 from livebass.bounds import refusal, within
+from livebass.kernels.string import law
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
 from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES, RATE, Quality, modes_for
@@ -50,8 +51,7 @@ class Trial:
     @property
     def oblique(self) -> bool:
         """True if the string moves across as well: plucked at an angle, or with turned axes."""
-        s = self.speaking
-        return bool(self.pluck.angle or (s.own_across and s.axes_turned))
+        return bool(self.pluck.angle or law.are_turned(self.speaking))
 
     @property
     def steps(self) -> int:
