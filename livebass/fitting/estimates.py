@@ -17,7 +17,7 @@ import soundfile
 
 from livebass.arrays import Floats, Ints
 from livebass.comparison.measures import attack
-from livebass.comparison.notes import Note
+from livebass.comparison.notes import AFTER, RELEASED, Note
 from livebass.comparison.ringing import ringing
 from livebass.engine.engine import Engine
 from livebass.fitting.bounds import FACTOR, Free, Tables, rounded, string_table
@@ -41,7 +41,6 @@ FLOORS = (-75.0, -30.0)  # dB
 KNOCKS = (-20.0, 20.0)  # dB
 QUIETER = 40.0  # dB: what precedes a note by so much is the floor
 LEAD = 0.02  # s of it, at least
-RELEASED, AFTER = 1.0, 0.3  # s: as in `livebass compare`
 VELOCITY = 90  # of a medium note
 KNOCKED = 5  # notes that are released
 LOUD_KNOCK = 10.0  # dB

@@ -13,6 +13,7 @@ import numpy as np
 
 from livebass.comparison.measures import attack
 from livebass.comparison.notes import Note, spread
+from livebass.comparison.rows import STRUCK
 from livebass.engine.engine import Engine
 from livebass.experiment.workers import Compute
 from livebass.fitting import estimates
@@ -23,7 +24,7 @@ from livebass.fitting.plan import Plan, plan
 from livebass.fitting.playing import USUAL_RATE, played
 from livebass.fitting.problem import Problem, Trial, digest_of
 from livebass.fitting.search import Best, Points, search
-from livebass.fitting.target import STRIKES, Heard, heard, searched
+from livebass.fitting.target import Heard, heard, searched
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
@@ -158,7 +159,7 @@ def _candidates(recorded: Recorded, tuning: Any) -> list[tuple[str, Tables, list
             bass = Builder(name).instrument(tables)
         except PresetError:  # cannot be tuned so
             continue
-        if (bass.player.technique == "slap") == (recorded.technique in STRIKES):
+        if (bass.player.technique == "slap") == (recorded.technique in STRUCK):
             found.append((name, tables, estimates.places_of(recorded, bass)))
     if not found:
         raise ValueError("--tuning: no shipped preset can be tuned so; name one with --like")

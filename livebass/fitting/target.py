@@ -17,7 +17,7 @@ import numpy as np
 
 from livebass.arrays import Floats
 from livebass.comparison.distance import Shape, between, shape
-from livebass.comparison.measures import GLIDE_KEYS, KEYS, SHARE_KEYS, attack, measure
+from livebass.comparison.measures import GLIDE_KEYS, KEYS, attack, measure
 from livebass.comparison.notes import USUAL
 from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.fitting.notes import Place
@@ -25,8 +25,6 @@ from livebass.fitting.notes import Place
 SECONDS = 1.6  # s of a note that are compared
 LEAD = 0.03  # s before its attack
 LONG = {"level", "level_2s", "growth", "between_level", "fall_time"}  # absolute, or longer than SECONDS
-STRUCK = {"thump", *SHARE_KEYS}  # of STRIKES only
-STRIKES = ("slap", "pop")  # techniques
 SLOW = set(GLIDE_KEYS)  # costly to measure, for little
 SPREADS = 2.5  # in a range over a handful of basses
 CAP = 3.0  # spreads
@@ -74,7 +72,7 @@ def spreads(technique: str) -> dict[tuple[str, str], float]:
     """
     found: dict[str, dict[str, float]] = {}
     for row in ROWS:
-        if row.key not in KEYS or row.key in LONG or (row.key in STRUCK and technique not in STRIKES):
+        if row.key not in KEYS or row.key in LONG or not row.of(technique):
             continue
         ranges = [row.range_of(each) for each in (technique, USUAL)]
         real = next((r for r in ranges if r is not None and r.low < r.high), None)
