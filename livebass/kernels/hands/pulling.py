@@ -9,9 +9,10 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.machine.elementary import cos, exp, sin, squared
 from livebass.kernels.string import glide, modal
+from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import hand_heights, heights, positions
 from livebass.kernels.string.records import COMING
-from livebass.kernels.string.slot import SAFETY, invalidate_contact, rms_velocity, wake_slot
+from livebass.kernels.string.slot import SAFETY, rms_velocity, wake_slot
 
 FINGER_NEPERS = 5.0  # damping, at an antinode, by a finger that grips a sounding string
 LEAST_GRAZE = 1e-4  # m, where a string lies on a fret

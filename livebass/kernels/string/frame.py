@@ -17,7 +17,7 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import modal
-from livebass.kernels.string.records import CONTACT, LONGER, MOST_NEAR, OPERATOR, PART, STRING, WHOLE
+from livebass.kernels.string.records import CONTACT, LONGER, MOST_NEAR, OPERATOR, PART, STRING, UNKNOWN, WHOLE
 
 NEVER = 1 << 60  # a fine step
 FAR = 1 << 40  # fine steps: days
@@ -193,6 +193,13 @@ def update_clearances(slot, op, count, close):
         u.clearance[m] -= reach
         if op.points <= MOST_NEAR or u.clearance[m] <= 0.0:
             u.clearance[m] = clearance_at(slot, op, m)
+
+
+@jit
+def invalidate_contact(w, op):
+    """Marks the penetrations at a polarisation's contact points as unknown."""
+    for m in range(op.points):
+        w.solved_at[m] = UNKNOWN
 
 
 @jit

@@ -8,6 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import squared
 from livebass.kernels.string import modal, turning
+from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import heights
 from livebass.kernels.string.preparing import FADE_TO
 from livebass.kernels.string.records import BLOCK, GROUP_ROOM, MOST_NEAR, NONE, TOUCHES, UNKNOWN
@@ -82,13 +83,6 @@ def reset_obstacles(slot, op):
 def remove_thumb(slot):
     """Removes the striking mass, wherever it is."""
     slot.thumb.on = NONE
-
-
-@jit
-def invalidate_contact(w, op):
-    """Marks the penetrations at a polarisation's contact points as unknown."""
-    for m in range(op.points):
-        w.solved_at[m] = UNKNOWN
 
 
 @jit

@@ -18,9 +18,10 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
+from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import heights
 from livebass.kernels.string.records import UNKNOWN
-from livebass.kernels.string.slot import invalidate_contact, wake_slot
+from livebass.kernels.string.slot import wake_slot
 
 SHORTEST, LONGEST = 0.25e-3, 32e-3  # s, limits of a hammering finger's time to the fret
 ROOM = 2e-6  # m, between the string and an obstacle freed from it

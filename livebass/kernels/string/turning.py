@@ -30,9 +30,9 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.string import modal
-from livebass.kernels.string.frame import is_touching
+from livebass.kernels.string.frame import invalidate_contact, is_touching
 from livebass.kernels.string.operators import exchange_row
-from livebass.kernels.string.records import THERE, UNKNOWN
+from livebass.kernels.string.records import THERE
 from livebass.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MOST_OWED
 
 
@@ -95,9 +95,8 @@ def exchange(voice, slot, op, step):
     slot.active = max(slot.active, n)
     slot.v_active = max(slot.v_active, n)
     if slot.due <= step:  # points solved in this frame have moved
-        for m in range(op.points):
-            slot.u.solved_at[m] = UNKNOWN
-            slot.v.solved_at[m] = UNKNOWN
+        invalidate_contact(slot.u, op)
+        invalidate_contact(slot.v, op)
 
 
 @jit

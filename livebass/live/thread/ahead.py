@@ -14,9 +14,9 @@ from livebass.compiling import apart, entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_3, record_address, words_at
+from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.modal import clear_motion, copy_row
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
-from livebass.kernels.string.slot import invalidate_contact
 from livebass.live.thread.records import (
     SAVE_EVERY,
     ahead_of,
