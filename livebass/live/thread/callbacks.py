@@ -157,7 +157,8 @@ def sheet(data, k):
 def put(data, port, k, done, m, n):
     """Copies `m` frames of sheet `k` to frame `done` of the `n` of a port.
 
-    It asks for the port's buffer only now: PipeWire 0.3 unmaps the buffers when the rate changes, even within a period.
+    It asks for the port's buffer as late as it can: in a crash under PipeWire 0.3.65, as the rate changed, the buffer
+    was no longer mapped before the period was over.
     """
     buffer = pointer_from(data.get_buffer, port, n)
     if buffer != 0:
@@ -173,10 +174,13 @@ def play_period(data, done, m, n):
     for k in range(data.strings):
         synth.apart[k] = sheet(data, 2 + k)
     render(data.synth, data.desk, sheet(data, 0), m)
-    beats = samples_at(sheet(data, 1), m)
-    for j in range(m):
-        beats[j] = 0.0
-    click(data.synth, data.desk, sheet(data, 1 if data.click != 0 else 0), m)
+    if data.click == 0:
+        click(data.synth, data.desk, sheet(data, 0), m)
+    else:
+        beats = samples_at(sheet(data, 1), m)
+        for j in range(m):
+            beats[j] = 0.0
+        click(data.synth, data.desk, sheet(data, 1), m)
     for k in range(data.outputs):
         put(data, data.output[k], 0, done, m, n)
     for k in range(data.strings):
