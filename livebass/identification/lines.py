@@ -1,7 +1,7 @@
 """The lines of a partial: one damped sine, or two close ones, and the audible decay.
 
 A string swings in two directions, up from the neck (u) and across it (v), and the neck damps one more than the other.
-So a partial may have two lines, slightly apart in frequency, one of which dies sooner: they beat, and after a quick
+So a partial may have two lines, slightly apart in frequency, and one dies sooner: they beat, and after a quick
 decay the slower one stays (G. Weinreich, J. Acoust. Soc. Am. 62 (1977), 1474-1484, on pianos). The faster one is
 assigned to u, the slower to v, as necks give way more easily upwards.
 
@@ -36,7 +36,7 @@ OVER_NOISE = 4.0  # ... or this multiple of the noise's share
 TWIN = 0.04  # of f0: a sine this close to a partial belongs to it
 TWIN_LEVEL = 30.0  # dB below the partial
 LEAST_DAMPING = 0.02  # 1/s: a sine that hardly decays is hum
-MOST_CANDIDATES = 6  # damped sines, one or two of which are chosen
+MOST_CANDIDATES = 6  # damped sines; one or two are chosen
 STEPS = 12  # of Gauss-Newton, at most
 
 

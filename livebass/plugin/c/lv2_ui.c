@@ -15,7 +15,7 @@ typedef struct {
     const lv2_ui_touch *touch;
     double scale;
     uint32_t outputs, event_transfer, look, watch, touched, sides_atom;
-    time_t told;    /* time of the last report that there is a window */
+    time_t told;    /* when it last told the plugin that it is open */
     lb_sides sides; /* as the plugin knows them ... */
     int32_t asks;   /* ... unless it must still be asked */
 } ui;
