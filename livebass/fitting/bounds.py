@@ -2,7 +2,7 @@
 
 A search moves them on a scale from 0, the lower bound, to 1, the upper one. The prior holds each near the base preset:
 its standard deviation on that scale. Numbers that trade places with others, or that notes do not tell, are not free:
-positions of pickups, their sense of the motion across, longer_across, stiffness_across and masses of the neck.
+positions of pickups, their sense of the motion across, and stiffness_across.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ PRIOR = 0.25  # of the scale
 MOST_ANGLE = 84.0  # deg, of the hardest pull
 WIDEST = 0.97  # of the open string, the farthest place of a pluck
 ROOM = 0.02  # of it, from the usual place to the ends of the controller
-FACTOR, STEP, MIX = "factor", "step", "mix"  # sections of numbers that are no keys of their own
+FACTOR, MASSES, STEP, MIX = "factor", "masses", "step", "mix"  # sections of numbers that are no keys of their own
 
 
 @dataclass(frozen=True)
 class Free:
     """One free number. `low` and `high` are in `unit`, as in a preset."""
 
-    section: str  # of a preset, or FACTOR, STEP or MIX
+    section: str  # of a preset, or FACTOR, MASSES, STEP or MIX
     key: str
     title: str  # in words
     low: float
@@ -48,7 +48,7 @@ class Free:
     @property
     def home(self) -> str:
         """The section of the preset that it is written to."""
-        return {FACTOR: "string", MIX: "pickup"}.get(self.section, self.section)
+        return {FACTOR: "string", MASSES: "neck", MIX: "pickup"}.get(self.section, self.section)
 
     def value(self, u: float) -> float:
         """The number at `u` on the scale from 0 to 1."""
@@ -64,7 +64,7 @@ class Free:
 
     def read(self, bass: Instrument) -> float:
         """The number of a bass, in `unit`."""
-        if self.section == FACTOR:
+        if self.section in (FACTOR, MASSES):
             return 1.0
         if self.section == MIX:
             first, last = bass.output.pickups[0].level, bass.output.pickups[-1].level
@@ -89,6 +89,9 @@ class Free:
             middle = math.sqrt(max(levels[0], 1e-3) * max(levels[-1], 1e-3))
             tables = own.setdefault("pickup", [{} for _ in levels])
             tables[0]["level"], tables[-1]["level"] = (rounded(middle * 10 ** (x / 40)) for x in (-value, value))
+        elif self.section == MASSES:
+            masses = [rounded(value * r.mass) for r in bass.necks[0].admittance.resonances]
+            own.setdefault("neck", {})[self.key] = {"unit": "kg", "values": masses}
         elif self.section in (FACTOR, "string"):
             for s in bass.strings:
                 each = value * getattr(s, self.key) if self.section == FACTOR else value
@@ -125,6 +128,8 @@ FREE = (
     Free(MIX, "level", "bridge pickup over neck pickup", -20.0, 20.0, "dB"),
     Free("coil", "tone", "tone control", 0.0, 1.0),
     Free("neck", "axes_turned", "turn of the neck's axes", 0.0, 60.0, "deg"),
+    Free("neck", "longer_across", "length across over that upwards", 0.2, 4.0, "mm", log=True, prior=0.15),
+    Free(MASSES, "resonance_masses", "masses of the neck, over the base preset's", 0.3, 3.0, log=True, prior=0.15),
 )
 PICKED = {  # a pick has its own numbers
     "pluck_angle": "angle", "pluck_position": "place", "rounding": "hard_width", "rounding_soft": "soft_width",
@@ -150,6 +155,8 @@ def free_numbers(bass: Instrument) -> list[Free]:
     found, player = list(FREE), bass.player
     if not bass.necks[0].own_across:
         found = [f for f in found if f.key != "axes_turned"]
+    if not bass.necks[0].admittance.resonances:
+        found = [f for f in found if f.section != MASSES]
     if player.stroke == "pick":
         found = [
             replace(f, section="pick", key=PICKED[f.key], title=f.title.replace("finger", "pick"))

@@ -1,7 +1,8 @@
 """A preset like another: `like` names the base, and the keys of the file replace the base's.
 
 Tables merge key by key, [[string]] by name, [[pickup]] by order. A key of [neck] applies to every string, even if the
-base gives a string its own.
+base gives a string its own. A [[string]] of a new name with an open_note is a new string: the file then lists all
+strings of the bass, those of the base by their names alone.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from livebass.preset.keys import SECTIONS, fault
 from livebass.preset.source import PresetError, is_path
 
 MOST = 8  # presets, each like the next
+PITCH = "open_note"
 PATHS = (("effects", "response"), ("player", "keys"))  # keys with paths relative to their file
 # In a string: keys that a key replaces
 INSTEAD = {"inharmonicity": ("core_diameter", "core_modulus", "stiffness_ratio"), "core_diameter": ("inharmonicity",)}
@@ -74,25 +76,36 @@ def _merged(label: str, base: Tables, own: Tables) -> Tables:
 
 
 def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
-    """The [[string]] tables of `base` with `own` keys merged in by name, without neck keys that `neck` replaces."""
+    """The [[string]] tables of `base` with `own` keys merged in by name, without neck keys that `neck` replaces.
+
+    With a new string among them, `own` is the list of all strings.
+    """
     if not _are_tables(base) or not _are_tables(own):
         return own
-    made = [_under(string, neck) for string in base]
-    names = [str(string.get("name", "")).casefold() for string in made]
+    made = {_name(string): _under(string, neck) for string in base}
+    found = dict(made)
     for number, given in enumerate(own, 1):
-        name = str(given.get("name", "")).casefold()
-        if name not in names:
-            known = [str(string.get("name", "")) for string in made]
+        there = found.get(_name(given))
+        if there is None and not ("name" in given and PITCH in given):
+            known = [str(string.get("name", "")) for string in base]
             why = f"the bass that it is like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
             raise fault(label, f"string[{number}].name", why, *([given["name"]] if "name" in given else []))
-        there = made[names.index(name)]
-        void = {key for said, others in INSTEAD.items() if said in given for key in others}
-        there = {key: value for key, value in there.items() if key not in void}
-        joined = there | given
-        if isinstance(there.get("neck"), dict) and isinstance(given.get("neck"), dict):
-            joined["neck"] = merged_neck(there["neck"], given["neck"])
-        made[names.index(name)] = joined
-    return made
+        found[_name(given)] = given if there is None else _joined(there, given)
+    return [found[_name(string)] for string in (own if len(found) > len(made) else base)]
+
+
+def _name(string: Tables) -> str:
+    return str(string.get("name", "")).casefold()
+
+
+def _joined(there: Tables, given: Tables) -> Tables:
+    """A [[string]] table with the keys of `given` in place of its own."""
+    void = {key for said, others in INSTEAD.items() if said in given for key in others}
+    there = {key: value for key, value in there.items() if key not in void}
+    joined = there | given
+    if isinstance(there.get("neck"), dict) and isinstance(given.get("neck"), dict):
+        joined["neck"] = merged_neck(there["neck"], given["neck"])
+    return joined
 
 
 def _under(string: Tables, neck: Any) -> Tables:
