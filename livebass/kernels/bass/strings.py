@@ -194,7 +194,7 @@ def make_performer(p, instrument, seed):
     p.hand_damping = p.player.hand_damping
     p.unevenness = p.player.unevenness
     p.slapped = p.usual_slapped
-    p.stroke = instrument.stroke
+    p.usual_stroke = p.stroke = instrument.stroke
     p.forced = -1
     p.hands.place = 1
     make_controls(p)

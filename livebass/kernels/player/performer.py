@@ -122,6 +122,7 @@ PERFORMER = np.dtype(
         ("strokes", STROKE, (STROKES,)),
         ("key_map", KEY_MAP),
         ("part", "f8", (KEYS,)),  # by velocity: 0 the softest note, 1 the hardest
+        ("usual_stroke", "i8"),  # of the bass
         ("usual_slapped", "i8"),  # how many strings the player's thumb strikes, from the lowest
         ("wheel_slides", "i8"),  # 1: the wheel slides along the frets
         ("answering", "i8"),  # NEVER, WITH_PEDAL or ALWAYS

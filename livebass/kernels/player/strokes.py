@@ -31,7 +31,8 @@ USUAL_PLACE = 0.8  # of the length: a typical place to pluck
 LEAST_FORCE = 1e-3  # multiple of the grazing apex: a curve cannot start at zero
 FASTEST_STRIKE = 8.0  # m/s: no hand is faster
 THUMB_GENTLER = 0.2  # a thumb's force on a shorter string is scaled by its part of the open length to this power
-GUEST_THUMB = 0.34  # part of a strike's depth on a bass levelled for fingers
+GUEST_THUMB = 0.24  # part of a strike's depth on a bass levelled for fingers
+HEARD_ACROSS = 0.45  # of a motion across the pickups, over the same motion towards them
 PRESSED_APEX = 0.8  # part of the way to the frets that a stroke towards the neck may pull the string
 RAKE = 80e-3  # s: a finger that moves to a lower string within this time rakes instead of alternating
 # For an unevenness of 1: m; part of width and release; rad
@@ -204,6 +205,18 @@ def throw_thumb(p, ops, i, stop, part, uneven, weaker, aside):
 
 
 @jit
+def pull_angle(p, row, hard):
+    """The angle (rad) of a pull of hardness `hard` by the stroke `row`: only the player's own angle turns."""
+    return row.angle + p.player.angle_when_hard * hard if row.angle == p.player.pluck_angle else row.angle
+
+
+@jit
+def heard(angle):
+    """The part of a pull at `angle` that a pickup hears. A guest's thumb is as loud as what else plucks the bass."""
+    return np.sqrt(squared(cos(angle)) + squared(HEARD_ACROSS) * (1.0 - squared(cos(angle))))
+
+
+@jit
 def strike_string(p, ops, i, stop, force, aside):
     """Strikes string `i` with a thumb; its impulse gives every string the same speed."""
     open_op, player = ops[i, 0], p.player
@@ -211,7 +224,7 @@ def strike_string(p, ops, i, stop, force, aside):
     depth = player.strike_force * np.sqrt(p.slack[i])
     depth *= soft_limit(force * unit_apex(open_op, 0.5 * open_op.length), player.greatest_apex)
     if p.usual_slapped == 0:
-        depth *= GUEST_THUMB
+        depth *= GUEST_THUMB * heard(pull_angle(p, p.strokes[p.usual_stroke], hardness(p, force)))
     e = next_event(p, i, STRIKE_EVENT)
     e.fret = stop
     e.apex = depth
@@ -230,11 +243,9 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
     width = between(row.soft_width, row.hard_width, hard)
     release = between(row.soft_release, row.hard_release, hard)
     shift = aside + row.nearer * (hard - 0.5)
-    angle, lift, level = row.angle, row.lift, 1.0
-    if angle != player.pluck_angle:
+    angle, lift, level = pull_angle(p, row, hard), row.lift, 1.0
+    if row.angle != player.pluck_angle:
         lift *= abs(cos(player.pluck_angle)) / cos(angle)
-    else:
-        angle += player.angle_when_hard * hard
     if is_other(p, op, i) and (row.two_ways or p.unevenness > 0.0):
         shift += row.other_nearer
         level = row.other_level
