@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-VERSION = 17  # of instrument files; any change in layout or meaning needs a new one
+VERSION = 18  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
@@ -197,6 +197,14 @@ class PlayerNumbers:
         word=0, file=(0, 10), of="pluck")
     hand_damping: float = number(90.0, "decay rate", "0 /s", "10000 /s", "hand that stops a note",
         word=14, file=(0, 1e6))
+    palm_resistance: float = number(0.0, "mechanical resistance", "0 N s/m", "100 N s/m",
+        "of a palm or foam that always rests on the strings", word=34)
+    palm_pressed: float = number(20.0, "mechanical resistance", "0.001 N s/m", "100 N s/m",
+        "of that palm pressed hardest, by its controller", word=35, of="palm")
+    palm_place: float = number(25e-3, "length", "1 mm", "200 mm", "of its middle, from the saddle",
+        word=36, file=(0, 1), of="palm")
+    palm_width: float = number(8e-3, "length", "1 mm", "50 mm", "half of what touches the strings",
+        word=37, file=(0, 1), of="palm")  # standard deviation of its Gaussian pressure
     skin_noise: float = number(OFF, "level", "-200 dB", "20 dB", "of the hardest pluck over its peak; softer: less",
         word=30, of="pickups pluck")  # rms at its loudest
     release_noise: float = number(OFF, "level", "-200 dB", "40 dB", "knock of a hand over a medium note after 1 s",

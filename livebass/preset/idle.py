@@ -118,6 +118,11 @@ RULES = (
         lambda bass, player: player.thumb_mass > 0 and not bass.over_board,
     ),
     Rule("player", ("thumb_mass",), "over a board the thumb is an impulse", lambda bass, player: bass.over_board),
+    *_group(
+        "palm",
+        "no palm rests on the strings: player.palm_resistance is 0",
+        lambda _, player: not player.palm_resistance,
+    ),
     *_group("pluck", STRUCK, _slaps_only),
     *_group("across", STRUCK, lambda bass, part: _slaps_only(bass, part) and not _turned(bass)),
     Rule("pick", PICKING, STRUCK, _slaps_only),

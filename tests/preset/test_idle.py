@@ -129,7 +129,7 @@ def test_idle_keys_are_named_with_a_reason(changes: tuple[tuple[str, str], ...],
 
 def sound(data: dict[str, Any]) -> np.ndarray:
     """Softer and harder notes on each string, the lowest string's last fret, and one below it; half of them after the
-    controller of the pluck position and a bend; finally a slide.
+    controller of the pluck position and a bend; finally a slide, and the palm.
     """
     bass = Builder("f").instrument(data)
     notes = [string.open_note + fret for string in bass.strings for fret in (0, 1)]
@@ -140,9 +140,10 @@ def sound(data: dict[str, Any]) -> np.ndarray:
     middle = 0.03 * len(notes) / 2
     end = 0.03 * len(notes)
     played += [(end, 0.2, lowest + 1, 90), (end + 0.06, 0.14, lowest + 5, 90)]
-    score = score_of(played, 16000, bends=[(middle - 0.01, 0.5), (middle - 0.005, 0.0), (end - 0.005, 0.0)])
+    bends = [(middle - 0.01, 0.5), (middle - 0.005, 0.0), (end - 0.005, 0.0), (end + 0.1, 0.0)]
+    score = score_of(played, 16000, bends=bends)
     _, *at = np.flatnonzero(score.messages[:, 0] == 0xE0)
-    score.messages[at] = (0xB0, 16, 40), (0xB0, 65, 127)
+    score.messages[at] = (0xB0, 16, 40), (0xB0, 65, 127), (0xB0, 9, 90)
     return render_to_array(bass, score, quality_with("live", modes=30, contact_rate=100e3), tail=0.02)
 
 
@@ -285,6 +286,10 @@ thumb_stiffness = 7e5
 thumb_loss = 0.35
 pull_time = "2 ms"
 hand_damping = "90 /s"
+palm_resistance = "0.2 N s/m"
+palm_pressed = "5 N s/m"
+palm_place = "30 mm"
+palm_width = "8 mm"
 skin_noise = "-14 dB"
 release_noise = "-3 dB"
 floor_noise = "-65 dB"

@@ -50,14 +50,21 @@ def touch_ghost(p, ops, i, stop, fret):
 
 @jit
 def palm_is_on(p):
-    """True if the player palm-mutes."""
-    return p.controls.palm > 0.0 or p.switched[PALM] > 0
+    """True if the player palm-mutes, or a palm always rests on the strings."""
+    return p.player.palm_resistance > 0.0 or p.controls.palm > 0.0 or p.switched[PALM] > 0
 
 
 @jit
 def touch_palm(p, ops, i):
-    """Lays the palm on string `i` as firmly as asked for, or lifts it."""
-    amount = max(p.controls.palm, KEY_PALM if p.switched[PALM] > 0 else 0.0)
+    """Lays the palm on string `i` as firmly as asked for, or lifts it.
+
+    A palm that always rests on the strings is one wide finger, from its own resistance to that pressed hardest.
+    """
+    amount, player = max(p.controls.palm, KEY_PALM if p.switched[PALM] > 0 else 0.0), p.player
+    if player.palm_resistance > 0.0:
+        resistance = player.palm_resistance * power(player.palm_pressed / player.palm_resistance, amount)
+        send_touch(p, i, PALM_FINGERS[0], player.palm_place, resistance, player.palm_width, 0.0)
+        return
     firm = LIGHT_PALM * power(TIGHT_PALM / LIGHT_PALM, amount) if amount > 0.0 else 0.0
     resistance = firm / 3.0 * characteristic_impedance(ops[i, 0])
     for k in range(3):

@@ -277,6 +277,40 @@ def test_no_partial_rings_through_a_palm_mute(string: int, key: int) -> None:
         assert under > (45 if (key, j) == (28, 1) else 50), (j, under)
 
 
+RESTING = {"palm_resistance": 0.3, "palm_pressed": 8.0, "palm_place": 40e-3, "palm_width": 12e-3}
+
+
+def fall(x: Floats) -> float:
+    """The time (s) from the loudest 25 ms of `x` until 25 ms are 20 dB below them."""
+    n = round(0.025 * RATE)
+    levels = np.convolve(x * x, np.ones(n), "valid")
+    loudest = int(np.argmax(levels[: RATE // 2]))
+    return float(np.argmax(levels[loudest:] < 0.01 * levels[loudest])) / RATE
+
+
+@pytest.mark.parametrize("key", [33, 45])
+def test_a_resting_palm_damps_by_pressure(key: int) -> None:
+    """Notes fall by 20 dB the sooner, the harder it is pressed; real palms and foams take 0.2 to 2.7 s."""
+    played = Engine(without_noise("jazz-finger", **RESTING), QUALITIES["live"], RATE)
+    times = []
+    for pressure in (0, 64, 127):
+        hand = played.another()
+        hand.send(np.zeros(2, np.int64), np.array([(0xB0, 9, pressure), (0x90, key, 80)], np.uint8))
+        times.append(fall(hand.process(3 * RATE).sum(axis=0)))
+    assert 2.0 > times[0] > 1.8 * times[1] > 3 * times[2] > 0.15, times
+
+
+def test_a_resting_palm_stays_and_the_key_presses_it() -> None:
+    """It lies on a note from its beginning, through legato and a reset of controllers; key 3 presses it."""
+    hand = Engine(without_noise("jazz-finger", **RESTING), QUALITIES["live"], RATE)
+    firm = []
+    for message in (on(0, 33), on(0, LEGATO), on(0, 35), (0, 0xB0, 121, 0), on(0, PALM), off(0, PALM)):
+        hand.send(np.array([hand.frame]), np.array([message[1:]], np.uint8))
+        hand.process(RATE // 20)
+        firm.append(float(hand.voices[1].record["touches"]["resistance"][0, 0]))
+    assert firm == pytest.approx([0.3, 0.3, 0.3, 0.3, 0.3 * (8 / 0.3) ** 0.6, 0.3])
+
+
 def test_a_ghost_note_has_no_pitch() -> None:
     """Every partial is 40 dB below a free note's after 150 ms, as required; measured: 70 and more."""
     for key in (33, 35, 40, 45):
