@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-VERSION = 17  # of instrument files; any change in layout or meaning needs a new one
+VERSION = 18  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
 NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player

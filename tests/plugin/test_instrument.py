@@ -44,7 +44,7 @@ ADDRESSES = (
     "answers",
     "turning",
 )
-LAYOUT = 17, "b85bfce3f66ff7b6"  # the version of files, and a digest of their layout: a new layout needs a new version
+LAYOUT = 18, "b85bfce3f66ff7b6"  # the version of files, and a digest of their layout: a new layout needs a new version
 
 
 def assert_same_pool(made: Pool, wanted: Pool) -> None:
