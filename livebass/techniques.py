@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 HOLD, PRESS = "hold", "press"  # while the key is down; from the press until another key ends it
 FRETS = 24  # with keys that call the left hand
+TOP_KEYS = 113  # from here on up no bass has notes: its keys switch in any tuning
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ HARMONIC = technique(
     "harmonic", "Harmonics", HOLD, (17,), (29,),
     "harmonics, natural if an open string has the note, else an octave higher",
 )  # fmt: skip
-TAP = technique("tap", "Tapping", HOLD, (2,), (14,), "tapping")
+TAP = technique("tap", "Tapping", HOLD, (2,), (14,), "tapping: notes are hammered on, even from silence")
 PALM = technique("palm_mute", "Palm mute", HOLD, (3,), (17,), "palm mute")
 SLIDE = technique("slide", "Slide", HOLD, (4,), (16,), "slide between overlapping notes")
 VIBRATO = technique("vibrato", "Vibrato", HOLD, (6,), (18,), "vibrato")
@@ -60,8 +61,8 @@ WITH_FINGERS = technique("finger", "Fingers", PRESS, (13,), (25,), "play with fi
 WITH_PICK = technique("pick", "Pick", PRESS, (15,), (27,), "play with a pick")
 WITH_THUMB = technique("slap", "Thumb", PRESS, (18,), (30,), "play with thumb and pops")
 STOP_ALL = technique("stop_all", "Stop all strings", PRESS, (8,), (20,), "damp all strings")
-DOWN_STROKE = technique("down_stroke", "Down stroke", HOLD, (), (13,), "only down strokes, or only the index finger")
-UP_STROKE = technique("up_stroke", "Up stroke", HOLD, (), (15,), "only up strokes, or only the middle finger")
+DOWN_STROKE = technique("down_stroke", "Down stroke", HOLD, (1,), (13,), "only down strokes, or only the index finger")
+UP_STROKE = technique("up_stroke", "Up stroke", HOLD, (5,), (15,), "only up strokes, or only the middle finger")
 HAND_AT = technique(  # its value is the fret, fret 1 for the first key
     "hand", "Hand at fret {}", PRESS, (), tuple(range(89, 89 + FRETS)), "move the left hand to a fret"
 )
@@ -70,6 +71,25 @@ DETACH = technique(
 )
 LEFT_SLAP = technique(
     "left_slap", "Left-hand slap", HOLD, (7,), (19,), "slap the strings with the left hand, a clack without pitch"
+)
+THUMB_ON_ALL_STRINGS = technique("thumb_on_all", "Thumb on all", PRESS, (20, 113), (113,), "thumb on all strings")
+POPS_ON_ALL = technique("pop_on_all", "Pops on all", PRESS, (21, 114), (114,), "pops on all strings")
+ARTIFICIAL = technique(  # partial 2 of the fretted string; the next two rows are partials 3 and 4
+    "artificial", "Artificial harmonics", HOLD, (22, 115), (115,), "artificial harmonics, an octave above the fret"
+)
+technique("artificial_12th", "Artificial 12ths", HOLD, (116,), (116,), "artificial harmonics, a twelfth above the fret")
+technique(
+    "artificial_15th", "Artificial 15ths", HOLD, (117,), (117,), "artificial harmonics, two octaves above the fret"
+)
+ARTIFICIALS = 3
+PINCH = technique(
+    "pinch", "Pinch harmonics", HOLD, (118,), (118,), "pinch harmonics, partial 3 to 8 by the plucking place"
+)
+SLIDE_OFF_DOWN = technique(
+    "slide_off_down", "Slide off down", HOLD, (119,), (119,), "a released note slides down five frets and fades"
+)
+SLIDE_OFF_UP = technique(
+    "slide_off_up", "Slide off up", HOLD, (120,), (120,), "a released note slides up five frets and fades"
 )
 ACTIONS = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
 
@@ -119,6 +139,10 @@ BEND_STARTS = 3  # bends only after a lower value: a file that uses it as portam
 CC_BEND = function("bend", (5,), f"bend up, by up to 2 semitones, after it has been below {BEND_STARTS}")
 CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0) to the last frets (127)")
 CC_BLEND = function("blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own")
+SLIDE_STEP = 0.025  # s
+CC_SLIDE_TIME = function(
+    "slide_time", (19,), f"time of each slide, in steps of {1e3 * SLIDE_STEP:g} ms; 0: the hand's own speed"
+)
 CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on: the playing parameters
 
 # Symbols of the functions that act on their controller's channel only. A button for the whole bass sends them on every

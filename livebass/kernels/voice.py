@@ -32,6 +32,7 @@ from livebass.kernels.string.records import (
     STRIKE_EVENT,
     STRING,
     THROW,
+    TIMED_GLIDE,
     TONE,
     TOUCH_EVENT,
     WAVER,
@@ -195,6 +196,8 @@ def handle_event(string, ops, event):
         fretting.pull_off(string, ops, event)
     elif event.kind == GLIDE:
         sliding.begin_slide(string, ops, event.fret, event.seconds)
+    elif event.kind == TIMED_GLIDE:
+        sliding.begin_timed_slide(string, ops, event)
     elif event.kind == WAVER:
         sliding.set_vibrato(voice, event.value, event.rate)
     elif event.kind == TOUCH_EVENT:

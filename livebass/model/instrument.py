@@ -28,6 +28,7 @@ from livebass.parts import Coil as Coil
 from livebass.parts import Knobs, NeckNumbers, NoteNumbers, PlayerNumbers, StringNumbers
 from livebass.parts import Pick as Pick
 from livebass.rows import choice, number, rows
+from livebass.techniques import TOP_KEYS
 
 A4_NOTE, A4_HZ = 69, 440.0
 LOG_PRESSED = -13.287712379549449  # log2 of 1e-4, m: the penetration at which `Neck.contact_loss` applies
@@ -185,9 +186,9 @@ class Instrument:
 
     @property
     def switches(self) -> frozenset[int]:
-        """The keys that switch instead of sounding: those in its map below its notes, or that override notes."""
+        """The keys that switch instead of sounding: those in its map outside its notes, or that override notes."""
         keys = self.player.keys
-        return frozenset(key for key, *_ in keys.keys if keys.over_notes or key < self.note_range[0])
+        return frozenset(k for k, *_ in keys.keys if keys.over_notes or not self.note_range[0] <= k < TOP_KEYS)
 
     @property
     def frets(self) -> int:

@@ -25,7 +25,7 @@ from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
 from livebass.preset.programs import PROGRAMS
-from livebass.techniques import FRETS, HAND_AT, ON_STRING, TECHNIQUE_ROWS
+from livebass.techniques import FRETS, HAND_AT, ON_STRING, PRESS, TECHNIQUE_ROWS
 from livebass.units import pitch_name
 
 # Records that others contain come first.
@@ -53,7 +53,7 @@ RECORDS = {
 }
 OF_MODULES: tuple[tuple[Any, str], ...] = (
     (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN OTHER_VERSION DAMAGED"), (note, "MADE"),
-    (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK"), (sight, "SEEN"),
+    (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK POP"), (sight, "SEEN"),
     (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
     (priority, "PRIORITY"), (parameters, "MOST_UNEVENNESS"), (ring, "VALUE_BIT NUMBER"),
 )  # fmt: skip
@@ -132,7 +132,7 @@ def _switches() -> list[str]:
         HAND_AT: {fret: str(fret) for fret in range(1, FRETS + 1)},
     }
     rows = [
-        f"    {{{row.number}, {value}, {json.dumps(row.name.format(called))}}},"
+        f"    {{{row.number}, {value}, {int(row.asked == PRESS)}, {json.dumps(row.name.format(called))}}},"
         for row in TECHNIQUE_ROWS.values()
         for value, called in values.get(row.number, {-1: ""}).items()
     ]
@@ -140,7 +140,8 @@ def _switches() -> list[str]:
     return [
         f"enum {{ {numbers} }}; /* actions */",
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
-        "typedef struct {", "    int action, value; /* -1: any */", "    const char *name;", "} lb_switch;",
+        "typedef struct {", "    int action, value; /* -1: any */", "    int press; /* 0: acts while held */",
+        "    const char *name;", "} lb_switch;",
         *_table("lb_switch lb_switches[LB_SWITCHES]", rows),
     ]  # fmt: skip
 

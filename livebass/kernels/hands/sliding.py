@@ -6,15 +6,16 @@
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.hands import scrape
+from livebass.kernels.hands import damping, scrape
 from livebass.kernels.hands.fretting import GENTLY, change_fret, stands_at
 from livebass.kernels.hands.pulling import end_pull
-from livebass.kernels.machine.elementary import cos, exp2, sin
+from livebass.kernels.machine.elementary import cos, exp, exp2, sin, squared
 from livebass.kernels.string import glide
 from livebass.kernels.string.slot import highest_frequency, tune_slot, wake_slot
 
 SLIDING_HAND = 0.5  # m/s, of a finger crossing a crown
 ONSET = 0.6  # s for a vibrato to deepen by a semitone
+LIFTED = 3.5  # nepers that a lifting finger takes from a note until the end of its slide
 BEND_FRAMES = 128  # frames between pitch bend updates, one string after another ...
 BEND_SPEED = 400.0  # ... at semitones/s no faster than this
 
@@ -74,9 +75,27 @@ def begin_slide(string, ops, fret, seconds):
     voice.slide_left = 0
     voice.scraped = 0.0
     voice.landing = 0
+    voice.lift_damping = 0.0
+    voice.lifting = 0.0
     if string.slots[voice.slot].on and glides(voice):
         glide.begin_glide(string, ops, ops[fret].length, voice.slide_every)
     voice.slide_to = fret
+
+
+@jit
+def begin_timed_slide(string, ops, event):
+    """Begins a slide that reaches the event's fret in its seconds; if the event has a value, the finger lifts on it."""
+    voice = string.voice
+    slot = string.slots[voice.slot]
+    frets = max(abs(event.fret - slot.fret), 1)
+    begin_slide(string, ops, event.fret, event.seconds / frets)
+    if slot.on and not glides(voice):
+        voice.striking = 0
+        scrape.fit_winding(voice, slot, ops[slot.fret])
+        voice.slide_left = voice.slide_every
+    voice.lift_damping = event.value
+    if event.value > 0.0:
+        voice.lifting = 2.0 * LIFTED / squared(float(max(frets * voice.slide_every, 1)))
 
 
 @jit
@@ -90,12 +109,22 @@ def follow_slide(string, ops):
     """Moves the sliding finger by one frame."""
     voice = string.voice
     slot = string.slots[voice.slot]
+    if voice.lifting > 0.0:
+        slot.hand *= exp(-voice.lifting)
     if not slot.on or stands_at(slot, voice.slide_to):
-        voice.slide_to = -1
+        end_slide(string, ops)
     elif glides(voice):
         follow_glide(string, ops)
     else:
         follow_frets(string, ops)
+
+
+@jit
+def end_slide(string, ops):
+    """Ends the slide, and the note if the finger lifts."""
+    voice = string.voice
+    voice.slide_to = -1
+    damping.end_note(string, ops, voice.lift_damping)
 
 
 @jit
@@ -113,7 +142,8 @@ def follow_frets(string, ops):
     if slot.moving:
         return
     end_pull(string, ops)
-    change_fret(string, ops, beside, SLIDING_HAND if up else GENTLY, 1.0)
+    held = 0.0 if voice.lifting > 0.0 else 1.0
+    change_fret(string, ops, beside, SLIDING_HAND if up else GENTLY, held)
     scrape.fit_winding(voice, string.slots[voice.slot], ops[beside])
     voice.slide_left = voice.slide_every - 1
 
@@ -129,7 +159,7 @@ def follow_glide(string, ops):
         end_pull(string, ops)
         if voice.glide_frame >= voice.glide_frames:
             change_fret(string, ops, voice.slide_to, GENTLY, 0.0)
-            voice.slide_to = -1
+            end_slide(string, ops)
             return
         voice.slide_left = min(glide.period(voice), voice.glide_frames - voice.glide_frame)
         glide.hand_over(string, ops, glide.length_at(voice, voice.glide_frame + voice.slide_left))

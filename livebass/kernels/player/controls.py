@@ -39,6 +39,7 @@ from livebass.techniques import (
     CC_PARAMETER,
     CC_PLACE,
     CC_SLIDE,
+    CC_SLIDE_TIME,
     CC_VIBRATO,
     CC_VOLUME,
     GAIN_DB,
@@ -48,7 +49,11 @@ from livebass.techniques import (
     ON_STRING,
     PALM,
     PARAMETERS,
+    POPS_ON_ALL,
+    SLIDE_STEP,
     STOP_ALL,
+    THUMB_ON_ALL_STRINGS,
+    TOP_KEYS,
     VIBRATO,
     WITH_FINGERS,
     WITH_PICK,
@@ -119,6 +124,8 @@ def use_function(p, ops, channel, what, value):
         touch_palms(p, ops)
     elif what == CC_SLIDE:
         controls.sliding = 1 if value >= 64 else 0
+    elif what == CC_SLIDE_TIME:
+        controls.slide_time = SLIDE_STEP * value
     elif what == CC_LEGATO:
         controls.legato = 1 if value >= 64 else 0
     elif what == CC_BEND:
@@ -209,10 +216,12 @@ def reset_controllers(p, channel):
     controls.palm = controls.palm_set
     controls.legato = 0
     controls.sliding = 0
+    controls.slide_time = 0.0
     p.position = p.placed
     for i in range(MOST_STRINGS):
         if follows(p, i, channel):
             controls.string_bend[i] = 0.0
+            controls.string_expression[i] = 1.0
             p.hands.note_bend[i] = 0.0
             p.hands.note_vibrato[i] = 0.0
 
@@ -249,8 +258,9 @@ def make_controls(p):
 
 @jit
 def is_switch(p, key):
-    """True if `key` is a switch: it is in the map, and it lies below the bass's notes or the map overrides them."""
-    return p.key_map.action[key] != NO_SWITCH and (p.key_map.over_notes != 0 or key < note_range(p)[0])
+    """True if `key` is a switch: it is in the map, and it lies outside the bass's notes or the map overrides them."""
+    outside = key < note_range(p)[0] or key >= TOP_KEYS
+    return p.key_map.action[key] != NO_SWITCH and (p.key_map.over_notes != 0 or outside)
 
 
 @jit
@@ -269,6 +279,9 @@ def turn_switch(p, ops, key, on):
         touch_palms(p, ops)
     elif action == VIBRATO:
         send_vibratos(p, np.int64(ANY))
+    elif on and action in (THUMB_ON_ALL_STRINGS, POPS_ON_ALL):
+        p.slapped = p.strings if action == THUMB_ON_ALL_STRINGS else 0
+        p.stroke = POP
     elif on and action == WITH_THUMB:
         p.slapped = p.usual_slapped if p.usual_slapped > 0 else min(2, p.strings)
         p.stroke = POP

@@ -5,7 +5,7 @@ String `i` gets the event at the frame of the message. records.EVENT describes t
 
 from livebass.compiling import jit
 from livebass.kernels.machine.native import record_at, words_at
-from livebass.kernels.string.records import EVENT, GLIDE, PLUCK, THROW, TOUCH_EVENT, WAVER
+from livebass.kernels.string.records import EVENT, GLIDE, PLUCK, THROW, TIMED_GLIDE, TOUCH_EVENT, WAVER
 
 event_at = record_at(EVENT)
 EVENT_BYTES, EVENT_WORDS = EVENT.itemsize, EVENT.itemsize // 8
@@ -56,6 +56,15 @@ def send_slide(p, i, fret, seconds):
     e = next_event(p, i, GLIDE)
     e.fret = fret
     e.seconds = seconds
+
+
+@jit
+def send_timed_slide(p, i, fret, seconds, damping):
+    """Slides to `fret` in `seconds`; with a `damping`, 1/s, the finger lifts on the way, and the note ends there."""
+    e = next_event(p, i, TIMED_GLIDE)
+    e.fret = fret
+    e.seconds = seconds
+    e.value = damping
 
 
 @jit

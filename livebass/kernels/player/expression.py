@@ -88,15 +88,23 @@ def moves_shift(p, which):
 
 @jit
 def loudness(p, i):
-    """Gain of string `i` from volume and expression, squared as General MIDI asks."""
+    """Gain of string `i` from volume and expressions, squared as General MIDI asks."""
     channel = record_of(p, i)
-    return squared(channel.volume * channel.expression) * p.controls.level
+    return squared(channel.volume * channel.expression * p.controls.string_expression[i]) * p.controls.level
 
 
 @jit
 def update_gain(p, i):
     """Sends string `i` its volume and expression."""
     send_value(p, i, GAIN, loudness(p, i))
+
+
+@jit
+def express_string(p, i, expression):
+    """Sets the expression, 0 to 1, of string `i` alone."""
+    if i < p.strings:
+        p.controls.string_expression[i] = expression
+        update_gain(p, i)
 
 
 @jit

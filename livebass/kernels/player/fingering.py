@@ -11,7 +11,8 @@ HAND_SPAN = 3  # frets beyond the first finger
 # older notes. A sounding string is only taken for its own note, or if no other string can play this one.
 FRET_COST, MOVE_COST, TAKEN_COST, AGE_GAIN = 0.4, 2.5, 1000.0, 1e-6
 SHARED_COST = 500.0  # of a string that sounds this note for another channel: both sound if a string is free
-HARMONICS = (12, 19, 24, 28, 31)  # semitones of harmonics 2 to 6 above the open string
+HARMONICS = (12, 19, 24, 28, 31, 34, 36)  # semitones of harmonics 2 to 8 above the open string
+UNCALLED = 5  # of these sound on any string, the others on a string that the player chose
 
 
 @jit
@@ -66,13 +67,15 @@ def sounding_string(p, note):
 def natural_harmonic(p, note, wanted):
     """Returns a string that has `note` as a natural harmonic, free ones first, and its number; -1, 0: none.
 
-    Only string `wanted` counts, unless it is -1; the string whose key switch is held takes precedence.
+    Only string `wanted` counts, unless it is -1; the string whose key switch is held takes precedence. The 7th and the
+    8th only sound on one of these strings.
     """
     state = p.hands.state
     best, number = -1, 0
     for n in range(len(HARMONICS)):
         for i in range(p.strings):
             fits = (wanted < 0 or i == wanted) and note - p.open[i] == HARMONICS[n]
+            fits = fits and (n < UNCALLED or i in (wanted, p.forced))
             if fits and i == p.forced:
                 return i, n + 2
             if fits and (best < 0 or (state[best] != FREE and state[i] == FREE)):

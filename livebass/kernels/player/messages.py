@@ -25,6 +25,7 @@ from livebass.kernels.player.expression import (
     VIBRATO_DEPTH,
     VIBRATO_RATE,
     bend_string,
+    express_string,
     follow_wheel,
     send_bends,
     take_channel,
@@ -46,7 +47,7 @@ from livebass.kernels.player.performer import (
     performer_at,
 )
 from livebass.kernels.string.records import EVENT, IDLE, PLUCK, STRIKE_EVENT, THROW
-from livebass.techniques import CC_VIBRATO, HARMONIC
+from livebass.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
 
@@ -156,6 +157,8 @@ def set_mode(p, mode, first, channels):
         p.hands.channel_string[channel] = -1
     for i in range(MOST_STRINGS):
         controls.string_bend[i] = 0.0
+        if controls.string_expression[i] != 1.0:
+            express_string(p, i, 1.0)
 
 
 @jit
@@ -191,6 +194,9 @@ def handle_own_message(p, ops, status, first, second):
         pressure = first if kind == PRESSURE else second
         if i >= 0:
             send_vibrato(p, i, VIBRATO_DEPTH * pressure / 127.0, VIBRATO_RATE)
+    elif kind == CONTROL and controls.mode == STRING_A_CHANNEL and p.key_map.function[first] == CC_EXPRESSION:
+        if i >= 0:
+            express_string(p, i, second / 127.0)
     elif kind == CONTROL and first == BRIGHTNESS:
         controls.channel_place[channel] = 1.0 - second / 63.5  # up is brighter, nearer to the bridge
     elif kind == CONTROL and controls.channel[ANY].rpn == BEND_RANGE_RPN and (first in (DATA, DATA_FINE)):

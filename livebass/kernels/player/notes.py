@@ -5,7 +5,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.player.channels import follows, record_of
 from livebass.kernels.player.constants import KEYS
-from livebass.kernels.player.events import next_event, send_slide, send_touch
+from livebass.kernels.player.events import next_event, send_slide, send_timed_slide, send_touch
 from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression, take_channel
 from livebass.kernels.player.fingering import (
     choose_string,
@@ -21,7 +21,19 @@ from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALL
 from livebass.kernels.player.strokes import force_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import palm_is_on, touch_palm
 from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
-from livebass.techniques import DETACH, GHOST, HARMONIC, LEGATO, SLIDE, TAP
+from livebass.techniques import (
+    ARTIFICIAL,
+    ARTIFICIALS,
+    DETACH,
+    GHOST,
+    HARMONIC,
+    LEGATO,
+    PINCH,
+    SLIDE,
+    SLIDE_OFF_DOWN,
+    SLIDE_OFF_UP,
+    TAP,
+)
 
 jit = compiled(attributes=SMALL)
 
@@ -32,6 +44,7 @@ TAP_LIFTING = 0.5e-3  # s in which fingers leave a tapped string
 # m across: how far a pull-off's finger takes the string along, to the side where pickups hear this pull in phase with
 # the string leaving its fret
 LEAST_PULL, MOST_PULL = 0.1e-3, 0.9e-3
+SLIDE_OFF = 5  # frets
 EVERY_STRING, EVERY_KEY = -1, -1
 
 
@@ -124,13 +137,22 @@ def tied_string(p, note, own_string):
     """Returns the string whose note continues to `note` without a stroke: legato, sliding, mono; -1: none."""
     if p.controls.mode == STRING_A_CHANNEL and has_note(p, own_string, note) and p.hands.state[own_string] == HELD:
         return own_string
-    legato = (p.controls.legato or p.switched[LEGATO] > 0) and p.switched[HARMONIC] == 0
+    legato = (p.controls.legato or p.switched[LEGATO] > 0) and not plays_harmonics(p)
     if not (legato or is_sliding(p) or p.controls.mono):
         return np.int64(-1)
     i = sounding_string(p, note)
     if legato or is_sliding(p) or i < 0 or abs(note - p.open[i] - p.hands.fret[i]) <= MONO_STEP:
         return i
     return np.int64(-1)
+
+
+@jit
+def plays_harmonics(p):
+    """True if a key for harmonics is held."""
+    held = p.switched[HARMONIC] + p.switched[PINCH]
+    for n in range(ARTIFICIALS):
+        held += p.switched[ARTIFICIAL + n]
+    return held > 0
 
 
 @jit
@@ -177,7 +199,9 @@ def go_to_fret(p, ops, i, before, fret, part):
 
     `part`: 0 is the softest, 1 the hardest.
     """
-    if is_sliding(p):
+    if is_sliding(p) and p.controls.slide_time > 0.0:
+        send_timed_slide(p, i, fret, p.controls.slide_time, 0.0)
+    elif is_sliding(p):
         send_slide(p, i, fret, SLIDE_TIME)
     elif fret > before:
         hammer_string(p, ops, i, fret, part)
@@ -224,11 +248,24 @@ def note_off(p, ops, channel, key, velocity, own_string):
         if hands.state[i] == HELD and hands.key[i] == key and mine:
             if p.switched[DETACH] > 0:
                 stop_string(p, i)
+            elif p.switched[SLIDE_OFF_DOWN] + p.switched[SLIDE_OFF_UP] > 0 and hands.fret[i] > 0:
+                slide_off(p, i)
             elif hands.stacked[i] > 0:
                 go_back_to_key(p, ops, i, velocity)
             else:
                 release_string(p, i)
     unstack_key(p, channel, key, own_string)
+
+
+@jit
+def slide_off(p, i):
+    """Ends the note of the fretted string `i` with a slide on which the finger lifts."""
+    stop = stopped_at(p, i, p.hands.fret[i])
+    to = max(stop - SLIDE_OFF, 1) if p.switched[SLIDE_OFF_DOWN] > 0 else min(stop + SLIDE_OFF, p.frets)
+    usual = SLIDE_TIME * abs(to - stop)
+    p.hands.state[i] = FREE
+    p.hands.stacked[i] = 0
+    send_timed_slide(p, i, to, p.controls.slide_time if p.controls.slide_time > 0.0 else usual, p.hand_damping)
 
 
 @jit

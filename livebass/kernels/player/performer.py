@@ -58,7 +58,9 @@ CONTROLS = np.dtype(
         ("vibrato_set", "f8"),  # 0 to 1, of all channels, by `set_amount`
         ("legato", "i8"),  # 1: by the controller
         ("sliding", "i8"),  # 1: by the controller
+        ("slide_time", "f8"),  # s, of a whole slide; 0: SLIDE_TIME per fret
         ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, on top of the wheel
+        ("string_expression", "f8", (MOST_STRINGS,)),  # factor for one string, by its own channel
         ("string_of", "i8", (KEYS,)),  # string for each key's next note; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of each key's next note, as PLUCK_POSITION; NaN: none of its own
         ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: the bass's own

@@ -23,7 +23,7 @@ from livebass.kernels.player.touches import (
 )
 from livebass.kernels.string.records import MOST_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
-from livebass.techniques import DOWN_STROKE, HARMONIC, LEFT_SLAP, UP_STROKE
+from livebass.techniques import ARTIFICIAL, ARTIFICIALS, DOWN_STROKE, HARMONIC, LEFT_SLAP, PINCH, UP_STROKE
 
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
 MOST_PLACE = 0.99  # of the length
@@ -40,6 +40,8 @@ UNEVEN_PLACE, UNEVEN_TIP, UNEVEN_ANGLE = 0.1, 1.6, 0.5
 # Skin noise: its level over the corner's speed, as coil and tone take some of it; dB less for the softest than for the
 # hardest (velocities 60, 90 and 127 give -24, -7 and 0 dB); the part heard from a pluck straight across
 SKIN, SKIN_SOFTER, LEAST_SKIN = 1.4, 95.0, 0.2
+LEAST_PINCH, MOST_PINCH = 3, 8  # partials of pinch harmonics
+PINCH_THUMB = 10e-3  # m from the pick to the thumb that touches the node behind it
 MORE_CHANCE = 1 << 40  # random numbers beyond those for force and place
 # The left hand's slap: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
 LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
@@ -163,15 +165,16 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     weaker = GHOST_FORCE if ghost and not left else 1.0
     force = force_at(p, part) * uneven * weaker
+    position = position_at(p, own_place) if not np.isnan(own_place) else p.position
+    touched = node if node > 0 else artificial_partial(p, ops, i, stop, position)
     if left:
         slap_left(p, ops, i, force)
-    elif i < p.slapped and node == 0 and p.player.thumb_mass > 0.0:
+    elif i < p.slapped and touched == 0 and p.player.thumb_mass > 0.0:
         throw_thumb(p, ops, i, stop, part, uneven, weaker, aside)
-    elif i < p.slapped and node == 0:
+    elif i < p.slapped and touched == 0:
         strike_string(p, ops, i, stop, force, aside)
     else:
-        touched = node if node > 0 else 2 if p.switched[HARMONIC] > 0 else 0
-        position = position_at(p, own_place) if not np.isnan(own_place) else p.position
+        touched = 2 if touched == 0 and p.switched[HARMONIC] > 0 else touched
         pluck_string(p, ops, i, stop, force, position, aside, touched)
         if touched > 0:
             touch_node(p, ops[i, stop], i, touched)
@@ -179,6 +182,19 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
         touch_palm(p, ops, i)
     if ghost:
         touch_ghost(p, ops, i, stop, float(LEFT_FRET if left else fret if fret > 0 else GHOST_PLACE))
+
+
+@jit
+def artificial_partial(p, ops, i, stop, position):
+    """Returns the partial that a finger of the right hand brings out, by the held keys; 0: none."""
+    if p.switched[PINCH] > 0:  # the thumb touches the node nearest to the plucking place
+        length = ops[i, stop].length
+        aside = (1.0 - position - p.strokes[p.stroke].place + p.player.pluck_position) * ops[i, 0].length
+        return max(np.int64(np.rint(length / max(aside, length / MOST_PINCH))), LEAST_PINCH)
+    for n in range(ARTIFICIALS):
+        if p.switched[ARTIFICIAL + n] > 0:
+            return np.int64(2 + n)
+    return np.int64(0)
 
 
 @jit
@@ -252,7 +268,8 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
         release *= row.other_release
         angle = row.other_angle if row.other_angle != 0.0 else angle
     if touched > 0:
-        where = min(op.length - 0.5 * op.length / touched + aside, MOST_PLACE * op.length)
+        beside = PINCH_THUMB - op.length / touched if p.switched[PINCH] > 0 else -0.5 * op.length / touched
+        where = min(op.length + beside + aside, MOST_PLACE * op.length)
     else:
         where = over_body(open_op, op, position + (row.place - player.pluck_position), shift, LEAST_PLUCK)
     apex = soft_limit(lift * force * apex_by(open_op, op, where, row.gentler), player.greatest_apex)

@@ -26,7 +26,7 @@ GHOST_RESISTANCE, GHOST_WIDTH, GHOST_FORCE = 1.5, 3.5e-3, 0.7  # ; m, half; part
 GHOST_PLACE = 5  # fret where an open string is damped for a ghost note
 # A harmonic's finger on its node: just firm enough to end the partials without a node there soonest, by the damped
 # string's eigenvalues (at the middle, 2 absorbs everything), until they are down 60 dB, and at least NODE_TIME
-NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.6), (2.0, 3.0, 6.0, 9.0, 13.0)
+NODE_RESISTANCE, NODE_PERIODS = (2.0, 1.7, 1.7, 1.8, 1.6, 1.4, 1.4), (2.0, 3.0, 6.0, 9.0, 13.0, 20.0, 26.0)
 NODE_WIDTH, NODE_TIME = 2.3e-3, 65e-3  # m, half; s
 
 

@@ -350,6 +350,8 @@ VOICE = np.dtype(
         ("slide_to", "i8"),  # target fret of a slide; -1: none
         ("slide_every", "i8"),  # frames per fret ...
         ("slide_left", "i8"),  # ... and frames left until the next fret, or the next hand-over of a glide
+        ("lift_damping", "f8"),  # 1/s, by the hand after a slide that lifts the finger; 0: the finger stays ...
+        ("lifting", "f8"),  # ... and the growth of its damping per frame, nepers
         ("glide_from", "f8"),  # m, length at the start of a glide ...
         ("glide_to", "f8"),  # ... and at its end, ...
         ("glide_frames", "i8"),  # ... its frames ...
@@ -494,13 +496,13 @@ EVENT = np.dtype(
         ("width", "f8"),  # m, half the contact width; 0: the player's finger or thumb
         ("angle", "f8"),  # rad, of a pluck, from u towards v; 0: the player's
         # How gradually a pluck lets go, 0: the player's value; time until a touch lifts, 0: it stays; time for which a
-        # hammering finger first damps the string; time per fret of a slide
+        # hammering finger first damps the string; time per fret of a slide, or of a whole timed slide
         ("seconds", "f8"),
         ("mass", "f8"),  # kg, thrown, and ...
         ("stiffness", "f8"),  # ... N/m^1.5, of its flesh; 0: the thumb's
         ("resistance", "f8"),  # N s/m, of a touch
         # The single number of other kinds. BEND: frequency ratio; HAND: damping, 1/s; WAVER: semitones; IDLE: strings
-        # that may answer, a bit each; GAIN, TONE, BLEND: that value
+        # that may answer, a bit each; GAIN, TONE, BLEND: that value; TIMED_GLIDE: as HAND if the finger lifts, else 0
         ("value", "f8"),
         ("rate", "f8"),  # Hz, of a vibrato
     ],
@@ -508,5 +510,5 @@ EVENT = np.dtype(
 )
 (
     PLUCK, STRIKE_EVENT, HAND, BEND, GAIN, CUT, TONE, TOUCH_EVENT, HAMMER, PULL_OFF, GLIDE, WAVER, THROW, BLEND,
-    IDLE,
-) = range(1, 16)  # fmt: skip
+    IDLE, TIMED_GLIDE,
+) = range(1, 17)  # fmt: skip

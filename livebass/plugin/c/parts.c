@@ -245,7 +245,9 @@ static int lamp_is_on(const lb_picture *p, int lamp) {
     case PLAYED_ON: return l->forced >= 0;
     case LB_SWITCH_SLAP: return l->slapped > 0;
     case LB_SWITCH_PICK: return l->slapped == 0 && l->stroke == LB_PICK;
-    case LB_SWITCH_FINGER: return l->slapped == 0 && l->stroke != LB_PICK;
+    case LB_SWITCH_FINGER: return l->slapped == 0 && l->stroke != LB_PICK && l->stroke != LB_POP;
+    case LB_SWITCH_THUMB_ON_ALL: return l->slapped == l->strings;
+    case LB_SWITCH_POP_ON_ALL: return l->slapped == 0 && l->stroke == LB_POP;
     case LB_SWITCH_PALM_MUTE: if (l->palm > 0) return 1; break;
     case LB_SWITCH_VIBRATO: if (l->vibrato > 0) return 1; break;
     case LB_SWITCH_LEGATO: if (l->legato) return 1; break;
@@ -277,8 +279,7 @@ static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(h
 static void press_lamp(lb_picture *p, const part *q, const hand *h) {
     const int lamp = q->number / 2, key = lamp < LET_RING ? lb_key_of(p, lamp) : -1;
     if (key < 0) return;
-    const int at_once = lamp == LB_SWITCH_FINGER || lamp == LB_SWITCH_PICK || lamp == LB_SWITCH_SLAP ||
-                        lamp == LB_SWITCH_STOP_ALL;
+    const int at_once = p->face.switched(p->face.owner, key)->press;
     p->toggled[key] = !p->toggled[key] && !at_once;
     if (p->toggled[key] || at_once) p->face.note(p->face.owner, 1, -1, key, 0.75);
     if (!p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);

@@ -187,6 +187,40 @@ def test_a_slide_goes_over_every_fret(preset: str) -> None:
     assert abs(cents(tail[15000:], 55)) < 4
 
 
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+@pytest.mark.parametrize(("last", "value"), [(47, 40), (52, 40), (43 + 1, 8), (52, 8)])
+def test_a_timed_slide_arrives_at_its_end(preset: str, last: int, value: int) -> None:
+    """Within 10 ms of 25 ms times its controller, up or down, however far it goes."""
+    played, frets = engine(preset), []
+    keys = ((0xB0, 19, value), (0x90, 19, 100), (0x90, SLIDE, 100), (0x90, 45, 90))
+    played.send(np.zeros(4, np.int64), np.array(keys, np.uint8))
+    played.process(RATE // 2)
+    played.send(np.array([RATE // 2]), np.array([(0x90, last, 90)], np.uint8))
+    sound = []
+    for _ in range(1500):
+        sound.append(played.process(48).sum(axis=0))
+        frets.append(played.voices[-1].note()[0])
+    arrived = frets.index(last - 43)
+    assert frets[-1] == last - 43
+    if preset == "jazz-finger":
+        assert abs(arrived - 25 * value) < 10, arrived
+        steps = [k for k in range(1, 1500) if frets[k] != frets[k - 1]]
+        assert len(steps) == abs(last - 45) and max(np.diff([0, *steps])) - min(np.diff([0, *steps])) < 5
+    assert abs(cents(np.concatenate(sound)[25 * value * 48 + 960 :], last)) < 5
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
+def test_a_finger_lifts_as_it_slides_off(preset: str) -> None:
+    """A slide of half a second goes down five frets while the note fades, then silence."""
+    keys = [(0.0, 0xB0, 19, 20), (0.0, 0x90, 19, 100), on(0.1, 55, 90)]
+    off_down = play([*keys, on(0.0, 119), off(0.5, 55)], 1.6, preset)
+    held = play([*keys, on(0.0, SLIDE), on(0.5, 50, 90)], 1.6, preset)
+    assert np.array_equal(part(off_down, 0, 0.5), part(held, 0, 0.5))
+    apart = [db(rms(part(off_down, t, 0.1)) / rms(part(held, t, 0.1))) for t in (0.5, 0.7, 0.9, 1.2)]
+    assert apart == sorted(apart, reverse=True) and apart[0] > -4 and -32 < apart[2] < -15 and apart[3] < -60, apart
+    assert abs(cents(part(off_down, 0.9, 0.1), 50.5)) < 80  # on frets the last step comes at the end
+
+
 # Fingers that touch
 
 

@@ -274,10 +274,10 @@ def test_a_mode_that_begins_tells_one_channel_nothing_new(zone: Sequence[Message
     assert not {at.BEND, at.GAIN, at.WAVER} & {int(e["kind"]) for e in hands(*zone)}
 
 
-@pytest.mark.parametrize(("string", "number"), [(0, 2), (1, 3), (3, 5), (3, 6)])
+@pytest.mark.parametrize(("string", "number"), [(0, 2), (1, 3), (3, 5), (3, 6), (0, 7), (2, 8)])
 def test_harmonics_beyond_the_last_fret_sound_on_the_string_of_their_channel(string: int, number: int) -> None:
     hands = Hands(switches=True)
-    key = OPEN[string] + (0, 0, 12, 19, 24, 28, 31)[number]
+    key = OPEN[string] + (0, 0, 12, 19, 24, 28, 31, 34, 36)[number]
     events = hands((0xB0, 126, 6), on(17), (0x90 | (3 - string), key, 90))
     pluck = next(e for e in events if e["kind"] == at.PLUCK)
     assert (pluck["string"], pluck["fret"], hands.p["dropped"]) == (string, 0, 0)
@@ -286,6 +286,30 @@ def test_harmonics_beyond_the_last_fret_sound_on_the_string_of_their_channel(str
     assert hands.p["dropped"] == 2, "beyond the last fret, and beyond the last string"
     hands(on(17), (0x90, 73, 90))
     assert hands.p["dropped"] == 3, "no harmonic of this string"
+
+
+def test_a_string_of_its_own_swells_alone() -> None:
+    """By controller 11, under the bass's volume and until a reset; a mode that ends leaves the bass's expression."""
+    hands = Hands()
+    hands(*STRINGS_FROM_1)
+    assert told(hands(*by(2, control(11, 64))), at.GAIN) == pytest.approx({A: (64 / 127) ** 2})
+    both = told(hands(*by(9, control(7, 100))), at.GAIN)
+    assert both == pytest.approx({i: (100 / 127 * (64 / 127 if i == A else 1)) ** 2 for i in range(4)})
+    new = new_performer(bass_numbers(bass("slap"), [], 20))
+    follow_performer([], new, hands.record)
+    assert new["controls"]["string_expression"].tobytes() == hands.record["controls"]["string_expression"].tobytes()
+    for end in (by(2, control(121)), [control(127, 0)]):
+        hands(*by(2, control(11, 0)))
+        assert told(hands(*end), at.GAIN)[A] == pytest.approx((100 / 127) ** 2)
+        hands(*STRINGS_FROM_1)
+
+
+@pytest.mark.parametrize("before", [(), ((0x92, 40, 90),)], ids=["silence", "a note"])
+def test_a_tap_hammers_on_from_nowhere(before: Sequence[Message]) -> None:
+    hands = Hands(switches=True)
+    hands(*STRINGS_FROM_1, *before, on(2))
+    kinds = hands((0x92, 38, 90))["kind"].tolist()
+    assert kinds.count(at.HAMMER) == 1 and at.PLUCK not in kinds
 
 
 # Anything

@@ -30,6 +30,8 @@ FEW = Quality("few", 30, 192e3)  # modes do not matter here
 RATE = 48000
 TICKS = 20  # of a bar of the MIDI file
 KEY, HIGHER = 45, 48  # an A found on every string, and a C above it
+HARMONICS = ("artificial", "artificial_12th", "artificial_15th", "pinch")
+TOP = {name: key for key, name, _ in MODO.keys if key >= techniques.TOP_KEYS}
 
 
 @cache
@@ -80,8 +82,9 @@ def sound(instrument: Instrument, messages: Sequence[tuple[int, Message]], frame
 def test_numbers_in_files_and_projects_stay() -> None:
     """New rows come after the existing ones."""
     switched = "string ghost legato harmonic tap palm_mute slide vibrato finger pick slap stop_all"
-    switched += " down_stroke up_stroke hand detach left_slap"
-    moved = "place volume expression let_ring vibrato palm_mute slide legato bend hand blend"
+    switched += " down_stroke up_stroke hand detach left_slap thumb_on_all pop_on_all artificial artificial_12th"
+    switched += " artificial_15th pinch slide_off_down slide_off_up"
+    moved = "place volume expression let_ring vibrato palm_mute slide legato bend hand blend slide_time"
     hosted = "gain tone pluck_position dynamics technique hand_damping unevenness bend_range"
     for first, symbols, rows in (
         (1, switched, TECHNIQUE_ROWS),
@@ -102,9 +105,11 @@ def test_a_key_and_a_controller_do_one_thing(keys: KeyMap) -> None:
 
 
 def test_the_second_map_is_an_octave_above_the_first() -> None:
-    """Except palm mute, whose key belongs to strokes there."""
-    above = {(key - 12, name, value) for key, name, value in MODO_12.keys}
-    assert set(MODO.keys) - above == {(3, "palm_mute", 0)}
+    """Except palm mute and strokes, which exchange keys, and keys that would be notes there; the top keys are alike."""
+    low, top = ({row for row in MODO.keys if (row[0] >= techniques.TOP_KEYS) == high} for high in (False, True))
+    moved = low - {(key - 12, name, value) for key, name, value in MODO_12.keys}
+    assert {name for _, name, _ in moved} == {"palm_mute", "up_stroke", "thumb_on_all", "pop_on_all", "artificial"}
+    assert top == {row for row in MODO_12.keys if row[0] > 112}
     assert {key: value for key, name, value in MODO.keys if name == "string"} == {
         0: 0,
         9: 9,
@@ -168,6 +173,12 @@ def is_played(name: str, value: int, events: NDArray[np.void], stroke: int) -> b
         "pick": len(plucked) == 1 and stroke == PICK,
         "left_slap": len(of(events, records.THROW)) == 1 and touched == [2, 3],
         "slap": struck == 1 and stroke == POP,
+        "thumb_on_all": struck == 1,
+        "pop_on_all": len(plucked) == 1 and stroke == POP,
+        **dict.fromkeys(HARMONICS, len(plucked) == 1 and plucked["fret"][0] > 0 and touched == [3]),
+        **dict.fromkeys(
+            ("slide_off_down", "slide_off_up"), events["kind"].tolist() == [records.PLUCK, records.TIMED_GLIDE]
+        ),
         "stop_all": len(plucked) == 1 and of(events, records.HAND)["string"].tolist() == [0, 1, 2, 3],
     }.get(name, len(plucked) + struck == 1)
 
@@ -187,13 +198,14 @@ def test_midi_made_for_modo_plays_as_written(keys: KeyMap, tmp_path: Path) -> No
     assert hands.p["notes"] == sum(2 if name in ("legato", "slide") else 1 for name, _ in bars)
 
 
-def test_strokes_go_where_their_keys_say() -> None:
-    hands = Hands(bass(keys=MODO_12))
-    hands(on(27), off(27))  # pick
+@pytest.mark.parametrize("keys", MAPS.values(), ids=MAPS)
+def test_strokes_go_where_their_keys_say(keys: KeyMap) -> None:
+    hands, key_of = Hands(bass(keys=keys)), {name: key for key, name, _ in keys.keys}
+    hands(on(key_of["pick"]), off(key_of["pick"]))
     free = [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(4)]
     down, up = sorted({round(angle, 12) for angle in free}, reverse=True)
     assert down > 0 > up and free in ([down, up] * 2, [up, down] * 2)
-    for key, angle in ((13, down), (15, up)):
+    for key, angle in ((key_of["down_stroke"], down), (key_of["up_stroke"], up)):
         hands(on(key))
         assert [round(float(of(hands(on(45), off(45)), records.PLUCK)["angle"][0]), 12) for _ in range(3)] == [
             angle
@@ -230,6 +242,88 @@ def test_keys_go_before_notes_where_a_map_says_so() -> None:
     assert not len(Hands(bass(keys=MODO_12))(on(28))), "E string"
     before = replace(MODO_12, over_notes=False)
     assert len(Hands(bass(keys=before))(on(28))) == 1, "a note"
+
+
+def test_the_top_keys_switch_in_any_tuning() -> None:
+    """A bass so low that key 20 is a note has its thumb on key 113, even after a change of bass."""
+    low = bass()
+    strings = tuple(replace(string, open_note=string.open_note - 10) for string in low.strings)
+    low = replace(low, strings=strings)
+    assert not {18, 20} & low.switches and TOP.keys() <= {name for k, name, _ in MODO.keys if k in low.switches}
+    hands = Hands(low)
+    assert len(of(hands(on(20), off(20)), records.PLUCK)) == 1 and hands.p["slapped"] == 0
+    assert not len(hands(on(TOP["thumb_on_all"]))) and hands.p["slapped"] == 4
+
+
+@pytest.mark.parametrize(("name", "kind"), [("thumb_on_all", records.STRIKE_EVENT), ("pop_on_all", records.PLUCK)])
+def test_thumb_and_pops_play_every_string(name: str, kind: int) -> None:
+    hands = Hands()
+    hands(on(TOP[name]), off(TOP[name]))
+    assert [hands(on(key))[0]["kind"] for key in (28, 33, 38, 43)] == [kind] * 4
+    hands(on(18), off(18))
+    assert [hands(on(key))[0]["kind"] for key in (28, 43)] == [records.STRIKE_EVENT, records.PLUCK]
+    hands(on(TOP[name]), on(13))
+    assert hands.p["stroke"] == FINGER and hands(on(43))[0]["kind"] == records.PLUCK
+
+
+def test_a_pinch_is_the_partial_under_the_hand() -> None:
+    """The thumb touches where the hand plucks: nearer to the bridge is higher. It plucks even where it would strike."""
+    hands, found = Hands(), []
+    hands(on(TOP["pinch"]))
+    for place in (127, 80, 60, 0):
+        pluck, touch = hands(control(3, place), on(31))[:2]
+        length = hands.engine.pool.records[0, 3]["length"]
+        found.append(length / (length - touch["place"]))
+        assert pluck["place"] == pytest.approx(length - length / found[-1] + strokes.PINCH_THUMB)
+    assert found == pytest.approx(np.rint(found)) and found == sorted(found, reverse=True)
+    assert [round(x) for x in found] == [8, 5, 4, 3]
+    hands(on(TOP["thumb_on_all"]))
+    assert hands(on(31))["kind"].tolist() == [records.PLUCK, records.TOUCH_EVENT]
+
+
+@pytest.mark.parametrize("name", HARMONICS)
+def test_harmonics_of_fretted_notes_are_never_legato(name: str) -> None:
+    hands = Hands()
+    hands(control(68, 127), on(KEY), on(TOP[name]))
+    assert records.PLUCK in hands(on(HIGHER))["kind"]
+
+
+def test_a_slide_lasts_as_long_as_its_controller_says() -> None:
+    hands = Hands()
+    hands(control(65, 127), control(19, 40), on(45))
+    (slide,) = hands(on(52))
+    assert (slide["kind"], slide["seconds"], slide["value"]) == (records.TIMED_GLIDE, pytest.approx(1.0), 0.0)
+    (back,) = hands(off(52))
+    assert (back["kind"], back["fret"]) == (records.TIMED_GLIDE, slide["fret"] - 7)
+    for message in (control(19, 0), control(121)):
+        hands(control(65, 127), control(19, 40), message, control(65, 127))
+        assert hands(on(52), off(52))["kind"].tolist() == [records.GLIDE] * 2
+
+
+@pytest.mark.parametrize(("name", "fret"), [("slide_off_down", 7), ("slide_off_up", 17)])
+def test_a_note_slides_off(name: str, fret: int) -> None:
+    """By five frets, as far as there are any, in the time of a slide; an open string just ends."""
+    hands = Hands()
+    hands(on(19), on(55), on(TOP[name]))
+    (slide,) = hands(off(55))
+    assert (slide["kind"], slide["fret"]) == (records.TIMED_GLIDE, fret)
+    assert slide["seconds"] == pytest.approx(5 * 22e-3) and slide["value"] == hands.p["hand_damping"]
+    hands(control(19, 20), control(68, 127), on(45), on(61))
+    (slide,) = hands(off(61))
+    assert slide["fret"] == (13 if fret == 7 else 20) and slide["seconds"] == pytest.approx(0.5)
+    assert not len(hands(off(45))) and hands(on(43), off(43))["kind"].tolist() == [records.PLUCK, records.HAND]
+
+
+def test_new_ways_to_play_sound_the_same_in_blocks_of_any_size() -> None:
+    messages, at = [(0, control(19, 4)), (0, control(65, 127))], 0
+    for name, key in TOP.items():
+        messages += [(at, on(key)), (at, on(45)), (at + 3000, on(50)), (at + 5000, off(50)), (at + 5500, off(45))]
+        messages += [(at + 6000, off(key))]
+        at += 6000 + 7 * len(name)
+    whole, plain = (sound(bass(), [m for m in messages if keys or m[1][1] < 100], at) for keys in (True, False))
+    assert not np.array_equal(whole, plain)
+    for size in (1000, 333):
+        assert np.array_equal(sound(bass(), messages, at, size), whole)
 
 
 def test_a_map_of_ones_own() -> None:

@@ -648,7 +648,7 @@ def check(hands: Hands, events: NDArray[np.void]) -> None:
         elif e["kind"] == at.IDLE:
             assert 0 <= e["value"] < 2**count
         else:
-            assert e["kind"] in (at.HAND, at.CUT, at.PULL_OFF, at.GLIDE, at.WAVER)
+            assert e["kind"] in (at.HAND, at.CUT, at.PULL_OFF, at.GLIDE, at.TIMED_GLIDE, at.WAVER)
 
 
 any_message = st.one_of(
