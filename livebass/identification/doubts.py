@@ -14,6 +14,7 @@ import numpy as np
 
 from livebass.arrays import Floats, Ints
 from livebass.identification.fit import Law, rigid_neck
+from livebass.identification.lines import late_spectrum
 from livebass.identification.partials import Found, Partial, Recording, Take, find
 from livebass.model import modes
 from livebass.model.instrument import String, speaking
@@ -96,7 +97,8 @@ def other_note(take: Take, partials: Sequence[Partial], f0: float) -> float | No
     foreign &= hertz < HIGHEST_LINE * f0
     line = line[foreign]
     loudest = line[np.argsort(-level[line])][:MOST_LINES] * rate / sound.size
-    seen = [find(take.sound, rate, float(nu), f0, 1) for nu in loudest]  # hum does not decay and is ignored
+    late = late_spectrum(take.sound, rate)
+    seen = [find(take.sound, rate, float(nu), f0, late) for nu in loudest]  # hum does not decay and is ignored
     sines = np.array([p.frequency for p in seen if p is not None])
     best: tuple[int, float] = (0, 0.0)
     for pitch in (nu / k for nu in sines for k in range(1, 5) if nu / k > LOWEST_NOTE):

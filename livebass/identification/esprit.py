@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -71,14 +72,29 @@ def band(sound: Floats, rate: float, centre: float, width: float, most: int = SA
     count = math.ceil(shortest(width) * rate) | 1
     if sound.size < count:
         raise ValueError(f"{sound.size / rate:.3g} s of sound: a band of {width:.3g} Hz takes {count / rate:.3g} s")
-    k = np.arange(count, dtype=np.float64)
     step = max(1, math.floor(rate / width))
+    taps = _low_pass(count, step) * np.exp(-2j * np.pi * centre / rate * np.arange(count))
+    samples = _decimated(sound, taps, step, most)
+    turn = np.exp(-2j * np.pi * centre / rate * step * np.arange(samples.size))
+    return Band(samples * turn, rate / step, centre, taps, rate)
+
+
+@lru_cache(maxsize=16)
+def _low_pass(count: int, step: int) -> Floats:
+    """The filter (count,) before one sample of `step` is taken; its sum is 1."""
     cutoff = (PASS + STOP) / step  # of both sides together, in cycles a sample
-    low = np.sinc(cutoff * (k - (count - 1) / 2)) * np.kaiser(count, 0.1102 * (REJECTION - 8.7))
-    taps = low / low.sum() * np.exp(-2j * np.pi * centre / rate * k)
-    windows = sliding_window_view(sound, count)[::step][:most]
-    turn = np.exp(-2j * np.pi * centre / rate * step * np.arange(len(windows)))
-    return Band((windows @ taps) * turn, rate / step, centre, taps, rate)
+    low = np.sinc(cutoff * (np.arange(count) - (count - 1) / 2)) * np.kaiser(count, 0.1102 * (REJECTION - 8.7))
+    return np.asarray(low / low.sum())
+
+
+def _decimated(sound: Floats, taps: Complexes, step: int, most: int) -> Complexes:
+    """Sums of `taps` times `sound`, from every `step`th sample on, as a product of matrices with rows of `step`."""
+    size, parts = min(most, (sound.size - taps.size) // step + 1), -(-taps.size // step)
+    rows, filters = np.zeros((size + parts - 1, step)), np.zeros((parts, step), np.complex128)
+    rows.flat[: sound.size] = sound[: rows.size]
+    filters.flat[: taps.size] = taps
+    products = rows @ filters.T
+    return np.asarray(sum(products[k : k + size, k] for k in range(parts)))
 
 
 def components(b: Band) -> list[Component]:
@@ -120,10 +136,13 @@ def order(vectors: Complexes) -> int:
 
 
 def _invariance(vectors: Complexes, p: int) -> tuple[Complexes, float]:
-    """The matrix that maps the first p vectors to themselves one row lower, and the norm of its error."""
-    above, below = vectors[:-1, :p], vectors[1:, :p]
-    turn: Complexes = np.linalg.lstsq(above, below, rcond=None)[0].astype(np.complex128)
-    return turn, float(np.linalg.norm(below - above @ turn, 2))
+    """The matrix that maps the first p vectors to themselves one row lower, by least squares, and its error's norm."""
+    above, below, last = vectors[:-1, :p], vectors[1:, :p], vectors[-1, :p]
+    turn: Complexes = above.conj().T @ below
+    # The vectors are orthonormal, so the normal equations have the matrix 1 - last^H last
+    turn = turn + np.outer(last.conj(), last @ turn) / max(1 - float(np.vdot(last, last).real), 1e-30)
+    error = below - above @ turn
+    return turn, math.sqrt(max(float(np.linalg.eigvalsh(error.conj().T @ error)[-1]), 0.0))
 
 
 def _deviations(powers: Complexes, amplitude: Complexes, noise: float) -> Floats:

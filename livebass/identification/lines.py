@@ -85,17 +85,17 @@ class Decay:
         return max(lines, key=lambda line: line.amplitude**2 / line.damping)
 
 
-def envelope(sound: Floats, rate: float, frequency: float, f0: float) -> Envelope | None:
+def envelope(sound: Floats, rate: float, frequency: float, f0: float, late: Floats) -> Envelope | None:
     """Returns the decay of the partial at `frequency` (Hz) of a string of `f0` (Hz) in `sound` (n,); None if too short.
 
-    One that does not fall gets the least damping.
+    `late` is the sound's `late_spectrum`. A partial that does not fall gets the least damping.
     """
     try:
         b = band(sound, rate, frequency, WIDTH * f0, MOST_SAMPLES)
     except ValueError:
         return None
     level = 20 * np.log10(np.abs(b.samples) + 1e-300)
-    noise = _noise(sound, rate, frequency, f0) * float(np.sum(np.abs(b.taps) ** 2))
+    noise = _noise(late, frequency, f0) * float(np.sum(np.abs(b.taps) ** 2))
     least = max(float(level[:3].max()) - DOWN, 10 * math.log10(noise + 1e-300) + CLEAR)
     count = until(level > least, max(3, round(BEAT * b.rate)))
     if count < FEWEST:
@@ -121,12 +121,18 @@ def until(clear: np.ndarray, gap: int) -> int:
     return len(clear) - missing
 
 
-def _noise(sound: Floats, rate: float, frequency: float, f0: float) -> float:
-    """Mean square of the noise per sample, from halfway to the next partials in the last third of `sound`."""
+def late_spectrum(sound: Floats, rate: float) -> Floats:
+    """Returns frequencies (Hz) and mean squares per sample, (2, bins), of the last third of `sound` (n,)."""
     late = sound[2 * sound.size // 3 :]
     window = np.hanning(late.size)
     power = np.abs(np.fft.rfft(late * window)) ** 2 / float(np.sum(window**2))
-    away = np.abs(np.fft.rfftfreq(late.size, 1 / rate) - frequency) / f0
+    return np.array([np.fft.rfftfreq(late.size, 1 / rate), power])
+
+
+def _noise(late: Floats, frequency: float, f0: float) -> float:
+    """Mean square of the noise per sample, from halfway to the next partials in a `late_spectrum`."""
+    heard, power = late
+    away = np.abs(heard - frequency) / f0
     beside = power[(away > BETWEEN[0]) & (away < BETWEEN[1])]
     return float(np.median(beside)) / math.log(2) if beside.size else 0.0  # the median of squares of noise
 

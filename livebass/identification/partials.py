@@ -25,7 +25,7 @@ from livebass.analysis.sound import fundamental
 from livebass.arrays import Floats
 from livebass.audiofile import SoundError, read_sound
 from livebass.identification.esprit import WIDTH, Component, band, components, shortest
-from livebass.identification.lines import LEAST_DAMPING, Decay, Line, decay, envelope
+from livebass.identification.lines import LEAST_DAMPING, Decay, Line, decay, envelope, late_spectrum
 from livebass.units import one_line
 
 LONGEST = 1200.0  # s of recording
@@ -184,11 +184,12 @@ class Partial:
 def track(sound: Floats, rate: float, f0: float, most: int) -> list[Partial]:
     """Finds partials 1 to `most` of the string that sounds in `sound` (n,) from its first sample; f0 (Hz) to 3 %."""
     found: list[Partial] = []
+    late = late_spectrum(sound, rate)
     for j in range(1, most + 1):
         expected = predict(found, f0, j)
         if expected > HIGHEST * rate or j - (found[-1].number if found else 0) > MISSING:
             break
-        partial = find(sound, rate, expected, f0, j)
+        partial = find(sound, rate, expected, f0, late, j)
         if partial is not None and (not found or partial.frequency > found[-1].frequency):
             found.append(partial)
     return found
@@ -214,8 +215,8 @@ def median_line(x: Floats, y: Floats) -> tuple[float, float]:
     return slope, float(np.median(y - slope * x))
 
 
-def find(sound: Floats, rate: float, expected: float, f0: float, j: int) -> Partial | None:
-    """Finds partial j near `expected` (Hz); None if nothing exceeds the noise."""
+def find(sound: Floats, rate: float, expected: float, f0: float, late: Floats, j: int = 1) -> Partial | None:
+    """Finds partial j near `expected` (Hz); None if nothing exceeds the noise. `late`: from `late_spectrum`."""
     scales = [m for m in SCALES if 4 * shortest(WIDTH * f0 * m) < sound.size / rate] or [SCALES[-1]]
     tried: dict[float, list[Component]] = {}
     for first in (1.0, 4.0, 0.25):
@@ -227,7 +228,7 @@ def find(sound: Floats, rate: float, expected: float, f0: float, j: int) -> Part
                 scale = _nearest(FIT * tried[scale][0].damping / f0, scales)
         if tried[scale]:
             best = tried[scale][0]
-            seen = envelope(sound, rate, best.frequency, f0)
+            seen = envelope(sound, rate, best.frequency, f0, late)
             if seen is not None:
                 scale = _nearest(FIT * seen.damping / f0, scales)
                 if scale not in tried:

@@ -7,6 +7,7 @@ preset/keys.py checks single values, preset/checks.py their combinations.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -69,7 +70,7 @@ class Builder:
         """An error at `where`, a section and key, with the value `raw` if given."""
         return fault(self.label, where, why, *raw)
 
-    def unknown(self, where: str, name: str, names: list[str]) -> PresetError:
+    def unknown(self, where: str, name: str, names: Sequence[str]) -> PresetError:
         return self.error(f"{where}{name[:40]}", f"unknown key; {nearest(name, names)}")
 
     def table(self, section: str, raw: Any, where: str, defaults: bool = True) -> dict[str, Any]:
@@ -103,7 +104,7 @@ class Builder:
 
     def instrument(self, data: dict[str, Any]) -> Instrument:
         """The bass that `data`, a parsed preset file, describes. Raises PresetError."""
-        top = key_names("") + list(SECTIONS)
+        top = (*key_names(""), *SECTIONS)
         for name in data:
             if name not in top:
                 raise self.unknown("", name, top)

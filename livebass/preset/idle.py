@@ -63,7 +63,7 @@ NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
 UP_AND_DOWN = "player.pluck_angle is 0, when hard too: strings move up and down, not across"
 STRUCK = "the thumb strikes every string, and none is plucked"
 
-PICKING = tuple(key_names("pick"))
+PICKING = key_names("pick")
 
 
 def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> list[Rule]:
@@ -76,8 +76,8 @@ def _group(name: str, why: str, holds: Callable[[Instrument, Any], bool]) -> lis
 
 
 RULES = (
-    Rule("coil", tuple(key_names("coil")), NO_PICKUPS, _displacement),
-    Rule("pickup", tuple(key_names("pickup")), NO_PICKUPS, _displacement),
+    Rule("coil", key_names("coil"), NO_PICKUPS, _displacement),
+    Rule("pickup", key_names("pickup"), NO_PICKUPS, _displacement),
     Rule("string", ("level",), NO_PICKUPS, _displacement),
     *_group("pickups", NO_PICKUPS, _displacement),
     Rule("player", ("squeak",), "all strings are flat", lambda bass, _: not any(s.winding for s in bass.strings)),

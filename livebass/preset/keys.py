@@ -7,8 +7,10 @@ the model's dataclasses (rows.py).
 from __future__ import annotations
 
 import difflib
+import functools
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -158,9 +160,10 @@ def each_string(key: Key) -> bool:
     return (key.section == "neck" and (key.kind in DIMENSIONS or key.kind == "number")) or key.name.startswith(HAND)
 
 
-def key_names(section: str) -> list[str]:
+@functools.cache
+def key_names(section: str) -> tuple[str, ...]:
     """The names of the keys of `section`, in the order of KEYS."""
-    return [key.name for key in KEYS if key.section == section]
+    return tuple(key.name for key in KEYS if key.section == section)
 
 
 def allowed(key: Key, unit: str | None = None) -> str:
@@ -307,7 +310,7 @@ def unknown_name(kind: str, name: str, names: list[str]) -> PresetError:
     return PresetError(f"{kind} {quoted(name)}: unknown; {nearest(name, names)}; a file needs a path with .toml or /")
 
 
-def nearest(name: str, names: list[str]) -> str:
+def nearest(name: str, names: Sequence[str]) -> str:
     """Advice for an unknown name: similar `names`, or all of them."""
     near = difflib.get_close_matches(name[:40], names, 3, 0.5)
     return f"nearest: {', '.join(near)}" if near else f"there is {', '.join(names)}"

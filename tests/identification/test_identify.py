@@ -41,11 +41,10 @@ LAW_ONLY = replace(g_string(), measured_frequencies=(), measured_dampings=())
 
 def ring(amplitudes: Any, frequencies: Any, dampings: Any, seconds: float, rate: int = RATE) -> np.ndarray:
     """Returns a sum of damped cosines; frequencies (Hz) as in eq. 4, dampings in 1/s."""
-    t = np.arange(round(seconds * rate)) / rate
-    sound = np.zeros(t.size)
-    for a, nu, sigma in zip(amplitudes, frequencies, dampings, strict=True):
-        sound += a * np.exp(-sigma * t) * np.cos(math.sqrt((2 * math.pi * nu) ** 2 - sigma**2) * t)
-    return sound
+    sigma, size = np.asarray(dampings), round(seconds * rate)
+    s = -sigma + 1j * np.sqrt((2 * np.pi * np.asarray(frequencies)) ** 2 - sigma**2)
+    rows = np.exp(np.outer(np.arange(0, size, 512) / rate, s)) * amplitudes
+    return (rows @ np.exp(np.outer(s, np.arange(512) / rate))).real.ravel()[:size]
 
 
 @cache

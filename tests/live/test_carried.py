@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.jack import wait_for
 
-from livebass.compiling import store
+from livebass.compiling import library, store
 from livebass.live import carried
 from livebass.live.carried import MOST, best_qualities, kept_share, prepared, worst_share
 from livebass.live.fake import FakeDevice
@@ -24,6 +24,8 @@ RATE = 48_000
 
 @pytest.fixture(autouse=True)
 def own_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty directory for compiled code; the kernels come from the usual one."""
+    library.library()
     place = tmp_path / "kept"
     place.mkdir()
     monkeypatch.setattr(store, "directory", lambda name: place)

@@ -22,7 +22,7 @@ MODES = np.arange(1, 9)
 NECK = (Resonance(150.0, 20.0, 0.9), Resonance(290.0, 30.0, 1.4), Resonance(1200.0, 15.0, 0.5))
 
 
-def coupled(resonance: Resonance, count: int = 400) -> tuple[np.ndarray, np.ndarray]:
+def coupled(resonance: Resonance, count: int = 200) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (Hz) and dampings (1/s) of a string's first modes when it ends on a mass, a spring and a damper.
 
     Uses eigenvalues of real matrices, which need no sign convention of complex numbers. u = w (1 - x / L) + sum q_j

@@ -527,6 +527,7 @@ trees = st.recursive(
 )
 
 
+@costly()
 @given(st.dictionaries(names | st.text(max_size=6), trees, max_size=8))
 def test_garbage_tables_give_preset_errors(data: dict[str, Any]) -> None:
     with pytest.raises(PresetError) as caught:

@@ -17,9 +17,9 @@ from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK, PLACES
 from livebass.plugin import build
-from livebass.plugin.header import header
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
+from support.plugins import kept, sources
 from support.states import STATE
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
@@ -56,24 +56,16 @@ class Face(c.Structure):
 def library() -> Any:
     """The C of picture and instance with the kernels, built like the plugins."""
     system = this_system()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        build.emit(folder, [system], [build.PLUGIN])
-        (folder / "kernels.h").write_text(header(system.levels))
-        objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
-        sources = [*sorted(build.C.glob("*.c")), Path(__file__).with_name("picturehost.c")]
+
+    def make(folder: Path) -> bytes:
         flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")] + ["-DLB_CHECK_THREADS"]
-        made = folder / f"picture.{system.ending}"
-        command = [
-            *build.compiler(system),
-            *flags,
-            "-DLB_CHECK_THREADS",
-            f"-I{folder}",
-            f"-I{build.C}",
-            *sources,
-            *objects,
-        ]
-        subprocess.run([*map(str, command), *build.LINKING[system.ending], "-o", str(made)], check=True)
+        command = [*build.compiler(system), *flags, *sources(folder, "picturehost"), *build.LINKING[system.ending]]
+        subprocess.run([*command, "-o", folder / "picture"], check=True)
+        return (folder / "picture").read_bytes()
+
+    with tempfile.TemporaryDirectory() as name:
+        made = Path(name) / f"picture.{system.ending}"
+        made.write_bytes(kept("picture", make))
         found = c.CDLL(str(made))
     address, whole, real = c.c_void_p, c.c_int, c.c_double
     for name, result, arguments in (

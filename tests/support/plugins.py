@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 import re
 import subprocess
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -17,6 +19,7 @@ import pytest
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
+from livebass.compiling import store
 from livebass.cores import core_count
 from livebass.engine.render import mixed
 from livebass.plugin import build
@@ -48,24 +51,50 @@ def written(plugin: ModuleType, folder: Path) -> Path:
     return folder
 
 
+def kept(name: str, make: Callable[[Path], bytes]) -> bytes:
+    """What `make` builds from the plugins' C and kernels and the files beside this one, in a folder with kernels.h.
+
+    Kept where the plugins' binary is.
+    """
+
+    def made() -> bytes:
+        with tempfile.TemporaryDirectory() as folder:
+            build.emit(Path(folder), [system], [build.PLUGIN])
+            Path(folder, "kernels.h").write_text(header(system.levels))
+            return make(Path(folder))
+
+    system, place = this_system(), store.directory(f"plugin-{build.digest()}")
+    files = sorted(file for file in Path(__file__).parent.iterdir() if file.suffix in (".py", ".c", ".h"))
+    digest = hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
+    return store.kept_or_made(place / f"{name}-{digest}" if place else None, made)
+
+
+def sources(folder: Path, host: str) -> list[str]:
+    """The compiler's arguments for the plugins' C, the kernels in `folder` and HOST.c beside this file."""
+    system = this_system()
+    objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
+    files = [*sorted(build.C.glob("*.c")), Path(__file__).with_name(f"{host}.c"), *objects]
+    return [f"-I{folder}", f"-I{build.C}", *map(str, files)]
+
+
 @functools.cache
 def checked_binary() -> bytes:
     """The plugins' binary for this system, built to abort on a broken thread rule (thread.h)."""
-    with tempfile.TemporaryDirectory() as name:
-        folder, system = Path(name), this_system()
-        build.emit(folder, [system], [build.PLUGIN])
-        return build.link(folder, system, build.compiler(system), ["-DLB_CHECK_THREADS"])
+    system = this_system()
+    return kept("checked", lambda folder: build.link(folder, system, build.compiler(system), ["-DLB_CHECK_THREADS"]))
 
 
 def c_host(folder: Path, name: str, *flags: str) -> Path:
     """Compiles NAME.c beside this file with the plugins' C and kernels into `folder`; returns the program."""
-    system, made = this_system(), folder / name
-    build.emit(folder, [system], [build.PLUGIN])
-    (folder / "kernels.h").write_text(header(system.levels))
-    objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
-    sources = [*sorted(build.C.glob("*.c")), Path(__file__).with_name(f"{name}.c"), *objects]
-    where = (f"-I{folder}", f"-I{build.C}", "-o", made, "-lm", "-lpthread")
-    subprocess.run([*build.compiler(system), "-std=gnu11", *flags, *sources, *where], check=True)
+
+    def make(place: Path) -> bytes:
+        command = [*build.compiler(this_system()), "-std=gnu11", *flags, *sources(place, name)]
+        subprocess.run([*command, "-o", place / name, "-lm", "-lpthread"], check=True)
+        return (place / name).read_bytes()
+
+    made = folder / name
+    made.write_bytes(kept("".join([name, *flags]), make))
+    made.chmod(0o700)
     return made
 
 
