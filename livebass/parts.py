@@ -14,7 +14,7 @@ from livebass.units import OFF
 VERSION = 18  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
-NOISES = ("skin_noise", "release_noise", "floor_noise", "squeak")  # of the player
+NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "squeak")  # of the player
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
 MOST_GRID = 20_000  # steps of a note
 # The exchange of u and v over turned axes (kernels/string/turning.py), in the engine as in the reference solver
@@ -207,6 +207,8 @@ class PlayerNumbers:
         word=37, file=(0, 1), of="palm")  # standard deviation of its Gaussian pressure
     skin_noise: float = number(OFF, "level", "-200 dB", "20 dB", "of the hardest pluck over its peak; softer: less",
         word=30, of="pickups pluck")  # rms at its loudest
+    pick_noise: float = number(OFF, "level", "-200 dB", "20 dB", "of a pick, over a pluck's peak; off: skin_noise",
+        word=38, of="pickups pluck pick")  # rms at its loudest, of any force
     release_noise: float = number(OFF, "level", "-200 dB", "40 dB", "knock of a hand over a medium note after 1 s",
         word=31, of="pickups")  # rms at its loudest
     floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "of the electronics, over a medium note",

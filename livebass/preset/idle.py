@@ -55,12 +55,17 @@ def _slaps_only(bass: Instrument, part: Any) -> bool:
     return bass.player.technique == "slap" and bass.player.slapped_strings == len(bass.strings)
 
 
+def _unpicked(bass: Instrument, part: Any) -> bool:
+    return bass.player.stroke != "pick"
+
+
 def _alone(bass: Instrument, part: Any) -> bool:
     return len(bass.strings) == 1 or not any(n.admittance.resonances or n.admittance.table for n in bass.necks)
 
 
 NO_PICKUPS = 'output.kind is "displacement", which takes no pickups'
 UP_AND_DOWN = "player.pluck_angle is 0, when hard too: strings move up and down, not across"
+NO_PICK = 'player.stroke is not "pick": only keys bring it'
 STRUCK = "the thumb strikes every string, and none is plucked"
 
 PICKING = key_names("pick")
@@ -126,9 +131,8 @@ RULES = (
     *_group("pluck", STRUCK, _slaps_only),
     *_group("across", STRUCK, lambda bass, part: _slaps_only(bass, part) and not _turned(bass)),
     Rule("pick", PICKING, STRUCK, _slaps_only),
-    Rule(
-        "pick", PICKING, 'player.stroke is not "pick": only keys bring it', lambda bass, _: bass.player.stroke != "pick"
-    ),
+    Rule("pick", PICKING, NO_PICK, _unpicked),
+    *_group("pick", NO_PICK, _unpicked),
 )
 # Keys without a field of their own: why they may be idle.
 NO_CORE = "string.inharmonicity is given, not core_diameter"

@@ -1,12 +1,14 @@
-"""Noise of the hands on top of the string's motion: skin and winding in a pluck, the knock of a release.
+"""Noise of the hands on top of the string's motion: skin or pick in a pluck, the knock of a release.
 
-Both are added to the string speed that every pickup senses, ahead of coil, tone and volume. In reality a fingertip
+All are added to the string speed that every pickup senses, ahead of coil, tone and volume. In reality a fingertip
 slipping off a winding is a noise force at its place, and a landing hand knocks on string, fret and neck. As forces they
 would cost a pass over all modes in every noisy frame; the string would ring on with them, some 20 dB below, and each
 pickup would hear them through its own comb. This model omits that.
 
 - Skin: 0.8 to 5 kHz. It grows while the finger pulls, peaks as the finger lets go, and fades by e in SKIN_TIME. The
   performer sets its level, which grows with force (player/strokes.py).
+- Pick: 1.2 to 6 kHz, two clicks, as it lands on the string and as it lets go. Each fades by e in CLICK_TIME; the first
+  is LANDING of the second. Their level is in proportion to the force. With this noise a pick makes none of skin.
 - Knock: 130 to 1300 Hz, at once when a hand ends a note, fading by e in KNOCK_TIME, by 20 dB in 51 ms. Hands land alike
   on medium and hard notes. Below FAINT of a medium pluck's motion they come more gently, in proportion, so a knock
   never stands far above the note it ends; a string at rest gets none. Notes that are cut, or ended by another note on
@@ -25,17 +27,19 @@ from livebass.kernels.machine.noise import clear_band, next_of_band, tune_band
 from livebass.kernels.string import modal
 
 SKIN_BAND, SKIN_TIME = (800.0, 5000.0), 3.5e-3  # Hz; s
+CLICK_BAND, CLICK_TIME, LANDING = (1200.0, 6000.0), 1.5e-3, 0.3
 KNOCK_BAND, KNOCK_TIME = (130.0, 1300.0), 22e-3
 LATER = 0.32  # level of a medium note 1 s after its onset, over its corner's speed
 FAINT = 0.15  # rms speed of the string over a medium pluck's corner speed
 INAUDIBLE = 1e-6  # m/s
-APART = 1 << 41  # random numbers beyond all others
+APART, CLICKS_APART = 1 << 41, 3 << 40  # random numbers beyond all others
 
 
 @jit
 def tune_noises(voice):
     """Sets the bands of the string's noises, silent."""
     tune_noise(voice.skin, SKIN_BAND, SKIN_TIME, voice.rate)
+    tune_noise(voice.click, CLICK_BAND, CLICK_TIME, voice.rate)
     tune_noise(voice.knock, KNOCK_BAND, KNOCK_TIME, voice.rate)
 
 
@@ -57,6 +61,13 @@ def begin_skin(voice, speed):
 
 
 @jit
+def begin_click(voice, speed):
+    """Lands a pick, which clicks again, at `speed` (m/s, rms), when it lets go; 0: none does."""
+    voice.click.speed = max(voice.click.speed, LANDING * speed)
+    voice.click.growth = speed
+
+
+@jit
 def knock_string(voice, slot, op):
     """Begins the knock of a hand that ends a slot's note."""
     if voice.landing_noise > 0.0:
@@ -68,7 +79,7 @@ def knock_string(voice, slot, op):
 @jit
 def is_noisy(voice):
     """True if a noise of the hands sounds."""
-    return voice.skin.speed > 0.0 or voice.knock.speed > 0.0
+    return voice.skin.speed > 0.0 or voice.click.speed > 0.0 or voice.knock.speed > 0.0
 
 
 @jit
@@ -81,7 +92,7 @@ def end_noise(noise):
 @jit
 def hear_hands(voice, y):
     """Adds this frame's noises to each pickup's speed in `y`, which follows its displacement."""
-    skin, knock = voice.skin, voice.knock
+    skin, click, knock = voice.skin, voice.click, voice.knock
     x = 0.0
     if voice.pulling > 0:
         skin.speed += skin.growth
@@ -90,6 +101,16 @@ def hear_hands(voice, y):
         skin.frames += 1
         if voice.pulling == 0:
             fade_noise(skin)
+    if voice.pulling == 0 and click.growth > 0.0:
+        click.speed += click.growth
+        click.growth = 0.0
+    if click.speed > 0.0:
+        x += click.speed * next_of_band(click.band, chance(voice.seed, CLICKS_APART + click.frames))
+        click.frames += 1
+        if click.growth > 0.0:
+            click.speed *= click.fade
+        else:
+            fade_noise(click)
     if knock.speed > 0.0:
         x += knock.speed * next_of_band(knock.band, chance(voice.seed, APART + 2 * knock.frames + 1))
         knock.frames += 1

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.hands.fretting import prepare_string
-from livebass.kernels.hands.noise import begin_skin
+from livebass.kernels.hands.noise import begin_click, begin_skin
 from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_pluck, shape_of_strike
 from livebass.kernels.machine.elementary import cos, sin
 from livebass.kernels.string import modal, touch
@@ -76,6 +76,7 @@ def begin_pluck(string, ops, event):
             row = i if voice.pickups > 0 else 2 * voice.denominator
             voice.held_across[i] = modal.dot_of_row(op, tap_row(op, row), slot.v.held, op.tap_modes)
     begin_skin(voice, event.speed)
+    begin_click(voice, event.value)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:
         release_held_shape(voice, slot, op, voice.follow)

@@ -11,7 +11,7 @@ from livebass.kernels.hands.pulling import LEAST_GRAZE, grazing, unit_apex
 from livebass.kernels.machine.elementary import chance, cos, log2, power, squared
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.machine.noise import amplitude
-from livebass.kernels.player.constants import STROKES
+from livebass.kernels.player.constants import PICK, STROKES
 from livebass.kernels.player.events import next_event, send_pluck, send_throw
 from livebass.kernels.player.touches import (
     GHOST_FORCE,
@@ -24,6 +24,7 @@ from livebass.kernels.player.touches import (
 from livebass.kernels.string.records import MOST_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
 from livebass.techniques import ARTIFICIAL, ARTIFICIALS, DOWN_STROKE, HARMONIC, LEFT_SLAP, PINCH, UP_STROKE
+from livebass.units import OFF
 
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
 MOST_PLACE = 0.99  # of the length
@@ -40,6 +41,7 @@ UNEVEN_PLACE, UNEVEN_TIP, UNEVEN_ANGLE = 0.1, 1.6, 0.5
 # Skin noise: its level over the corner's speed, as coil and tone take some of it; dB less for the softest than for the
 # hardest (velocities 60, 90 and 127 give -24, -7 and 0 dB); the part heard from a pluck straight across
 SKIN, SKIN_SOFTER, LEAST_SKIN = 1.4, 95.0, 0.2
+CLICK = 5.0  # the same for a pick's noise
 LEAST_PINCH, MOST_PINCH = 3, 8  # partials of pinch harmonics
 PINCH_THUMB = 10e-3  # m from the pick to the thumb that touches the node behind it
 MORE_CHANCE = 1 << 40  # random numbers beyond those for force and place
@@ -279,8 +281,14 @@ def pluck_string(p, ops, i, stop, force, position, aside, touched):
         if cos(angle) < 0.0:
             apex = min(apex, PRESSED_APEX * max(grazing(op, op.length - where), LEAST_GRAZE) / -cos(angle))
     e = send_pluck(p, i, stop, apex, where, uneven * width, uneven * release, angle)
-    level = player.skin_noise - SKIN_SOFTER * squared(1.0 - hard)
-    e.speed = SKIN * amplitude(level) * corner_speed(op, apex, where) * max(abs(cos(angle)), LEAST_SKIN)
+    clicks = p.stroke == PICK and player.pick_noise > OFF
+    level = player.pick_noise if clicks else player.skin_noise - SKIN_SOFTER * squared(1.0 - hard)
+    noise = (CLICK if clicks else SKIN) * amplitude(level)
+    noise = noise * corner_speed(op, apex, where) * max(abs(cos(angle)), LEAST_SKIN)
+    if clicks:
+        e.value = noise
+    else:
+        e.speed = noise
 
 
 @jit

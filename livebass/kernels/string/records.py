@@ -364,6 +364,7 @@ VOICE = np.dtype(
         ("medium", "f8"),  # m/s, speed of the open string after a medium pluck
         ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: none
         ("skin", NOISE),
+        ("click", NOISE),  # of a pick; `growth`: its second click, until it lets go
         ("knock", NOISE),
         ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
@@ -502,7 +503,8 @@ EVENT = np.dtype(
         ("stiffness", "f8"),  # ... N/m^1.5, of its flesh; 0: the thumb's
         ("resistance", "f8"),  # N s/m, of a touch
         # The single number of other kinds. BEND: frequency ratio; HAND: damping, 1/s; WAVER: semitones; IDLE: strings
-        # that may answer, a bit each; GAIN, TONE, BLEND: that value; TIMED_GLIDE: as HAND if the finger lifts, else 0
+        # that may answer, a bit each; GAIN, TONE, BLEND: that value; TIMED_GLIDE: as HAND if the finger lifts, else 0.
+        # Of a pluck: m/s, the noise of a pick
         ("value", "f8"),
         ("rate", "f8"),  # Hz, of a vibrato
     ],

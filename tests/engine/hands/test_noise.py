@@ -21,7 +21,7 @@ from livebass.live.thread.block import is_still
 from livebass.units import OFF
 
 RATE = 48000
-NOISES = {"skin_noise": -14.0, "release_noise": 0.0}
+NOISES = {"skin_noise": -14.0, "pick_noise": -30.0, "release_noise": 0.0}
 ALL = {**NOISES, "floor_noise": -40.0}
 
 
@@ -58,9 +58,9 @@ def loudest(x: Floats, seconds: float) -> float:
     return float(np.sqrt(np.convolve(x**2, np.ones(n) / n, "valid").max()))
 
 
-def takes(velocity: int, seeds: int = 6, **noise: float) -> list[Floats]:
+def takes(velocity: int, seeds: int = 6, preset: str = "jazz-finger", **noise: float) -> list[Floats]:
     """The noise alone of a note, one per seed."""
-    with_noise, made = bass(**noise), bass()
+    with_noise, made = bass(preset, **noise), bass(preset)
     key = made.strings[1].open_note + 5
     score = score_of([(0.1, 1.0, key, velocity)], RATE)
     silent = render_to_array(made, score, QUALITIES["live"], tail=0.5).sum(axis=0)
@@ -94,6 +94,29 @@ def test_skin_is_a_burst_of_highs_with_the_release() -> None:
     assert 0.0 < before < power[at : at + pull].mean()
     inside = sum(float(np.sum(band(x, 600.0, 5000.0) ** 2)) for x in sounds)
     assert inside > 0.8 * sum(float(np.sum(x**2)) for x in sounds)
+
+
+@pytest.mark.parametrize("velocity", [30, 64, 127])
+def test_a_pick_clicks_as_it_lands_and_as_it_lets_go(velocity: int) -> None:
+    """As loud as the key says, under notes of any force; the second click is louder."""
+    peak = float(np.abs(note(velocity, "precision-pick")).max())
+    sounds = takes(velocity, preset="precision-pick", pick_noise=-30.0)
+    assert abs(np.median([db(loudest(x, 2e-3) / peak) for x in sounds]) + 30.0) < 4.0
+    power = np.mean([x**2 for x in sounds], axis=0)
+    pull = round(load_preset("precision-pick").player.pull_time * RATE)
+    first, between, second, after = (
+        power[round(0.1 * RATE) + n :][: RATE // 1000].mean() for n in (0, pull - RATE // 1000, pull, 4 * pull)
+    )
+    assert second > 2 * first > 20 * between and second > 1000 * after
+    inside = sum(float(np.sum(band(x, 1000.0, 6000.0) ** 2)) for x in sounds)
+    assert inside > 0.8 * sum(float(np.sum(x**2)) for x in sounds)
+
+
+def test_a_finger_and_a_pick_without_its_own_noise_make_skin_noise() -> None:
+    finger = [note(100, skin_noise=-14.0, pick_noise=level) for level in (OFF, -30.0)]
+    assert np.array_equal(*finger) and not np.array_equal(finger[0], note(100))
+    pick = [note(100, "precision-pick", **noise) for noise in ({}, {"skin_noise": -14.0})]
+    assert not np.array_equal(*pick)
 
 
 def test_the_knock_of_a_release_is_within_6_db_of_recordings() -> None:
@@ -170,7 +193,7 @@ def test_noise_ends() -> None:
     assert not engine.sounding() and not engine.process(RATE).any()
     for voice in engine.voices:
         assert voice.record["still"][0] == 1
-        for name in ("skin", "knock"):
+        for name in ("skin", "click", "knock"):
             assert voice.record[name]["speed"][0] == 0.0
             assert not voice.record[name]["band"]["low_pass"].any()
 
@@ -312,11 +335,12 @@ def played(made: Instrument, score: Score, sizes: list[int], seed: int = 0) -> F
     return np.concatenate(blocks, axis=1)
 
 
-def test_blocks_of_any_sizes_play_the_same() -> None:
-    score, made = busy_score(RATE), bass(**ALL)
+@pytest.mark.parametrize("preset", ["jazz-finger", "precision-pick"])
+def test_blocks_of_any_sizes_play_the_same(preset: str) -> None:
+    score, made = busy_score(RATE), bass(preset, **ALL)
     whole = played(made, score, [score.end_frame])
     assert np.isfinite(whole).all()
-    assert not np.array_equal(whole, played(bass(), score, [score.end_frame]))
+    assert not np.array_equal(whole, played(bass(preset), score, [score.end_frame]))
     for sizes in ([64], [1, 500, 33], [4096]):
         assert np.array_equal(whole, played(made, score, sizes))
 
@@ -333,7 +357,9 @@ def note_of(score: Score) -> Floats:
     return np.asarray(played(bass(), score, [512]).sum(axis=0))
 
 
-@pytest.mark.parametrize("preset", quick(["slap", "jazz-finger", "fretless"], ["slap"]))
+@pytest.mark.parametrize(
+    "preset", quick(["slap", "jazz-finger", "fretless", "precision-pick"], ["slap", "precision-pick"])
+)
 def test_strings_that_ran_ahead_come_back_to_the_same_noise(preset: str) -> None:
     made, total = bass(preset, **ALL), 2 * RATE
     score = busy_score(RATE)
