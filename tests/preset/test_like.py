@@ -93,6 +93,19 @@ def test_what_a_file_says_takes_the_place_of_what_is_there(
     assert repr(made).replace("name='g'", "name='G'") == repr(wanted) and made != written(tmp_path)
 
 
+def test_a_string_is_added_by_listing_all(tmp_path: Path) -> None:
+    low = STRING_A.replace('"A"', '"B"').replace("A1", "B0").replace("215.5 N", "67.88 N")
+    own = f'{low}core_diameter = "0.022 in"\n[[string]]\nname = "A"\n[[string]]\nname = "g"\nlevel = 2\n'
+    base = BASE.replace('["2.4 mm", "2.2 mm"]', '"2.4 mm"')
+    made = like(tmp_path, own, base)
+    there = load_preset(tmp_path / "base.toml")
+    assert [s.open_note for s in made.strings] == [23, 33, 43]
+    assert made.strings[1] == there.strings[0] and made.strings[2].level == 2 and made.necks[2] == there.necks[1]
+    assert len(like(tmp_path, own.rpartition("[[string]]")[0], base).strings) == 2  # a string that is not listed goes
+    with pytest.raises(PresetError, match="two strings have this name"):
+        like(tmp_path, own + '[[string]]\nname = "A"\n', base)
+
+
 def test_measured_frets_take_the_place_of_geometry_and_the_other_way_round(tmp_path: Path) -> None:
     own = '[neck]\nfret_positions = ["48 mm", "94 mm"]\nfret_heights = ["-1 mm", "-1.25 mm"]\n'
     measured = like(tmp_path, own)
