@@ -28,10 +28,9 @@ SWINGS = {
 
 def read_guitarpro(data: bytes) -> Tab:
     """The piece in a .gp3, .gp4 or .gp5 file. Raises UnreadableTab, or LookupError without PyGuitarPro."""
+    guitarpro = needed("guitarpro")
     try:
-        song = needed("guitarpro").parse(io.BytesIO(data))
-    except (LookupError, MemoryError):
-        raise
+        song = guitarpro.parse(io.BytesIO(data))
     except Exception as error:  # of any kind: it reads damaged lengths and numbers as they are
         raise UnreadableTab(f"is damaged: {error or type(error).__name__}") from None
     bars = [_bar(header) for header in song.measureHeaders]

@@ -46,7 +46,8 @@ from livebass.techniques import (
 TICKS = 3840  # in a quarter note
 MODE_4, PRESSURE, WHEEL = 126, 127, 8191  # a controller, the most of a channel's pressure and of its wheel
 WHEEL_RANGE = 12.0  # semitones of a string's wheel
-BEND_STEP = 5e-3  # s
+BEND_STEP = 5e-3  # s ...
+MOST_BENDS = 2000  # ... unless a bend has more steps
 SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31}  # of natural harmonics over the open string, by partial
 TECHNIQUE_CC, DYNAMICS_CC = LEARNED + TECHNIQUE, LEARNED + DYNAMICS
 PALM_CC, SLIDE_CC = (FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide"))
@@ -223,9 +224,9 @@ class _Writer:
         """The bend of a stroke, from its beginning to its end."""
         times = [stroke.time]
         if stroke.bend:
-            count = int((min(stroke.bend[-1][0], stroke.end) - stroke.time) / BEND_STEP)
-            times += [stroke.time + BEND_STEP * (k + 1) for k in range(count)]
-            times += [time for time, _ in stroke.bend[-1:] if stroke.time < time <= stroke.end]
+            length = min(stroke.bend[-1][0], stroke.end) - stroke.time
+            count = max(min(int(length / BEND_STEP), MOST_BENDS), 0)
+            times += [stroke.time + length * (k + 1) / count for k in range(count)]
         for time in times:
             wheel = round(min(max(_at(stroke.bend, time) / WHEEL_RANGE, -1.0), 1.0) * WHEEL)
             if wheel != self.wheels[stroke.string]:

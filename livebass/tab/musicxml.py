@@ -15,6 +15,7 @@ STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 TYPES = {"whole": 1, "half": 2, "quarter": 4, "eighth": 8, "16th": 16, "32nd": 32, "64th": 64}
 USUAL = (28, 33, 38, 43)  # strings of a bass, for a part without strings of its own
 FIFTH_STRING = 23
+MOST_STRINGS = 12
 PERCUSSION = "10"  # channel
 GRACE = Fraction(1, 8)  # quarter notes
 TRILL, TRILL_FRETS = Fraction(1, 4), 2
@@ -99,6 +100,8 @@ class _Part:
     def _tuning(self) -> tuple[int, ...]:
         """The notes of the open strings, lowest first; strings that the file does not name are those of a bass."""
         count = max(self.strings, default=len(USUAL))
+        if count > MOST_STRINGS:
+            raise UnreadableTab(f"is damaged: {count} strings")
         usual = dict(enumerate([*reversed(USUAL), FIFTH_STRING], 1))
         found = {number: self.strings.get(number, usual.get(number)) for number in range(1, count + 1)}
         if None in found.values():

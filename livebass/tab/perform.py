@@ -48,7 +48,7 @@ LEAST_OUT = 0.06  # s of a note that slides out
 GHOST_SOFTER, ACCENT = 24, 16  # velocities
 TOGETHER = Fraction(1, 32)  # quarter notes between a note and its tied or joined successor
 MOST_FRET = 36
-MOST_STROKES = 200_000
+MOST_STROKES = 50_000
 PARTIALS = range(2, 9)
 NEAR_NODE = 0.35  # frets
 
