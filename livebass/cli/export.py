@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,7 @@ from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
 from livebass.cli.options import (
     DEFAULT_PRESET,
+    PATH,
     count_option,
     file_option,
     flag,
@@ -27,6 +29,7 @@ from livebass.cli.options import (
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.shelf import basses_of, page_basses, page_ready
+from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Quantity
 from livebass.model.quality import AUTO, QUALITIES
@@ -53,7 +56,7 @@ class SystemOption(click.Option):
 
 @click.group()
 def export() -> None:
-    """Export basses to a web page, plugins or sample packs.
+    """Export basses to a web page, plugins or sample packs, and tablature to MIDI.
 
     Export needs no network.
     """
@@ -236,6 +239,41 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
         if (folder / BUNDLES["lv2"]).is_dir():
             lv2.write_preset(name, bass.name, folder / f"livebass-{name}.lv2")
             say(f"{folder / f'livebass-{name}.lv2'}: a preset with it, for the menus of LV2 hosts")
+
+
+@export.command()
+@click.argument("tab", type=PATH)
+@file_option("-o --output", "MIDI file to write.  [default: the name of TAB, in the current directory]")
+@preset_option("The bass that plays it.  [default: by the strings and the program of the track]")
+@hands_options
+@effects_options
+@tab_options
+@tuning_options
+def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> None:
+    """Write a tablature as a MIDI file that livebass and its plugins play.
+
+    Each string has its own MIDI channel, the highest string channel 1; key switches call the techniques. The file has
+    the tempos and section names of the tablature. `livebass render` plays it as it plays the tablature. In a DAW put it
+    on one track with a livebass plugin, and choose the same bass and tuning there.
+
+    \b
+    Examples:
+      livebass export midi song.gp5
+      livebass export midi song.gp --track Bass --bars 9-16 -o riff.mid
+    """
+    from livebass.cli.song import Song
+    from livebass.files import Transaction
+
+    wanted = TabOptions.taken(options, options)
+    data, remarks = Song(tab, "auto", preset, wanted, Loader(options)).midi()
+    output = output or Path(f"{tab.stem}.mid")
+    if output.exists() and os.path.samefile(tab, output):
+        raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")
+    with Transaction() as files:
+        files.write(output, data)
+    for remark in remarks:
+        say(f"{tab}: {remark}")
+    say(f"{output}: {len(data) / 1000:.1f} kB")
 
 
 @export.command()

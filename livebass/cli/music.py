@@ -13,13 +13,13 @@ from livebass.cli.hands import Hands, Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.remembered import Memory
 from livebass.cli.said import say
-from livebass.cli.song import later_presets, preset_of, programs_of, remarks, too_low
+from livebass.cli.song import Song, later_presets, preset_of, programs_of, remarks, too_low
+from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import told, with_loaded
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.score.low_keys import with_low_notes
-from livebass.score.reading import read_score
 from livebass.score.score import Score
 
 
@@ -33,8 +33,10 @@ class Music:
     def __init__(
         self, options: dict[str, Any], asked: dict[str, Any], hands: Hands, behind: Behind, memory: Memory
     ) -> None:
-        self.song, self.demo, self.wanted = options["song"], options["demo"], options["preset"]
+        self.demo, self.wanted = options["demo"], options["preset"]
         self.asked, self.hands, self.behind, self.memory = asked, hands, behind, memory
+        tab = TabOptions.taken(options, asked)
+        self.song = options["song"] and Song(options["song"], "auto", self.wanted, tab, Loader(asked.copy()))
         self.tuning = tuning_of_options(options)
         self._command = click.get_current_context().command
         self._of_take: dict[str, Mapping[str, str]] = {}  # options by preset, for presets that a take names
@@ -46,7 +48,7 @@ class Music:
         if self.score:
             lines = remarks(self.score, self.wanted, DEFAULT_PRESET) + too_low(self.bass, self.score, DEFAULT_PRESET)
             for line in lines:
-                say(f"{self.song}: {line}")
+                say(f"{self.song.path}: {line}")
 
     def load(self, preset: str) -> Instrument:
         """Loads a preset as the take names it, or with the options."""
@@ -82,12 +84,11 @@ class Music:
 
     def _read_song(self, rate: int) -> Score:
         """Reads the file; its program changes change the bass unless the player asked for one."""
-        score = read_score(self.song, rate)
+        score, self.wanted = self.song.read(rate)
         if self.wanted:
             return score.on_one_bass()
         if score.basses:
-            load = Loader(self.asked.copy())
-            score, self._load_of_take = with_loaded(score, load, DEFAULT_PRESET, self._command)
+            score, self._load_of_take = with_loaded(score, self.song.load, DEFAULT_PRESET, self._command)
         return score
 
     def _first(self) -> tuple[str, Instrument]:

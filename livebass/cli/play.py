@@ -20,6 +20,7 @@ from livebass.cli.options import DEFAULT_PRESET, file_option, flag, given, optio
 from livebass.cli.progress import have_kernels
 from livebass.cli.remembered import recall
 from livebass.cli.said import clipping, say
+from livebass.cli.tabs import tab_options
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import RATE, Number, Parsed, Quantity, learn, span
 from livebass.files import OutputError
@@ -39,7 +40,7 @@ GROUPS = {
     "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
     "Hands": "--keys --velocity-curve --wheel --no-noise --learn --controllers",
     "Effects": "--compression --drive --response --response-level",
-    "Song": "--file --demo --loop --tempo --metronome --tuner",
+    "Song": "--file --track --bars --dynamics --demo --loop --tempo --metronome --tuner",
     "Take": "--record --record-midi --log",
     "Devices": "--backend --audio --midi --channel --rate --block --latency --cores --osc",
     "JACK": "--transport --metronome-port --strings --client-name --no-connect",
@@ -107,7 +108,8 @@ setting, switch = functools.partial(option, cls=Setting), functools.partial(flag
 @hands_options
 @effects_options
 @setting("--gain", Number("dB", -60, 20), "Output level.", default=0.0, value=lambda decibels: 10 ** (decibels / 20))
-@file_option("--file song", "Also play the bass part of this MIDI file.", metavar="SONG.MID")
+@file_option("--file song", "Also play the bass part of this MIDI file or tablature.", metavar="SONG")
+@tab_options
 @demo_option("Also play")
 @setting(
     "--loop",

@@ -1,4 +1,4 @@
-"""`livebass render`: renders a MIDI file, a note or a demo phrase to a sound file."""
+"""`livebass render`: renders a MIDI file, a tablature, a note or a demo phrase to a sound file."""
 
 from __future__ import annotations
 
@@ -31,11 +31,13 @@ from livebass.cli.options import (
 )
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import clipping, say
+from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Note, Number, Parsed, Quantity, channel
 from livebass.units import one_line
 
 if TYPE_CHECKING:
+    from livebass.cli.song import Song
     from livebass.engine.render import RenderReport
     from livebass.files import Transaction
     from livebass.model.instrument import Instrument
@@ -63,7 +65,7 @@ class Options:
 
 
 GROUPS = {
-    "Music": "--note --velocity --duration --demo --all-presets --channel --list --tail",
+    "Music": "--note --velocity --duration --demo --all-presets --channel --track --bars --dynamics --list --tail",
     "Sound": "--preset --quality --gain --normalize --tuning --capo --a4 --temperament --modes --contact-rate --seed",
     "Hands": "--keys --velocity-curve --wheel --no-noise",
     "Effects": "--compression --drive --response --response-level",
@@ -107,7 +109,8 @@ GROUPS = {
     metavar="[auto|all|1-16]",
     default="auto",
 )
-@flag("--list listing", "Write no sound; list the parts of the MIDI file and which would play.")
+@tab_options
+@flag("--list listing", "Write no sound; list the parts or tracks of the file and which would play.")
 @option("--rate", RATE, "Sample rate, 22050 to 192000 Hz.", default=48000)
 @option("--format", click.Choice(FORMATS), "File format.  [default: by the name of OUTPUT, or wav]")
 @option("--bits", click.Choice(BITS), "Bits per sample: 16, 24, float for wav; 16, 24 for flac.  [default: 24]")
@@ -131,16 +134,17 @@ GROUPS = {
 )
 @seed_option(2**32 - 1)
 def render(output: Path | None, preset: str | None, directory: Path | None, listing: bool, **rest: Any) -> None:
-    """Render a MIDI file, a note or a demo to a sound file.
+    """Render a MIDI file, a tablature, a note or a demo to a sound file.
 
-    MIDI is a file of any type, or - for standard input. The new file replaces an old one when it is complete; an
-    interrupted render leaves nothing behind.
+    MIDI is a MIDI file of any type, a Guitar Pro or MusicXML file, or - for standard input. The new file replaces an
+    old one when it is complete; an interrupted render leaves nothing behind.
 
     \b
     Examples:
       livebass render song.mid -o song.flac --preset precision-finger
       livebass render song.mid --list
       livebass render song.mid --channel 2 --stems --bits float
+      livebass render song.gp5 --track Bass --bars 9-16
       livebass render --note E1 --velocity 127 --duration 5s --quality reference
       livebass render --demo --preset slap --tuning drop-d --a4 442
       livebass render --demo techniques -o techniques.wav
@@ -148,28 +152,31 @@ def render(output: Path | None, preset: str | None, directory: Path | None, list
       livebass render song.mid --normalize -16
       livebass render --note E1 -o - | aplay
     """
-    load = Loader(rest)
+    tab, load = TabOptions.taken(rest, rest), Loader(rest)
     music = Music.taken(rest)
     options = Options(**rest)
     check_together(music, output, directory, options)
-    if listing:
-        if music.midi is None:
-            raise click.UsageError("--list needs a MIDI file")
-        from livebass.cli.song import parts_table
+    song = None
+    if music.midi is not None:
+        from livebass.cli.song import Song
 
-        click.echo(parts_table(music.midi, music.channel, preset, load, render))
+        song = Song(music.midi, music.channel, preset, tab, load)
+    if listing:
+        if song is None:
+            raise click.UsageError("--list needs a MIDI file or a tablature")
+        click.echo(song.table(render))
     elif directory is not None:
         if output is not None or preset is not None:
             raise click.UsageError("--all-presets takes neither --output nor --preset")
         _render_presets(directory, options, load)
     else:
         output = output or Path(f"{music.name}.{options.format or 'wav'}")
-        say(_render_music(music, output, preset, options, load))
+        say(_render_music(music, song, output, preset, options, load))
 
 
 @dataclass(frozen=True)
 class Music:
-    """The music to render: a MIDI file, a note or a demo."""
+    """The music to render: a MIDI file or tablature, a note or a demo."""
 
     midi: Path | None
     channel: str | int
@@ -201,27 +208,28 @@ def check_together(music: Music, output: Path | None, directory: Path | None, op
     if output == STREAM and sys.stdout.isatty():
         raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
     if sum(one is not None for one in (music.midi, music.note, music.demo, directory)) != 1:
-        raise click.UsageError("give one of: a MIDI file, --note, --demo, --all-presets")
+        raise click.UsageError("give one of: a MIDI file or tablature, --note, --demo, --all-presets")
 
 
-def _render_music(music: Music, output: Path, preset: str | None, options: Options, load: Loader) -> str:
-    """Renders a MIDI file, a note or a demo; returns the summary."""
+def _render_music(
+    music: Music, song: Song | None, output: Path, preset: str | None, options: Options, load: Loader
+) -> str:
+    """Renders a MIDI file, a tablature, a note or a demo; returns the summary."""
     from livebass.cli.song import basses_of, check_range, remarks, too_low
     from livebass.cli.taken import with_loaded
-    from livebass.score.reading import read_score
     from livebass.score.score import single_note
 
     score: Score | None = None
     loaded: Callable[[str], Instrument] = load
     basses = None
-    if music.midi is not None:
-        score = read_score(music.midi, options.rate, music.channel)
-        if output.exists() and music.midi.exists() and os.path.samefile(music.midi, output):
-            raise click.UsageError(f"{output}: is the MIDI file itself; name another file with -o")
+    if song is not None:
+        score, preset = song.read(options.rate)
+        if output.exists() and song.path.exists() and os.path.samefile(song.path, output):
+            raise click.UsageError(f"{output}: is the file to play itself; name another file with -o")
         if preset is None:
             score, loaded = with_loaded(score, load, DEFAULT_PRESET, render)
         for remark in remarks(score, preset, DEFAULT_PRESET):
-            say(f"{music.midi}: {remark}")
+            say(f"{song.path}: {remark}")
     elif music.note is not None:
         score = single_note(music.note, music.velocity, music.duration, options.rate)
     if score is not None and preset is None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -10,14 +11,16 @@ import numpy as np
 
 from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
+from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import shown, with_loaded
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
 from livebass.report.text import columns
 from livebass.score.low_keys import with_low_notes
-from livebass.score.reading import ScoreError, read_parts, read_score
+from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
 from livebass.score.score import LEAST_RATE, NOTE_ON, Score
+from livebass.tab.reading import is_tab, midi_of, read_tab, table
 from livebass.units import note_name, one_line
 
 
@@ -120,7 +123,42 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
     return [text]
 
 
-def parts_table(midi: Path, channel: str | int, preset: str | None, load: Loader, command: click.Command) -> str:
+@dataclass(frozen=True)
+class Song:
+    """A MIDI file or a tablature, and the options that say what to play of it."""
+
+    path: Path
+    channel: str | int
+    preset: str | None
+    tab: TabOptions
+    load: Loader
+
+    def read(self, rate: int) -> tuple[Score, str | None]:
+        """Its score, and the preset that the options name; None if the score names the bass."""
+        data = file_bytes(self.path)
+        if is_tab(data):
+            return read_tab(data, self.path, rate, self.tab.asked(self.preset), self.load), None
+        self.tab.check_unused(self.path)
+        return score_in(data, self.path, rate, self.channel), self.preset
+
+    def midi(self) -> tuple[bytes, list[str]]:
+        """A tablature as a Standard MIDI File, and lines for the user. Raises UsageError for another file."""
+        data = file_bytes(self.path)
+        if not is_tab(data):
+            raise ScoreError(f"{self.path}: is not a tablature")
+        return midi_of(data, self.path, self.tab.asked(self.preset), self.load)
+
+    def table(self, command: click.Command) -> str:
+        """A table of its tracks or parts, and whether each would be played; `command` has the options."""
+        data = file_bytes(self.path)
+        if is_tab(data):
+            rows = table(data, self.path, self.tab.asked(self.preset))
+            return "\n".join(one_line(line.rstrip()) for line in columns(rows, left=len(rows[0])))
+        self.tab.check_unused(self.path)
+        return _parts_table(self.path, self.channel, self.preset, self.load, command)
+
+
+def _parts_table(midi: Path, channel: str | int, preset: str | None, load: Loader, command: click.Command) -> str:
     """A table of the parts of a MIDI file: what was read of each, and whether and why `channel` would play it.
 
     Switches are the key switches of the file's first bass. A last line names the basses that play it, if there
@@ -129,7 +167,7 @@ def parts_table(midi: Path, channel: str | int, preset: str | None, load: Loader
     """
     loaded: Callable[[str], Instrument] = load
     try:
-        score: Score | None = read_score(midi, LEAST_RATE, channel)
+        score: Score | None = score_in(None, midi, LEAST_RATE, channel)
         if score and preset is None:
             score, loaded = with_loaded(score, load, DEFAULT_PRESET, command)
     except ScoreError:  # there is no bass in it, or `read_parts` says why it is unreadable

@@ -42,14 +42,19 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
     notes and of their zone: the channels that controller 126 assigns to strings or RPN 6 to notes, which share the
     program of any of them. Raises ScoreError for an unplayable file, and ValueError for an invalid rate or channel.
     """
-    read = _read(path, rate, channel)
+    return score_in(None, Path(path), rate, channel)
+
+
+def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "auto") -> Score:
+    """`read_score` for the bytes of a file that `path` names in messages; None: those at `path`."""
+    read = _read(data, path, rate, channel)
     if not read.choice.notes:
         raise ScoreError(f"{path}: {_nothing_chosen(channel, read.parts.listed())}")
     events = read.chosen_events(rate)
     notes = read.lines.notes(events)
     program, changes = _programs(events, notes, read.lines.zone)
     sent = [e for place, e in enumerate(events) if e.message.type != "program_change" or place in changes]
-    score = score_from(_on_channels(sent, read.lines), Path(path).stem, rate, program, read.remarks)
+    score = score_from(_on_channels(sent, read.lines), path.stem, rate, program, read.remarks)
     return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
 
 
@@ -58,11 +63,11 @@ def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switch
 
     Keys in `switches` are not notes. Raises the same errors, but none for a file without a bass.
     """
-    read = _read(path, LEAST_RATE, channel)
+    read = _read(None, Path(path), LEAST_RATE, channel)
     return list(read.parts.listed(read.choice, switches))
 
 
-def _file_bytes(path: Path) -> bytes:
+def file_bytes(path: Path) -> bytes:
     """The content, at most LARGEST bytes, of a regular file or, for "-", standard input. Raises ScoreError."""
     if path == STDIN:
         data = _stdin()
@@ -124,14 +129,13 @@ class _Read:
         ]
 
 
-def _read(path: str | os.PathLike[str], rate: int, channel: str | int) -> _Read:
+def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> _Read:
     """Reads a MIDI file and chooses the notes to play. Raises ScoreError and ValueError as `read_score` does."""
     checked_rate(rate)
     if channel not in ("auto", "all", *range(1, 17)):
         raise refusal("channel", '"auto", "all" or a number from 1 to 16', repr(channel))
-    path = Path(path)
     try:
-        smf = parse_smf(_file_bytes(path), path.name)
+        smf = parse_smf(file_bytes(path) if data is None else data, path.name)
         take = TAKE in smf.texts
         lines = lines_of(smf, rate, take)
     except SmfError as error:

@@ -1,0 +1,87 @@
+"""Finds the score inside the archives of Guitar Pro 6 (.gpx), Guitar Pro 7 and 8 (.gp) and MusicXML (.mxl).
+
+A .gpx file is BCFS, sectors of 4096 bytes with a directory, or BCFZ, the same packed: bits that repeat earlier bytes.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Callable
+from itertools import takewhile
+
+from livebass.tab.model import UnreadableTab
+
+LARGEST = 24 << 20  # bytes of a score, unpacked
+SECTOR = 4096
+FILE_ENTRY = 2  # kind of a directory entry
+NAME, SIZE, SECTORS = slice(4, 131), 0x8C, 0x94  # places in an entry
+TOO_LARGE = f"its score has more than {LARGEST >> 20} MB, which is the most"
+
+
+def score_in_zip(data: bytes, is_score: Callable[[str], bool]) -> bytes:
+    """The first file in a zip archive whose name `is_score` accepts. Raises UnreadableTab."""
+    try:
+        archive = zipfile.ZipFile(io.BytesIO(data))
+        name = next((name for name in archive.namelist() if is_score(name)), None)
+        if name is None:
+            raise UnreadableTab("is a zip archive without a score")
+        with archive.open(name) as file:
+            found = file.read(LARGEST + 1)
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError) as error:
+        if isinstance(error, UnreadableTab):
+            raise
+        raise UnreadableTab(f"is damaged: {error}") from None
+    except RuntimeError:  # a password
+        raise UnreadableTab("is locked with a password") from None
+    if len(found) > LARGEST:
+        raise UnreadableTab(TOO_LARGE)
+    return found
+
+
+def score_in_gpx(data: bytes) -> bytes:
+    """The file score.gpif in a .gpx file. Raises UnreadableTab."""
+    if data.startswith(b"BCFZ"):
+        data = _unpacked(data)
+    if not data.startswith(b"BCFS"):
+        raise UnreadableTab("is damaged: its content is not BCFS")
+    data = data[4:]
+    for at in range(SECTOR, len(data), SECTOR):
+        entry = data[at : at + SECTOR]
+        if _number(entry, 0) == FILE_ENTRY and entry[NAME].split(b"\0")[0] == b"score.gpif":
+            sectors = takewhile(bool, (_number(entry, place) for place in range(SECTORS, SECTOR, 4)))
+            content = b"".join(data[sector * SECTOR : (sector + 1) * SECTOR] for sector in sectors)
+            return content[: _number(entry, SIZE)]
+    raise UnreadableTab("is damaged: it has no score.gpif")
+
+
+def _number(data: bytes, at: int) -> int:
+    return int.from_bytes(data[at : at + 4], "little")
+
+
+def _unpacked(data: bytes) -> bytes:
+    """The content of a BCFZ file: as many bytes as its bits give, at most those that it promises."""
+    wanted = _number(data, 4)
+    if wanted > LARGEST:
+        raise UnreadableTab(TOO_LARGE)
+    out, bit, end = bytearray(), 64, 8 * len(data)
+    while len(out) < wanted and bit < end:
+        ahead = int.from_bytes(data[bit >> 3 : (bit >> 3) + 8].ljust(8, b"\0")) << (bit & 7) & (1 << 64) - 1
+        if ahead >> 63:
+            width = ahead >> 59 & 15
+            back, size = (_reversed(ahead >> 59 - k * width & (1 << width) - 1, width) for k in (1, 2))
+            if back > len(out):
+                raise UnreadableTab("is damaged: it repeats bytes that it does not have")
+            out += out[len(out) - back : len(out) - back + min(back, size)]
+            bit += 5 + 2 * width
+        else:
+            count = _reversed(ahead >> 61 & 3, 2)
+            out += (ahead >> 37 & 0xFFFFFF).to_bytes(3)[:count]
+            bit += 3 + 8 * count
+    return bytes(out)
+
+
+def _reversed(bits: int, width: int) -> int:
+    """The number of `width` bits that stand in reverse order."""
+    return int(f"{bits:0{width}b}"[::-1], 2) if width else 0

@@ -1,0 +1,357 @@
+"""From written notes to strokes: when, on which string and fret, and how each one is played.
+
+Strokes know nothing of MIDI, nor of what livebass can play: messages.py does.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from itertools import pairwise, zip_longest
+from math import gcd, log2
+
+from livebass.tab.model import (
+    IN_ABOVE,
+    IN_BELOW,
+    LEGATO,
+    NATURAL,
+    OUT_DOWN,
+    OUT_UP,
+    SCRAPE,
+    SHIFT,
+    Bar,
+    Beat,
+    Curve,
+    Note,
+    Tab,
+    Tempo,
+    Track,
+    UnreadableTab,
+)
+from livebass.tab.order import order
+from livebass.tab.tempos import USUAL, Tempos
+
+# Kinds of strokes; slap, pop and tap are called like the techniques of the model
+PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE = (
+    "pluck", "dead", "harmonic", "pinch", "tap", "hammer", "pull", "slide"
+)  # fmt: skip
+TIED = (HAMMER, PULL, SLIDE)  # by the left hand: they need the note before
+A_FRET = 22e-3  # s in which a slide passes a fret
+LEAST_BEFORE = 30e-3  # s that a note sounds before a slide leaves it
+LEAST_GRACE, MOST_GRACE = 0.02, 0.08  # s
+LEAST_TRILL = 0.04  # s of each note
+IN_FRETS, OUT_FRETS = 3, 5  # of slides from and to nowhere
+IN_TIME = 0.02  # s before a slide into a note leaves its first fret
+LEAST_OUT = 0.06  # s of a note that slides out
+GHOST_SOFTER, ACCENT = 24, 16  # velocities
+TOGETHER = Fraction(1, 32)  # quarter notes between a note and its tied or joined successor
+MOST_FRET = 36
+MOST_STROKES = 50_000
+PARTIALS = range(2, 9)
+NEAR_NODE = 0.35  # frets
+
+
+@dataclass
+class Stroke:
+    """A note as it is played."""
+
+    time: float  # s
+    end: float
+    string: int  # from the lowest, 0
+    fret: int
+    velocity: int
+    kind: str = PLUCK
+    partial: int = 1  # of a harmonic, over the stopped string
+    palm: bool = False
+    vibrato: float = 0.0  # 0 to 1
+    bend: Curve = ()  # (s, semitones)
+    direction: str = ""  # up, down: of the pick
+
+
+@dataclass
+class Performance:
+    """A track as it sounds."""
+
+    strokes: list[Stroke]
+    tempos: Tempos
+    bars: list[tuple[Fraction, int]]  # (where it begins, number from 0) of each bar
+    end: Fraction
+    lacks: Counter[str]  # signs that are not played
+
+
+@dataclass
+class _Written:
+    """A note where it sounds, in quarter notes from the beginning."""
+
+    begin: Fraction
+    end: Fraction
+    bar_end: Fraction
+    note: Note
+    beat: Beat
+    ties: list[_Written] = field(default_factory=list)  # its continuations
+
+    @property
+    def parts(self) -> list[_Written]:
+        return [self, *self.ties]
+
+
+def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
+    """The strokes of a track; of `bars` only, numbered from 0, once each. Raises UnreadableTab."""
+    played = order(tab.bars) if bars is None else list(bars)
+    begins, at = list[tuple[Fraction, int]](), Fraction(0)
+    for number in played:
+        begins.append((at, number))
+        at += tab.bars[number].length
+    performer = _Performer(Tempos(_tempos(tab.bars, begins)))
+    strings: dict[int, list[_Written]] = defaultdict(list)
+    for begin, number in begins:
+        if number < len(track.bars):
+            performer.read_bar(begin, tab.bars[number], track.bars[number], strings)
+    for string in sorted(strings):
+        if 0 <= string < len(track.tuning):
+            performer.play_string(_joined(strings[string]))
+        else:
+            performer.lacks["note beyond the strings"] += len(strings[string])
+    strokes = sorted(performer.strokes, key=lambda stroke: (stroke.time, stroke.string))
+    return Performance(strokes, performer.tempos, begins, at, performer.lacks)
+
+
+def _tempos(bars: Sequence[Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, Tempo]]:
+    """The tempos as they come. After a jump the tempo is the one that the written bar has."""
+    bpm, at_bar = USUAL, []
+    for bar in bars:
+        at_bar.append(bpm)
+        bpm = bar.tempos[-1].bpm if bar.tempos else bpm
+    found, last = list[tuple[Fraction, Tempo]](), -1
+    for begin, number in begins:
+        if (number != last + 1 and at_bar[number] != USUAL) or (not found and number > 0):
+            found.append((begin, Tempo(Fraction(0), at_bar[number])))
+        found += [(begin + tempo.at, tempo) for tempo in bars[number].tempos]
+        last = number
+    return found
+
+
+def _swung(at: Fraction, swing: tuple[Fraction, Fraction] | None) -> Fraction:
+    """Where a place of a bar sounds."""
+    if swing is None:
+        return at
+    pair, first = swing
+    rest, half = at % pair, pair / 2
+    late = rest * first / half if rest <= half else first + (rest - half) * (pair - first) / half
+    return at - rest + late
+
+
+def _joined(notes: list[_Written]) -> list[_Written]:
+    """The notes of a string in order: ties joined, and of notes that begin together only the longest."""
+    found: list[_Written] = []
+    for written in sorted(notes, key=lambda each: (each.begin, -each.end)):
+        before = found[-1] if found else None
+        if before and written.note.tie and written.begin - before.end < TOGETHER:
+            before.end, before.bar_end = max(before.end, written.end), written.bar_end
+            before.ties.append(written)
+        elif not (before and before.begin == written.begin):
+            found.append(written)
+    return found
+
+
+def partial_at(node: float) -> int:
+    """The partial with the node nearest to fret `node` over the stop, of those in PARTIALS; 1: none is near."""
+    nodes = (
+        (abs(node - 12 * log2(partial / (partial - k))), partial)
+        for partial in PARTIALS
+        for k in range(1, partial)
+        if gcd(k, partial) == 1
+    )
+    distance, partial = min(nodes)
+    return partial if distance < NEAR_NODE else 1
+
+
+class _Performer:
+    def __init__(self, tempos: Tempos) -> None:
+        self.tempos, self.seconds = tempos, tempos.seconds
+        self.strokes: list[Stroke] = []
+        self.lacks: Counter[str] = Counter()
+
+    def read_bar(
+        self, begin: Fraction, bar: Bar, voices: Sequence[Sequence[Beat]], strings: dict[int, list[_Written]]
+    ) -> None:
+        """Adds the notes of a bar that begins at `begin` to those of their strings."""
+        for beat in (beat for voice in voices for beat in voice):
+            self.lacks.update(beat.signs)
+            first, last = (begin + _swung(at, bar.swing) for at in (beat.at, beat.at + beat.length))
+            notes = sorted(beat.notes, key=lambda note: note.string, reverse=beat.brush < 0)
+            for number, note in enumerate(notes):
+                later = abs(beat.brush) * number / max(len(notes) - 1, 1)
+                written = _Written(first + later, max(last, first + later), begin + bar.length, note, beat)
+                strings[note.string].append(written)
+
+    def play_string(self, notes: Sequence[_Written]) -> None:
+        """Plays the notes of a string."""
+        line: list[Stroke] = []
+        joined = ""  # how a note leads to the next
+        for written, after in zip_longest(notes, notes[1:]):
+            self._play(line, written, after, joined)
+            joined = self._leads(written, after)
+            if joined:
+                line[-1].end = self.seconds(after.begin)
+        for stroke, after_it in pairwise(line):
+            stroke.end = min(stroke.end, after_it.time)
+        self.strokes += [stroke for stroke in line if stroke.end > stroke.time or stroke is line[-1]]
+        if len(self.strokes) > MOST_STROKES:
+            raise UnreadableTab(f"has more than {MOST_STROKES} strokes")
+
+    def _leads(self, written: _Written, after: _Written | None) -> str:
+        """How a note leads to the one after it: by hammer, SHIFT or LEGATO slide; "": by a new stroke."""
+        signs = {slide for part in written.parts for slide in part.note.slides}
+        way = LEGATO if LEGATO in signs else SHIFT if SHIFT in signs else ""
+        way = way or (HAMMER if any(part.note.hammer for part in written.parts) else "")
+        if way and (after is None or after.begin - written.end >= TOGETHER):
+            self.lacks["slide or hammer-on to nothing"] += 1
+            return ""
+        return way
+
+    def _play(self, line: list[Stroke], written: _Written, after: _Written | None, joined: str) -> None:
+        """Plays a note to which the last one of its `line` leads by `joined`."""
+        note = written.note
+        stroke = self._stroke(written, after)
+        curves = [part for part in written.parts if part.note.bend]
+        stroke.bend = tuple(
+            (self.seconds(part.begin + (part.beat.length * Fraction(x))), semitones)
+            for part in curves
+            for x, semitones in part.note.bend
+        )
+        if note.graces:
+            self._graces(line, stroke, note)
+        elif (
+            joined
+            and line
+            and line[-1].fret != note.fret
+            and line[-1].kind != DEAD
+            and stroke.kind not in (DEAD, HARMONIC)
+        ):
+            self._join(line, stroke, joined)
+        if IN_BELOW in note.slides or IN_ABOVE in note.slides:
+            self._slide_in(line, stroke, -1 if IN_BELOW in note.slides else 1)
+        line.append(stroke)
+        if note.trill and not note.dead:
+            self._repeat(line, [note.trill[0], note.fret], self._length(written, note.trill[1]))
+        elif note.tremolo:
+            self._repeat(line, [note.fret], self._length(written, note.tremolo))
+        slides = {slide for part in written.parts for slide in part.note.slides}
+        if SCRAPE in slides:
+            self.lacks["pick scrape"] += 1
+        if OUT_DOWN in slides or OUT_UP in slides:
+            self._slide_out(line, OUT_FRETS if OUT_UP in slides else -OUT_FRETS)
+
+    def _stroke(self, written: _Written, after: _Written | None) -> Stroke:
+        """The stroke of a note by itself."""
+        note, begin, end = written.note, self.seconds(written.begin), self.seconds(written.end)
+        if note.let_ring:
+            end = max(end, self.seconds(written.bar_end if after is None else after.begin))
+        if note.staccato:
+            end = begin + (end - begin) / 2
+        if after is not None:
+            end = min(end, self.seconds(after.begin))
+        velocity = note.velocity + ACCENT * note.accent - GHOST_SOFTER * note.ghost
+        made = Stroke(begin, end, note.string, note.fret, min(max(velocity, 1), 127), direction=written.beat.stroke)
+        made.palm = note.palm
+        made.vibrato = max(part.note.vibrato for part in written.parts)
+        made.kind = DEAD if note.dead else note.technique or PLUCK
+        if note.harmonic and made.kind != DEAD:
+            self._touch(made, note)
+        return made
+
+    def _touch(self, stroke: Stroke, note: Note) -> None:
+        """Makes a stroke a harmonic."""
+        if note.harmonic == "semi":
+            self.lacks["semi-harmonic"] += 1
+            return
+        stroke.kind = PINCH if note.harmonic in ("pinch", "feedback") else HARMONIC
+        stroke.partial = partial_at(note.node)
+        if note.harmonic == NATURAL:
+            stroke.fret = 0
+        if stroke.partial == 1:
+            self.lacks["harmonic without a node"] += 1
+            stroke.kind = PLUCK
+
+    def _length(self, written: _Written, quarters: Fraction) -> float:
+        """The length in seconds of `quarters` in a note."""
+        return self.seconds(written.begin + quarters) - self.seconds(written.begin)
+
+    def _join(self, line: list[Stroke], stroke: Stroke, joined: str) -> None:
+        """Plays a stroke by the left hand from the last one; a SHIFT slide ends with a stroke."""
+        before, way = line[-1], stroke.fret - line[-1].fret
+        if joined == HAMMER:
+            stroke.kind = HAMMER if way > 0 else PULL
+            return
+        latest = stroke.time - 5e-3 if joined == SHIFT else stroke.time
+        begin = max(stroke.time - A_FRET * abs(way), min(before.time + LEAST_BEFORE, latest))
+        before.end = begin
+        if joined == SHIFT:
+            line.append(replace(stroke, time=begin, end=stroke.time, kind=SLIDE, bend=()))
+        else:
+            stroke.time, stroke.kind = begin, SLIDE
+
+    def _graces(self, line: list[Stroke], stroke: Stroke, note: Note) -> None:
+        """Plays the grace notes of a stroke: before it, or, where no time is left there, at its time and it later."""
+        room = stroke.time - (line[-1].time + LEAST_GRACE if line else 0.0)
+        lengths = [min(max(self.tempos.seconds(self.tempos.quarters(stroke.time) + float(grace.length)) - stroke.time,
+                           LEAST_GRACE), MOST_GRACE) for grace in note.graces]  # fmt: skip
+        if note.graces[0].on_beat or sum(lengths) > room:
+            scale = min(1.0, (stroke.end - stroke.time) / 2 / sum(lengths))
+            lengths = [scale * length for length in lengths]
+            stroke.time += sum(lengths)
+        at = stroke.time - sum(lengths)
+        if line:
+            line[-1].end = min(line[-1].end, at)
+        for grace, length in zip(note.graces, lengths, strict=True):
+            if grace.joined == "bend" and grace.fret < note.fret and grace is note.graces[-1]:
+                bend = (at, 0.0), (stroke.time, float(note.fret - grace.fret))
+                stroke.bend = (*bend, *((time, y + note.fret - grace.fret) for time, y in stroke.bend))
+                stroke.time, stroke.fret = at, grace.fret
+                return
+            line.append(
+                replace(stroke, time=at, end=at + length, fret=grace.fret, kind=DEAD if grace.dead else PLUCK, bend=())
+            )
+            at += length
+            if grace is note.graces[-1] and grace.joined and grace.fret != note.fret and stroke.kind != HARMONIC:
+                stroke.kind = SLIDE if grace.joined == "slide" else HAMMER if note.fret > grace.fret else PULL
+
+    def _slide_in(self, line: list[Stroke], stroke: Stroke, way: int) -> None:
+        """Begins a stroke some frets below (`way` -1) or above it."""
+        fret = max(stroke.fret + IN_FRETS * way, min(stroke.fret, 1))
+        if stroke.kind in (*TIED, DEAD, HARMONIC) or fret == stroke.fret:
+            self.lacks["slide in"] += 1
+            return
+        line.append(replace(stroke, end=stroke.time + IN_TIME, fret=fret))
+        stroke.time, stroke.kind = stroke.time + IN_TIME, SLIDE
+
+    def _slide_out(self, line: list[Stroke], frets: int) -> None:
+        """Ends the last stroke with a slide over `frets`."""
+        stroke = line[-1]
+        fret = min(max(stroke.fret + frets, 1), MOST_FRET)
+        if fret == stroke.fret or stroke.fret == 0 or stroke.end - stroke.time < LEAST_OUT or stroke.kind == DEAD:
+            self.lacks["slide out"] += 1
+            return
+        begin = max(stroke.end - A_FRET * abs(fret - stroke.fret), (stroke.time + stroke.end) / 2)
+        line.append(replace(stroke, time=begin, fret=fret, kind=SLIDE, bend=()))
+        stroke.end = begin
+
+    def _repeat(self, line: list[Stroke], frets: list[int], step: float) -> None:
+        """Repeats the last stroke to its end, every `step` s, in turn at `frets`: a tremolo, or a trill of two."""
+        first = line[-1]
+        step, end, last = max(step, LEAST_TRILL), first.end, first
+        if not all(0 <= fret <= MOST_FRET for fret in frets):
+            self.lacks["trill"] += 1
+            return
+        count = int((end - first.time) / step + 1e-6)
+        again = PLUCK if first.kind in TIED else first.kind
+        for k in range(1, count):
+            fret = frets[(k - 1) % len(frets)]
+            kind = again if len(frets) == 1 else HAMMER if fret > last.fret else PULL
+            last.end = first.time + k * step
+            last = replace(first, time=last.end, fret=fret, kind=kind)
+            line.append(last)
+        last.end = end

@@ -1,0 +1,192 @@
+"""Reads a tablature: recognizes it by its first bytes, chooses a track and a bass, and makes a `Score`."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from livebass import tracknames
+from livebass.kinds import kind_of
+from livebass.model.instrument import Instrument
+from livebass.preset.programs import PROGRAMS
+from livebass.preset.source import is_path
+from livebass.score.lines import BASS_PROGRAMS
+from livebass.score.reading import ScoreError, score_in
+from livebass.score.score import Score
+from livebass.score.takes import text_of
+from livebass.tab.containers import score_in_gpx, score_in_zip
+from livebass.tab.gpif import read_gpif
+from livebass.tab.guitarpro import read_guitarpro
+from livebass.tab.messages import Strings, to_midi
+from livebass.tab.model import Tab, Track, UnreadableTab
+from livebass.tab.musicxml import read_musicxml
+from livebass.tab.perform import Performance, perform
+from livebass.units import note_name
+
+
+def _is_musicxml(name: str) -> bool:
+    return name.lower().endswith((".xml", ".musicxml")) and not name.startswith("META-INF")
+
+
+READERS: dict[str, Callable[[bytes], Tab]] = {
+    **{f"a Guitar Pro {version} file": read_guitarpro for version in (3, 4, 5)},
+    "a Guitar Pro 6 file": lambda data: read_gpif(score_in_gpx(data)),
+    "a Guitar Pro 7 file": lambda data: read_gpif(score_in_zip(data, lambda name: name.endswith("score.gpif"))),
+    "a MusicXML file": read_musicxml,
+    "a compressed MusicXML file": lambda data: read_musicxml(score_in_zip(data, _is_musicxml)),
+}
+HIGHEST_LOWEST = 33  # A1: the lowest string of a bass is no higher
+HIGHEST = 50  # D3, of any string
+BASSES = {4: "jazz-finger", 5: "five-string", 6: "six-string"}  # by number of strings
+FOURTH = 5  # semitones to a string that the tab does not have
+MOST_NAMED = 8  # tracks in an error
+MOST_SAID = 6  # kinds of what is not played
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the user asks of a tablature."""
+
+    track: str = ""  # name or number; "": the bass
+    bars: range | None = None  # from 0; None: all, with repeats
+    dynamics: float = 0.0  # dB
+    preset: str | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)  # `tuning` and `capo`, if given
+
+
+def is_tab(data: bytes) -> bool:
+    """True for the bytes of a file that `read_tab` reads."""
+    return kind_of(data) in READERS
+
+
+def read_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..., Instrument]) -> Score:
+    """The score of a tablature: as if livebass had recorded it, so that it names its bass.
+
+    `load` loads a preset with a tuning and a capo. Raises ScoreError, and LookupError without the packages.
+    """
+    midi, remarks = midi_of(data, path, asked, load)
+    score = score_in(midi, path, rate)
+    return replace(score, remarks=(*remarks, *score.remarks))
+
+
+def midi_of(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> tuple[bytes, list[str]]:
+    """The tablature as a Standard MIDI File, a take of livebass, and a line for the user."""
+    try:
+        tab = parsed(data)
+        number = _chosen(tab, asked.track)
+        track = tab.tracks[number]
+        if asked.bars is not None and asked.bars[-1] >= len(tab.bars):
+            raise UnreadableTab(f"has {len(tab.bars)} bars, not {asked.bars[-1] + 1}")
+        performance = perform(tab, track, asked.bars)
+        preset, given, bass = _bass(track, asked, load)
+        switches = {symbol: key for key, symbol, *_ in reversed(bass.player.keys.keys) if key in bass.switches}
+        strings = Strings([string.open_note for string in bass.strings], bass.frets, switches)
+        midi, lacks = to_midi(performance, tab.bars, strings, [text_of(preset, given)], asked.dynamics)
+    except UnreadableTab as error:
+        raise ScoreError(f"{path}: {error}") from None
+    return midi, [_said(tab, number, performance, lacks)]
+
+
+def parsed(data: bytes) -> Tab:
+    """The piece in the bytes of a file. Raises UnreadableTab, and LookupError without the packages."""
+    tab = READERS[kind_of(data) or ""](data)
+    for track in tab.tracks:
+        if any(not 0 <= note <= 127 for note in track.tuning):
+            raise UnreadableTab("is damaged: a string is tuned beyond the notes of MIDI")
+    return tab
+
+
+def table(data: bytes, path: Path, asked: Asked) -> list[list[str]]:
+    """The tracks of a tablature, and which one plays, as rows of a table. Raises like `read_tab`."""
+    try:
+        tab = parsed(data)
+        number = _chosen(tab, asked.track)
+    except UnreadableTab as error:
+        raise ScoreError(f"{path}: {error}") from None
+    rows = [["track", "name", "strings", "capo", "program", "notes", "bars", "signs", "played"]]
+    for n, track in enumerate(tab.tracks):
+        beats = (beat for voices in track.bars for voice in voices for beat in voice)
+        signs = Counter(sign for beat in beats for note in beat.notes for sign in note.signs).most_common(MOST_SAID)
+        rows.append([
+            str(n + 1), track.name or "-", " ".join(map(note_name, track.tuning)) or "-", str(track.capo or ""),
+            "drums" if track.drums else "-" if track.program is None else str(track.program + 1), str(track.notes),
+            str(sum(map(bool, track.bars))), ", ".join(f"{count} {sign}" for sign, count in signs),
+            "yes" if n == number else "no",
+        ])  # fmt: skip
+    return rows
+
+
+def _is_bass(track: Track) -> bool:
+    """True if a track's strings are tuned like a bass's."""
+    low, high = min(track.tuning, default=127), max(track.tuning, default=127)
+    return not track.drums and len(track.tuning) in BASSES and low <= HIGHEST_LOWEST and high <= HIGHEST
+
+
+def _chosen(tab: Tab, wanted: str) -> int:
+    """The number of the track to play, from 0: the `wanted` one, or the bass with the most notes."""
+    if wanted:
+        named = [n for n, track in enumerate(tab.tracks) if track.name.casefold() == wanted.casefold()]
+        found = [int(wanted) - 1] if wanted.isdecimal() and 0 < int(wanted) <= len(tab.tracks) else named
+        if not found:
+            raise UnreadableTab(f"has no track {wanted}; there is {_listed(tab)}")
+        return found[0]
+    rules: tuple[Callable[[Track], bool], ...] = (
+        _is_bass,
+        lambda track: track.program in BASS_PROGRAMS,
+        lambda track: tracknames.is_bass(track.name),
+    )
+    playing = [(n, track) for n, track in enumerate(tab.tracks) if track.notes and not track.drums]
+    for rule in rules:
+        basses = [(track.notes, -n) for n, track in playing if rule(track)]
+        if basses:
+            return -max(basses)[1]
+    raise UnreadableTab(f"no track is tuned like a bass; use --track; there is {_listed(tab)}")
+
+
+def _listed(tab: Tab) -> str:
+    named = [f'{n} "{track.name}"' for n, track in enumerate(tab.tracks, 1)]
+    more = f" and {len(named) - MOST_NAMED} more" if len(named) > MOST_NAMED else ""
+    return ", ".join(named[:MOST_NAMED]) + more if named else "no track"
+
+
+def _bass(track: Track, asked: Asked, load: Callable[..., Instrument]) -> tuple[str, dict[str, str], Instrument]:
+    """The preset that plays a track, its options as a take stores them, and its bass."""
+    strings = len(track.tuning)
+    by_program = PROGRAMS.get((track.program if track.program is not None else -1) + 1)
+    usual = [by_program] if strings == 4 and by_program else []
+    usual += [name for count, name in BASSES.items() if count >= strings]
+    problem = f"has {strings} strings, which no bass here has; -p names another one"
+    for preset in [asked.preset] if asked.preset else usual:
+        bass = load(preset)
+        missing = len(bass.strings) - strings
+        if missing < 0:
+            problem = f"has {strings} strings, and {preset} has {len(bass.strings)}"
+            continue
+        tuning = [*track.tuning, *(track.tuning[-1] + FOURTH * (k + 1) for k in range(missing))]
+        given = {"tuning": " ".join(map(note_name, tuning)), "capo": track.capo}
+        try:
+            bass = load(preset, given)
+        except ValueError as error:
+            problem = f"cannot be played on {preset}: {error}"
+            continue
+        given |= {name: value for name, value in asked.options.items() if value is not None}
+        name = os.path.abspath(preset) if is_path(preset) else preset
+        return name, {key: str(value) for key, value in given.items() if value}, bass
+    raise UnreadableTab(f'track "{track.name}" {problem}')
+
+
+def _said(tab: Tab, number: int, performance: Performance, lacks: Mapping[str, int]) -> str:
+    """A line about the chosen track."""
+    track = tab.tracks[number]
+    notes = track.notes
+    others = [n for n, other in enumerate(tab.tracks) if n != number and other.notes and _is_bass(other)]
+    line = f'plays track {number + 1} "{track.name}", {notes} note{"s" * (notes != 1)}'
+    if others:
+        line += f", not the bass{'es' * (len(others) > 1)} in track {', '.join(str(n + 1) for n in others)}"
+    missing = sorted(((count, name) for name, count in lacks.items() if count), reverse=True)[:MOST_SAID]
+    counted = ", ".join(f"{count} {name}{'s' * (count != 1)}" for count, name in missing)
+    return f"{line}; {counted} not played" if counted else line

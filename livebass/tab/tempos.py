@@ -1,0 +1,47 @@
+"""Times of a piece as it sounds, by its tempos: whole microseconds per quarter note, as a MIDI file stores them."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from fractions import Fraction
+
+from livebass.tab.model import Tempo
+
+MINUTE = 60_000_000  # us
+USUAL = 120.0  # beats a minute, without a tempo
+SLOWEST, FASTEST = 5.0, 2000.0
+RAMP = Fraction(1, 8)  # quarter notes of a step in a gradual change ...
+MOST_STEPS = 64  # ... unless it has more steps
+
+
+class Tempos:
+    """From quarter notes to seconds and back."""
+
+    def __init__(self, tempos: Iterable[tuple[Fraction, Tempo]]) -> None:
+        """`tempos` are (quarter notes from the beginning, tempo), in order."""
+        steps: list[tuple[Fraction, float]] = [(Fraction(0), USUAL)]
+        bpm = USUAL
+        for at, tempo in tempos:
+            while steps and steps[-1][0] >= at:  # a new tempo ends a gradual change
+                steps.pop()
+            count = min(-(-tempo.over // RAMP), MOST_STEPS)
+            for k in range(count):
+                steps.append((at + tempo.over * k / count, bpm + (tempo.bpm - bpm) * (k + 0.5) / count))
+            bpm = tempo.bpm
+            steps.append((at + tempo.over, bpm))
+        self.steps = [(at, round(MINUTE / min(max(bpm, SLOWEST), FASTEST))) for at, bpm in steps]
+        self._at = [float(at) for at, _ in self.steps]
+        self._times = [0.0]
+        for (begin, us), (end, _) in zip(self.steps, self.steps[1:], strict=False):
+            self._times.append(self._times[-1] + float(end - begin) * us / 1e6)
+
+    def seconds(self, quarters: Fraction | float) -> float:
+        """The time of a place."""
+        k = max(bisect_right(self._at, quarters) - 1, 0)
+        return self._times[k] + (float(quarters) - self._at[k]) * self.steps[k][1] / 1e6
+
+    def quarters(self, seconds: float) -> float:
+        """The place at a time."""
+        k = max(bisect_right(self._times, seconds) - 1, 0)
+        return self._at[k] + (seconds - self._times[k]) * 1e6 / self.steps[k][1]

@@ -1,0 +1,109 @@
+"""Damaged tablature of every format: played, or refused in one line, soon."""
+
+from __future__ import annotations
+
+import random
+import time
+from collections.abc import Callable
+from fractions import Fraction as F
+from functools import partial
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zipped
+
+from livebass.cli.hands import SOUND, Loader
+from livebass.score.reading import ScoreError
+from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo
+from livebass.tab.reading import Asked, is_tab, midi_of
+
+COUNT = 60 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
+LONGEST = 5.0  # s
+HARMONIC = {"harmonic": NATURAL, "node": 12.0}
+PIECE = tab(
+    beats(note(0, 3, hammer=True), note(0, 5, slides=frozenset([LEGATO])), note(0, 7), note(3, 12, **HARMONIC)),
+    [Beat(F(0), F(3), [note(1, 2, bend=((0.0, 0.0), (1.0, 2.0))), note(2, 4)], brush=F(1, 8)), Beat(F(3), F(1), [])],
+    beats(note(2, 5, graces=[Grace(4, F(1, 8))]), note(2, 5, tie=True), note(2, 5, trill=(7, F(1, 4)))),
+)  # fmt: skip
+PIECE.bars[0].opens = True
+PIECE.bars[1].plays, PIECE.bars[1].endings = 3, frozenset([1, 2])
+PIECE.bars[2].signs = frozenset(["da capo"])
+PIECE.bars[2].tempos.append(Tempo(F(0), 90.0, F(2)))
+NUMBERS = "0123456789-"
+
+
+def flipped(data: bytes, chance: random.Random) -> bytes:
+    """Bytes changed, left out, doubled, or cut off."""
+    out = bytearray(data)
+    for _ in range(chance.choice((1, 1, 2, 5, 20))):
+        at, size = chance.randrange(len(out)), chance.choice((1, 1, 1, 2, 4, 40))
+        what = chance.randrange(6)
+        if what < 3:
+            out[at : at + 1] = chance.choice((b"\xff", b"\0", b"\x7f", bytes([chance.randrange(256)])))
+        elif what == 3:
+            del out[at : at + size]
+        elif what == 4:
+            out[at:at] = out[at : at + size]
+        elif len(out) > 100:
+            del out[max(at, 100) :]
+    return bytes(out)
+
+
+def miswritten(text: bytes, chance: random.Random) -> bytes:
+    """XML with other numbers, or elements missing or doubled."""
+    parts = text.decode().split(">")
+    for _ in range(chance.choice((1, 1, 2, 5))):
+        at = chance.randrange(1, len(parts))
+        what = chance.randrange(4)
+        if what < 2:
+            digits = [k for k, c in enumerate(parts[at]) if c in NUMBERS]
+            if digits:
+                k = chance.choice(digits)
+                number = chance.choice(("", "-1", "0", "99999999999", "1e9", "x", "7"))
+                parts[at] = parts[at][:k] + number + parts[at][k + 1 :]
+        elif what == 2:
+            del parts[at : at + 2]
+        else:
+            parts[at:at] = parts[at : at + 2]
+    return ">".join(parts).encode()
+
+
+def files() -> dict[str, Callable[[random.Random], bytes]]:
+    found: dict[str, Callable[[random.Random], bytes]] = {
+        kind: partial(flipped, write(PIECE)) for kind, write in WRITERS.items()
+    }
+    gpif, musicxml = as_gpif(PIECE), as_musicxml(PIECE)
+    found["gpif"] = lambda chance: zipped({"Content/score.gpif": miswritten(gpif, chance)})
+    found["xml"] = lambda chance: miswritten(musicxml, chance)
+    return found
+
+
+FILES = files()
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_damage_is_survived_or_said(kind: str) -> None:
+    chance, load = random.Random(kind), Loader(dict.fromkeys(SOUND))
+    read = 0
+    for _ in range(COUNT):
+        data = FILES[kind](chance)
+        if not is_tab(data):
+            continue
+        began = time.process_time()
+        try:
+            midi_of(data, Path("a.gp"), Asked(), load)
+            read += 1
+        except ScoreError as error:
+            assert "\n" not in str(error) and str(error).startswith("a.gp: "), error
+        assert time.process_time() - began < LONGEST, data
+    assert read, "some damage is harmless"
+
+
+def test_too_much_of_anything_is_refused() -> None:
+    many = as_musicxml(tab(beats(note(0, 3)))).replace(b"</part>", b'<measure number="9"/>' * 6000 + b"</part>")
+    with pytest.raises(ScoreError, match="has 6001 bars, more than 5000"):
+        midi_of(many, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+    nested = b"<score-partwise>" + b"<a>" * 50_000 + b"</a>" * 50_000 + b"</score-partwise>"
+    with pytest.raises(ScoreError):
+        midi_of(nested, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))

@@ -1,0 +1,127 @@
+"""Tablature in sound: strings, pitches and onsets by stems; a MIDI file of it is the same music."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.pitch import pitch
+from support.tabs import as_gp, as_gp5, as_gpx, as_musicxml, beats, note, tab
+
+from livebass.arrays import Floats
+from livebass.cli.hands import SOUND, Loader
+from livebass.engine.engine import Engine
+from livebass.engine.render import render_to_array
+from livebass.model.quality import QUALITIES
+from livebass.preset.load import load_preset
+from livebass.score.reading import read_score
+from livebass.score.score import Score
+from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Tab
+from livebass.tab.reading import Asked, midi_of, read_tab
+
+RATE = 48000
+LIVE = QUALITIES["live"]
+
+
+def load() -> Loader:
+    return Loader(dict.fromkeys(SOUND))
+
+
+def score_of(piece: Tab, **asked: object) -> Score:
+    return read_tab(as_gp5(piece), Path("song.gp5"), RATE, Asked(**asked), load())  # type: ignore[arg-type]
+
+
+def sound_of(piece: Tab) -> Floats:
+    """The sound of each string on the bass that the tablature chooses."""
+    score = score_of(piece)
+    bass = load_preset(score.basses[0].preset, tuning=score.basses[0].given.get("tuning"))
+    return render_to_array(bass, score.on_one_bass(), LIVE, tail=0.0)
+
+
+def level(sound: Floats, begin: float, end: float) -> float:
+    """dB."""
+    return float(10 * np.log10(np.mean(sound[round(begin * RATE) : round(end * RATE)] ** 2) + 1e-30))
+
+
+def cents_off(sound: Floats, begin: float, end: float, key: float) -> float:
+    part, hertz = sound[round(begin * RATE) : round(end * RATE)], 440 * 2 ** ((key - 69) / 12)
+    return 1200 * float(np.log2(pitch(part, RATE, hertz) / hertz))
+
+
+def test_notes_sound_on_their_strings_in_tune_and_in_time() -> None:
+    tuning = (24, 31, 36, 41)
+    sound = sound_of(tab(beats(note(0, 5), note(3, 2), note(1, 7), note(2, 0)), tuning=tuning))
+    for k, (string, fret) in enumerate([(0, 5), (3, 2), (1, 7), (2, 0)]):
+        begin = 0.5 * k
+        assert abs(cents_off(sound[string], begin + 0.1, begin + 0.45, tuning[string] + fret)) < 20
+        if k:
+            assert level(sound[string], 0, begin) < -75, "silent before its note"
+        assert level(sound[string], begin, begin + 0.005) > -60
+
+
+def test_a_hammer_a_slide_and_a_bend_arrive_at_their_pitch() -> None:
+    slow = beats(note(1, 5, hammer=True), note(1, 7), note(2, 5, slides=frozenset([LEGATO])), note(2, 9))
+    sound = sound_of(tab(slow, beats(note(3, 5, bend=((0.0, 0.0), (0.25, 2.0), (1.0, 2.0))))))
+    assert abs(cents_off(sound[1], 0.65, 0.98, 33 + 7)) < 20
+    assert abs(cents_off(sound[2], 1.51, 1.95, 38 + 9)) < 20
+    assert abs(cents_off(sound[3], 2.2, 2.48, 43 + 5 + 2)) < 20
+
+
+@pytest.mark.parametrize("fret, node, semitones", [(12, 12.0, 12), (7, 7.0, 19), (5, 5.0, 24), (4, 4.0, 28)])
+def test_natural_harmonics_sound_over_the_open_string(fret: int, node: float, semitones: int) -> None:
+    sound = sound_of(tab(beats(note(1, fret, harmonic=NATURAL, node=node))))[1]
+    assert abs(cents_off(sound, 0.1, 0.45, 33 + semitones)) < 20
+    assert level(sound, 0.1, 0.45) > -60
+
+
+@pytest.mark.parametrize("fret", [5, 7, 12])
+def test_an_artificial_harmonic_sounds_an_octave_higher(fret: int) -> None:
+    sound = sound_of(tab(beats(note(1, fret, harmonic=ARTIFICIAL, node=12.0))))[1]
+    assert abs(cents_off(sound, 0.1, 0.45, 33 + fret + 12)) < 20
+
+
+def test_techniques_differ_in_sound() -> None:
+    def of(**signs: object) -> Floats:
+        return sound_of(tab(beats(note(0, 3, **signs))))[0]
+
+    plain, dead, accent, ghost = of(), of(dead=True), of(accent=1), of(ghost=True)
+    assert level(dead, 0.1, 0.15) < level(plain, 0.1, 0.15) - 20
+    assert level(ghost, 0, 0.2) < level(plain, 0, 0.2) < level(accent, 0, 0.2)
+    slapped = {technique: of(technique=technique) for technique in ("slap", "tap")}
+    assert not np.array_equal(slapped["slap"], plain) and not np.array_equal(slapped["tap"], plain)
+
+
+SONG = tab(
+    beats(note(0, 3, technique="slap"), note(2, 5, hammer=True), note(2, 7, palm=True), [note(1, 5), note(3, 4)]),
+    beats(note(0, 3, dead=True), note(3, 7, bend=((0.0, 0.0), (1.0, 2.0))), note(3, 5, vibrato=1.0)),
+)
+
+
+def test_every_format_gives_the_same_score() -> None:
+    first = score_of(SONG)
+    for kind, write in {"gpx": as_gpx, "gp": as_gp}.items():
+        score = read_tab(write(SONG), Path(f"song.{kind}"), RATE, Asked(), load())
+        assert np.array_equal(score.frames, first.frames) and np.array_equal(score.messages, first.messages)
+    same = score_of(tab(beats(note(0, 3), note(2, 5))))
+    assert np.array_equal(
+        read_tab(as_musicxml(tab(beats(note(0, 3), note(2, 5)))), Path("song.xml"), RATE, Asked(), load()).messages,
+        same.messages,
+    )
+
+
+def test_an_exported_midi_file_is_the_same_score(tmp_path: Path) -> None:
+    midi, _ = midi_of(as_gp5(SONG), Path("song.gp5"), Asked(), load())
+    (tmp_path / "song.mid").write_bytes(midi)
+    score, again = score_of(SONG), read_score(tmp_path / "song.mid", RATE)
+    assert np.array_equal(score.frames, again.frames) and np.array_equal(score.messages, again.messages)
+    assert score.basses == again.basses
+
+
+def test_no_note_of_a_score_is_dropped_or_moved() -> None:
+    score = score_of(SONG)
+    engine = Engine(load_preset("jazz-finger"), LIVE, RATE)
+    for _ in engine.play(score.on_one_bass()):
+        pass
+    report = engine.report()
+    assert (report.notes, report.transposed, report.dropped) == (8, 0, 0)
