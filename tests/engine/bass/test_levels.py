@@ -21,7 +21,8 @@ LOUDEST = (-7.0, -2.0)  # dBFS, peak of a hard line
 APART = 2.0  # LU, at most, between any two basses except those with short notes
 SHORT = {"muted"}
 QUICK = {"jazz-finger", "precision-pick", "slap", "five-string", "paper-g"}
-DYNAMICS = 12.0  # dB, at least, between a soft line and a hard one
+DYNAMICS = (6.0, 18.0)  # dB, between a soft line and a hard one: real hands give 8 to 16 dB from softest to hardest
+LABORATORY, LEAST_IN_LABORATORY = "paper", 20.0  # dB: force alone, without a hand
 DC = -60.0  # dBFS, at most, of the mean of the steady part
 
 
@@ -38,7 +39,8 @@ def test_levels(name: str) -> None:
     peak = decibels(np.abs(line(name, HARD)).max())
     assert LOUDEST[0] <= peak <= LOUDEST[1], f"{name}: a hard line peaks at {peak:.1f} dBFS, allowed {LOUDEST}"
     below = peak - decibels(np.abs(line(name, SOFT)).max())
-    assert below >= DYNAMICS, f"{name}: a soft line is {below:.1f} dB below a hard one, at least {DYNAMICS}"
+    low, high = (LEAST_IN_LABORATORY, 60.0) if name.startswith(LABORATORY) else DYNAMICS
+    assert low <= below <= high, f"{name}: a soft line is {below:.1f} dB below a hard one, allowed {low} to {high}"
 
 
 @pytest.mark.parametrize("names", [QUICK, pytest.param(set(preset_names()) - SHORT, marks=pytest.mark.slow)])
