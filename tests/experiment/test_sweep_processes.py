@@ -24,7 +24,7 @@ PATIENCE = 120  # s until a test gives up
 COUNT = 8
 SWEEP = (
     "study", "sweep", "--vary", "pluck.apex=2mm:5mm:4", "--vary", "neck.contact_stiffness=1e9:1e13:2:log",
-    "--modes", "60", "--contact-rate", "192kHz", "--duration", "2s", "--no-picture",
+    "--modes", "60", "--contact-rate", "192kHz", "--duration", "1s", "--no-picture",
 )  # fmt: skip
 
 

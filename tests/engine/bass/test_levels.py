@@ -20,7 +20,7 @@ HARD, USUAL, SOFT = 127, 90, 20  # velocities
 LOUDEST = (-7.0, -2.0)  # dBFS, peak of a hard line
 APART = 2.0  # LU, at most, between any two basses except those with short notes
 SHORT = {"muted"}
-QUICK = {"jazz-finger", "precision-pick", "slap", "five-string", "paper-g"}
+QUICK = {"jazz-finger", "precision-pick", "slap", "paper-g"}
 DYNAMICS = 12.0  # dB, at least, between a soft line and a hard one
 DC = -60.0  # dBFS, at most, of the mean of the steady part
 
