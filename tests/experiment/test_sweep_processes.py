@@ -28,6 +28,14 @@ SWEEP = (
 )  # fmt: skip
 
 
+@pytest.fixture(scope="module", autouse=True)
+def threads_of_their_own() -> Iterator[None]:
+    """The sweep limits the threads of linear algebra itself, whatever tests/conftest.py sets."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("OPENBLAS_NUM_THREADS")
+        yield
+
+
 @contextmanager
 def sweeping(directory: Path, *more: str) -> Iterator[subprocess.Popen[str]]:
     """The running command; its process and workers are gone in the end."""
