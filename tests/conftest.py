@@ -18,6 +18,10 @@ from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any
 
 import pytest
+
+# Before numpy is imported, here and in processes that tests start: on small matrices threads mostly wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import support.source
 
 # isort: split
@@ -78,12 +82,13 @@ if "plugin" in sys.argv:
     build.binary(systems.this_system())
 """
 # The order of files: those without kernels, then the longest, so no worker is left with one at the end
-FIRST = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEXT = (
-    "tests/preset/test_idle.py", "tests/engine/player/test_playing.py", "tests/engine/bass/test_tiers.py",
-    "tests/engine/test_engine.py", "tests/paper/test_claims.py", "tests/engine/hands/test_techniques.py",
-    "tests/engine/bass/test_levels.py", "tests/engine/test_fuzz.py", "tests/engine/test_laws.py",
-    "tests/plugin/test_lv2.py", "tests/test_compiling.py",
+    "tests/test_compiling.py", "tests/live/test_play.py", "tests/fitting/test_fit.py", "tests/plugin/test_promises.py",
+    "tests/preset/test_idle.py", "tests/bench/test_live.py", "tests/engine/hands/test_hands_by_force.py",
+    "tests/live/test_live.py", "tests/plugin/test_clap.py", "tests/export/test_sfz.py", "tests/engine/test_pinned.py",
+    "tests/engine/player/test_playing.py", "tests/plugin/test_lv2.py", "tests/engine/player/test_evenness.py",
+    "tests/preset/test_preset.py", "tests/comparison/test_notes.py", "tests/engine/hands/test_touch.py",
+    "tests/engine/string/test_turned.py", "tests/cli/test_streams.py", "tests/experiment/test_sweep.py",
 )  # fmt: skip
 
 
@@ -94,21 +99,29 @@ def names_in(code: CodeType) -> frozenset[str]:
     return frozenset(code.co_names).union(*inside)
 
 
+@cache
+def names_and_functions(function: FunctionType) -> tuple[frozenset[str], list[FunctionType]]:
+    """The names that a function calls by, and the functions of its file among them."""
+    names = names_in(function.__code__)
+    found = (function.__globals__.get(name) for name in names)
+    used = (inspect.unwrap(f.__init__ if isinstance(f, type) else f) for f in found if callable(f))
+    return names, [f for f in used if isinstance(f, FunctionType) and f.__module__ == function.__module__]
+
+
 def is_real(item: pytest.Item) -> bool:
-    """True if a test, its fixtures or functions they call in its file name one of REAL_PARTS."""
+    """True if a test, its fixtures or functions they call in their files name one of REAL_PARTS."""
     fixtures = [found[-1] for found in item._fixtureinfo.name2fixturedefs.values()]  # type: ignore[attr-defined]
     functions = [item.function, *(fixture.func for fixture in fixtures)]  # type: ignore[attr-defined]
-    seen: set[str] = set()
+    seen = set()
     while functions:
         function = inspect.unwrap(functions.pop())
-        for name in names_in(function.__code__) - seen:
-            seen.add(name)
-            used = item.module.__dict__.get(name)  # type: ignore[attr-defined]
-            used = used.__init__ if isinstance(used, type) else used
-            if isinstance(inspect.unwrap(used), FunctionType) and used.__module__ == item.module.__name__:  # type: ignore[attr-defined, union-attr, arg-type]
-                functions.append(used)
-    marked = item.nodeid.startswith(REAL_FILES) or item.get_closest_marker("real") is not None
-    return marked or bool(seen & REAL_PARTS)
+        if function not in seen:
+            seen.add(function)
+            names, more = names_and_functions(function)
+            if names & REAL_PARTS:
+                return True
+            functions += more
+    return item.nodeid.startswith(REAL_FILES) or item.get_closest_marker("real") is not None
 
 
 def scope_of(nodeid: str, real: bool) -> str:
@@ -122,7 +135,7 @@ def turn_of(scope: str) -> int:
     """A scope's place in the overall order; equal ones keep theirs."""
     if scope in (TIMED, WAITS):
         return 0 if scope == TIMED else 1
-    if scope.startswith(FIRST):
+    if scope.startswith(WITHOUT_KERNELS):
         return 2
     return 3 + (NEXT.index(scope) if scope in NEXT else len(NEXT))
 

@@ -233,7 +233,7 @@ def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:
 
 def _lags(frames: Floats, width: int, longest: int, shortest: int, threshold: float | None) -> tuple[Floats, Floats]:
     """Period in samples, NaN if there is none, and the normalised difference there, (frames,) each."""
-    size = 1 << (frames.shape[1] + width - 1).bit_length()
+    size = 1 << (frames.shape[1] - 1).bit_length()  # up to the longest lag, nothing wraps around
     spectrum = np.fft.rfft(frames, size)
     cross = np.fft.irfft(spectrum * np.conj(np.fft.rfft(frames[:, :width], size)), size)[:, : longest + 1]
     running = np.cumsum(np.pad(frames**2, ((0, 0), (1, 0))), axis=1)

@@ -47,10 +47,20 @@ def load_preset(
     `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (a name, or cents) replace the file's keys of these names.
     Raises PresetError with a one-line message if the file cannot be read or anything in it is wrong.
     """
-    label, data = preset_tables(name_or_path)
     listed = temperament if temperament is None or isinstance(temperament, str) else list(temperament)
     given = {"tuning": tuning, "capo": capo, "a4": a4, "temperament": listed}
-    return Builder(label).instrument(data | {name: value for name, value in given.items() if value is not None})
+    given = {name: value for name, value in given.items() if value is not None}
+    if not given and not is_path(os.fspath(name_or_path)):
+        return _as_shipped(os.fspath(name_or_path))
+    label, data = preset_tables(name_or_path)
+    return Builder(label).instrument(data | given)
+
+
+@cache
+def _as_shipped(name: str) -> Instrument:
+    """The bass of a shipped preset, made once."""
+    label, data = preset_tables(name)
+    return Builder(label).instrument(data)
 
 
 def preset_with(note: int, usual: str) -> str | None:

@@ -441,7 +441,7 @@ def test_the_table_has_every_row(measured: tuple[dict[str, Any], list[str]]) -> 
 
 def test_files_from_the_command_line(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("matplotlib")
-    monkeypatch.setattr(bench, "FULL", TINY)
+    monkeypatch.setattr(bench, "FULL", replace(TINY, line=0.1, notes=FEW[:2]))
     file, picture = tmp_path / "live.json", tmp_path / "live.png"
     text = cli_text(run, "bench", "live", "-q", "live", "--block", 256, "--runs", 1, "--json", file, "--plot", picture)
     result = json.loads(file.read_text())

@@ -39,7 +39,7 @@ def fives(first: int, quick: int, end: int) -> list[Any]:
     return [pytest.param(k, marks=[pytest.mark.slow] if k >= quick else []) for k in range(first, end, 5)]
 
 
-@pytest.mark.parametrize("first", fives(0, 15, 130))
+@pytest.mark.parametrize("first", fives(0, 10, 130))
 def test_random_setups(first: int) -> None:
     """Of five motions at most one is chaotic, and even that is predictable for a tenth of its length."""
     regular = [assert_agree(random_trial(seed), f"seed {seed}", least=0.1) for seed in range(first, first + 5)]
@@ -58,7 +58,7 @@ def test_oblique_pluck_of_the_paper_at_8_mhz() -> None:
     assert_agree(trial, "3.1 mm and 2.2 mm")
 
 
-@pytest.mark.parametrize("first", fives(1, 11, 31))
+@pytest.mark.parametrize("first", fives(1, 6, 31))
 def test_random_setups_with_friction(first: int) -> None:
     for seed in range(first, first + 5):
         trial, rng = random_trial(seed, 0.02), np.random.default_rng(seed)

@@ -305,7 +305,6 @@ def test_all_of_it_in_process_one(run: Run, tmp_path: Path, monkeypatch: pytest.
     "vary",
     [
         ["pluck.apex=1mm:2mm:4"],
-        ["neck.contact_stiffness=1e9:1e13:4:log", "pluck.fret=0:0:1"],
         ["pluck.apex=1mm:2mm:4", "neck.contact_stiffness=1e9:1e13:3:log"],
         ["pluck.fret=0:1:2", "pluck.apex=1mm:2mm:4", "pluck.at=0.1m:0.5m:3"],
     ],

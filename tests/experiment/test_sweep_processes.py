@@ -24,8 +24,16 @@ PATIENCE = 120  # s until a test gives up
 COUNT = 8
 SWEEP = (
     "study", "sweep", "--vary", "pluck.apex=2mm:5mm:4", "--vary", "neck.contact_stiffness=1e9:1e13:2:log",
-    "--modes", "60", "--contact-rate", "192kHz", "--duration", "2s", "--no-picture",
+    "--modes", "60", "--contact-rate", "192kHz", "--duration", "1s", "--no-picture",
 )  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def threads_of_their_own() -> Iterator[None]:
+    """The sweep limits the threads of linear algebra itself, whatever tests/conftest.py sets."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("OPENBLAS_NUM_THREADS")
+        yield
 
 
 @contextmanager

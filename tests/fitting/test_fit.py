@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
+from support.costs import of_each_kind
 
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
@@ -107,7 +108,7 @@ def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
     assert estimates.knock(recorded(takes), load_preset(NAME)) is None
 
 
-@pytest.mark.parametrize("name", [n for n in preset_names() if not n.startswith("paper")])
+@pytest.mark.parametrize("name", of_each_kind(n for n in preset_names() if not n.startswith("paper")))
 def test_every_free_number_of_every_preset_moves_it_within_its_bounds(name: str) -> None:
     label, tables = preset_tables(name)
     bass = Builder(label).instrument(tables)

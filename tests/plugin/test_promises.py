@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import shutil
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.costs import quick
 from support.hosts import FORMATS, HOSTS, PLACE, TUNING, VIBRATO, Event, Expression, Host
 from support.plugins import (
     DAMAGES,
@@ -90,15 +92,11 @@ with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has 
 SIZES: dict[str, Sequence[tuple[int, ...]]] = {
     "jazz-finger": [(4096, 3, 100)], "slap": [(512,), (17,), (64,)], "paper-bass": [(1, 999)], "fretless": [(511,)],
 }  # fmt: skip
-SLOW = [("fretless", "vst3"), ("fretless", "lv2"), ("paper-bass", "vst3")]  # their shells treat all basses alike
-CASES = [
-    pytest.param(preset, kind, marks=[pytest.mark.slow] if (preset, kind) in SLOW else [])
-    for preset in PRESETS
-    for kind in HOSTS
-]
+# The shells treat all basses alike
+ALWAYS = [*itertools.product(PRESETS[:1], HOSTS), *itertools.product(PRESETS, ["clap"])]
 
 
-@pytest.mark.parametrize(("preset", "kind"), CASES)
+@pytest.mark.parametrize(("preset", "kind"), quick(itertools.product(PRESETS, HOSTS), ALWAYS))
 def test_it_plays_what_is_rendered_bit_for_bit(host: Host, preset: str) -> None:
     """In blocks of any size."""
     score = hard_score(notes=2 if preset == "fretless" else 12)
@@ -110,8 +108,10 @@ def test_it_plays_what_is_rendered_bit_for_bit(host: Host, preset: str) -> None:
         assert np.array_equal(host.play(score, len(wanted), sizes), wanted), sizes
 
 
-@every_format
-@pytest.mark.parametrize("rate", [44100, 96000, 192000])
+@pytest.mark.parametrize(
+    ("kind", "rate"),
+    quick(itertools.product(FORMATS, [44100, 96000, 192000]), [("clap", 44100), ("vst3", 96000), ("lv2", 192000)]),
+)
 def test_so_it_does_at_other_rates(make: Any, rate: int) -> None:
     score = hard_score(rate, notes=4)
     wanted = mono("jazz-finger", score)
@@ -187,13 +187,13 @@ def test_two_strings_in_unison_both_end(make: Any) -> None:
 
     def played(*events: tuple[int, bytes]) -> Floats:
         host = make(apart=True)
-        return host.play([(0, on(45, 100, 1)), (100, on(45, 100, 2)), *events], 3 * RATE)  # type: ignore[no-any-return]
+        return host.play([(0, on(45, 100, 1)), (100, on(45, 100, 2)), *events], 2 * RATE)  # type: ignore[no-any-return]
 
     held = played()
     peaks = np.abs(held).max(axis=1)
     strings = np.flatnonzero(peaks > 0.1 * peaks.max()).tolist()
     assert len(strings) == 2
-    late = slice(2 * RATE, None)
+    late = slice(3 * RATE // 2, None)
     assert all(np.abs(held[k, late]).max() > 1e-3 for k in strings)
     for order in ((1, 2), (2, 1)):
         both = played(*((RATE // 2 + 1000 * k, off(45, channel)) for k, channel in enumerate(order)))
@@ -285,8 +285,8 @@ def test_values_are_heard_at_their_frames(make: Any) -> None:
     def played(values: dict[str, float], sizes: tuple[int, ...] = (512,)) -> Floats:
         score = hard_score()
         events = [(0, bytes([0xE0, 0, 80])), *zip(score.frames.tolist(), map(bytes, score.messages), strict=True)]
-        points = [(7000 + 911 * k, symbol, x) for k, (symbol, x) in enumerate(values.items())]
-        return make(offline=True).play(events, RATE, sizes, points)  # type: ignore[no-any-return]
+        points = [(7000 + 511 * k, symbol, x) for k, (symbol, x) in enumerate(values.items())]
+        return make(offline=True).play(events, 3 * RATE // 4, sizes, points)  # type: ignore[no-any-return]
 
     usual, together = played({}), played(VALUES)
     for sizes in ((32,), (1000, 1, 77)):

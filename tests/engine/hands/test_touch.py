@@ -177,7 +177,7 @@ def attack_over_fundamental(x: Floats, fundamental: float) -> tuple[float, float
     return band(x, 0.75 * fundamental, 1.4 * fundamental), band(x[: round(0.02 * RATE)], 2000, 8000)
 
 
-@pytest.mark.parametrize("name", of_each_kind(PLAYERS, dear="fretless"))
+@pytest.mark.parametrize("name", quick(PLAYERS, ["jazz-finger", "precision-pick"]))
 def test_a_pick_clicks_over_a_finger_whose_fundamental_is_as_loud(name: str) -> None:
     """At any velocity, for any hand: compared with a softer finger note of an equally loud fundamental.
 

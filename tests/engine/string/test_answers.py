@@ -155,7 +155,7 @@ def test_the_energy_of_all_never_grows(lossless: bool) -> None:
         ]
         bass = replace(bass, strings=tuple(dull))
     engine = Engine(bass, QUICK, RATE)
-    for sounding, fret in ((A, 7), (D, 2), (E, 0), (G, 9)):
+    for sounding, fret in ((A, 7), (G, 9)) if lossless else ((D, 2), (E, 0)):
         voice, ops = engine.voices[sounding], engine.pool.records[sounding]
         length = float(ops[fret]["length"])
         play_frames(voice, ops, told(voice, 15, fret, 2e-3, 0.8 * length), np.zeros(2000))
