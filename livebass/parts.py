@@ -14,7 +14,7 @@ from livebass.units import OFF
 VERSION = 18  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
-NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "squeak")  # of the player
+NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum", "squeak")  # of the player
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
 MOST_GRID = 20_000  # steps of a note
 # The exchange of u and v over turned axes (kernels/string/turning.py), in the engine as in the reference solver
@@ -213,6 +213,11 @@ class PlayerNumbers:
         word=31, of="pickups")  # rms at its loudest
     floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "of the electronics, over a medium note",
         word=33, of="pickups")  # rms
+    hum: float = number(OFF, "level", "-200 dB", "0 dB", "of the mains in single coils, over a medium note",
+        word=39, of="pickups")  # rms
+    mains: float = number(50.0, "frequency", "40 Hz", "70 Hz", "of that hum", word=40, of="pickups hum")
+    resting_hand: float = number(0.0, "mechanical resistance", "0 N s/m", "100 N s/m",
+        "of hands on strings that answer", word=41, of="answers")
     squeak: float = number(0.0, "level", "-200 dB", "20 dB", "of fingers that slide on round windings",
         word=32)
     answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",

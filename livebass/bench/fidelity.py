@@ -41,17 +41,24 @@ FRETS = 20  # 0 to 19
 RATES = (44_100, 48_000, 96_000)  # Hz
 PLUCKS = 6  # per note
 WITHIN = 3e-3  # of the force, up and down, 0.026 dB: inaudible
+STRAIGHT = "straight"
+STROKES = ("pick", "pop", STRAIGHT)  # of hard notes on VISITED, besides each preset's own stroke
+VISITED = ("jazz-finger", "precision-finger")
 GROUPS = {
     "no contact": "no fret or board was touched",
     "contact": "plucked strings that touched a fret",
     "slap": "presets that are slapped: struck by the thumb, or popped",
     "thumb": "the same with a thumb that has a mass",
     "board": "strings that touched a board",
+    "guests": "picked or popped on a bass for fingers, and touched a fret",
+    STRAIGHT: "plucked straight up on it, and touched a fret",
 }
 KINDS = {
     "frets with loss": "plucked, over frets whose contact loses energy",
     "thumb": "struck by a thumb that has a mass, over such frets",
     "pops": "popped, over such frets",
+    "guests": "picked or popped on a bass for fingers, over such frets",
+    STRAIGHT: "plucked straight up on it",
     "boards": "over a board whose contact loses energy",
     "lossless": "over frets or a board that give all energy back",
 }
@@ -68,6 +75,7 @@ class Note:
     dynamics: str  # of DYNAMICS
     velocity: int
     rate: int  # Hz, of audio
+    stroke: str = ""  # one of STROKES; "": the preset's own
 
 
 @dataclass(frozen=True)
@@ -100,6 +108,15 @@ def representative_notes(presets: Iterable[str] | None = None, seed: int = 2018)
     return notes
 
 
+def guest_notes() -> list[Note]:
+    """Returns hard notes of each of STROKES on each string of VISITED, at frets 0, 3, 6 and 9 in turn."""
+    strokes = itertools.product(VISITED, STROKES, range(4))
+    return [
+        Note(preset, i, 3 * ((i + k) % 4), "hard", (110, 127)[k % 2], RATES[1], stroke)
+        for k, (preset, stroke, i) in enumerate(strokes)
+    ]
+
+
 def forces(plucks: int = PLUCKS, other: bool = False) -> list[float]:
     """Returns the forces of `plucks` plucks, evenly spread within WITHIN of 1; `other`: a second, disjoint set."""
     return [1 + WITHIN * float(x) for x in np.linspace(-1, 1, 2 * plucks)[int(other) :: 2]]
@@ -118,6 +135,13 @@ def with_force(bass: Instrument, force: float) -> Instrument:
     )  # fmt: skip
 
 
+def with_stroke(bass: Instrument, stroke: str) -> Instrument:
+    """Returns `bass` with a player who plucks by one of STROKES; "": as before."""
+    if stroke == STRAIGHT:
+        return replace(bass, player=replace(bass.player, pluck_angle=0.0, angle_when_hard=0.0))
+    return replace(bass, player=replace(bass.player, stroke=stroke)) if stroke else bass
+
+
 def played(
     notes: Sequence[Note], quality: Quality, plucks: Sequence[float] | None = None, workers: int | None = None
 ) -> list[Heard]:
@@ -129,15 +153,17 @@ def played(
     """
     plucks = forces() if plucks is None else plucks
     basses = {preset: even(load_preset(preset)) for preset in dict.fromkeys(note.preset for note in notes)}
-    order = sorted(range(len(notes)), key=lambda k: (notes[k].preset, notes[k].string, notes[k].rate))
-    groups = [
-        list(group)
-        for _, group in itertools.groupby(order, lambda k: (notes[k].preset, notes[k].string, notes[k].rate))
-    ]
+
+    def place(k: int) -> tuple[str, str, int, int]:
+        return notes[k].preset, notes[k].stroke, notes[k].string, notes[k].rate
+
+    groups = [list(group) for _, group in itertools.groupby(sorted(range(len(notes)), key=place), place)]
 
     def play(job: tuple[list[int], float]) -> list[tuple[Floats, int]]:
         group, force = job
-        return play_notes(with_force(basses[notes[group[0]].preset], force), quality, [notes[k] for k in group])
+        first = notes[group[0]]
+        bass = with_force(with_stroke(basses[first.preset], first.stroke), force)
+        return play_notes(bass, quality, [notes[k] for k in group])
 
     jobs = list(itertools.product(groups, plucks))
     found: dict[int, list[tuple[Floats, int]]] = {}
@@ -152,7 +178,7 @@ def played(
 
 
 def play_notes(bass: Instrument, quality: Quality, notes: Sequence[Note]) -> list[tuple[Floats, int]]:
-    """Plays `notes`, all of one string and audio rate, one after the other; the sound begins with the release.
+    """Plays `notes`, all of one string, stroke and audio rate, one after the other; the sound begins with the release.
 
     Returns each sound, (n,), and the number of contacts that begin in it.
     """
@@ -226,6 +252,8 @@ def group_of(bass: Instrument, note: Note, heard: Heard) -> str:
     """Returns the one of GROUPS to which a note of `bass` belongs."""
     if not heard.contacts:
         return "no contact"
+    if note.stroke:
+        return STRAIGHT if note.stroke == STRAIGHT else "guests"
     if bass.necks[note.string].surface:
         return "board"
     if bass.player.technique != "slap":
@@ -245,7 +273,7 @@ def waveforms(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[H
         bass = presets[note.preset]
         experiment = any(string.stiffness_law == "paper" for string in bass.strings)
         if note.dynamics == "hard" and two.contacts and not experiment:
-            found.setdefault(kind_of(bass, note.string), []).append((note, waveform_error(one.sounds, two.sounds)))
+            found.setdefault(kind_of(bass, note), []).append((note, waveform_error(one.sounds, two.sounds)))
     out: dict[str, Row] = {}
     for kind in [kind for kind in KINDS if kind in found]:
         errors = np.concatenate([error for _, error in found[kind]])
@@ -258,13 +286,16 @@ def waveforms(notes: Sequence[Note], sounds: Sequence[Heard], wanted: Sequence[H
     return out
 
 
-def kind_of(bass: Instrument, string: int) -> str:
-    """Returns the one of KINDS to which hard notes of a `string` of `bass` belong."""
+def kind_of(bass: Instrument, note: Note) -> str:
+    """Returns the one of KINDS to which a hard `note` of `bass` belongs."""
+    string = note.string
     neck, player = bass.necks[string], bass.player
     if not neck.contact_loss:
         return "lossless"
     if neck.surface:
         return "boards"
+    if note.stroke:
+        return STRAIGHT if note.stroke == STRAIGHT else "guests"
     if player.technique != "slap":
         return "frets with loss"
     return "thumb" if string < player.slapped_strings and player.thumb_mass > 0 else "pops"

@@ -25,6 +25,7 @@ from livebass.bench.fidelity import (
     Note,
     distance,
     forces,
+    guest_notes,
     played,
     representative_notes,
     waveforms,
@@ -61,7 +62,7 @@ class Extent:
     other_runs: int = 3  # in the other qualities
     fit_runs: int = 3  # with fewer strings
     line: float = LINE  # s of sixteenths
-    notes: tuple[Note, ...] | None = None  # to compare qualities with; None: `representative_notes`
+    notes: tuple[Note, ...] | None = None  # to compare qualities with; None: representative and guests' notes
     plucks: int = PLUCKS  # per note
 
 
@@ -190,7 +191,7 @@ def _alone_row(extent: Extent) -> Row:
 
 def _fidelity(extent: Extent, progress: Say) -> tuple[dict[str, Result], dict[str, dict[str, Row]]]:
     """The distance from `reference` of each other quality, and of itself by other plucks; waveforms of the former."""
-    notes = representative_notes() if extent.notes is None else extent.notes
+    notes = [*representative_notes(), *guest_notes()] if extent.notes is None else extent.notes
     reference = QUALITIES["reference"]
     others = [quality for quality in extent.qualities if quality != reference.name]
     if not others:

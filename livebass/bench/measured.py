@@ -10,6 +10,8 @@ WAVEFORMS: dict[str, dict[str, tuple[int, int]]] = {
     "frets with loss": {"live": (-66, -36), "studio": (-80, -51)},
     "thumb": {"live": (-60, -52), "studio": (-82, -77)},
     "pops": {"live": (-40, -26), "studio": (-63, -43)},
+    "guests": {"live": (-42, -6), "studio": (-60, -16)},
+    "straight": {"live": (-47, -18), "studio": (-68, -30)},
     "boards": {"live": (-50, -45), "studio": (-52, -46)},
     "lossless": {"live": (-20, -2), "studio": (-25, -5)},
 }
@@ -17,6 +19,8 @@ CALLED = {
     "frets with loss": "frets with loss: plucked",
     "thumb": "thumb with a mass",
     "pops": "pops",
+    "guests": "pick and pop on a bass for fingers",
+    "straight": "fingers straight up",
     "boards": "boards that lose",
     "lossless": "frets that give all energy back",
 }

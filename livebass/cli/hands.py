@@ -63,7 +63,7 @@ hands_options = together(
     ),
     velocity_curve_option,
     option("--wheel", click.Choice(["bend", "slide"]), "Job of the pitch wheel.  [default: bend]"),
-    flag("--no-noise", "Turn off the noise of hands and electronics: skin, pick, knock, floor and squeak."),
+    flag("--no-noise", "Turn off the noise of hands and electronics: skin, pick, knock, floor, hum and squeak."),
 )
 
 

@@ -251,7 +251,7 @@ class Engine(Playing):
 
         jobs = sorted(range(self.strings), key=lambda i: -self._took[i])  # in parallel, the longest first
         list(pool.map(run, jobs) if pool else map(run, jobs))
-        if self._floor["level"][0] > 0:
+        if self._floor["level"][0] + self._floor["hum"][0] > 0:
             self.floor = self._add_floor(out, self._pending[0][: used[0]])
         for i, n in enumerate(used):
             self._pending[i] = self._pending[i][n:]

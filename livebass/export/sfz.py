@@ -151,7 +151,7 @@ class Pack:
 
         Raises ValueError for a bass that cannot play at this rate. [main thread]
         """
-        bass = replace(self.bass, player=replace(self.bass.player, floor_noise=OFF))
+        bass = replace(self.bass, player=replace(self.bass.player, floor_noise=OFF, hum=OFF))
         return Engine(bass, self.settings.quality, self.settings.rate, workers=1)
 
 

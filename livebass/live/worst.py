@@ -39,7 +39,9 @@ REST = 0.3  # s of silence after each run
 
 def even(bass: Instrument) -> Instrument:
     """Returns `bass` with a player whose strokes are all alike, and without noise, which would hide differences."""
-    player = replace(bass.player, unevenness=0.0, skin_noise=OFF, pick_noise=OFF, release_noise=OFF, floor_noise=OFF)
+    player = replace(
+        bass.player, unevenness=0.0, skin_noise=OFF, pick_noise=OFF, release_noise=OFF, floor_noise=OFF, hum=OFF
+    )
     return replace(bass, player=player)
 
 

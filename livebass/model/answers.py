@@ -13,7 +13,7 @@ from livebass.arrays import Floats
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import frequencies
 
-HIGHEST = 700.0  # Hz, of answering modes: above, answers stay 60 dB below the note
+HIGHEST = 2000.0  # Hz, of answering modes, as far as MOST_ANSWERS and COUNTED allow
 MOST_ANSWERS = 128  # of one string (kernels.records)
 LOWER = 0.9  # lowers that limit while there are too many modes
 COUNTED = 60  # modes computed per open string: those below the limit answer

@@ -17,7 +17,7 @@ from livebass.preset.build import Builder
 from livebass.preset.keys import DATACLASSES, KEYS, Key, items, key_names
 from livebass.preset.source import PresetError
 from livebass.rows import rows
-from livebass.units import DIMENSIONS, quantity, split_quantity
+from livebass.units import DIMENSIONS, OFF, quantity, split_quantity
 
 NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open_note"), ("pickup", "strings")}
 
@@ -107,6 +107,10 @@ RULES = (
     Rule("neck", ("free_length", "stiffness_across"), "the neck is rigid", lambda bass, neck: not _bends(neck)),
     Rule("neck", ("stop_across",), "neck.stop_conductance is 0", lambda bass, neck: neck.stop_conductance == 0),
     Rule("player", ("answering",), "no string moves another: the neck is rigid, or there is one string", _alone),
+    *_group(
+        "answers", 'player.answering is "off"', lambda bass, player: player.answering == "off" or _alone(bass, player)
+    ),
+    *_group("hum", "player.hum is off", lambda bass, player: player.hum <= OFF),
     Rule("player", ("technique",), "player.slapped_strings is 0", lambda bass, player: player.slapped_strings == 0),
     Rule(
         "player", ("slapped_strings",), 'player.technique is "pluck"', lambda bass, player: player.technique == "pluck"

@@ -22,18 +22,21 @@ from livebass.bench.fidelity import (
     FRETS,
     PLUCKS,
     RATES,
+    STROKES,
     WITHIN,
     Heard,
     Note,
     distance,
     forces,
     frequency_error,
+    guest_notes,
     log_spectral_distance,
     play_notes,
     played,
     representative_notes,
     waveform_error,
     waveforms,
+    with_stroke,
 )
 from livebass.bench.live import (
     EDGES,
@@ -244,6 +247,16 @@ def test_the_notes_that_are_compared_represent_all() -> None:
         assert least <= note.velocity <= most
 
 
+def test_guests_play_the_notes_of_their_strokes() -> None:
+    """Each stroke on each string of two basses; the player of a note plucks with it, and straight up for that."""
+    notes = guest_notes()
+    assert {(n.string, n.stroke) for n in notes} == {(i, stroke) for i in range(4) for stroke in STROKES}
+    bass, one = load_preset("jazz-finger"), [replace(FEW[1], rate=RATE, stroke=stroke) for stroke in ("", *STROKES)]
+    assert [with_stroke(bass, n.stroke).player.stroke for n in one] == ["finger", "pick", "pop", "finger"]
+    own, *others = (heard.sounds for heard in played(one, QUALITIES["live"], [1.0]))
+    assert min(waveform_error(other, own)[0] for other in others) > -20
+
+
 @pytest.mark.parametrize("preset", ["slap", "slap-impulse"])
 def test_a_string_alone_is_played_as_on_its_bass(preset: str) -> None:
     """The thumb strikes E and A; D and G are popped. A thumb with mass touches the string at once, and sounds."""
@@ -328,13 +341,14 @@ def test_a_waveform_that_is_off_by_a_thousandth_is_60_db_away() -> None:
     with pytest.raises(ValueError, match="nothing sounds"):
         waveform_error(sounds, 0 * sounds)
     hard = {
-        "frets with loss": ("jazz-finger", 1), "thumb": ("slap", 1), "pops": ("slap", 2), "boards": ("upright", 0),
-        "lossless": ("slap-impulse", 2),
+        "frets with loss": ("jazz-finger", 1, ""), "thumb": ("slap", 1, ""), "pops": ("slap", 2, ""),
+        "guests": ("jazz-finger", 2, "pick"), "straight": ("jazz-finger", 3, "straight"),
+        "boards": ("upright", 0, ""), "lossless": ("slap-impulse", 2, ""),
     }  # fmt: skip
-    notes = [Note(preset, i, 3, "hard", 110, RATE) for preset, i in hard.values()]
+    notes = [Note(preset, i, 3, "hard", 110, RATE, stroke) for preset, i, stroke in hard.values()]
     aside = [replace(FEW[0], string=1), Note("paper-bass", 0, 5, "hard", 120, RATE), replace(notes[0], fret=4)]
-    wanted = [*[Heard(sounds, 4)] * 7, Heard(sounds, 0)]  # the last one touched nothing
-    found = waveforms(notes + aside, [Heard(louder * sounds, 4)] * 5 + [Heard(2 * sounds, 4)] * 3, wanted)
+    wanted = [*[Heard(sounds, 4)] * 9, Heard(sounds, 0)]  # the last one touched nothing
+    found = waveforms(notes + aside, [Heard(louder * sounds, 4)] * 7 + [Heard(2 * sounds, 4)] * 3, wanted)
     assert list(found) == list(hard)
     for kind, row in found.items():
         assert (row["notes"], row["plucks"], row["median_db"]) == (1, 3, pytest.approx(-60))

@@ -116,6 +116,14 @@ def test_the_floor_is_that_of_a_render() -> None:
     assert np.abs(here - there[: len(here)]).max() < CLOSE < 1e-3 < np.abs(here - in_wasm(usual, score)).max()
 
 
+def test_hum_and_a_resting_palm_and_a_click_are_those_of_a_render() -> None:
+    usual, score = load_preset("precision-pick"), score_of(SOFT, RATE)
+    for numbers in ({"palm_resistance": 0.3}, {"pick_noise": -20.0}, {"floor_noise": -200.0, "hum": -20.0}):
+        bass = replace(usual, player=replace(usual.player, **numbers))  # type: ignore[arg-type]
+        here, there = in_wasm(bass, score), natively(bass, score)
+        assert np.abs(here - there[: len(here)]).max() < CLOSE < np.abs(here - in_wasm(usual, score)).max()
+
+
 def test_effects_are_those_of_a_render() -> None:
     """A response comes with the bass's file, or from the page in its place."""
     samples = np.exp(-np.arange(9000) / 900) * np.cos(np.arange(9000.0)) / 9

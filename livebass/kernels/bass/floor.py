@@ -1,23 +1,28 @@
-"""The noise floor of a bass: the noise of its electronics, which follows the volume but no note.
+"""The noise floor of a bass: the noise of its electronics and the hum of its coils. It follows the volume but no note.
 
 It belongs to the whole bass, so no string has to stay awake for it. The mixer adds it to the lowest string's signal, so
 the strings' signals add up to the mix. It opens with the first frame in which a string is louder than OPENS, stays for
 HOLD after the last such frame, through rests, and fades within FADE: a bass that nobody plays is silent. When a panic
 cuts the strings, it fades without HOLD. It depends only on the frame and the strings' signals, random numbers included,
 so block sizes do not matter. Checks for sounding strings ignore it: it prolongs no tail. When another bass has taken
-over, it fades at once. [audio thread]
+over, it fades at once.
+
+The hum is the mains' frequency with harmonics up to HARMONICS. Harmonic k has the amplitude 1 / k if it is odd, and
+EVEN / k if it is even: an estimate. [audio thread]
 """
 
 import numpy as np
 
 from livebass.compiling import entry, jit
 from livebass.kernels.bass.records import bass_at
-from livebass.kernels.machine.elementary import chance
+from livebass.kernels.machine.elementary import chance, cos, sin
 from livebass.kernels.machine.native import floats_at, records_at
 from livebass.kernels.machine.noise import amplitude, clear_band, next_of_band, tune_band
 from livebass.kernels.string.records import CUT, EVENT, GAIN
 
-FLOOR_BAND = (40.0, 3000.0)  # Hz: no hum, and the coil filters out the rest
+FLOOR_BAND = (40.0, 3000.0)  # Hz: the coil filters out the rest
+HARMONICS, EVEN = 15, 0.3
+HUM_RMS = np.sqrt(0.5 * sum(((1.0 if k % 2 else EVEN) / k) ** 2 for k in range(1, HARMONICS + 1)))  # of `hum_wave`
 OPENS = 1e-6  # of full scale
 HOLD, FADE = 4.0, 0.5  # s
 NOTE = 0.32  # level of a medium note's first 0.3 s, over the signal of the string's speed at the pluck
@@ -28,12 +33,14 @@ events_at = records_at(EVENT)
 
 
 @jit
-def make_floor(f, level, note, rate, gain_pole, seed):
-    """Makes a bass's noise floor in a zeroed FLOOR, `level` (dB) over a medium note.
+def make_floor(f, player, note, rate, gain_pole, seed):
+    """Makes a bass's noise floor in a zeroed FLOOR, by the levels (dB) of a PLAYER over a medium note.
 
     `note` is the signal of that note's pluck speed, `rate` in Hz.
     """
-    f.level = amplitude(level) * NOTE * note
+    f.level = amplitude(player.floor_noise) * NOTE * note
+    f.hum = amplitude(player.hum) * NOTE * note / HUM_RMS
+    f.mains = player.mains / rate
     f.seed = seed
     f.hold = np.int64(HOLD * rate)
     f.fade = np.int64(FADE * rate)
@@ -85,6 +92,8 @@ def next_of_floor(f):
         return 0.0
     f.gain += f.gain_pole * (f.gain_wanted - f.gain)
     x = f.level * f.gain * next_of_band(f.band, chance(f.seed, APART + f.heard))
+    if f.hum > 0.0:
+        x += f.hum * f.gain * hum_wave(f.mains * f.heard)
     f.heard += 1
     if f.left < f.fade:
         x *= f.left / f.fade
@@ -92,6 +101,17 @@ def next_of_floor(f):
     if f.left == 0:
         f.heard = 0
         clear_band(f.band)
+    return x
+
+
+@jit
+def hum_wave(turns):
+    """The hum after `turns` periods of the mains; its first harmonic has the amplitude 1."""
+    angle = 2 * np.pi * (turns - np.floor(turns))
+    twice, before, now, x = 2.0 * cos(angle), 0.0, sin(angle), 0.0
+    for k in range(1, HARMONICS + 1):
+        x += (1.0 if k % 2 else EVEN) / k * now
+        before, now = now, twice * now - before
     return x
 
 

@@ -47,6 +47,8 @@ AHEAD = np.dtype(
 FLOOR = np.dtype(
     [
         ("level", "f8"),  # rms at full volume; 0: none
+        ("hum", "f8"),  # the same of the hum ...
+        ("mains", "f8"),  # ... and its turns per frame
         ("seed", "i8"),
         ("frame", "i8"),  # of the bass
         ("left", "i8"),  # frames until it is silent, if no string sounds:

@@ -216,9 +216,10 @@ def fill_bass(address):
         string.voice.told = place + lines(CONTACT_BYTES * building.log_room)
         string.voice.told_room = building.told_room
         place += bytes_told(building)
-    if instrument.player.floor_noise > OFF and note > 0.0:
+    player = instrument.player
+    if (player.floor_noise > OFF or player.hum > OFF) and note > 0.0:
         pole = string_at(b.string[0]).voice.gain_pole
-        make_floor(b.floor, instrument.player.floor_noise, note, building.rate, pole, building.seed)
+        make_floor(b.floor, player, note, building.rate, pole, building.seed)
     b.effects = place
     count, given = building.response_count, building.response_rate
     compression, drive = instrument.compression, instrument.drive

@@ -39,7 +39,8 @@ MARGIN = 0.98  # of the greatest Re G that the losses allow
 MOST_FLOW = 0.1  # |G| times the time between two exchanges
 DEAD = 1e-13  # m^1.5: an answer below this is silence
 CUT_RATE = 900.0  # 1/s of all-sound-off
-# The hands resting on idle strings: places as part of the length, resistance (N s/m), and the rest nearby (1/s)
+# The hands resting on idle strings: places as part of the length, resistance (N s/m), and the rest nearby (1/s). Hands
+# of another resistance damp in proportion.
 RESTING, RESISTANCE, ALL_OVER = (0.17, 0.25), 3.0, 12.0
 
 fast = compiled(fastmath=LANES)
@@ -74,6 +75,7 @@ def fill_answers(string, i, instrument, ops):
                 shape = sin((j + 1) * np.pi * place)
                 rate += RESISTANCE / (linear_density(op) * op.length) * shape * shape
             a.muted[g] = exp(-rate * h)
+            a.rested[g] = exp(-rate * h * instrument.player.resting_hand / RESISTANCE)
             if instrument.sensed:
                 a.of_q[g] = number_at(tap_row(op, 0), op, j)
             for k in range(instrument.pickups[t]):
@@ -113,7 +115,7 @@ def set_answer_damping(voice, a):
         return
     a.damped_for = key
     for g in range(a.count):
-        kept = 1.0 if (voice.idle >> a.string[g]) & 1 else a.muted[g]
+        kept = a.rested[g] if (voice.idle >> a.string[g]) & 1 else a.muted[g]
         if voice.cut:
             kept = exp(-CUT_RATE / voice.rate)
         a.now_cosine[g] = kept * a.cosine[g]

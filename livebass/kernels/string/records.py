@@ -434,7 +434,8 @@ ANSWERS = np.dtype(
         _answers("of_y"),
         _answers("cosine"),  # one frame: q <- cosine q + sine y, y <- cosine y - sine q
         _answers("sine"),
-        _answers("muted"),  # factor per frame of the hands on an idle string
+        _answers("muted"),  # factor per frame of the hands on an idle string ...
+        _answers("rested"),  # ... and of those on one that answers
         # workspace: recomputed when the hands or the sounding fret change
         _answers("now_cosine"),
         _answers("now_sine"),

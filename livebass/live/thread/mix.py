@@ -61,7 +61,7 @@ def mix_strings(synth, b, out, n, fade, whole):
         if v.frame < start + n or a.count > 0:
             wanting |= np.int64(1) << i
     helpers.play_strings(synth, b, wanting, start + n)
-    hisses = b.floor.level > 0.0 and hear_floor(synth, b, n, played)
+    hisses = b.floor.level + b.floor.hum > 0.0 and hear_floor(synth, b, n, played)
     for i in range(b.strings):
         sounds, with_floor = (played >> i) & 1 != 0, hisses and i == 0
         if not sounds and not with_floor:

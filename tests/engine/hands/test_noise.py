@@ -22,7 +22,7 @@ from livebass.units import OFF
 
 RATE = 48000
 NOISES = {"skin_noise": -14.0, "pick_noise": -30.0, "release_noise": 0.0}
-ALL = {**NOISES, "floor_noise": -40.0}
+ALL = {**NOISES, "floor_noise": -40.0, "hum": -40.0}
 
 
 def bass(preset: str = "jazz-finger", **player: float) -> Instrument:
@@ -230,6 +230,24 @@ def test_the_floor_is_as_far_under_a_medium_note_as_it_says() -> None:
     assert rms(louder) == pytest.approx(rms(noise), rel=0.01)  # independent of notes
     parts = [rms(band(noise, low, high)) / rms(noise) for low, high in ((40.0, 1500.0), (6000.0, 20000.0))]
     assert parts[0] > 0.5 and parts[1] < 0.3
+
+
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_the_hum_is_that_of_the_mains(mains: float) -> None:
+    """As far under a medium note as it says; nothing lies between its harmonics."""
+    medium = note(64)[round(0.1 * RATE) : round(0.4 * RATE)]
+    once, never = bass(hum=-60.0, mains=mains), bass()
+    sounds = []
+    for made in (once, never):
+        engine = Engine(made, QUICK, RATE)
+        assert not engine.process(RATE // 10).any()
+        engine.send(np.array([engine.frame]), np.array([[0x90, 38, 64]], np.uint8))
+        sounds.append(engine.process(2 * RATE).sum(axis=0))
+    hum = (sounds[0] - sounds[1])[RATE:]
+    assert abs(db(rms(hum) / rms(medium)) + 60.0) < 2.0
+    power = np.abs(np.fft.rfft(hum)) ** 2  # bins of 1 Hz
+    lines = power[round(mains) :: round(mains)]
+    assert lines[:15].sum() > 0.999 * power.sum() and lines[0] > lines[2] > lines[1] > lines[15] * 1e6
 
 
 def test_the_floor_follows_the_volume() -> None:

@@ -99,7 +99,10 @@ def db(x: float) -> float:
 def test_answers_are_those_of_brute_force(
     sounding: int, fret: int, idle: int, partials: tuple[int, int], level: float
 ) -> None:
-    """Within 0.7 dB where partials meet, and 1.5 dB for all within 30 dB of the strongest and 5 Hz of their partial."""
+    """Within 0.7 dB where partials meet, and 1.5 dB for all within 30 dB of the strongest and 5 Hz of their partial.
+
+    Above 700 Hz few are that strong, and they beat: within 8 dB, where a beat is at its least.
+    """
     engine = prepared(linear=True).another()
     voice, ops = engine.voices[sounding], engine.pool.records[sounding]
     length = float(ops[fret]["length"])
@@ -122,8 +125,8 @@ def test_answers_are_those_of_brute_force(
         omega = voice.slots[voice.record["slot"][0]]["u"]["omega"][a["pair_mode"][: a["pairs"]]]
         near = paired[np.abs(omega - a["omega"][own][paired]) < 2 * np.pi * 5]
         strong = near[wanted[near] > wanted.max() * 10 ** (-30 / 20)]
-        worst = np.abs(20 * np.log10(found[strong] / wanted[strong])).max()
-        assert worst < 1.5, (half, worst)
+        apart = np.abs(20 * np.log10(found[strong] / wanted[strong]))
+        assert (apart < np.where(a["omega"][own][strong] < 2 * np.pi * 700, 1.5, 8.0)).all(), (half, apart)
         if half == 2:
             assert abs(db(found[j - 1] / first) - level) < 0.5, db(found[j - 1] / first)
 
@@ -209,6 +212,17 @@ def test_without_the_pedal_nothing_answers_and_no_bit_changes() -> None:
         send(engine, (0x80, 40, 64), (0xE0, 0, 70))
         sounds.append(play(engine, 0.3))
     assert np.array_equal(sounds[0], sounds[2]) and np.array_equal(sounds[1], sounds[3])
+
+
+def test_resting_hands_damp_answers_partly() -> None:
+    answered = []
+    for hand in (0.0, 0.02, 1.0):
+        bass = answering()
+        engine = Engine(replace(bass, player=replace(bass.player, resting_hand=hand)), QUICK, RATE)
+        send(engine, (0x90, 9, 100), (0x90, 40, 100))
+        play(engine, 1.0)
+        answered.append(db(loudest(engine, A, E)))
+    assert answered[0] - 2 > answered[1] > answered[2] + 6, answered
 
 
 def test_idle_strings_answer_while_the_pedal_is_down() -> None:
