@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.events import GAPS, LOUDEST, TOGETHER, random_message
+from support.own_basses import load_preset
 
-from livebass import QUALITIES, load_preset, preset_names
+from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
 from livebass.score.score import score_of
 

@@ -12,10 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from support.own_basses import load_preset
 from support.quiet import without_noise
 from support.scores import QUICK, RATE, busy_score, in_blocks
 
-from livebass import Quality, load_preset, render_to_file
+from livebass import Quality, render_to_file
 from livebass.compiling import store
 from livebass.engine.engine import Engine
 

@@ -16,8 +16,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.own_basses import load_preset
 
-from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
+from livebass import QUALITIES, preset_names, render_to_array, score_of
 from livebass.compiling import emitter, store
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import MODO_12

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from livebass import QUALITIES, load_preset
+from livebass import QUALITIES
 from livebass.cores import core_count
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from support.live import RATE
+from support.own_basses import load_preset
 from support.scores import SWITCH_KEYS
 
 GAPS = (3, 50, 400)  # average frames between messages, for a while

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass import load_preset, techniques
+from livebass import techniques
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
 from livebass.kernels.player import performer
@@ -17,6 +17,7 @@ from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
 from support.messages import off, on
+from support.own_basses import load_preset
 
 FEW = Quality("few", 30, 192e3)  # modes do not matter here
 FREE = performer.FREE

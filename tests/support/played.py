@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from livebass import QUALITIES, load_preset
+from livebass import QUALITIES
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string import tension
@@ -15,6 +15,7 @@ from livebass.kernels.string.records import BLOCK, EVENT
 from livebass.model.instrument import Instrument
 from livebass.model.neck import Admittance
 from livebass.model.quality import MOST_MODES
+from support.own_basses import load_preset
 from support.strings import turned, yielding
 
 RATE = 48000

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from livebass import QUALITIES, Instrument, load_preset
+from livebass import QUALITIES, Instrument
 from livebass.engine.engine import Engine
 from livebass.units import OFF
+from support.own_basses import load_preset
 
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum")  # no other test hears a slide squeak
 ENGINES: dict[str, Engine] = {}  # of basses without noise, by name

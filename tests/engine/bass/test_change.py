@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.costs import quick
+from support.own_basses import load_preset
 from support.wasm import Bare
 
-from livebass import load_preset
 from livebass.kernels.bass.change import CHANGE, LEAST_CAPACITANCE, make_change, measure_change
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.model.bench import changed

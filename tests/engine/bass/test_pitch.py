@@ -12,7 +12,7 @@ from support.pitch import pitch
 from support.quiet import without_noise
 from support.strings import one_string
 
-from livebass import preset_names, quality_with
+from livebass import load_preset, preset_names, quality_with
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.player.performer import MOST_STRINGS
@@ -38,7 +38,7 @@ def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:
 
 @pytest.mark.parametrize("name", of_each_kind(preset_names()))
 def test_within_some_cents_of_equal_temperament(name: str) -> None:
-    bass = without_noise(name)
+    bass = without_noise(load_preset(name))
     assert len(bass.strings) <= MOST_STRINGS
     worst = 0.0
     for i, (string, neck) in enumerate(zip(bass.strings, bass.necks, strict=True)):

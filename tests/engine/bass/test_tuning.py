@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.messages import on
+from support.own_basses import load_preset
 from support.pitch import pitch
 
-from livebass import QUALITIES, load_preset, quality_with, render_to_array, score_of
+from livebass import QUALITIES, quality_with, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import take_message

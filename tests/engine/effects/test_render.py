@@ -11,8 +11,9 @@ import pytest
 import soundfile
 from scipy.signal import fftconvolve
 from support.command import Run
+from support.own_basses import load_preset
 
-from livebass import Quality, load_preset, loudness, render_to_array, single_note
+from livebass import Quality, loudness, render_to_array, single_note
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine, mixed, single
 from livebass.engine.render import render_to_file

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.live import QUICK, offline, played_ahead
+from support.own_basses import load_preset
 from support.quiet import without_noise
 from support.scores import busy_score
 
-from livebass import QUALITIES, Instrument, Score, load_preset, render_to_array, score_of
+from livebass import QUALITIES, Instrument, Score, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine

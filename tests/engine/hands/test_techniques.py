@@ -9,9 +9,10 @@ from functools import cache
 import numpy as np
 import pytest
 from support.costs import quick
+from support.own_basses import load_preset
 from support.quiet import ENGINES, engine, without_noise
 
-from livebass import QUALITIES, load_preset, preset_names
+from livebass import QUALITIES, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, play_frames

@@ -8,11 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support.modal import third_octaves
+from support.own_basses import load_preset
 from support.quiet import without_noise
 from support.scores import in_blocks
 from support.strings import paper_g
 
-from livebass import QUALITIES, load_preset, score_of
+from livebass import QUALITIES, score_of
 from livebass.arrays import Floats
 from livebass.bench.fidelity import string_alone
 from livebass.engine.engine import Engine

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support.costs import KINDS, of_each_kind, quick
+from support.own_basses import load_preset
 from support.quiet import without_noise
 
-from livebass import QUALITIES, load_preset, preset_names
+from livebass import QUALITIES, preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, bass_numbers, pickup_voices, play_frames, take_message

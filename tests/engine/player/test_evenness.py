@@ -18,16 +18,16 @@ import pytest
 from support.costs import KINDS, of_each_kind, quick
 from support.quiet import without_noise
 
-from livebass import QUALITIES, preset_names
+from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
 from livebass.units import decibels
 
 RATE = 48000
 LENGTH = 0.3  # s
-STRING, NEIGHBOURS = 6.0, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
+STRING, NEIGHBOURS = 6.6, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
 GUEST = 1.0  # dB more, for strokes chosen by a key
 # dB more, for strings whose short notes die soonest: an upright's, old flat wounds on a short neck
-DYING = {"upright": 6.0, "short-scale": 3.0, "six-string": 0.5}
+DYING = {"upright": 6.0, "short-scale": 4.0, "six-string": 0.5, "muted": 5.0}
 LAST_THUMB = 7.0  # dB, at the last fret under slap's thumb: no fret lies under it to slap the string on
 # Key switches of the strokes, by the usual map; "own": the bass's initial stroke
 KEYS = {"own": None, "fingers": 13, "pick": 15, "thumb and pops": 18, "tap": 2, "ghost": 10, "left": 7}
@@ -52,7 +52,7 @@ HARD_LINE = (-7.0, -2.0)  # dBFS, peak
 
 @functools.cache
 def engine(name: str) -> Engine:
-    bass = without_noise(name)
+    bass = without_noise(load_preset(name))
     return Engine(
         dataclasses.replace(bass, player=dataclasses.replace(bass.player, unevenness=0.0)), QUALITIES["live"], RATE
     )

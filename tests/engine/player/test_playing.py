@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from support import messages
 from support.messages import Message, control, off, wheel
+from support.own_basses import load_preset
 from support.strings import even, one_string
 
-from livebass import load_preset, preset_names
+from livebass import preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.string.records import LINE

@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.own_basses import load_preset
 
 import livebass.kernels.player
-from livebass import QUALITIES, load_preset, preset_names
+from livebass import QUALITIES, preset_names
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
 from livebass.kernels.player.constants import FINGER, NAIL, PICK, POP, STANDARD, STROKE

@@ -10,6 +10,7 @@ import pytest
 from scipy.signal import lfilter
 from support.agreement import assert_agree
 from support.costs import quick
+from support.own_basses import load_preset
 from support.played import RATE, YIELDS, Played, event
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across, yielding
 
@@ -20,7 +21,6 @@ from livebass.kernels.string.records import BEND, EVENT, GLIDE, HAMMER, PLUCK, P
 from livebass.model import modes
 from livebass.model.instrument import Neck, Speaking, String, speaking
 from livebass.model.neck import Admittance, Resonance, bending_shape
-from livebass.preset.load import load_preset
 
 PARTIALS = 5
 NONE = np.zeros(0, EVENT)

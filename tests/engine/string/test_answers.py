@@ -11,9 +11,10 @@ import pytest
 from support.costs import quick
 from support.coupled import Coupled
 from support.live import QUICK, offline, played_ahead
+from support.own_basses import load_preset
 from support.strings import even
 
-from livebass import QUALITIES, Instrument, load_preset
+from livebass import QUALITIES, Instrument
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import image_of

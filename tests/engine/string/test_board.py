@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.costs import quick
+from support.own_basses import load_preset
 from support.scores import busy_score, in_blocks
 from support.strings import g_neck, g_string, losing, with_own_across
 
-from livebass import Instrument, PresetError, Quality, load_preset
+from livebass import Instrument, PresetError, Quality
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string import records as at

@@ -11,9 +11,9 @@ import itertools
 import numpy as np
 import pytest
 from support.costs import quick
+from support.own_basses import load_preset
 from support.played import RATE, RINGS_ON, TURNED, YIELDS, Played, event
 
-from livebass import load_preset
 from livebass.engine.prepare import play_frames
 from livebass.kernels.hands import fretting
 from livebass.kernels.string.records import (

@@ -12,6 +12,7 @@ import math
 import numpy as np
 import pytest
 from support.circuit import digital
+from support.own_basses import load_preset
 
 from livebass.arrays import Floats
 from livebass.engine.image import image
@@ -25,7 +26,6 @@ from livebass.model.modes import carried, dampings, dampings_alone, exchange, fr
 from livebass.model.neck import Admittance, Resonance
 from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
-from livebass.preset.load import load_preset
 from tests.support.played import made_of
 from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across
 

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.own_basses import load_preset
 from support.wasm import QUANTUM, Module
 
-from livebass import QUALITIES, load_preset
+from livebass import QUALITIES
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import Bass
