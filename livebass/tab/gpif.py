@@ -30,12 +30,13 @@ GRACE = Fraction(1, 4)  # at most, quarter notes
 TRILL = Fraction(1, 4)  # each note
 BRUSH = Fraction(1, 8)  # without a length of its own
 TICKS = 480  # of brushes and trills, in a quarter note
+FADES = {"FadeIn": "fade in", "FadeOut": "fade out", "VolumeSwell": "volume swell"}
 BRUSH_TICKS, TRILL_TICKS = ("687935489", "687931393"), ("688062467",)  # extended properties
 BEND = 50.0  # units of a whole tone are 100
 LONGEST = 1024  # quarter notes in a bar
 VIBRATO = {"Slight": 0.5, "Wide": 1.0}
 # What livebass does not play, by property or element of a beat or note
-SIGNS = {"Fadding": "fade", "Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe", "DeadSlapped": "dead slap",
+SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe", "DeadSlapped": "dead slap",
          "Ornament": "ornament"}  # fmt: skip
 # The numbers of a bend
 POINTS = (
@@ -139,6 +140,7 @@ class _Reader:
             made.brush = -length if brush == "Up" else length
         there = {*properties, *(child.tag for each in (beat, *notes) for child in each)}
         made.signs = tuple(sign for name, sign in SIGNS.items() if name in there)
+        made.signs += tuple(filter(None, [FADES.get(beat.findtext("Fadding") or "")]))
         return made
 
     def _length(self, word: str) -> Fraction:

@@ -93,7 +93,7 @@ def _beats(voice: Any, strings: int) -> list[Beat]:
             brush = Fraction(4, effect.stroke.value) if effect.stroke.value > 0 else BRUSH
             made.brush = brush if effect.stroke.direction.name == "down" else -brush
         wah = effect.mixTableChange.wah if effect.mixTableChange else None
-        there = {"fade": effect.fadeIn, "rasgueado": effect.hasRasgueado, "wah": wah is not None and wah.value >= 0}
+        there = {"fade in": effect.fadeIn, "rasgueado": effect.hasRasgueado, "wah": wah is not None and wah.value >= 0}
         made.signs = tuple(sign for sign, is_there in there.items() if is_there)
         beats.append(made)
         at += length

@@ -21,6 +21,8 @@ from livebass.tab.perform import (
     DEAD,
     HAMMER,
     HARMONIC,
+    OFF_DOWN,
+    OFF_UP,
     PINCH,
     PLUCK,
     PULL,
@@ -44,31 +46,36 @@ from livebass.techniques import (
 )
 
 TICKS = 3840  # in a quarter note
-MODE_4, PRESSURE, WHEEL = 126, 127, 8191  # a controller, the most of a channel's pressure and of its wheel
+MODE_4, PRESSURE, WHEEL, FULL = 126, 127, 8191, 127  # a controller; the most of pressure, wheel and expression
 WHEEL_RANGE = 12.0  # semitones of a string's wheel
-BEND_STEP = 5e-3  # s ...
-MOST_BENDS = 2000  # ... unless a bend has more steps
-SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31}  # of natural harmonics over the open string, by partial
+STEP = 5e-3  # s of a bend or a fade ...
+MOST_STEPS = 2000  # ... unless it has more steps
+SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31, 7: 34, 8: 36}  # of natural harmonics over the open string, by partial
+ARTIFICIAL = {2: "artificial", 3: "artificial_12th", 4: "artificial_15th"}  # techniques by partial
 TECHNIQUE_CC, DYNAMICS_CC = LEARNED + TECHNIQUE, LEARNED + DYNAMICS
-PALM_CC, SLIDE_CC = (FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide"))
+PALM_CC, SLIDE_CC, FADE_CC = (FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide", "expression"))
 PALM = FUNCTION_ROWS["palm_mute"].pressed
 LOW = 2  # strings that a thumb on two strikes
 SWITCH_VELOCITY = RELEASE = 64
 # Order of what happens at once: notes end, controllers move, notes begin, and what a tied note leaves ends
 END, CONTROL, PRESS, BEGIN, LATER = range(5)
+FADES = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
+         "volume swell": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))}  # fmt: skip
 
 
 class Way(NamedTuple):
-    """How livebass plays a kind of stroke."""
+    """How livebass plays a kind of stroke: by techniques, whose keys the bass's key map may lack."""
 
-    switch: str = ""  # the technique whose key is held as the note begins
-    technique: int = OWN  # value of the parameter `technique`
+    hold: str = ""  # its key is held as the note begins
+    press: str = ""  # its key is pressed first; without a key or a name ...
+    technique: int = OWN  # ... this value of the parameter `technique` is set
 
 
 WAYS = {
     PLUCK: Way(), HAMMER: Way(), PULL: Way(), SLIDE: Way(), DEAD: Way("ghost"), TAP: Way("tap"),
-    HARMONIC: Way("harmonic"), PINCH: Way("harmonic"), "slap": Way(technique=THUMB_ON_ALL),
-    "pop": Way(technique=THUMB_ON_TWO),
+    HARMONIC: Way("harmonic"), PINCH: Way("pinch"), "slap": Way(technique=THUMB_ON_ALL),
+    "pop": Way(press="pop_on_all", technique=THUMB_ON_TWO), OFF_DOWN: Way("slide_off_down"),
+    OFF_UP: Way("slide_off_up"),
 }  # fmt: skip
 
 
@@ -143,8 +150,8 @@ class _Writer:
         self.tempos, self.strings = tempos, strings
         self.events: list[tuple[int, int, Message | MetaMessage]] = []
         self.lacks: Counter[str] = Counter()
-        self.technique, self.palm = OWN, False
-        self.wheels, self.pressures = [0] * len(strings.opens), [0] * len(strings.opens)
+        self.striking, self.palm = WAYS[PLUCK], False
+        self.values: dict[tuple[str, int], int] = {}  # of what moves on a string: its name, and the string
         self.control(0.0, MODE_4, len(strings.opens))
 
     def track(self) -> mido.MidiTrack:
@@ -152,86 +159,110 @@ class _Writer:
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
-        self._add(time, CONTROL, Message("control_change", control=number, value=value))
+        self._add(self._tick(time), CONTROL, Message("control_change", control=number, value=value))
 
     def play(self, stroke: Stroke, after: Stroke | None) -> None:
         """Plays a stroke, before `after` on its string."""
         if stroke.fret > self.strings.frets:
             self.lacks[f"note beyond fret {self.strings.frets}"] += 1
             return
-        way, key, channel = WAYS[stroke.kind], self._key(stroke), self._channel(stroke.string)
-        if stroke.direction:
-            self.lacks[f"{stroke.direction}-stroke"] += 1
-        if stroke.kind == "pop" and stroke.string < LOW:
-            self.lacks["pop on a low string"] += 1
-        if way.technique != self.technique and stroke.kind not in TIED:
-            self.technique = way.technique
-            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
+        channel, tick = len(self.strings.opens) - 1 - stroke.string, self._tick(stroke.time)
+        way, key = self._way(stroke)
+        if stroke.kind not in TIED:
+            self._strike(way, stroke)
         if stroke.palm != self.palm:
             self.palm = stroke.palm
             self.control(stroke.time, PALM_CC, PALM if stroke.palm else 0)
-        self._pressure(stroke, channel)
-        self._bend(stroke, channel)
-        tick = _tick(self.tempos.quarters(stroke.time))
-        switch = self.strings.switches.get(way.switch)
-        if switch is not None:
-            self._note(tick, PRESS, channel, switch, SWITCH_VELOCITY)
-            self._note(tick + 1, END, channel, switch)
-        elif way.switch:
-            self.lacks[way.switch.replace("_", " ")] += 1
+        self._move("pressure", stroke, channel, [(stroke.time, stroke.vibrato)], PRESSURE)
+        self._move("wheel", stroke, channel, [(time, y / WHEEL_RANGE) for time, y in stroke.bend], WHEEL)
+        length = stroke.end - stroke.time
+        fade = [(stroke.time + x * length, y) for x, y in FADES.get(stroke.fade, ())] or [(stroke.time, 1.0)]
+        self._move("expression", stroke, channel, fade, FULL)
+        for technique in filter(None, (way.hold, stroke.direction and f"{stroke.direction}_stroke")):
+            self._switch(tick, channel, technique, 2 if stroke.kind in (OFF_DOWN, OFF_UP) else 1)
+        if stroke.kind in (OFF_DOWN, OFF_UP):
+            return
         if stroke.kind == SLIDE:
             for at, value in ((tick, 127), (tick + 1, 0)):
-                self.events.append((at, CONTROL, Message("control_change", control=SLIDE_CC, value=value)))
+                self._add(at, CONTROL, Message("control_change", control=SLIDE_CC, value=value))
         self._note(tick, BEGIN, channel, key, stroke.velocity)
         tied = after is not None and after.kind in TIED and after.fret != stroke.fret and after.time - stroke.end < 1e-3
-        end = _tick(self.tempos.quarters(after.time if tied and after else stroke.end))
+        end = self._tick(after.time if tied and after else stroke.end)
         self._note(max(end, tick + 1) + tied, LATER if tied else END, channel, key)
 
-    def _key(self, stroke: Stroke) -> int:
-        """The key of a stroke's note. The key of a harmonic says the partial too."""
-        opened = self.strings.opens[stroke.string]
-        if stroke.kind not in (HARMONIC, PINCH):
-            return opened + stroke.fret
-        sounds = stroke.fret + SEMITONES.get(stroke.partial, 0)
-        if sounds in SEMITONES.values() and stroke.partial in SEMITONES:
-            return opened + sounds
-        if stroke.fret == 0:  # a natural one that livebass lacks
-            self.lacks["high harmonic"] += 1
-            return opened + SEMITONES[max(SEMITONES)]
+    def _way(self, stroke: Stroke) -> tuple[Way, int]:
+        """How to play a stroke, and the key of its note. For some harmonics the key tells the partial."""
+        way, opened = WAYS[stroke.kind], self.strings.opens[stroke.string]
+        if stroke.kind in (OFF_DOWN, OFF_UP) and way.hold not in self.strings.switches:
+            stroke.kind = SLIDE
+            return WAYS[SLIDE], opened + stroke.fret
+        if stroke.kind not in (HARMONIC, PINCH) or (stroke.kind == PINCH and way.hold in self.strings.switches):
+            return way, opened + stroke.fret
+        if stroke.kind == HARMONIC and stroke.fret == 0:
+            return way, opened + SEMITONES[stroke.partial]
+        artificial = ARTIFICIAL.get(stroke.partial, "")
+        if stroke.kind == HARMONIC and artificial in self.strings.switches:
+            return Way(artificial), opened + stroke.fret
         if stroke.partial != 2 or stroke.kind == PINCH:
             self.lacks["harmonic other than the octave"] += 1
-        return opened + stroke.fret
+        octave = stroke.fret + SEMITONES[2]  # where the open string has it, its key would mean the natural one
+        return WAYS[HARMONIC], opened + (octave if octave in SEMITONES.values() else stroke.fret)
 
-    def _channel(self, string: int) -> int:
-        """The highest string has the first channel."""
-        return len(self.strings.opens) - 1 - string
+    def _strike(self, way: Way, stroke: Stroke) -> None:
+        """Sets what plucks, if it changes."""
+        key = self.strings.switches.get(way.press)
+        if stroke.kind == "pop" and key is None and stroke.string < LOW:
+            self.lacks["pop on a low string"] += 1
+        if way[1:] == self.striking[1:]:
+            return
+        self.striking = way
+        if key is None:
+            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
+        else:
+            self._press(self._tick(stroke.time), 0, key, 1)
 
-    def _add(self, time: float, rank: int, message: Message) -> None:
-        self.events.append((_tick(self.tempos.quarters(time)), rank, message))
+    def _switch(self, tick: int, channel: int, technique: str, ticks: int) -> None:
+        """Holds the key of a technique from `tick` on."""
+        key = self.strings.switches.get(technique)
+        if key is None:
+            self.lacks[technique.replace("_", " ")] += 1
+        else:
+            self._press(tick, channel, key, ticks)
+
+    def _press(self, tick: int, channel: int, key: int, ticks: int) -> None:
+        self._note(tick, PRESS, channel, key, SWITCH_VELOCITY)
+        self._note(tick + ticks, LATER, channel, key)
+
+    def _tick(self, time: float) -> int:
+        return _tick(self.tempos.quarters(time))
+
+    def _add(self, tick: int, rank: int, message: Message) -> None:
+        self.events.append((tick, rank, message))
 
     def _note(self, tick: int, rank: int, channel: int, key: int, velocity: int = 0) -> None:
         kind = "note_on" if velocity else "note_off"
-        self.events.append((tick, rank, Message(kind, channel=channel, note=key, velocity=velocity or RELEASE)))
+        self._add(tick, rank, Message(kind, channel=channel, note=key, velocity=velocity or RELEASE))
 
-    def _pressure(self, stroke: Stroke, channel: int) -> None:
-        """The vibrato of a stroke."""
-        value = round(PRESSURE * stroke.vibrato)
-        if value != self.pressures[stroke.string]:
-            self.pressures[stroke.string] = value
-            self._add(stroke.time, CONTROL, Message("aftertouch", channel=channel, value=value))
-
-    def _bend(self, stroke: Stroke, channel: int) -> None:
-        """The bend of a stroke, from its beginning to its end."""
+    def _move(self, what: str, stroke: Stroke, channel: int, curve: Sequence[tuple[float, float]], most: int) -> None:
+        """Moves a string's pressure, wheel or expression along a curve (s, -1 to 1), from the beginning of a stroke."""
         times = [stroke.time]
-        if stroke.bend:
-            length = min(stroke.bend[-1][0], stroke.end) - stroke.time
-            count = max(min(int(length / BEND_STEP), MOST_BENDS), 0)
+        if len(curve) > 1:
+            length = min(curve[-1][0], stroke.end) - stroke.time
+            count = max(min(int(length / STEP), MOST_STEPS), 0)
             times += [stroke.time + length * (k + 1) / count for k in range(count)]
         for time in times:
-            wheel = round(min(max(_at(stroke.bend, time) / WHEEL_RANGE, -1.0), 1.0) * WHEEL)
-            if wheel != self.wheels[stroke.string]:
-                self.wheels[stroke.string] = wheel
-                self._add(time, CONTROL, Message("pitchwheel", channel=channel, pitch=wheel))
+            value = round(min(max(_at(curve, time), -1.0), 1.0) * most)
+            if value != self.values.get((what, stroke.string), FULL if what == "expression" else 0):
+                self.values[what, stroke.string] = value
+                self._add(self._tick(time), CONTROL, _moved(what, channel, value))
+
+
+def _moved(what: str, channel: int, value: int) -> Message:
+    if what == "wheel":
+        return Message("pitchwheel", channel=channel, pitch=value)
+    if what == "pressure":
+        return Message("aftertouch", channel=channel, value=value)
+    return Message("control_change", channel=channel, control=FADE_CC, value=value)
 
 
 def _at(curve: Sequence[tuple[float, float]], time: float) -> float:

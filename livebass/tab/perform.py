@@ -34,10 +34,10 @@ from livebass.tab.order import order
 from livebass.tab.tempos import USUAL, Tempos
 
 # Kinds of strokes; slap, pop and tap are called like the techniques of the model
-PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE = (
-    "pluck", "dead", "harmonic", "pinch", "tap", "hammer", "pull", "slide"
+PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP = (
+    "pluck", "dead", "harmonic", "pinch", "tap", "hammer", "pull", "slide", "slide off down", "slide off up"
 )  # fmt: skip
-TIED = (HAMMER, PULL, SLIDE)  # by the left hand: they need the note before
+TIED = (HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP)  # by the left hand: they need the note before
 A_FRET = 22e-3  # s in which a slide passes a fret
 LEAST_BEFORE = 30e-3  # s that a note sounds before a slide leaves it
 LEAST_GRACE, MOST_GRACE = 0.02, 0.08  # s
@@ -48,6 +48,7 @@ LEAST_OUT = 0.06  # s of a note that slides out
 GHOST_SOFTER, ACCENT = 24, 16  # velocities
 TOGETHER = Fraction(1, 32)  # quarter notes between a note and its tied or joined successor
 MOST_FRET = 36
+FADES = ("fade in", "fade out", "volume swell")  # signs of a beat
 MOST_STROKES = 50_000
 PARTIALS = range(2, 9)
 NEAR_NODE = 0.35  # frets
@@ -68,6 +69,7 @@ class Stroke:
     vibrato: float = 0.0  # 0 to 1
     bend: Curve = ()  # (s, semitones)
     direction: str = ""  # up, down: of the pick
+    fade: str = ""  # one of FADES
 
 
 @dataclass
@@ -179,7 +181,7 @@ class _Performer:
     ) -> None:
         """Adds the notes of a bar that begins at `begin` to those of their strings."""
         for beat in (beat for voice in voices for beat in voice):
-            self.lacks.update(beat.signs)
+            self.lacks.update(sign for sign in beat.signs if sign not in FADES)
             first, last = (begin + _swung(at, bar.swing) for at in (beat.at, beat.at + beat.length))
             notes = sorted(beat.notes, key=lambda note: note.string, reverse=beat.brush < 0)
             for number, note in enumerate(notes):
@@ -257,6 +259,7 @@ class _Performer:
         velocity = note.velocity + ACCENT * note.accent - GHOST_SOFTER * note.ghost
         made = Stroke(begin, end, note.string, note.fret, min(max(velocity, 1), 127), direction=written.beat.stroke)
         made.palm = note.palm
+        made.fade = next((sign for sign in written.beat.signs if sign in FADES), "")
         made.vibrato = max(part.note.vibrato for part in written.parts)
         made.kind = DEAD if note.dead else note.technique or PLUCK
         if note.harmonic and made.kind != DEAD:
@@ -336,7 +339,7 @@ class _Performer:
             self.lacks["slide out"] += 1
             return
         begin = max(stroke.end - A_FRET * abs(fret - stroke.fret), (stroke.time + stroke.end) / 2)
-        line.append(replace(stroke, time=begin, fret=fret, kind=SLIDE, bend=()))
+        line.append(replace(stroke, time=begin, fret=fret, kind=OFF_UP if frets > 0 else OFF_DOWN, bend=()))
         stroke.end = begin
 
     def _repeat(self, line: list[Stroke], frets: list[int], step: float) -> None:

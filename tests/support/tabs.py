@@ -101,7 +101,7 @@ def _gp_beat(gp: Any, voice: Any, beat: Beat, strings: int) -> Any:
     if beat.brush:
         way = gp.BeatStrokeDirection.down if beat.brush > 0 else gp.BeatStrokeDirection.up
         made.effect.stroke = gp.BeatStroke(way, int(4 / abs(beat.brush)))
-    made.effect.fadeIn = "fade" in beat.signs
+    made.effect.fadeIn = "fade in" in beat.signs
     for each in beat.notes:
         own = gp.Note(made, each.fret, each.velocity, strings - each.string, type=gp.NoteType.normal)
         own.type = gp.NoteType.tie if each.tie else gp.NoteType.dead if each.dead else own.type
@@ -228,7 +228,7 @@ def _gpif_beat(put: Callable[[str, str], int], beat: Beat, track: Track, grace: 
     text += "".join(f"<Dynamic>{name.upper()}</Dynamic>" for name in dynamics.values())
     text += f"<Notes>{' '.join(notes)}</Notes>" if notes else ""
     text += f"<GraceNotes>{grace}</GraceNotes>" if grace else ""
-    text += "<Fadding>FadeIn</Fadding>" if "fade" in beat.signs else ""
+    text += "<Fadding>FadeIn</Fadding>" if "fade in" in beat.signs else ""
     properties = {"slap": "Slapped", "pop": "Popped"}
     own = "".join(
         f'<Property name="{properties[each.technique]}"><Enable/></Property>'

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from fractions import Fraction as F
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from support.command import GOOD, Run, assert_one_clear_line, cli_text
 from support.tabs import as_gp, as_gp5, beats, note, tab, zipped
 
 from livebass.score.reading import read_score
-from livebass.tab.model import Beat, Tab
+from livebass.tab.model import Tab
 
 GUITAR = (40, 45, 50, 55, 59, 64)
 
@@ -88,10 +87,9 @@ def test_frets_keep_their_strings_under_another_tuning(run: Run) -> None:
 
 
 def test_what_is_not_played_is_counted(run: Run) -> None:
-    piece = tab([Beat(F(k), F(1), [note(0, 3)], stroke="down", signs=("fade",)) for k in range(2)])
-    piece.tracks[0].bars[0][0][0].notes[0].fret = 23
-    _, _, err = run("export", "midi", write(as_gp5(piece)))
-    assert "2 notes; 2 fades" in err and "1 note beyond fret 20" in err and "not played" in err
+    piece = tab(beats(note(0, 23), note(0, 3, harmonic="semi"), note(0, 5, harmonic="semi")))
+    _, _, err = run("export", "midi", write(as_gp(piece), "song.gp"))
+    assert "3 notes; 2 semi-harmonics, 1 note beyond fret 20 not played" in err
 
 
 def test_dynamics_move_the_force_of_all_notes(run: Run) -> None:

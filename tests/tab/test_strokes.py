@@ -44,7 +44,7 @@ NOTATIONS: dict[str, tuple[Tab, list[Row], set[str]]] = {
     ),
     "slide out": (
         tab(beats(note(1, 9, slides=frozenset([OUT_DOWN])))),
-        [(0.0, "pluck", 1, 9), (0.5 - 5 * A_FRET, "slide", 1, 4)],
+        [(0.0, "pluck", 1, 9), (0.5 - 5 * A_FRET, "slide off down", 1, 4)],
         GP3,
     ),
     "tie": (
