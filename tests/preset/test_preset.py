@@ -405,7 +405,7 @@ def test_a_v_that_cannot_ring_is_named(measured: tuple[float, ...]) -> None:
     nu = tuple(98.0 * j for j in range(1, len(measured) + 1))
     string = replace(bass.strings[3], measured_frequencies=nu, measured_dampings=measured)
     table = ((240.0, 0.0, 0.0), (245.0, 3.0, 0.0), (320.0, 3.0, 0.0), (330.0, 0.0, 0.0))  # felt across about 90 Hz
-    neck = replace(bass.necks[3], admittance=Admittance(table=table), stiffness_across=0.1)
+    neck = replace(bass.necks[3], admittance=Admittance(table=table), stiffness_across=0.1, axes_turned=0.0)
     assert overdamped(string, replace(neck, stiffness_across=1.0)) is None
     found = overdamped(string, neck)
     assert found and found.across and (found.fret, found.mode, found.key) == (0, 1, "conductance_values")
