@@ -141,7 +141,7 @@ CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0
 CC_BLEND = function("blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own")
 SLIDE_STEP = 0.025  # s
 CC_SLIDE_TIME = function(
-    "slide_time", (19,), f"time of each slide, in steps of {1e3 * SLIDE_STEP:g} ms; 0: the hand's own speed"
+    "slide_time", (19,), f"time of each slide, in steps of {1e3 * SLIDE_STEP:g} ms; 0, or too little: 22 ms a fret"
 )
 CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on: the playing parameters
 

@@ -14,6 +14,7 @@ from livebass.kernels.string import glide
 from livebass.kernels.string.slot import highest_frequency, tune_slot, wake_slot
 
 SLIDING_HAND = 0.5  # m/s, of a finger crossing a crown
+SLIDE_TIME = 22e-3  # s per fret, of a hand
 ONSET = 0.6  # s for a vibrato to deepen by a semitone
 LIFTED = 3.5  # nepers that a lifting finger takes from a note until the end of its slide
 BEND_FRAMES = 128  # frames between pitch bend updates, one string after another ...
@@ -84,11 +85,11 @@ def begin_slide(string, ops, fret, seconds):
 
 @jit
 def begin_timed_slide(string, ops, event):
-    """Begins a slide that reaches the event's fret in its seconds; if the event has a value, the finger lifts on it."""
+    """Begins a slide that lasts the event's seconds, or as long as a hand needs; with a value, the finger lifts."""
     voice = string.voice
     slot = string.slots[voice.slot]
     frets = max(abs(event.fret - slot.fret), 1)
-    begin_slide(string, ops, event.fret, event.seconds / frets)
+    begin_slide(string, ops, event.fret, max(event.seconds / frets, SLIDE_TIME))
     if slot.on and not glides(voice):
         voice.striking = 0
         scrape.fit_winding(voice, slot, ops[slot.fret])

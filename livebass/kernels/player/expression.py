@@ -3,6 +3,7 @@
 import numpy as np
 
 from livebass.compiling import jit
+from livebass.kernels.hands.sliding import SLIDE_TIME
 from livebass.kernels.machine.elementary import exp2, squared
 from livebass.kernels.player.channels import followed, follows, record_of
 from livebass.kernels.player.events import send_slide, send_value, send_vibrato
@@ -13,7 +14,6 @@ from livebass.techniques import VIBRATO
 
 MOST_BEND = 97.0  # semitones: the largest range with its fine part
 SHIFTS = 0.6  # semitones off the fret at which a sliding wheel changes frets: at 0.5 it would jitter
-SLIDE_TIME = 22e-3  # s per fret
 VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 
 from livebass.compiling import SMALL, compiled
+from livebass.kernels.hands.sliding import SLIDE_TIME
 from livebass.kernels.player.channels import follows, record_of
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import next_event, send_slide, send_timed_slide, send_touch
-from livebass.kernels.player.expression import SLIDE_TIME, end_note_expression, take_channel
+from livebass.kernels.player.expression import end_note_expression, take_channel
 from livebass.kernels.player.fingering import (
     choose_string,
     fold_note,

@@ -189,7 +189,7 @@ def test_a_slide_goes_over_every_fret(preset: str) -> None:
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
-@pytest.mark.parametrize(("last", "value"), [(47, 40), (52, 40), (43 + 1, 8), (52, 8)])
+@pytest.mark.parametrize(("last", "value"), [(47, 40), (52, 40), (44, 8), (52, 8)])
 def test_a_timed_slide_arrives_at_its_end(preset: str, last: int, value: int) -> None:
     """Within 10 ms of 25 ms times its controller, up or down, however far it goes."""
     played, frets = engine(preset), []
@@ -220,6 +220,14 @@ def test_a_finger_lifts_as_it_slides_off(preset: str) -> None:
     apart = [db(rms(part(off_down, t, 0.1)) / rms(part(held, t, 0.1))) for t in (0.5, 0.7, 0.9, 1.2)]
     assert apart == sorted(apart, reverse=True) and apart[0] > -4 and -32 < apart[2] < -15 and apart[3] < -60, apart
     assert abs(cents(part(off_down, 0.9, 0.1), 50.5)) < 80  # on frets the last step comes at the end
+
+
+def test_no_slide_is_faster_than_a_hand() -> None:
+    """19 frets in 25 ms would blow up on a board: a hand takes 22 ms a fret, and ends no louder than it began."""
+    keys = [(0.0, 0xB0, 19, 1), (0.0, 0x90, 19, 100), on(0, SLIDE), on(0.1, 44, 90), on(0.4, 63, 90)]
+    sound = play(keys, 1.0, "fretless")
+    assert rms(part(sound, 0.42, 0.3)) < 1.5 * rms(part(sound, 0.3, 0.1))
+    assert abs(cents(part(sound, 0.83, 0.15), 63)) < 10
 
 
 # Fingers that touch
