@@ -14,9 +14,7 @@ from livebass.model.instrument import Instrument, String
 from livebass.model.neck import Resonance
 from livebass.preset.build import Builder
 from livebass.preset.checks import RESONANCE_KEYS, TABLE_KEYS
-from livebass.preset.keys import quoted
-from livebass.preset.load import load_preset, preset_source
-from livebass.preset.source import PresetError
+from livebass.preset.load import load_preset, preset_source, preset_tables
 from livebass.units import note_name, note_number, one_line
 
 MARK = "identified"
@@ -36,9 +34,8 @@ def new_preset(
 
     label, text = preset_source(base)
     document: Any = tomlkit.parse(text)
-    if "like" in document:
-        why = "an identified string is written into a preset that says all itself"
-        raise PresetError(f"{label}: like = {quoted(document['like'])}: {why}")
+    if "like" in document:  # then all that it inherits is written, too
+        document = tomlkit.parse(tomlkit.dumps(preset_tables(base)[1]))
     target: Any = next(s for s in document["string"] if s["name"].casefold() == old.casefold())
     s = result.string
     files, rest = ", ".join(one_line(p.name) for p in sources), one_line(label)
@@ -104,6 +101,8 @@ def _neck_keys(document: Any, string: Any, result: Identified, resonances: Seque
     keys = _resonance_keys(resonances) if resonances else _table_keys(pairs) if pairs else {}
     if result.own is not None:
         keys["longer_across"] = f'"{result.own.longer * 1e3:.4g} mm"'
+        if "axes_turned" in given:  # the two lines were taken for those of u and v
+            keys["axes_turned"] = '"0 deg"'
         if pairs or resonances:
             keys["stiffness_across"] = f"{result.own.stiffness:.4g}"
     return keys

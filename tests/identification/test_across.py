@@ -13,9 +13,9 @@ import pytest
 import soundfile
 import tomlkit
 from support.costs import quick
+from support.own_basses import load_preset
 from support.quiet import without_noise
 
-from livebass import load_preset
 from livebass.engine.render import render_to_array
 from livebass.identification.across import fit_own, heard_of_both, level_across
 from livebass.identification.identify import identify

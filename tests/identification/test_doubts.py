@@ -11,9 +11,9 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 from support.costs import quick
+from support.own_basses import load_preset
 from support.strings import FREQUENCIES, g_neck, g_string, paper_g
 
-from livebass import load_preset
 from livebass.identification.doubts import clipped_tops, doubtful
 from livebass.identification.fit import fit_laws
 from livebass.identification.identify import identify

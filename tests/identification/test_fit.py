@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.costs import quick
+from support.own_basses import load_preset
 from support.strings import g_neck, g_string
 
-from livebass import load_preset
 from livebass.identification.fit import NeckFit, fit_neck
 from livebass.model.instrument import String, speaking
 from livebass.model.modes import dampings, frequencies, impedance, loss_factor

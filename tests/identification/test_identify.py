@@ -17,9 +17,9 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 from support.costs import quick
+from support.own_basses import load_preset
 from support.strings import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 
-from livebass import load_preset
 from livebass.identification.esprit import SAMPLES, band, components
 from livebass.identification.fit import fit_law, fit_laws, fit_losses
 from livebass.identification.identify import identify

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import soundfile
 from support.costs import quick
+from support.own_basses import load_preset
 from support.strings import DAMPINGS, FREQUENCIES
 
-from livebass import load_preset
 from livebass.identification.glide import Glide, glide_of, straightened
 from livebass.identification.identify import identify
 from livebass.identification.partials import Take, track

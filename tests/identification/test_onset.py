@@ -12,9 +12,9 @@ import pytest
 import soundfile
 from support.command import Run, cli_text
 from support.costs import quick
+from support.own_basses import FOLDER, load_preset
 from support.presets import STRING_A
 
-from livebass import load_preset
 from livebass.engine.solve import heard
 from livebass.identification.identify import identify
 from livebass.identification.onset import can_be_fitted
@@ -113,7 +113,7 @@ def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
     string, place, rounding, pickups, tone = CASES["near the bridge"]
     path, mine = tmp_path / "a.wav", tmp_path / "mine.toml"
     soundfile.write(path, note_of(other_bass(place, rounding, pickups, tone), string), RATE, subtype="FLOAT")
-    out = cli_text(run, "identify", path, "--modes", 40, "-o", mine, "--json", tmp_path / "a.json")
+    out = cli_text(run, "identify", path, "-p", BASE, "--modes", 40, "-o", mine, "--json", tmp_path / "a.json")
     assert "plucked 9" in out or "plucked 8" in out
     said = json.loads((tmp_path / "a.json").read_text())["onset"]
     assert all(f"doubt: {doubt}" in out for doubt in said["doubts"])
@@ -128,7 +128,7 @@ def test_the_preset_gets_them(run: Run, tmp_path: Path) -> None:
     assert width == pytest.approx(said["rounding_m"], rel=1e-2)
     assert made.strings[2] == base.strings[2] and made.necks[2] == base.necks[2]
     alone = tmp_path / "alone.toml"
-    cli_text(run, "identify", path, "--modes", 40, "--only-string", "-o", alone)
+    cli_text(run, "identify", path, "-p", BASE, "--modes", 40, "--only-string", "-o", alone)
     kept = load_preset(str(alone))
     assert (kept.output, kept.player) == (base.output, base.player)
     assert kept.strings[string].measured_dampings == made.strings[string].measured_dampings

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import soundfile
+from support.own_basses import load_preset
 from support.strings import DAMPINGS, FREQUENCIES
 
-from livebass import load_preset
 from livebass.identification.identify import identify
 from livebass.identification.result import Identified
 from livebass.identification.treatment import loop_of

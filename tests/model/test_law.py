@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.own_basses import load_preset
 from support.strings import g_neck, g_string
 
-from livebass import load_preset
 from livebass.model.instrument import Neck, String, speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.model.neck import Admittance, Resonance

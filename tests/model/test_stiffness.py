@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.costs import quick
+from support.own_basses import load_preset
 from support.strings import g_neck, g_string
 
-from livebass import load_preset, preset_names
+from livebass import preset_names
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.model.modes import dampings, frequencies, loss_factor, pluck_amplitudes
 from livebass.model.neck import Admittance

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -165,14 +164,3 @@ def test_the_commands_take_such_a_file(run: Run, tmp_path: Path) -> None:
     mine.write_text('like = "jazz-finger"\n[neck]\naction = "1.5 mm"\nfriction = "1 N/mm"\n')
     status, _, err = run("presets", "check", mine)
     assert_one_clear_line(status, err, (1, 2))
-
-
-def test_an_identified_string_goes_into_a_preset_that_says_all_itself(tmp_path: Path) -> None:
-    pytest.importorskip("tomlkit")
-    from livebass.identification.written import new_preset
-
-    mine = tmp_path / "mine.toml"
-    mine.write_text('like = "jazz-finger"\n')
-    result: Any = None
-    with pytest.raises(PresetError, match="an identified string is written into a preset that says all itself"):
-        new_preset(str(mine), "E", result, [])

