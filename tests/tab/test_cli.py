@@ -1,4 +1,4 @@
-"""Tablature on the command line: which track and bass play, what is said, and files that cannot be played."""
+"""Tablature on the command line: the chosen track and bass, the messages, and files that cannot be played."""
 
 from __future__ import annotations
 
