@@ -152,9 +152,8 @@ def test_so_is_that_of_all_that_hands_can_do(preset: str) -> None:
 @pytest.mark.skipif(store.level() not in X86, reason="another kind of processor")
 @pytest.mark.parametrize("level", X86[: X86.index(store.level())] if store.level() in X86 else [])
 def test_so_is_that_of_lower_levels(level: str) -> None:
-    done = subprocess.run(
-        [sys.executable, __file__], capture_output=True, text=True, env=os.environ | {"LIVEBASS_LEVEL": level}
-    )
+    env = os.environ | {"LIVEBASS_LEVEL": level, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, __file__], capture_output=True, text=True, env=env)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == PINNED[level]
 

@@ -23,6 +23,7 @@ from livebass.identification.tables import table
 from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.trial import Trial
 
+BASE = FOLDER / "jazz-finger.toml"
 RATE, CONTACT_RATE = 48_000, 384_000
 
 
