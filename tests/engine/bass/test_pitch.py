@@ -20,7 +20,7 @@ from livebass.model.instrument import Instrument, note_frequency, speaking
 from livebass.units import cents
 
 RATE = 22050
-IN_TUNE = 5.5  # cents: a note between the lines of u and v is the ear's choice
+IN_TUNE = 6.0  # cents: a note between the lines of u and v is the ear's choice
 
 
 def frets(bass: Instrument, string: int, seconds: float) -> Iterator[Floats]:

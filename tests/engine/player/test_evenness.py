@@ -24,7 +24,7 @@ from livebass.units import decibels
 
 RATE = 48000
 LENGTH = 0.3  # s
-STRING, NEIGHBOURS = 6.6, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
+STRING, NEIGHBOURS = 7.5, 3.0  # dB, at most: from the lowest to the highest note of a string, and from fret to fret
 GUEST = 1.0  # dB more, for strokes chosen by a key
 # dB more, for strings whose short notes die soonest: an upright's, old flat wounds on a short neck
 DYING = {"upright": 6.0, "short-scale": 4.0, "six-string": 0.5, "muted": 5.0}
@@ -41,11 +41,14 @@ TWO = ["jazz-finger", "slap"]  # always run
 PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody plays an upright with a pick, or slaps it so
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of thumb and pops; on a finger bass
-UP_STROKE = (0.5, 2.0)  # dB of a pick's up-stroke below its down-stroke
-LEGATO, ANY_LEGATO = (0.3, 6.5), (-1.0, 10.0)  # dB over plucks: typical hammer-ons and taps at velocity 80; any
+UP_STROKE = (0.5, 4.0)  # dB of a pick's up-stroke below its down-stroke
+LEGATO, ANY_LEGATO = (0.3, 8.0), (-2.0, 11.5)  # dB over plucks: typical hammer-ons and taps at velocity 80; any
 SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on varies with its moment
 GHOST_AND_LEFT = 6.5  # dB, between typical peaks of ghost notes and of left-hand slaps
-AFTER, ANEW = 0.25, 0.4  # s between two notes of a string; dB, at most, between the second and one from silence
+AFTER, ANEW = (
+    0.25,
+    1.1,
+)  # s between two notes of a string; dB, at most, between the second and one from silence, as other strings answer the first
 LOUDNESS = 2.0  # LU, between any two basses but `muted`
 HARD_LINE = (-7.0, -2.0)  # dBFS, peak
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.own_basses import FOLDER
 
 from livebass import QUALITIES, Instrument
 from livebass.arrays import Floats
@@ -26,7 +27,8 @@ ACTION = {"unit": "mm", "values": [2.4, 2.2, 2.1, 2.0]}  # of jazz-finger
 
 def bass_of(preset: str = "jazz-finger", player: dict[str, Any] | None = None, **neck: Any) -> Instrument:
     """A preset with other keys for its player and its neck; None removes a key."""
-    data = copy.deepcopy(preset_tables(preset)[1])
+    own = FOLDER / f"{preset}.toml"
+    data = copy.deepcopy(preset_tables(own if own.exists() else preset)[1])
     data["player"] |= player or {}
     data["neck"] = {key: value for key, value in (data["neck"] | neck).items() if value is not None}
     return Builder(preset).instrument(data)
@@ -47,7 +49,7 @@ def test_a_lower_action_buzzes_more_where_the_hand_stays() -> None:
     necks = [f"{mm} mm" for mm in (3.0, 2.4, 1.5, 1.0)]
     hands = [played(bass_of(player=kept, action=action), 110, 24000) for action in necks]
     contacts = [count for _, count in hands]
-    assert contacts == sorted(contacts) and contacts[-1] > contacts[0]
+    assert contacts == sorted(set(contacts)) and contacts[-1] >= 2 * contacts[1]
     assert all(np.array_equal(apexes, hands[0][0]) for apexes, _ in hands)
     softer = [played(bass_of(action=action), 60)[0] for action in necks[1:]]
     assert (softer[0] > softer[1]).all() and (softer[1] > softer[2]).all(), "without it the hand follows"
