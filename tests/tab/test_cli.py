@@ -10,6 +10,7 @@ import pytest
 from support.command import GOOD, Run, assert_one_clear_line, cli_text
 from support.tabs import as_gp, as_gp5, beats, note, tab, zipped
 
+from livebass.live.settings import Settings
 from livebass.score.reading import read_score
 from livebass.tab.model import Tab
 
@@ -105,6 +106,27 @@ def test_bars_play_alone(run: Run) -> None:
     score = read_score("song.mid", 48000)
     ons = score.messages[:, 0] & 0xF0 == 0x90
     assert score.messages[ons, 1].tolist() == [29, 30] and score.frames[ons].tolist() == [0, 96000]
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "flatwound"])
+def test_play_reads_a_tablature_on_the_bass_that_it_tunes(
+    run: Run, monkeypatch: pytest.MonkeyPatch, preset: str
+) -> None:
+    found: list[Settings] = []
+
+    def begin(settings: Settings, *_: object) -> None:
+        found.append(settings)
+        raise ValueError("stopped")
+
+    monkeypatch.setattr("livebass.live.session.Session", begin)
+    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    song = write(as_gp5(tab(beats(note(0, 3), note(1, 5)), tuning=(24, 31, 36, 41), capo=2)))
+    run("play", "--file", song, "--no-settings", *(["-p", preset] if preset == "flatwound" else []))
+    (settings,) = found
+    assert settings.preset == preset and settings.read is not None
+    assert [string.open_note for string in settings.instrument.strings] == [26, 33, 38, 43]
+    assert settings.read(44100).notes == 2
+    assert settings.given(preset) == {"tuning": "C1 G1 C2 F2", "capo": "2"}
 
 
 def test_standard_input_is_a_tablature_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
