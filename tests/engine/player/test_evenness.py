@@ -45,10 +45,8 @@ UP_STROKE = (0.5, 4.0)  # dB of a pick's up-stroke below its down-stroke
 LEGATO, ANY_LEGATO = (0.3, 8.0), (-2.0, 11.5)  # dB over plucks: typical hammer-ons and taps at velocity 80; any
 SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on varies with its moment
 GHOST_AND_LEFT = 6.5  # dB, between typical peaks of ghost notes and of left-hand slaps
-AFTER, ANEW = (
-    0.25,
-    1.1,
-)  # s between two notes of a string; dB, at most, between the second and one from silence, as other strings answer the first
+# s between two notes of a string; dB, at most, between the second and one from silence: other strings answer
+AFTER, ANEW = 0.25, 1.6
 LOUDNESS = 2.0  # LU, between any two basses but `muted`
 HARD_LINE = (-7.0, -2.0)  # dBFS, peak
 
