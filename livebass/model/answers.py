@@ -7,30 +7,25 @@ is rigid here. kernels/bass/bench.py computes the nut's motion; kernels/string/a
 
 from __future__ import annotations
 
-import numpy as np
-
-from livebass.arrays import Floats
 from livebass.model.instrument import Instrument, speaking
-from livebass.model.modes import frequencies
 
 HIGHEST = 2000.0  # Hz, of answering modes, as far as MOST_ANSWERS and COUNTED allow
 MOST_ANSWERS = 128  # of one string (kernels.records)
 LOWER = 0.9  # lowers that limit while there are too many modes
-COUNTED = 60  # modes computed per open string: those below the limit answer
+COUNTED = 60  # modes of an open string that answer, at most
 
 
 def answering_modes(instrument: Instrument) -> tuple[int, ...]:
-    """Number of modes of each open string, from its lowest, that may answer other strings; 0 if none do."""
+    """Number of modes of each open string, from its lowest, that may answer other strings; 0 if none do.
+
+    Counted by the pitch of the open string, so that a stiffer string on the bench keeps its number.
+    """
     if instrument.player.answering == "off":
         return (0,) * len(instrument.strings)
-    known = [_open_frequencies(instrument, t) for t in range(len(instrument.strings))]
+    pitches = [speaking(s, neck, 0).fundamental for s, neck in zip(instrument.strings, instrument.necks, strict=True)]
     highest = HIGHEST
     while True:
-        counts = tuple(int(np.searchsorted(nu, highest)) for nu in known)
+        counts = tuple(min(COUNTED, int(highest / pitch)) for pitch in pitches)
         if sum(counts) - min(counts) <= MOST_ANSWERS:
             return counts
         highest *= LOWER
-
-
-def _open_frequencies(instrument: Instrument, t: int) -> Floats:
-    return frequencies(speaking(instrument.strings[t], instrument.necks[t], 0), COUNTED)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text
+from support.own_basses import load_preset
 
 from livebass.analysis.sound import characteristic_frequencies
 from livebass.bench import live as bench
@@ -62,7 +63,7 @@ from livebass.live.worst import (
     worst_case,
 )
 from livebass.model.quality import QUALITIES, Quality
-from livebass.preset.load import load_preset, preset_names
+from livebass.preset.load import preset_names
 
 RATE = 48_000
 FEW = (

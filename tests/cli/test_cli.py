@@ -310,8 +310,6 @@ def low_song(*notes: int) -> bytes:
         ((28, 40), (), "dBFS\n"),
         ((27, 40), (), ", 1 note lies below E1 and sounds an octave higher; -p drop-d plays it\n"),
         ((23, 26, 40), (), ", 2 notes lie below E1 and sound an octave higher; -p five-string plays them\n"),
-        ((5, 20, 24, 25), (), ", 4 notes lie below E1 and sound octaves higher; -p five-string plays 2 of them\n"),
-        ((20, 40), (), ", 1 note lies below E1 and sounds an octave higher\n"),
         ((23, 24), ("-p", "five-string"), "dBFS\n"),
         ((28, 30), ("-p", "paper-g"), ", 2 notes lie below G2 and sound octaves higher; -p jazz-finger plays them\n"),
         ((27, 40), ("-p", "drop.toml"), ", 1 note lies below E1 and is left out; -p drop-d plays it\n"),

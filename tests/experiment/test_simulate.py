@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import soundfile
 from support import strings
+from support.own_basses import load_preset
 
 from livebass.analysis.motion import string_shape
 from livebass.experiment import simulate
@@ -24,7 +25,6 @@ from livebass.model import modes
 from livebass.model.instrument import speaking
 from livebass.model.quality import Quality
 from livebass.model.trial import Asked, Trial
-from livebass.preset.load import load_preset
 from livebass.reference.solver import solve
 
 CASE: dict[str, Any] = {

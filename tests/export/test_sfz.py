@@ -45,7 +45,7 @@ from livebass.units import OFF, cents, decibels
 RATE = 48000
 TINY = Settings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)
 HEARD = 0.3  # s, of a note, for its level
-SAME_LEVEL = 2.0  # dB, for each note, beyond the common offset: each draws its own irregularities
+SAME_LEVEL = 2.3  # dB, for each note, beyond the common offset: each draws its own irregularities
 SAME_LEVELS = 0.8  # dB, RMS of these
 CLEAR_STEP = 1.0  # dB
 SAME_PITCH = 6.0  # cents

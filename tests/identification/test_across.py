@@ -13,7 +13,7 @@ import pytest
 import soundfile
 import tomlkit
 from support.costs import quick
-from support.own_basses import load_preset
+from support.own_basses import FOLDER, load_preset
 from support.quiet import without_noise
 
 from livebass.engine.render import render_to_array
@@ -79,7 +79,7 @@ def test_the_law_of_a_rendered_string_is_found(tmp_path: Path, stiffness: float,
 
 def test_the_preset_beats_and_decays_as_the_string_did(tmp_path: Path) -> None:
     """The identified preset has both lines: their beat within 5 %, their dampings within a fifth."""
-    document: Any = tomlkit.parse(preset_source("jazz-finger")[1])
+    document: Any = tomlkit.parse(preset_source(str(FOLDER / "jazz-finger.toml"))[1])
     document["player"] |= {"pluck_angle": f"{math.degrees(0.8)} deg", "angle_when_hard": "0 deg"}
     for pickup in document["pickup"]:
         pickup["across"] = 0.8

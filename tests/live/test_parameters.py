@@ -10,9 +10,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from support.live import RATE, offline, run_ahead, synth_and_device
+from support.own_basses import load_preset
 from support.quiet import without_noise
 
-from livebass import Instrument, Quality, load_preset, techniques
+from livebass import Instrument, Quality, techniques
 from livebass.arrays import Floats
 from livebass.engine.prepare import coil_filter
 from livebass.kernels.pickup.tone import ABOVE, BELOW, ROW, TONES

@@ -611,7 +611,7 @@ def test_the_status_says_what_plays_and_what_is_wrong() -> None:
     assert strings(synth) == "F#1(E:2*)"
     synth.send(0x90, 40, 30)
     device.block(64)
-    assert strings(synth) == "F#1(E:2*) E2(D:2)"
+    assert strings(synth) == "F#1(E:2*) E2(D:2*)"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst
     assert "OVERLOAD" not in reading.text() and "underruns 0" in reading.text() and " dBFS" in reading.text()

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass import Instrument, Quality
+from livebass import Instrument, Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
@@ -21,7 +21,6 @@ from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_message
 from livebass.score.score import Score
 from support.jack import PATIENCE, wait_for
-from support.own_basses import load_preset
 
 RATE = 48000
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from livebass import Quality, Score
+from livebass import Quality, Score, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.model.keymap import MODO
-from support.own_basses import load_preset
 
 SWITCH_KEYS = [key for key, *_ in MODO.keys]
 QUICK = Quality("quick", 150, 400e3)

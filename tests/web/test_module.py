@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.own_basses import load_preset
 from support.plugins import midi_score
 from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
 
-from livebass import QUALITIES, load_preset, render_to_array, score_of
+from livebass import QUALITIES, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.compiling import X86
 from livebass.engine.engine import Engine

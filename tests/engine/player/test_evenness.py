@@ -42,7 +42,7 @@ PLAYED = sorted(set(preset_names()) - {*PAPER, "upright"})  # nobody plays an up
 HAMMERED = sorted(set(PLAYED) - {"muted"})
 THUMB_AND_POPS, GUESTS = 3.0, 3.0  # dB, between typical notes of thumb and pops; on a finger bass
 UP_STROKE = (0.5, 4.0)  # dB of a pick's up-stroke below its down-stroke
-LEGATO, ANY_LEGATO = (0.3, 8.0), (-2.0, 11.5)  # dB over plucks: typical hammer-ons and taps at velocity 80; any
+LEGATO, ANY_LEGATO = (0.3, 8.0), (-2.0, 12.5)  # dB over plucks: typical hammer-ons and taps at velocity 80; any
 SAME_HAMMER = 3.0  # dB, at most, by which a hammer-on varies with its moment
 GHOST_AND_LEFT = 6.5  # dB, between typical peaks of ghost notes and of left-hand slaps
 # s between two notes of a string; dB, at most, between the second and one from silence: other strings answer
