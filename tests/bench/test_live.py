@@ -286,7 +286,7 @@ def test_the_plucks_of_a_note_differ_by_what_no_ear_tells() -> None:
         for one, two in zip(heard, alone, strict=True):
             np.testing.assert_array_equal(one.sounds[k], two.sounds[0])
     plain, stronger = (played([soft], live, [force])[0].sounds[0] for force in (1.0, 1 + WITHIN))
-    np.testing.assert_allclose(stronger, (1 + WITHIN) * plain, atol=0.05 * WITHIN * np.abs(plain).max())
+    np.testing.assert_allclose(stronger, (1 + WITHIN) * plain, atol=0.1 * WITHIN * np.abs(plain).max())
     assert heard[0].contacts == 0 < heard[1].contacts
 
 
@@ -323,7 +323,7 @@ def far_off(notes: list[Note], *qualities: Quality) -> list[tuple[float, float, 
 def test_live_is_near_to_reference_and_a_coarse_quality_is_far() -> None:
     """On two hard notes, compared with the spread of `reference`; so few may exceed the mean twofold."""
     notes = [
-        Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap-impulse", 1, 2, "hard", 110, 44_100),
+        Note("precision-finger", 2, 5, "hard", 90, RATE), Note("slap-impulse", 1, 2, "hard", 110, 44_100),
     ]  # fmt: skip
     live, coarse, null = far_off(notes, QUALITIES["live"], Quality("coarse", 60, 96e3))
     assert live[0] <= null[0] + 2 * bench.MOST_BIAS[0] and live[1] <= null[1] + bench.MOST_BIAS[1]
@@ -362,7 +362,7 @@ def test_a_waveform_that_is_off_by_a_thousandth_is_60_db_away() -> None:
 def test_where_contact_loses_the_waveform_of_live_is_that_of_reference() -> None:
     """Over frets, by a thumb and over a board. A coarse quality sounds different, and so do lossless frets."""
     notes = [
-        Note("precision-finger", 2, 5, "hard", 120, RATE), Note("slap", 1, 2, "hard", 110, 44_100),
+        Note("precision-finger", 2, 5, "hard", 90, RATE), Note("slap", 1, 2, "hard", 110, 44_100),
         Note("upright", 3, 2, "hard", 127, RATE), Note("slap-impulse", 3, 3, "hard", 107, 96_000),
     ]  # fmt: skip
     wanted, live, coarse = (
