@@ -39,7 +39,7 @@ tab_options = together(
 
 @dataclass(frozen=True)
 class TabOptions:
-    """What a command's options ask of a tablature."""
+    """The choices that a command's options make in a tablature."""
 
     track: str | None
     bars: range | None  # from 0

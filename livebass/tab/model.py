@@ -114,7 +114,7 @@ class Bar:
 
 @dataclass
 class Track:
-    """What one instrument plays."""
+    """The part of one instrument."""
 
     name: str
     tuning: tuple[int, ...]  # MIDI notes of the open strings, lowest first, without the capo

@@ -135,7 +135,7 @@ def _is_followed(bars: Sequence[Bar], at: int, ending: int) -> bool:
 def _jump(
     bars: Sequence[Bar], at: int, goal: str | None, jumped: set[tuple[int, str]]
 ) -> tuple[int, str | None] | None:
-    """Where a sign of bar `at` leads, and the goal from there on; None: to the next bar."""
+    """The bar to which a sign of bar `at` leads, and the goal from there on; None: the next bar."""
     for sign in sorted(bars[at].signs):
         if goal is not None and TO_CODA.get(sign) == goal:
             place = _find(bars, goal, range(at, len(bars)), range(at, -1, -1))

@@ -136,7 +136,7 @@ def _tempos(bars: Sequence[Bar], begins: Sequence[tuple[Fraction, int]]) -> list
 
 
 def _swung(at: Fraction, swing: tuple[Fraction, Fraction] | None) -> Fraction:
-    """Where a place of a bar sounds."""
+    """The times at which a place of a bar sounds."""
     if swing is None:
         return at
     pair, first = swing

@@ -49,7 +49,7 @@ MOST_SAID = 6  # kinds of what is not played
 
 @dataclass(frozen=True)
 class Asked:
-    """What the user asks of a tablature."""
+    """The user's choices in a tablature."""
 
     track: str = ""  # name or number; "": the bass
     bars: range | None = None  # from 0; None: all, with repeats

@@ -52,7 +52,7 @@ def written(plugin: ModuleType, folder: Path) -> Path:
 
 
 def kept(name: str, make: Callable[[Path], bytes]) -> bytes:
-    """What `make` builds from the plugins' C and kernels and the files beside this one, in a folder with kernels.h.
+    """Returns what `make` builds in a folder with kernels.h, from the plugins' C, the kernels and the files beside this one.
 
     Kept where the plugins' binary is.
     """
