@@ -52,7 +52,7 @@ def written(plugin: ModuleType, folder: Path) -> Path:
 
 
 def kept(name: str, make: Callable[[Path], bytes]) -> bytes:
-    """Returns what `make` builds in a folder with kernels.h, from the plugins' C, the kernels and the files beside this one.
+    """Returns the product of `make`: of the plugins' C and kernels and the files beside this one, with kernels.h.
 
     Kept where the plugins' binary is.
     """
