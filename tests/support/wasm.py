@@ -28,7 +28,7 @@ RATE = 48000
 # The score of the pinned sound: hard notes on all strings
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
 PINS = Path(__file__).parents[1] / "web" / "pinned.json"
-PINNED = json.loads(PINS.read_text())  # by preset: its length (s), and hashes of the tests' own bass and of the shipped one
+PINNED = json.loads(PINS.read_text())  # by preset: length (s), hash of the tests' own bass, and of the shipped one
 QUANTUM, MESSAGES, LINE, PAGE = 128, 4096, 64, 65536
 
 
