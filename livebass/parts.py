@@ -13,7 +13,7 @@ from livebass.units import OFF
 
 VERSION = 18  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
-ANSWERING = ("off", "pedal", "always")  # in the order of their numbers, too
+ANSWERING = ("off", "pedal", "always", "held")  # in the order of their numbers, too
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum", "squeak")  # of the player
 ABOVE_ZERO, NOT_BELOW_ZERO = (TINY, LARGEST), (0.0, LARGEST)
 MOST_GRID = 20_000  # steps of a note
@@ -220,7 +220,7 @@ class PlayerNumbers:
         "of hands on strings that answer", word=41, of="answers")
     squeak: float = number(0.0, "level", "-200 dB", "20 dB", "of fingers that slide on round windings",
         word=32)
-    answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always",
+    answering: str = choice("off", ANSWERING, "idle strings ring along: with the pedal, always, with it or a held note",
         record="answering")  # when idle strings may answer sounding ones
     bend_range: float = number(2.0, "number", "0", "96", "of the pitch bend, semitones", word=5)
     out_of_range: str = choice("transpose", ("transpose", "drop"), "notes the bass does not have", record="drop")

@@ -609,8 +609,9 @@ def test_the_status_says_what_plays_and_what_is_wrong() -> None:
     for _ in range(40):
         device.block(64)
     assert strings(synth) == "F#1(E:2*)"
-    synth.send(0x90, 40, 30)
-    device.block(64)
+    synth.send(0x90, 40, 110)
+    for _ in range(4):
+        device.block(64)
     assert strings(synth) == "F#1(E:2*) E2(D:2*)"
     reading = gauge.read()
     assert 0 < reading.median <= gauge.worst

@@ -59,12 +59,10 @@ def messages(output: JackOutput) -> list[tuple[int, int, int, int]]:
 @pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
 def test_notes_come_out_at_their_frame_as_rendered(offset: int) -> None:
     with playing(Desk(), "slap") as (_, server):
-        before = server.play(0.2)["out_1"]
-        assert not before.any(), "nothing sounds by itself"
+        assert not server.play(0.2)["out_1"].any(), "nothing sounds by itself"
         server.midi = [(offset, b"\x90\x28\x6e")]
         heard = server.play(0.4)["out_1"]
-    start = len(before)
-    expected = offline("slap", [(start + offset, 0x90, 40, 110)], start + len(heard))[start:]
+    expected = offline("slap", [(offset, 0x90, 40, 110)], len(heard))
     assert np.array_equal(heard, expected) and not heard[:offset].any() and np.abs(expected).max() > 0.01
 
 

@@ -18,7 +18,7 @@ from livebass.plugin import lv2, vst3
 from livebass.plugin.systems import this_system
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="Ardour of Debian")
-BASSES = ("slap-impulse", "slap")
+BASSES = ("jazz-finger", "slap")
 NOTES = [(0.25 * k, 0.4, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(8)]
 SECONDS = 3
 MOVED = {"tone": -0.5, "action": 0.5}
@@ -115,7 +115,7 @@ def test_a_session_sounds_as_livebass_renders_before_and_after_it_was_saved(tmp_
     for snapshot in ("plain", "moved"):
         put_notes(session, snapshot, NOTES, SECONDS)
     score = score_of(NOTES, RATE)
-    wanted = mono("slap-impulse", score)[: SECONDS * RATE] * PANNED
+    wanted = mono("jazz-finger", score)[: SECONDS * RATE] * PANNED
     plain = exported(ardour, session, "plain", wanted)
     assert plain.shape[1] == SECONDS * RATE and np.abs(wanted).max() > 0.2
     for channel in plain:

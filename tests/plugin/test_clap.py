@@ -110,6 +110,7 @@ def test_notes_of_one_key_on_two_channels_are_told_apart(folder: Path) -> None:
 
     def played(*events: tuple[int, Any]) -> Floats:
         plugin = Plugin(folder, name=STRINGS)
+        assert plugin.load_preset("paper-bass")  # its strings do not answer each other
         notes = [note_on(45, 0.5, 7), note_on(45, 0.5, 8, channel=3)]  # the second one is on the D string
         out = plugin.play([*((0, note) for note in notes), *events], 6000)
         plugin.close()
@@ -288,6 +289,7 @@ def test_notes_go_by_their_ids(folder: Path) -> None:
 
     def played(*events: tuple[int, Any], reset: bool = False) -> Floats:
         plugin = Plugin(folder, name=STRINGS)
+        assert plugin.load_preset("paper-bass")
         if reset:
             plugin.play([(0, note_on(60, 0.5, 3))], 512)
             plugin.plugin.reset(plugin.handle)

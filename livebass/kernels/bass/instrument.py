@@ -37,7 +37,7 @@ INSTRUMENT_WORDS = [
     Word("slap", "i8", 0, 1),  # 1: the thumb strikes the lower strings
     Word("drop", "i8", 0, 1),  # 1: notes out of range are dropped
     Word("stroke", "i8", 0, STROKES - 1),  # performer.FINGER, PICK, NAIL or POP
-    Word("answering", "i8", 0, ANSWERS_WHEN - 1),  # performer.NEVER, WITH_PEDAL or ALWAYS: when idle strings may answer
+    Word("answering", "i8", 0, ANSWERS_WHEN - 1),  # when idle strings may answer, performer.NEVER to WHILE_HELD
     Word("gain", "f8"),
     Word("carried", "f8", TINY, 0.5),  # of the contact rate: the highest mode played
     Word("tiers", TIER_WORDS, shape=(TIERS,)),

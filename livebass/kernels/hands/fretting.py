@@ -49,9 +49,11 @@ def stands_at(slot, fret):
 @jit
 def load_slot(string, ops, k, fret):
     """Makes the silent slot `k` ready for `fret`, in tune with the bend."""
-    slot = string.slots[k]
+    slot, voice = string.slots[k], string.voice
+    if not string.slots[0].on and not string.slots[1].on:
+        voice.begun = voice.frame
     slot.fret = fret
-    load_tuned(slot, ops[fret], string.voice)
+    load_tuned(slot, ops[fret], voice)
 
 
 @jit

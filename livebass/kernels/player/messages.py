@@ -42,6 +42,7 @@ from livebass.kernels.player.performer import (
     MOST_STRINGS,
     NOTE_A_CHANNEL,
     STRING_A_CHANNEL,
+    WHILE_HELD,
     WITH_PEDAL,
     operators_at,
     performer_at,
@@ -234,9 +235,15 @@ def has_harmonic(p, i, key):
 
 @jit
 def update_idle(p):
-    """Tells every string which strings are neither played nor muted, if that changed: they may answer (answers.py)."""
-    idle = 0
-    if p.answering == ALWAYS or (p.answering == WITH_PEDAL and pedal_is_down(p)):
+    """Tells every string which strings are neither played nor muted, if that changed: they may answer (answers.py).
+
+    With WHILE_HELD, the hands that end the last note also rest on the idle strings.
+    """
+    idle, held = 0, False
+    for i in range(p.strings):
+        held = held or p.hands.state[i] != FREE
+    with_pedal = p.answering in (WITH_PEDAL, WHILE_HELD) and pedal_is_down(p)
+    if p.answering == ALWAYS or with_pedal or (p.answering == WHILE_HELD and held):
         for i in range(p.strings):
             if p.hands.state[i] == FREE:
                 idle |= 1 << i

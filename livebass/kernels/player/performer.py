@@ -21,8 +21,8 @@ ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
 CHANNELS = 16
 ANY = CHANNELS  # instead of a channel: the whole bass
 # When idle strings may answer sounding ones (no hand rests on them): never, while the pedal is down, always
-NEVER, WITH_PEDAL, ALWAYS = range(3)
-ANSWERS_WHEN = 3
+NEVER, WITH_PEDAL, ALWAYS, WHILE_HELD = range(4)
+ANSWERS_WHEN = 4
 STACK = 4  # held keys that one string can go back to, one after another
 OVER = 1e-9  # signal below which a bass that rings out has ended
 FADE = 0.03  # s: a bass that rings out fades in this time when another bass or an overload needs its place
@@ -127,7 +127,7 @@ PERFORMER = np.dtype(
         ("usual_stroke", "i8"),  # of the bass
         ("usual_slapped", "i8"),  # how many strings the player's thumb strikes, from the lowest
         ("wheel_slides", "i8"),  # 1: the wheel slides along the frets
-        ("answering", "i8"),  # NEVER, WITH_PEDAL or ALWAYS
+        ("answering", "i8"),  # NEVER, WITH_PEDAL, ALWAYS or WHILE_HELD
         ("drop", "i8"),  # 1: notes out of range are dropped
         ("seed", "i8"),
         # the player's state, as set by controllers, parameters and key switches

@@ -202,7 +202,7 @@ def exchange(string, slot, op, step):
         return
     find_pairs(string, slot, op)
     voice, a, u = string.voice, string.answers, slot.u
-    for p in range(voice.frame % EVERY, a.pairs, EVERY):
+    for p in range((voice.frame - voice.begun) % EVERY, a.pairs, EVERY):
         g, i = a.pair_answer[p], a.pair_mode[p]
         scale = u.kappa[i] * u.omega[i]
         q, y = modal.state_of(u, i)

@@ -310,36 +310,62 @@ NOISE = np.dtype(
 
 VOICE = np.dtype(
     [
+        # the bass: set before it plays
         ("over_frets", "i8"),  # address of frets.over_frets
         ("over_board", "i8"),  # of board.over_board, if a string may go over a board
-        ("frame", "i8"),
-        ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
         ("numerator", "i8"),
         ("denominator", "i8"),
         ("rate", "f8"),  # audio, Hz
         ("raw", "i8"),  # 1: the output is the displacement itself, without filters
-        ("slot", "i8"),  # the playing slot
         ("rounding", "f8"),  # m, of a pluck's corner ...
         ("release", "f8"),  # ... s, how gradually the finger lets go ...
         ("angle", "f8"),  # ... and rad, from u towards v, for plucks without their own values
         ("follow", "f8"),  # 1/s: the finger's speed as it lets go, over the apex
-        ("pulling", "i8"),  # frames left until the finger lets go
         ("pull", "i8"),  # frames of a pull
         ("strike_width", "f8"),  # m
-        ("pulse", "f8"),  # `safety` for the next pluck
-        ("striking", "i8"),  # frames left of the thumb's push
-        ("strike", "i8"),
+        ("strike", "i8"),  # frames of the thumb's push
         ("thumb_mass", "f8"),  # kg ...
         ("thumb_width", "f8"),  # ... m ...
         ("thumb_stiffness", "f8"),  # ... N/m^1.5 ...
         ("thumb_loss", "f8"),  # ... and s/m, of a thumb with a mass
+        ("saddle", "f8", (4,)),  # m, distance of each pickup or sensor from the saddle
+        ("stretch", "f8"),  # N/m, growth of tension with the integral of the squared slope; 0: constant tension
+        ("fretless", "i8"),  # 1: slides and vibrato work as on a board
+        ("winding", "f8"),  # m, pitch of the winding; 0: flatwound, fingers make no noise on it
+        ("squeak", "f8"),  # level of that noise, 1 as usual
+        ("seed", "i8"),  # for the hand noises
+        ("medium", "f8"),  # m/s, speed of the open string after a medium pluck
+        ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: none
+        ("pickups", "i8"),  # 0: the displacement itself
+        ("across", "f8", (4,)),  # each pickup's sensitivity to v, relative to u
+        ("aperture", "f8", (4,)),  # m of string that each senses
+        ("decay", "f8", (4,)),  # 1/m of each pickup
+        ("level", "f8", (4,)),  # level of each pickup in the signal, the bass's own
+        ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: only one filter
+        ("block", "f8"),  # the DC blocker's pole
+        ("gain_pole", "f8"),
+        ("log", "i8"),  # address of a ring of CONTACT, one per new contact ...
+        ("log_room", "i8"),  # ... and its size, 0: none are kept
+        ("told", "i8"),  # address of a TOLD and a ring of EVENT (told.py) ...
+        ("told_room", "i8"),  # ... and its size in events, 0: none are kept
+        # what the pots make of it, and what has been reported
+        ("mix", "f8", (4,)),  # level of each pickup now
+        ("b", "f8", (4,)),  # output filter
+        ("a", "f8", (4,)),
+        ("logged", "i8"),  # contacts so far: the last is at (logged - 1) % log_room
+        ("told_count", "i8"),  # events since the string was still
+        # the state: another version of the bass takes it over (live/thread/carry.py)
+        ("frame", "i8"),
+        ("step", "i8"),  # fine steps since the start: ceil(frame * numerator / denominator)
+        ("slot", "i8"),  # the playing slot
+        ("pulling", "i8"),  # frames left until the finger lets go
+        ("pulse", "f8"),  # `safety` for the next pluck
+        ("striking", "i8"),  # frames left of the thumb's push
         ("fingering", "i8"),  # frames left of the finger damping
         ("touches", TOUCH, (TOUCHES,)),
-        ("saddle", "f8", (4,)),  # m, distance of each pickup or sensor from the saddle
         ("bend", "f8"),  # frequency ratio wanted ...
         ("tuned", "f8"),  # ... and reached so far
         ("turn", "i8"),  # frames, this string's phase in the cycle in which strings follow a bend
-        ("stretch", "f8"),  # N/m, growth of tension with the integral of the squared slope; 0: constant tension
         ("depth", "f8"),  # semitones, of the vibrato, ...
         ("depth_wanted", "f8"),  # ... its target, ...
         ("waver", "f8"),  # ... its rate, Hz, ...
@@ -356,53 +382,32 @@ VOICE = np.dtype(
         ("glide_to", "f8"),  # ... and at its end, ...
         ("glide_frames", "i8"),  # ... its frames ...
         ("glide_frame", "i8"),  # ... and the frames done
-        ("fretless", "i8"),  # 1: slides and vibrato work as on a board
-        ("winding", "f8"),  # m, pitch of the winding; 0: flatwound, fingers make no noise on it
-        ("squeak", "f8"),  # level of that noise, 1 as usual
         ("scraped", "f8"),  # windings that the finger has passed since it last fell off one
-        ("seed", "i8"),  # for the hand noises
-        ("medium", "f8"),  # m/s, speed of the open string after a medium pluck
-        ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: none
         ("skin", NOISE),
         ("click", NOISE),  # of a pick; `growth`: its second click, until it lets go
         ("knock", NOISE),
         ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, including answers
-        ("log", "i8"),  # address of a ring of CONTACT, one per new contact ...
-        ("log_room", "i8"),  # ... its size, 0: none are kept ...
-        ("logged", "i8"),  # ... and the contacts so far: the last is at (logged - 1) % log_room
-        ("told", "i8"),  # address of a TOLD and a ring of EVENT (told.py) ...
-        ("told_room", "i8"),  # ... its size in events, 0: none are kept ...
-        ("told_count", "i8"),  # ... and the events since the string was still
         ("weakened", "i8"),  # number of times the motion was scaled back to a string's limit (slot.limit_motion)
-        ("pickups", "i8"),  # 0: the displacement itself
         ("held", "f8", (4,)),  # displacement of the held shape at each pickup
         ("held_across", "f8", (4,)),  # the same for v
-        ("across", "f8", (4,)),  # each pickup's sensitivity to v, relative to u
-        ("aperture", "f8", (4,)),  # m of string that each senses
-        ("decay", "f8", (4,)),  # 1/m of each pickup
-        ("mix", "f8", (4,)),  # level of each pickup in the signal, now ...
-        ("level", "f8", (4,)),  # ... and the bass's own
         ("blend_wanted", "f8"),  # -1, the neck pickup alone, to 1, the bridge pickup; 0: the bass's own ...
         ("blend", "f8"),  # ... and the blend that `mix` has reached
         ("woken", "i8"),  # frame of the first event since the string was still
+        ("begun", "i8"),  # frame of the first note since neither slot sounded: exchanges count from it
         ("still", "i8"),  # 1: at rest; every frame gives the same sample until the next event
-        ("tones", "i8"),  # address of the filters for all positions of the tone pot (tone.py); 0: only one filter
         ("tone_wanted", "f8"),  # -1 to 1 ...
         ("tone", "f8"),  # ... and the tone that the filter has reached
-        ("b", "f8", (4,)),  # output filter
-        ("a", "f8", (4,)),
         ("z", "f8", (4,)),
-        ("block", "f8"),  # DC blocker: pole ...
-        ("block_in", "f8"),  # ... and memory
+        ("block_in", "f8"),  # memory of the DC blocker
         ("block_out", "f8"),
         ("gain", "f8"),
         ("gain_wanted", "f8"),
-        ("gain_pole", "f8"),
     ],
     align=True,
 )
+VOICE_STATE = VOICE.fields["frame"][1] // 8  # type: ignore[index]  # 8-byte fields of a voice before its state
 VOICE_SLOTS = 2
 
 # The start of a contact

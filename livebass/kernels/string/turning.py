@@ -82,7 +82,7 @@ def series(z, a, b, c):
 @jit
 def exchange(voice, slot, op, step):
     """Exchanges energy between u and v if it is time, after the slot has moved to fine step `step`."""
-    if (voice.frame + 1 - voice.woken) % EXCHANGE_EVERY == 0:
+    if (voice.frame + 1 - voice.begun) % EXCHANGE_EVERY == 0:
         slot.owed = min(slot.owed + 1, MOST_OWED)
     n = min(max(slot.active, slot.v_active), op.turned)
     if slot.owed == 0 or n == 0 or slot.thumb.on == THERE or is_touching(slot, op, step):
