@@ -78,6 +78,7 @@ BASS = np.dtype(
         ("string_events", "i8"),  # EVENT (EVENT_ROOM,), by string
         ("ahead", "i8", (MOST_STRINGS,)),  # AHEAD of each string
         ("frame", "i8"),  # the synth's frame when this bass began
+        ("of", "i8"),  # as BUILDING
         ("tones", "i8"),  # the strings' filters (tone.py)
         ("floor", FLOOR),
         ("share", "f8"),  # minimum share of a block's time that strings may take to run ahead; 0: they do not

@@ -85,6 +85,7 @@ BUILDING = np.dtype(
         ("response", "i8"),
         ("response_count", "i8"),
         ("response_rate", "f8"),
+        ("of", "i8"),  # versions of the same bass have the same number, and carry on each other's notes; 0: none
         # for displays (told.py): contacts and events that each string keeps; 0: none
         ("log_room", "i8"),
         ("told_room", "i8"),
@@ -179,6 +180,7 @@ def fill_bass(address):
     b.play_string = building.play_string
     b.strings = instrument.strings
     b.frets = instrument.frets
+    b.of = building.of
     b.operators[0] = building.operators[0]
     b.operators[1] = building.operators[1]
     if building.ahead:

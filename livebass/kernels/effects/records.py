@@ -63,6 +63,7 @@ EFFECTS = np.dtype(
 
 effects_at = record_at(EFFECTS)
 EFFECTS_BYTES = EFFECTS.itemsize
+EFFECTS_STATE = EFFECTS.fields["curve"][1] // WORD  # type: ignore[index]
 
 
 @jit

@@ -21,9 +21,10 @@ from livebass.kernels.machine.native import (
 )
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.thread import ahead
+from livebass.live.thread.carry import CARRIED, carry_bass, is_same_bass
 from livebass.live.thread.events import apply_parameters, collect_events, extend_gains, extend_knobs, take_controllers
 from livebass.live.thread.load import adapt, run_ahead, switch_operators, update_meters
-from livebass.live.thread.mix import end_old_bass, fade_frames, is_silent, mix_strings
+from livebass.live.thread.mix import begin_fade, end_old_bass, fill_fade, is_silent, mix_strings
 from livebass.live.thread.records import (
     BLOCK_TIME,
     CAPTURE_RING,
@@ -51,9 +52,15 @@ def render_chunk(synth, out, n):
         collect_events(synth, b, n)
         extend_gains(synth, n)
         extend_knobs(synth, n)
-        mix_strings(synth, b, out, n, np.int64(RINGING), np.int64(1))
+        comes = synth.old_bass != 0 and synth.carried != 0
+        if comes:
+            fill_fade(synth, n, True)
+        mix_strings(synth, b, out, n, comes)
     if synth.old_bass != 0:
-        mix_strings(synth, bass_at(synth.old_bass), out, n, synth.fade_left, fade_frames(synth))
+        fades = synth.fade_left != RINGING
+        if fades:
+            fill_fade(synth, n, False)
+        mix_strings(synth, bass_at(synth.old_bass), out, n, fades)
         if synth.fade_left != RINGING:
             synth.fade_left = max(synth.fade_left - n, 0)
         if synth.fade_left == 0 or is_silent(bass_at(synth.old_bass), synth.frame + n):
@@ -74,7 +81,8 @@ def render_chunk(synth, out, n):
 def switch_bass(synth):
     """Starts the bass that Python has prepared; the present bass starts no more notes and rings out.
 
-    A bass that still rings out has to fade first.
+    Another version of the present bass carries on its notes, and the present one fades. A bass that still rings out
+    has to fade first.
     """
     here = record_address(synth)
     wanted = load_acquire(here + NEXT_BASS)
@@ -86,6 +94,12 @@ def switch_bass(synth):
         synth.old_bass = synth.bass
         synth.fade_left = RINGING
         synth.bass = wanted
+        synth.carried = np.int64(synth.old_bass != 0 and is_same_bass(bass_at(wanted), bass_at(synth.old_bass)))
+        if synth.carried:
+            carry_bass(synth, bass_at(wanted), bass_at(synth.old_bass))
+            begin_fade(synth, CARRIED)
+            synth.overload = 0
+            return
         bass_at(wanted).frame = synth.frame
         apply_parameters(synth, bass_at(wanted))
         if synth.old_bass != 0:

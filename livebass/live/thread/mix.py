@@ -29,10 +29,10 @@ SAMPLE = 4  # bytes of a float32
 
 
 @jit
-def mix_strings(synth, b, out, n, fade, whole):
+def mix_strings(synth, b, out, n, fades):
     """Adds n frames of every string of `b` to out (n,) float32, and to the string's own output if there is one.
 
-    A fade-out has `fade` of `whole` frames left; RINGING: no fade. If effects are on, `out` gets their output; they
+    If it `fades`, synth.fades holds the levels. If effects are on, `out` gets their output; they
     come before the gain.
     """
     events, string_events = events_of(b), string_events_of(b)
@@ -76,8 +76,8 @@ def mix_strings(synth, b, out, n, fade, whole):
             if effects and abs(x) < 1e6:
                 synth.dry[j] += np.float32(x)
             x *= synth.gains[j]
-            if fade >= 0:
-                x *= max(fade - j, 0) / whole
+            if fades:
+                x *= synth.fades[j]
             if not abs(x) < 1e6:
                 x = 0.0
                 synth.faults += 1
@@ -85,7 +85,7 @@ def mix_strings(synth, b, out, n, fade, whole):
             if apart:
                 own[j] += np.float32(x)
     if effects:
-        add_effects(synth, b, out, start, n, fade, whole)
+        add_effects(synth, b, out, start, n, fades)
 
 
 @jit
@@ -105,7 +105,7 @@ def hear_floor(synth, b, n, played):
 
 
 @jit
-def add_effects(synth, b, out, start, n, fade, whole):
+def add_effects(synth, b, out, start, n, fades):
     """Replaces the mix of `b` by the effects' output, in the frames with an active effect."""
     knobs = record_address(synth) + KNOBS_PLACE
     chain.play_effects(effects_of(b), synth.dry, synth.heard, start, knobs, np.int64(CHUNK), n)
@@ -113,21 +113,30 @@ def add_effects(synth, b, out, start, n, fade, whole):
         if synth.heard[j] == 0.0:
             continue
         x = np.float64(synth.dry[j]) * synth.gains[j]
-        if fade >= 0:
-            x *= max(fade - j, 0) / whole
+        if fades:
+            x *= synth.fades[j]
         out[j] = synth.before[j] + np.float32(x)
 
 
 @jit
-def fade_frames(synth):
-    return np.int64(FADE * synth.rate)
+def begin_fade(synth, seconds):
+    """Begins to fade out the old bass."""
+    synth.fade_left = synth.fade_frames = max(np.int64(seconds * synth.rate), 1)
 
 
 @jit
 def end_old_bass(synth):
     """Begins to fade out the bass that rings out, if any."""
     if synth.old_bass != 0 and synth.fade_left == RINGING:
-        synth.fade_left = fade_frames(synth)
+        begin_fade(synth, FADE)
+
+
+@jit
+def fill_fade(synth, n, comes):
+    """Fills synth.fades with n frames of the old bass's fade-out, or of the fade-in of its next version."""
+    for j in range(n):
+        left = max(synth.fade_left - j, 0) / synth.fade_frames
+        synth.fades[j] = 1.0 - left if comes else left
 
 
 @jit

@@ -60,7 +60,9 @@ SYNTH = np.dtype(
         ("next_bass", "i8"),  # set by Python; taken at the start of a block
         ("old_bass", "i8"),  # was replaced and rings out; starts no notes
         ("faded_bass", "i8"),  # is silent or has faded out: Python may free it, and writes 0
-        ("fade_left", "i8"),  # frames left of the old bass's fade-out; RINGING: it rings as long as its strings do
+        ("fade_left", "i8"),  # frames left of the old bass's fade-out; RINGING: it rings as long as its strings do ...
+        ("fade_frames", "i8"),  # ... and of the whole fade-out
+        ("carried", "i8"),  # 1: the old bass's notes go on in the present one, which fades in (carry.py)
         # rings
         ("midi_ring", "i8", (RINGS,)),  # addresses
         ("midi_ring_size", "i8", (RINGS,)),
@@ -80,6 +82,7 @@ SYNTH = np.dtype(
         ("gain_target", "f8"),
         ("gains", "f8", (CHUNK,)),  # for the frames of this chunk ...
         ("gains_known", "i8"),  # ... number known so far
+        ("fades", "f8", (CHUNK,)),  # levels of a bass that fades in or out, for these frames
         ("floor", "f8", (CHUNK,)),  # workspace: a bass's noise floor
         ("parameters", "f8", (PARAMETERS,)),  # as last set (player/parameters.py)
         ("apart", "i8", (MOST_STRINGS,)),  # address of float32, a block's frames, for each string's sound; 0: none

@@ -230,12 +230,16 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     snprintf(error, room, "%s: no memory for it", path);
     if (!b) return 0;
     b->kernels = kernels;
-    if (!read_file(&b->source, path, kernels, error, room) ||
-        (is_changed(built) && !change_file(&b->source, path, built, kernels, error, room))) {
+    LB_BUILDING *building = &b->building;
+    int made = read_file(&b->source, path, kernels, error, room);
+    if (made) {
+        building->of = (int64_t)checksum(&b->source); /* its versions carry on each other's notes */
+        made = !is_changed(built) || change_file(&b->source, path, built, kernels, error, room);
+    }
+    if (!made) {
         lb_free_bass(b);
         return 0;
     }
-    LB_BUILDING *building = &b->building;
     building->file = ADDRESS(b->source.words);
     building->tier = tier;
     building->rate = rate;
