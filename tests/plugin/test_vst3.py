@@ -304,7 +304,8 @@ def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, 
     plain = played(-1)
     for channel, moved, other in ((1, 1, 2), (2, 2, 1)):
         sound = played(channel)
-        assert np.array_equal(sound[other], plain[other]) and not np.array_equal(sound[moved], plain[moved])
+        most = 0.05 * np.abs(plain).max() if number == SUSTAIN else 0.0  # a string that sounds on no longer answers
+        assert np.abs(sound[other] - plain[other]).max() <= most and not np.array_equal(sound[moved], plain[moved])
     assert all(np.array_equal(played(c)[1:3], plain[1:3]) for c in (0, 15))  # the first has the bass's floor
 
 

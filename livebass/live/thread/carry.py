@@ -229,3 +229,7 @@ def carry_motion(w, op, old, old_op, lighter):
         w.p[j] = part * y * w.kappa[j]
     modal.narrow(w, op.padded)
     copy_hands(w, old, shared)
+    for j in range(shared, op.padded):
+        w.held[j] = 0.0
+        w.strike[j] = 0.0
+        w.finger[j] = 1.0
