@@ -91,6 +91,7 @@ SLIDE_OFF_DOWN = technique(
 SLIDE_OFF_UP = technique(
     "slide_off_up", "Slide off up", HOLD, (120,), (120,), "a released note slides up five frets and fades"
 )
+LET_RING = technique("let_ring", "Let ring", HOLD, (), (), "released notes ring on")
 ACTIONS = NO_SWITCH + 1 + len(TECHNIQUE_ROWS)
 
 # --- functions of controllers ---
@@ -218,12 +219,19 @@ PLUCK_POSITION = played(
     "place of the pluck, from nearest to the bridge (0) to farthest from it (127)",
 )  # fmt: skip
 DYNAMICS = played("dynamics", "Dynamics", "Playing", -12.0, 12.0, "force of every note, -12 to 12 dB", "dB")
-OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL = range(4)  # values of TECHNIQUE
+OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL, FINGERS, PICKED, THUMB, POPS = range(8)  # values of TECHNIQUE
 TECHNIQUE = played(
-    "technique", "Technique", "Playing", float(OWN), float(THUMB_ON_ALL),
+    "technique", "Stroke", "Playing", float(OWN), float(POPS),
     "in four ranges: the bass's own, plucked, thumb on two strings, thumb on all",
-    points=("the bass's own", "plucked", "thumb on two strings", "thumb on all"),
+    points=(
+        "the bass's own", "plucked", "thumb on two strings", "thumb on all", "fingers", "pick", "thumb", "pops on all",
+    ),
 )  # fmt: skip
+# The value that each technique of a stroke gives it; other techniques: OWN
+_STROKES = {
+    WITH_FINGERS: FINGERS, WITH_PICK: PICKED, WITH_THUMB: THUMB, THUMB_ON_ALL_STRINGS: THUMB_ON_ALL, POPS_ON_ALL: POPS,
+}  # fmt: skip
+STROKE_OF = tuple(_STROKES.get(action, OWN) for action in range(ACTIONS))
 HAND_DAMPING = played(
     "hand_damping", "Hand damping", "Playing", -1.0, 1.0, "hand that stops a note, from a tenth to ten times as firm"
 )
@@ -327,6 +335,12 @@ slider("pickup_2_height", "Pickup 2 height", "Pickups", (-3.0, 3.0), "mm", 0.05,
 OWN_PICKUPS = 2  # number with sliders of their own
 SLIDERS = len(SLIDER_ROWS)
 
+# --- techniques that stay on: each that a key holds is also a switch of hosts, unless it has an amount or a value ---
+
+for row in TECHNIQUE_ROWS.values():
+    if row.asked == HOLD and row.symbol not in PARAMETER_ROWS and row.number != ON_STRING:
+        parameter(row.symbol, row.name, "Techniques", points=SWITCH)
+
 # --- number keys of the page and of a terminal ---
 
 
@@ -339,15 +353,12 @@ class Button(NamedTuple):
     strikes: bool  # it selects what plucks, until the next one; others turn on and off
 
 
-def button(symbol: str, name: str = "") -> Button:
-    """The number key of a technique, or of a mere function, which needs a name."""
-    row, moved = TECHNIQUE_ROWS.get(symbol), FUNCTION_ROWS.get(symbol)
-    return Button(
-        symbol, row.name if row else name, moved.pressed if moved else 0, row is not None and row.asked == PRESS
-    )
+def button(symbol: str) -> Button:
+    """The number key of a technique."""
+    row, moved = TECHNIQUE_ROWS[symbol], FUNCTION_ROWS.get(symbol)
+    return Button(symbol, row.name, moved.pressed if moved else 0, row.asked == PRESS)
 
 
-BUTTONS = (
-    *map(button, ("finger", "pick", "slap", "palm_mute", "ghost", "harmonic", "legato", "slide", "vibrato")),
-    button("let_ring", "Let ring"),
+BUTTONS = tuple(
+    map(button, ("finger", "pick", "slap", "palm_mute", "ghost", "harmonic", "legato", "slide", "vibrato", "let_ring"))
 )

@@ -24,7 +24,7 @@ def controller_of(row: Technique) -> str:
 
 def table(*rows: tuple[str, ...]) -> str:
     """A Markdown table; the first row is its header."""
-    lines = [f"| {' | '.join(row)} |".replace("|  |", "| |") for row in rows]
+    lines = [re.sub(r"\|  (?=\|)", "| ", f"| {' | '.join(row)} |") for row in rows]
     return "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]])
 
 
@@ -41,10 +41,10 @@ def technique_table() -> str:
 
 def short_table() -> str:
     """README's table: keys and controllers of the techniques that have buttons on the page, in the default map."""
-    rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS if button.symbol in TECHNIQUE_ROWS]
+    rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS]
     return table(
         ("technique", "key", "controller"),
-        *((row.name, f"{row.asked} {keys_text(row.modo)}", controller_of(row)) for row in rows),
+        *((row.name, f"{row.asked} {keys_text(row.modo)}" if row.modo else "", controller_of(row)) for row in rows),
     )
 
 

@@ -8,8 +8,8 @@ The other parameters belong to the synth's surroundings.
 from __future__ import annotations
 
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.live.thread.ring import AMOUNT, EFFECT, PARAMETER
-from livebass.techniques import EFFECTS, FUNCTION_ROWS, LEARNABLE, PARAMETER_ROWS, Parameter
+from livebass.live.thread.ring import AMOUNT, EFFECT, PARAMETER, SWITCH
+from livebass.techniques import EFFECTS, FUNCTION_ROWS, LEARNABLE, PARAMETER_ROWS, TECHNIQUE_ROWS, Parameter
 
 PARAMETERS = tuple(PARAMETER_ROWS.values())  # by number
 NUMBERS = {symbol: PARAMETER_ROWS[symbol].number for symbol in LEARNABLE}
@@ -24,4 +24,6 @@ def event(p: Parameter) -> tuple[int, int] | None:
         return PARAMETER, p.number
     if p.symbol in EFFECTS:
         return EFFECT, EFFECTS.index(p.symbol)
+    if p.symbol in TECHNIQUE_ROWS and p.points:
+        return SWITCH, TECHNIQUE_ROWS[p.symbol].number
     return (AMOUNT, FUNCTION_ROWS[p.symbol].number) if p.symbol in FUNCTION_ROWS else None

@@ -25,11 +25,12 @@ from livebass.live.thread import ahead, block, helpers, setup
 from livebass.live.thread.desk import take_controller
 from livebass.live.thread.records import MOST_HELPERS, RINGS, STOP, SYNTH, field_offset
 from livebass.live.thread.ring import (
-    AMOUNT,
     DATA,
     EFFECT,
     ENTRY,
     NOW,
+    PARAMETER,
+    SWITCH,
     new_message_ring,
     new_sound_ring,
     pop_messages,
@@ -164,6 +165,7 @@ class Synth:
         r = self.record
         r["adaptive"] = adaptive
         r["clock"], r["clock_id"] = _clock()
+        r["work_clock_id"] = r["clock_id"]
 
     @property
     def address(self) -> int:
@@ -301,11 +303,14 @@ class Synth:
 
     def value(self, kind: int, number: int) -> float:
         """The last value set by `set_value` or a controller; 0: the bass's own. [any thread]"""
-        if kind != AMOUNT:
+        if kind in (PARAMETER, EFFECT):
             return float(self.record["effects" if kind == EFFECT else "parameters"][0, number])
         if self.bass is None:
             return 0.0
-        controls, field = self.bass.engine.performer["controls"][0], FIELDS[number]
+        controls = self.bass.engine.performer["controls"][0]
+        if kind == SWITCH:
+            return float(controls["latched"][number])
+        field = FIELDS[number]
         return float(controls["channel"][ANY][field] if field in (CHANNEL.names or ()) else controls[field])
 
     @property

@@ -18,6 +18,7 @@ from livebass.kernels.bass import change, check, instrument, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
+from livebass.kernels.player.touches import KEY_PALM
 from livebass.kernels.string import board, frets, note, preparing, records
 from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
@@ -25,7 +26,16 @@ from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
 from livebass.preset.programs import PROGRAMS
-from livebass.techniques import FRETS, HAND_AT, ON_STRING, PRESS, TECHNIQUE_ROWS
+from livebass.techniques import (
+    FRETS,
+    HAND_AT,
+    ON_STRING,
+    PALM,
+    PARAMETER_ROWS,
+    STROKE_OF,
+    TECHNIQUE,
+    TECHNIQUE_ROWS,
+)
 from livebass.units import pitch_name
 
 # Records that others contain come first.
@@ -126,21 +136,24 @@ def header(levels: Iterable[str]) -> str:
 
 
 def _switches() -> list[str]:
-    """Returns the table of key switches and their names."""
+    """Returns the table of key switches: their names, and the parameters that switch the same techniques."""
     values = {
         ON_STRING: {pitch: pitch_name(pitch).replace("#", " sharp") for pitch in range(12)},
         HAND_AT: {fret: str(fret) for fret in range(1, FRETS + 1)},
     }
-    rows = [
-        f"    {{{row.number}, {value}, {int(row.asked == PRESS)}, {json.dumps(row.name.format(called))}}},"
-        for row in TECHNIQUE_ROWS.values()
-        for value, called in values.get(row.number, {-1: ""}).items()
-    ]
+    rows = []
+    for row in TECHNIQUE_ROWS.values():
+        stroke, parameter = STROKE_OF[row.number], PARAMETER_ROWS.get(row.symbol)
+        moved = TECHNIQUE if stroke else parameter.number if parameter else -1
+        on = stroke or (KEY_PALM if row.number == PALM else 1)
+        for value, called in values.get(row.number, {-1: ""}).items():
+            rows.append(f"    {{{row.number}, {value}, {moved}, {on}, {json.dumps(row.name.format(called))}}},")
     numbers = ", ".join(f"LB_SWITCH_{symbol.upper()} = {row.number}" for symbol, row in TECHNIQUE_ROWS.items())
     return [
         f"enum {{ {numbers} }}; /* actions */",
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
-        "typedef struct {", "    int action, value; /* -1: any */", "    int press; /* 0: acts while held */",
+        "typedef struct {", "    int action, value; /* -1: any */",
+        "    int parameter; /* that does the same; -1: none */", "    double on; /* its value then */",
         "    const char *name;", "} lb_switch;",
         *_table("lb_switch lb_switches[LB_SWITCHES]", rows),
     ]  # fmt: skip

@@ -52,6 +52,7 @@ KEPT = "".join(
         ("quality", "Quality", "long"),
         ("seed", "Seed of the player's unevenness", "long"),
         ("side", "A (0) or B (1) counts", "long"),
+        ("technique", "Stroke, if a key has chosen it", "float"),
         *(
             (f"aside-{p.symbol}", f"{p.name}, of the other side", "float")
             for p in PARAMETERS

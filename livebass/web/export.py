@@ -25,7 +25,7 @@ from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import BENCH_ENDING, ENDING
 from livebass.preset.load import preset_names
-from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL
+from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS
 from livebass.web import build
 from livebass.web.bench import Source, bench
 from livebass.web.layout import record
@@ -133,7 +133,10 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
             for k, p in enumerate(PARAMETERS)
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
-        "buttons": [b._asdict() | {"everywhere": b.symbol in OF_CHANNEL} for b in BUTTONS],
+        "buttons": [
+            b._asdict() | {"everywhere": b.symbol in OF_CHANNEL, "stroke": STROKE_OF[TECHNIQUE_ROWS[b.symbol].number]}
+            for b in BUTTONS
+        ],
         "basses": basses,
     }
 

@@ -42,7 +42,7 @@ from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
 from livebass.plugin.build import C
 from livebass.plugin.instrument import write_instrument
-from livebass.techniques import PALM
+from livebass.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
 
 NAMES = ("slap", "five-string", "six-string", "fretless")
 STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}
@@ -494,23 +494,26 @@ def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -
     picture.close()
 
 
-def test_lamps_press_keys(host: Host) -> None:
-    """A held switch stays down until the next press, or until the picture closes."""
+def test_lamps_move_parameters(host: Host) -> None:
+    """A press chooses a stroke, or switches a technique; the next press switches it off. Stop presses its key."""
     picture = Picture(host)
     picture.draw()
-    lamps = [x for x in range(0, WIDTH, 3) if picture.point(MOVE, x, 280) == BY_HAND]
-    for x in lamps:
+    moved: dict[int, list[float]] = {}
+    for x in range(0, WIDTH, 3):
+        if picture.point(MOVE, x, 280) != BY_HAND:
+            continue
+        before = {p.number: host.value(p.symbol) for p in PARAMETERS}
         picture.point(PRESS, x, 280)
         picture.point(RELEASE, x, 280)
-    down = {}
-    for on, string, key in picture.notes:
-        assert string == -1
-        down[key] = on
-    assert len(down) > 5 and sum(down.values()) > 0
+        for k, value in before.items():
+            if host.value(PARAMETERS[k].symbol) != value:
+                moved.setdefault(k, []).append(host.value(PARAMETERS[k].symbol))
+    assert {FINGERS, PICKED, THUMB} <= {*moved.pop(TECHNIQUE)}
+    assert {"palm_mute", "vibrato", "legato", "slide", "let_ring", "ghost"} <= {PARAMETERS[k].symbol for k in moved}
+    for values in moved.values():
+        assert len(values) > 1 and min(values) == 0 < max(values) and len({*values}) == 2
+    assert {key for _, _, key in picture.notes} == {8}
     picture.close()
-    for on, _, key in picture.notes:
-        down[key] = on
-    assert not any(down.values())
 
 
 def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:

@@ -31,14 +31,19 @@ from support.scores import SWITCH_KEYS
 from livebass import load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
-from livebass.live.parameters import PARAMETERS
+from livebass.live.parameters import NUMBERS, PARAMETERS
+from livebass.model.keymap import MODO
 from livebass.plugin import bundle
 from livebass.plugin.systems import SYSTEMS, this_system
+from livebass.techniques import PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
 JAZZ, SLAP, _, FRETLESS = range(4)  # of PRESETS
 MPE = [(0, bytes(m)) for m in ([0xB0, 101, 0], [0xB0, 100, 6], [0xB0, 6, 15])]
 HEARD = 1e-3  # above the noise of the electronics
+KEYS = {symbol: key for key, symbol, _ in MODO.keys}
+STROKES = {symbol: STROKE_OF[row.number] for symbol, row in TECHNIQUE_ROWS.items() if STROKE_OF[row.number]}
+SWITCHED = [p.symbol for p in PARAMETERS if p.group == "Techniques" and p.symbol != "detach"]  # it has no key here
 SWITCHES = {10: "Ghost notes", 12: "Hammer-on", 16: "String E"}
 
 
@@ -366,11 +371,59 @@ def test_a_session_brings_its_sound_back(make: Any) -> None:
     assert sound.any() and np.array_equal(other.play(score, 9600, points=points), sound)
 
 
+HELD = {"palm_mute": 0.6, "legato": 1.0, "let_ring": 1.0}
+PLAYED: list[Event] = [(100, on(33, 110)), (2500, on(35, 90)), (2900, off(33)), (5000, off(35)), (5100, on(47, 120))]
+
+
+@every_format
+def test_what_plays_outlasts_sessions_and_resets(make: Any, kind: str) -> None:
+    """A stroke that a key chose, and techniques that are switched on; the host learns of the stroke."""
+
+    def sound(host: Host, **more: float) -> Floats:
+        return host.play(PLAYED, 9600, points=[(0, symbol, x) for symbol, x in (HELD | more).items()])  # type: ignore
+
+    host, other = make(), make()
+    wanted = sound(make(), technique=PICKED)
+    assert not np.array_equal(wanted, sound(make()))
+    host.play([(0, on(KEYS["pick"])), (32, off(KEYS["pick"]))], 64, (64,), [(0, s, x) for s, x in HELD.items()])
+    if kind != "lv2":
+        told = [value for number, value in host.plugin.told if number == NUMBERS["technique"]]
+        assert told == [PICKED / (POPS if kind == "vst3" else 1)]
+    host.play([], 64, (64,))
+    state = host.save()
+    assert other.load(state) and np.array_equal(sound(other), wanted)
+    for _ in "once", "again":
+        host.renew()
+        assert np.array_equal(sound(host), wanted)
+    host.play([(0, on(KEYS["finger"]))], 64, (64,))
+    assert host.load(state)
+    host.renew()
+    assert np.array_equal(sound(host), wanted)
+
+
+@pytest.mark.parametrize("kind", ["clap"])
+@pytest.mark.parametrize("symbol", [*STROKES, *SWITCHED])
+def test_a_key_and_a_value_of_hosts_do_the_same(make: Any, symbol: str) -> None:
+    """The end of all notes releases keys alone."""
+    key = KEYS.get(symbol)
+    pressed = [(0, bytes([0xB0, 64, 127]) if key is None else on(key))]
+    point = (0, "technique", float(STROKES[symbol])) if symbol in STROKES else (0, symbol, 1.0)
+    by_value = make().play(PLAYED, 9600, points=[point])
+    assert np.array_equal(by_value, make().play([*pressed, *PLAYED], 9600))
+    if symbol != "finger":
+        assert not np.array_equal(by_value, make().play(PLAYED, 9600))
+    ended = [(0, bytes([0xB0, 123, 0])), *PLAYED]
+    assert np.array_equal(make().play(ended, 9600, points=[point]), by_value)
+
+
 @every_format
 def test_a_session_that_is_saved_at_once_has_the_bass_that_was_chosen(host: Host) -> None:
-    """Before the host has loaded it."""
+    """Before the host has loaded it; with LV2, whose port it is, before the next block."""
     host.play([], 64, (64,), [(0, "bass", float(SLAP))])
     assert names(host.save()) == [b"slap"]
+    if isinstance(host, HOSTS["lv2"]):
+        host.plugin.controls["bass"].value = float(FRETLESS)
+        assert names(host.save()) == [b"fretless"]
 
 
 @every_format

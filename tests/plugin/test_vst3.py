@@ -80,12 +80,12 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by group
     assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
     assert (
-        plugin.technique == "the bass's own"
+        plugin.stroke == "the bass's own"
         and plugin.gain_db == 0
         and plugin.bend_range_semitones == "0 semitones (the bass has 2)"
     )
-    plugin.technique, plugin.gain_db = "thumb on all", -7.5
-    assert plugin.technique == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
+    plugin.stroke, plugin.gain_db = "thumb on all", -7.5
+    assert plugin.stroke == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
 
 
 def test_bass_and_cores_are_not_automatable(bundle: Path) -> None:

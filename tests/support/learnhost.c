@@ -59,8 +59,8 @@ int main(int count, char **words) {
     turn(i, 23, 127);
     CHECK(lb_value(i, LB_GAIN) == 0);
     CHECK(lb_learn(i, LB_TECHNIQUE));
-    turn(i, 24, 64); /* the third of four */
-    CHECK(lb_value(i, LB_TECHNIQUE) == 2);
+    turn(i, 24, 64); /* the fifth of eight */
+    CHECK(lb_value(i, LB_TECHNIQUE) == 4);
     lb_forget(i, LB_GAIN);
     lb_forget(i, LB_TECHNIQUE);
     lb_forget(i, LB_DRIVE);

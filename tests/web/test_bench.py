@@ -376,13 +376,16 @@ def test_the_preset_is_saved_as_a_file_that_the_commands_take(opened: Any, tmp_p
 
 def test_a_preset_that_a_page_or_a_plugin_saved_opens(opened: Any, tmp_path: Path) -> None:
     file = tmp_path / "Slap 1.toml"
-    file.write_text('# livebass\nlike = "slap"\n\n[bench]\naction = -0.5\ngauge = 10\n\n[plugin]\ntone = -0.5\n')
+    values = "[bench]\naction = -0.5\ngauge = 10\n\n[plugin]\ntone = -0.5\ntechnique = 5\nghost = 1\n"
+    file.write_text(f'# livebass\nlike = "slap"\n\n{values}')
     opened.find_element("id", "preset-file").send_keys(str(file))
     wait(lambda: "Slap 1.toml" in state(opened)[4])
     assert state(opened)[1] == {"action": -0.5, "gauge": 10} and state(opened)[4] == "The bass is as Slap 1.toml says."
     assert opened.execute_script("return [$('bass').value, $('tone').value, location.hash]") == [
         "slap", "-0.5", "#like=slap&action=-0.5&gauge=10"
     ]  # fmt: skip
+    pressed = opened.execute_script("return [...WAYS, ...STROKES].filter(one => one.button.ariaPressed === 'true')")
+    assert [one["symbol"] for one in pressed] == ["ghost", "pick"]
     toml = opened.execute_script("return bench().toml()")
     assert toml == 'like = "slap"\n\n[bench]\naction = -0.5\ngauge = 10\n'
     for text, says in {

@@ -75,6 +75,7 @@ interface PlayButton {
   value: number;
   strikes: boolean;
   everywhere: boolean;
+  stroke: number; // the value of the parameter that chooses it; 0: none does
 }
 
 interface Parameter {

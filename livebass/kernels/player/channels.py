@@ -7,6 +7,7 @@ one channel, it applies to all strings.
 
 from livebass.compiling import jit
 from livebass.kernels.player.performer import ALL_ALIKE, ANY
+from livebass.techniques import LET_RING
 
 
 @jit
@@ -36,8 +37,16 @@ def leading(p, channel):
 
 
 @jit
+def rings_on(p, i):
+    """True if string `i` rings on after its release: its channel's pedal is down, or the whole bass lets ring."""
+    return record_of(p, i).pedal != 0 or p.switched[LET_RING] > 0
+
+
+@jit
 def pedal_is_down(p):
-    """True if any channel's pedal is down."""
+    """True if any channel's pedal is down, or the whole bass lets ring."""
+    if p.switched[LET_RING] > 0:
+        return True
     if p.controls.mode != ALL_ALIKE:
         return p.controls.channel[ANY].pedal != 0
     pedals = 0

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import SMALL, compiled, entry
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.player.channels import follows, leading
-from livebass.kernels.player.constants import FINGER, KEYS, PICK, POP
+from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import send_value_to_all
 from livebass.kernels.player.expression import follow_wheel, send_bends, send_gains, send_vibratos
 from livebass.kernels.player.fingering import HAND_SPAN, move_hand, note_range, string_called
@@ -44,20 +44,19 @@ from livebass.techniques import (
     CC_VOLUME,
     GAIN_DB,
     HAND_AT,
+    LET_RING,
     NO_FUNCTION,
     NO_SWITCH,
     ON_STRING,
+    OWN,
     PALM,
     PARAMETERS,
-    POPS_ON_ALL,
     SLIDE_STEP,
     STOP_ALL,
-    THUMB_ON_ALL_STRINGS,
+    STROKE_OF,
+    TECHNIQUE,
     TOP_KEYS,
     VIBRATO,
-    WITH_FINGERS,
-    WITH_PICK,
-    WITH_THUMB,
 )
 
 jit = compiled(attributes=SMALL)
@@ -268,26 +267,15 @@ def turn_switch(p, ops, key, on):
     """Handles the press or release of a key switch."""
     action, before = p.key_map.action[key], p.pressed[key]
     p.pressed[key] = max(before + (1 if on else -1), 0)
-    p.switched[action] += p.pressed[key] - before
+    use_technique(p, ops, action, p.pressed[key] - before)
     if action == ON_STRING:
         string = string_called(p, p.key_map.value[key])
         if on:
             p.forced = string
         elif p.forced == string:
             p.forced = -1
-    elif action == PALM:
-        touch_palms(p, ops)
-    elif action == VIBRATO:
-        send_vibratos(p, np.int64(ANY))
-    elif on and action in (THUMB_ON_ALL_STRINGS, POPS_ON_ALL):
-        p.slapped = p.strings if action == THUMB_ON_ALL_STRINGS else 0
-        p.stroke = POP
-    elif on and action == WITH_THUMB:
-        p.slapped = p.usual_slapped if p.usual_slapped > 0 else min(2, p.strings)
-        p.stroke = POP
-    elif on and action in (WITH_FINGERS, WITH_PICK):
-        p.slapped = 0
-        p.stroke = PICK if action == WITH_PICK else FINGER
+    elif on and STROKE_OF[action] != OWN:
+        adjust_player(p, np.int64(TECHNIQUE), np.float64(STROKE_OF[action]))
     elif on and action == STOP_ALL:
         for i in range(p.strings):
             stop_string(p, i)
@@ -296,18 +284,36 @@ def turn_switch(p, ops, key, on):
 
 
 @jit
+def use_technique(p, ops, action, more):
+    """Counts `more` of what holds a technique: keys, or the host's switch."""
+    p.switched[action] += more
+    if action == PALM:
+        touch_palms(p, ops)
+    elif action == VIBRATO:
+        send_vibratos(p, np.int64(ANY))
+    elif action == LET_RING:
+        stop_pedalled(p, np.int64(ANY))
+
+
+@jit
+def latch(p, ops, action, on):
+    """Switches a technique on (1) or off (0) without a key."""
+    more = on - p.controls.latched[action]
+    if more != 0:
+        p.controls.latched[action] = on
+        use_technique(p, ops, action, more)
+
+
+@jit
 def release_switches(p, ops):
-    """Releases all key switches."""
+    """Releases all key switches; latched techniques stay on."""
     for key in range(KEYS):
         p.pressed[key] = 0
-    palm, vibrato = p.switched[PALM], p.switched[VIBRATO]
-    for action in range(ACTIONS):
-        p.switched[action] = 0
     p.forced = -1
-    if palm > 0:
-        touch_palms(p, ops)
-    if vibrato > 0:
-        send_vibratos(p, np.int64(ANY))
+    for action in range(ACTIONS):
+        held = p.switched[action] - p.controls.latched[action]
+        if held > 0:
+            use_technique(p, ops, action, -held)
 
 
 @jit
@@ -320,6 +326,8 @@ def take_over(p, old):
     for number in range(GAIN_DB + 1, PARAMETERS):
         adjust_player(p, number, old.controls.adjusted[number])
     copy_record(p.controls, old.controls)
+    for action in range(ACTIONS):
+        p.switched[action] = p.controls.latched[action]
     for channel in range(ANY + 1):
         record = p.controls.channel[channel]
         if record.range == old.ranged:

@@ -4,7 +4,7 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.hands.sliding import SLIDE_TIME
-from livebass.kernels.player.channels import follows, record_of
+from livebass.kernels.player.channels import follows, rings_on
 from livebass.kernels.player.constants import KEYS
 from livebass.kernels.player.events import next_event, send_slide, send_timed_slide, send_touch
 from livebass.kernels.player.expression import end_note_expression, take_channel
@@ -325,7 +325,7 @@ def unstack_key(p, channel, key, own_string):
 @jit
 def release_string(p, i):
     """Releases a held note; the pedal may still hold it."""
-    if record_of(p, i).pedal:
+    if rings_on(p, i):
         p.hands.state[i] = PEDALLED
     else:
         stop_string(p, i)
@@ -363,7 +363,7 @@ def cut_note(p, channel, key):
 def stop_pedalled(p, channel):
     """Stops the strings that the pedal of `channel` alone held."""
     for i in range(p.strings):
-        if p.hands.state[i] == PEDALLED and follows(p, i, channel):
+        if p.hands.state[i] == PEDALLED and follows(p, i, channel) and not rings_on(p, i):
             stop_string(p, i)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import log2, power
 from livebass.kernels.player.channels import record_of
-from livebass.kernels.player.constants import CONTROLLERS, FINGER, KEYS, POP
+from livebass.kernels.player.constants import CONTROLLERS, FINGER, KEYS, PICK, POP
 from livebass.kernels.player.events import send_value_to_all
 from livebass.kernels.player.expression import send_bends, send_gains, update_vibrato
 from livebass.kernels.player.performer import ANY
@@ -20,13 +20,18 @@ from livebass.techniques import (
     CC_PALM,
     CC_VIBRATO,
     DYNAMICS,
+    FINGERS,
     GAIN_DB,
     HAND_DAMPING,
     LEAST,
     MOST,
+    OWN,
+    PICKED,
     PLUCK_POSITION,
     PLUCKED,
+    POPS,
     TECHNIQUE,
+    THUMB,
     THUMB_ON_ALL,
     THUMB_ON_TWO,
     TONE_POT,
@@ -82,17 +87,20 @@ def adjust_player(p, number, value):
 
 @jit
 def set_technique(p, which):
-    """Sets how many strings the thumb strikes by `which`, a value of TECHNIQUE; the others are then popped."""
-    p.slapped = p.usual_slapped
-    if which == PLUCKED:
-        p.slapped = 0
-    elif which == THUMB_ON_TWO:
+    """Sets the stroke by `which`, a value of TECHNIQUE; strings that the thumb does not strike are then popped."""
+    p.slapped = 0
+    if which == OWN or (which == THUMB and p.usual_slapped > 0):
+        p.slapped = p.usual_slapped
+    elif which in (THUMB, THUMB_ON_TWO):
         p.slapped = min(2, p.strings)
     elif which == THUMB_ON_ALL:
         p.slapped = p.strings
-    if p.slapped > 0:
+    p.stroke = p.usual_stroke
+    if which == POPS or p.slapped > 0:
         p.stroke = POP
-    elif p.stroke == POP:
+    elif which == PICKED:
+        p.stroke = PICK
+    elif which == FINGERS or (which == PLUCKED and p.stroke == POP):
         p.stroke = FINGER
 
 
@@ -140,13 +148,13 @@ def value_at(number, value):
     """The value of parameter `number` for a controller at `value`, 0 to 127: the middle, 64, is the usual value.
 
     The gain follows a volume controller, from silence to 0 dB. Parameters whose minimum is 0 run from there to their
-    maximum at 127: the bend range in whole numbers, the technique in equal steps.
+    maximum at 127: the bend range in whole numbers. The stroke takes its first four values in equal steps.
     """
     least, most = LEAST[number], MOST[number]
     if number == GAIN_DB:
         return max(VOLUME_LAW * log2(value / 127.0), least) if value > 0 else least
     if number == TECHNIQUE:
-        return np.float64(value * (np.int64(most) + 1) // CONTROLLERS)
+        return np.float64(value * (THUMB_ON_ALL + 1) // CONTROLLERS)
     if number == BEND_RANGE:
         return np.float64(np.int64(value * most / 127.0 + 0.5))
     if least == 0.0:

@@ -58,6 +58,7 @@ CONTROLS = np.dtype(
         ("vibrato_set", "f8"),  # 0 to 1, of all channels, by `set_amount`
         ("legato", "i8"),  # 1: by the controller
         ("sliding", "i8"),  # 1: by the controller
+        ("latched", "i8", (ACTIONS,)),  # 1: the technique is on without a key
         ("slide_time", "f8"),  # s, of a whole slide; 0: SLIDE_TIME per fret
         ("string_bend", "f8", (MOST_STRINGS,)),  # semitones, of one string, on top of the wheel
         ("string_expression", "f8", (MOST_STRINGS,)),  # factor for one string, by its own channel
@@ -141,7 +142,7 @@ PERFORMER = np.dtype(
         ("slapped", "i8"),  # strings that the thumb strikes
         ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
         ("pressed", "i8", (KEYS,)),  # how many note-ons hold each key switch
-        ("switched", "i8", (ACTIONS,)),  # held keys per action
+        ("switched", "i8", (ACTIONS,)),  # held keys per action, and 1 if it is latched
         ("forced", "i8"),  # string that plays all notes while its key is held; -1: none
         ("controls", CONTROLS),
         ("hands", HANDS),

@@ -127,6 +127,7 @@ def process(address, sound, n):
     synth.block_frame = synth.frame
     synth.block_frames = n
     store_release(address + BLOCK_TIME, began)
+    worked = nanoseconds(synth.clock, synth.work_clock_id)
     switch_bass(synth)
     for i in range(MOST_STRINGS):
         if synth.apart[i] != 0:
@@ -141,7 +142,7 @@ def process(address, sound, n):
     capture(synth, out, n)
     synth.blocks += 1
     if began != 0:
-        load = (nanoseconds(synth.clock, synth.clock_id) - began) * 1e-9 * synth.rate / n
+        load = (nanoseconds(synth.clock, synth.work_clock_id) - worked) * 1e-9 * synth.rate / n
         update_meters(synth, load)
         adapt(synth, load, n)
         run_ahead(synth, began, n, load)

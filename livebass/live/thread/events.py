@@ -27,6 +27,7 @@ from livebass.live.thread.ring import (
     NOW,
     PARAMETER,
     STRING_BEND,
+    SWITCH,
     controller_of,
     key_channel_of,
     next_frame,
@@ -34,7 +35,7 @@ from livebass.live.thread.ring import (
     push_midi,
     unpack,
 )
-from livebass.techniques import GAIN_DB, LEARNED, LEAST, PARAMETERS
+from livebass.techniques import ACTIONS, GAIN_DB, LEARNED, LEAST, PARAMETERS, TECHNIQUE
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
 
@@ -61,6 +62,7 @@ def play_message(synth, b, frame, status, first, second):
         synth.banks[status & 0x0F] = second + 1
     # plucking points and grazing apexes always come from the fine operators, even if the coarse ones play
     messages.handle_message(performer_for(b, frame), operators_of(b, 0), status, first, second)
+    synth.parameters[TECHNIQUE] = performer_of(b).controls.adjusted[TECHNIQUE]  # keys and controllers move it, too
 
 
 @jit
@@ -139,6 +141,8 @@ def send_event(synth, b, frame, word, value):
         parameters.set_parameter(p, number, synth.parameters[number])
     elif kind == AMOUNT:
         parameters.set_amount(p, operators_of(b, 0), number, value)
+    elif kind == SWITCH and number < ACTIONS:
+        controls.latch(p, operators_of(b, 0), number, np.int64(value > 0.5))
     elif kind == STRING_BEND:
         expression.bend_string(p, number, value)
     elif kind == NOTE_BEND:

@@ -17,7 +17,7 @@ from livebass.kernels.string.operators import place_of
 from livebass.kernels.string.records import CONTACT, MOST_NEAR
 from livebass.live.thread.records import operators_of, performer_of, string_of, synth_at
 from livebass.live.thread.sight import SIGHT, see_string
-from livebass.techniques import ACTIONS
+from livebass.techniques import ACTIONS, TECHNIQUE
 
 PLACES = 40  # number of lights along a neck, one per fret, from the nut on
 LOGGED = 256  # contacts per string that a plugin has room for
@@ -54,9 +54,10 @@ LOOK = np.dtype(
         ("overload", "i8"),  # strings on coarse operators
         ("load", "f8"),  # part of its time that the last block took
         ("peak", "f8"),  # of the block's sound, written by the plugin
+        ("technique", "f8"),  # the parameter of the stroke
         ("stroke", "i8"),  # FINGER, PICK, NAIL or POP
         ("slapped", "i8"),  # strings that the thumb strikes, from the lowest
-        ("switched", "i8"),  # techniques whose keys are held, a bit each
+        ("switched", "i8"),  # techniques that keys or hosts hold, a bit each
         ("forced", "i8"),  # string that plays all notes while its key is held; -1: none
         ("hand", "i8"),  # fret of the first finger
         ("position", "f8"),  # of a pluck, part of the open string from the nut
@@ -127,6 +128,7 @@ def see_neck(b, seen):
 def see_player(p, seen):
     """Copies the state of the player's hands, keys and controllers."""
     controls, hands, bass = p.controls, p.hands, p.controls.channel[ANY]
+    seen.technique = controls.adjusted[TECHNIQUE]
     seen.stroke = p.stroke
     seen.slapped = p.slapped
     seen.switched = 0

@@ -50,7 +50,8 @@ SYNTH = np.dtype(
         ("rate", "f8"),  # Hz
         ("frame", "i8"),  # the next to compute
         ("clock", "i8"),  # address of clock_gettime, 0: none
-        ("clock_id", "i8"),
+        ("clock_id", "i8"),  # of the time
+        ("work_clock_id", "i8"),  # of the load: may count the thread's own time alone
         ("block_time", "i8"),  # ns, when the last block began
         ("block_frame", "i8"),  # its first frame
         ("block_frames", "i8"),

@@ -21,9 +21,10 @@ NOW = -1  # instead of a frame: as soon as possible
 # Kinds of messages: MIDI; a parameter (techniques.py) and its value; a string's bend, semitones; the pluck position of
 # a key's next note, as PLUCK_POSITION; the bend of the string that played a key last, semitones; the string of a key's
 # next note; the amount of a controller function, 0 to 1 (`parameters.set_amount`); the vibrato of the string that
-# played a key last, 0 to 1; the end of a key's sound, whatever the pedal does; a knob of the effects, 0 to 1
+# played a key last, 0 to 1; the end of a key's sound, whatever the pedal does; a knob of the effects, 0 to 1; a
+# technique that is latched (1) or not (0)
 MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
-NOTE_VIBRATO, NOTE_CUT, EFFECT = 7, 8, 9
+NOTE_VIBRATO, NOTE_CUT, EFFECT, SWITCH = 7, 8, 9, 10
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
 NUMBER, OF_CHANNEL = 0xFF, 0x1F  # masks: of an event's number, and of the channel above it
 

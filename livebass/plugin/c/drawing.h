@@ -60,7 +60,6 @@ struct lb_picture {
     int hovered, held; /* parts; -1: none */
     double grabbed, from; /* place and value where a slider was grabbed */
     int string, key; /* the note that the pointer plays; string -1: none */
-    uint8_t toggled[LB_KEY_COUNT]; /* switch keys held by hand */
     /* looks */
     LB_LOOK both[2];
     int which;
@@ -145,10 +144,10 @@ lb_area lb_draw_lively(lb_picture *, int all);
 
 /* --- of layout.c --- */
 
-enum { LET_RING = 100, PLAYED_ON }; /* lamps besides the actions': the pedal, and the string that keys choose */
 /* The number of basses: if there is one, its parameter has two values of the same name. */
 int lb_basses(const lb_picture *);
 int lb_key_of(const lb_picture *, int action); /* the key that switches it; -1: none */
+const lb_switch *lb_switch_of(int action); /* without a value; 0: there is none */
 void lb_lamp_name(const lb_picture *, int lamp, int with_key, char text[64]);
 void lb_tab_name(const lb_picture *, int page, char text[MOST_TEXT]);
 /* A number for everything that the parts' places depend on. */

@@ -16,6 +16,7 @@ static void begin_audio(lb_instance *i) {
     lb_forget_notes(i);
     memset(&i->audio.taps, 0, sizeof i->audio.taps);
     i->audio.programs = 0;
+    i->audio.stroke = lb_value(i, LB_TECHNIQUE);
     __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE); /* a window may be moving values */
 }
 
@@ -207,6 +208,15 @@ static void answer_program(lb_instance *i) {
     if (bass >= 0) lb_set_value(i, LB_BASS, bass);
 }
 
+/* Takes the stroke that a key or a controller has chosen. */
+static void follow_stroke(lb_instance *i) {
+    const double stroke = i->synth->record.parameters[LB_TECHNIQUE], before = i->audio.stroke;
+    i->audio.stroke = stroke;
+    if (stroke == before || stroke == lb_value(i, LB_TECHNIQUE)) return;
+    lb_set_value(i, LB_TECHNIQUE, stroke);
+    i->audio.moved |= 1ull << LB_TECHNIQUE;
+}
+
 /* Plays frames from `from` to below `end` of a block. */
 static void play(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64_t from, int64_t end) {
     float *at[LB_STRINGS];
@@ -229,6 +239,7 @@ void lb_play_block(lb_instance *i, int apart, float *const outs[LB_STRINGS], int
     i->audio.turn_count = 0;
     play(i, apart, outs, done, n);
     answer_program(i);
+    if (n > 0) follow_stroke(i); /* else the synth has taken no message yet */
     lb_take_look(&i->look, i->synth, outs[0] && !apart ? outs[0] : i->synth->mix, n < LB_CHUNK ? n : LB_CHUNK);
     LB_REAL_TIME(0);
 }

@@ -77,7 +77,8 @@ typedef struct { /* the audio thread's side: no other thread touches it while th
     lb_note notes[LB_NOTES]; /* [channel * LB_KEYS + key] */
     int untold;              /* notes may have untold amounts */
     int64_t programs;        /* program changes answered so far */
-    uint64_t moved;          /* parameters moved by controllers, to tell the host, a bit each */
+    double stroke;           /* LB_TECHNIQUE as the synth had it last */
+    uint64_t moved;          /* parameters moved by controllers and keys, to tell the host, a bit each */
     lb_taps taps;
     lb_turn turns[LB_TURNS]; /* of the next block to play */
     int turn_count;
@@ -192,7 +193,7 @@ int lb_learned_by(const lb_instance *, int controller); /* the parameter that a 
 void lb_forget(lb_instance *, int parameter);           /* frees it from its controller. [any thread] */
 /* Moves a parameter for MIDI of a controller that has learned it; returns 0 for all other MIDI. [audio thread] */
 int lb_take_learned(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
-/* A parameter that a controller has moved since the last call, to tell the host; -1: none. [audio thread] */
+/* A parameter that a controller or a key has moved since the last call, to tell the host; -1: none. [audio thread] */
 int lb_next_moved(lb_instance *);
 /* Writes the learned controllers, for states, and restores them. */
 void lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);

@@ -109,15 +109,15 @@ int lb_key_of(const lb_picture *p, int action) {
     return -1;
 }
 
-static const char *switch_name(int action) {
+const lb_switch *lb_switch_of(int action) {
     for (int k = 0; k < LB_SWITCHES; k++)
-        if (lb_switches[k].action == action && lb_switches[k].value < 0) return lb_switches[k].name;
+        if (lb_switches[k].action == action && lb_switches[k].value < 0) return &lb_switches[k];
     return 0;
 }
 
 /* Lamps that are always shown: controllers and parameters switch them, too. */
 static const int always[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_PALM_MUTE, LB_SWITCH_LEGATO,
-                             LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LET_RING};
+                             LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LB_SWITCH_LET_RING};
 static int is_always(int lamp) {
     for (size_t k = 0; k < sizeof always / sizeof *always; k++)
         if (always[k] == lamp) return 1;
@@ -126,19 +126,17 @@ static int is_always(int lamp) {
 
 void lb_lamp_name(const lb_picture *p, int lamp, int with_key, char text[64]) {
     char key[16] = "";
-    const char *name = lamp == LET_RING ? "Let ring" : lamp == PLAYED_ON ? "String" : switch_name(lamp);
-    if (with_key && lamp < LET_RING) lb_note_name(lb_key_of(p, lamp), key);
-    snprintf(text, 64, "%s%s%s", name, *key ? "  " : "", key);
+    if (with_key) lb_note_name(lb_key_of(p, lamp), key);
+    snprintf(text, 64, "%s%s%s", lb_switch_of(lamp)->name, *key ? "  " : "", key);
 }
 
 static void lay_out_lamps(lb_picture *p, double width, double top) {
-    int lamps[LB_SWITCHES + 16], count = 0, with_keys = 1;
+    int lamps[LB_SWITCHES], count = 0, with_keys = 1;
     char text[64];
     for (size_t k = 0; k < sizeof always / sizeof *always; k++) lamps[count++] = always[k];
     for (int k = 0; k < LB_SWITCHES; k++)
         if (lb_switches[k].value < 0 && !is_always(lb_switches[k].action) && lb_key_of(p, lb_switches[k].action) >= 0)
             lamps[count++] = lb_switches[k].action;
-    if (lb_key_of(p, LB_SWITCH_STRING) >= 0) lamps[count++] = PLAYED_ON;
     for (;; with_keys = 0) {
         double x = px(p, EDGE);
         for (int k = 0; k < count; k++) {

@@ -30,7 +30,7 @@ int lb_learned_by(const lb_instance *i, int controller) {
 }
 
 /* The parameter value for a controller's value, as in the kernels (value_at of kernels/player/parameters.py): gain as a
-   volume controller, names in equal parts, the middle as 0 if a parameter has both signs. */
+   volume controller, names in equal parts (here all strokes), the middle as 0 if a parameter has both signs. */
 static double value_of(const lb_instance *i, int parameter, int seven) {
     const double least = lb_parameters[parameter].least, most = lb_most(i, parameter);
     if (parameter == LB_GAIN) return seven ? fmax(VOLUME_LAW * log10((double)seven / MOST), least) : least;

@@ -25,7 +25,7 @@ enum { LINE = 1500, NAME = 64, MIDNAM = 1 << 14 };
 typedef struct {
     lb_instance instance;
     int asked;    /* the worker will call lb_serve */
-    int restored; /* a state set bass and quality: their ports count once they move */
+    uint64_t restored; /* parameters that a state set, a bit each: their ports count once they move */
     int running;  /* the audio thread is in run() ... */
     int held;     /* ... and must stay out while restore() changes the bass */
     int outputs;
@@ -40,7 +40,7 @@ typedef struct {
     lb_sides sides[2];         /* the present and the next: save() may read during run() */
     int sides_at, sides_asked; /* sides_asked: send them to the window */
     uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom;
-    uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side;
+    uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side, key_stroke;
     uint32_t key_aside[LB_PARAMETERS]; /* for the other side's values; 0: it has none of its own */
     const lv2_schedule *worker;
     const lv2_log *log;
@@ -86,6 +86,7 @@ static void map_names(plugin *p, const lv2_map *map) {
         {&p->sides_atom, SIDES_ATOM},     {&p->string, LV2_STRING},           {&p->whole, LV2_LONG},
         {&p->real, LV2_FLOAT},            {&p->key_bass, URI "#bass"},        {&p->key_quality, URI "#quality"},
         {&p->key_seed, URI "#seed"},      {&p->key_side, URI "#side"},
+        {&p->key_stroke, URI "#technique"},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) *all[k].number = map->map(map->handle, all[k].uri);
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -158,15 +159,29 @@ static void deactivate(void *handle) {
     lb_rest_instance(&p->instance);
 }
 
-/* Takes the values that the host has moved. An invalid choice changes nothing. */
+/* True if the host has moved a port since the last block. */
+static int is_moved(const plugin *p, int k) {
+    const float *at = p->controls[k];
+    return at && *at != p->seen[k] && isfinite(*at);
+}
+
+/* The value that the next block will have. An invalid choice of a port changes nothing, nor does a port's first value
+   after a state. */
+static double wanted(const plugin *p, int k) {
+    const lb_instance *i = &p->instance;
+    if (!is_moved(p, k) || p->restored >> k & 1) return lb_value(i, k);
+    const double value = *p->controls[k], allowed = lb_allowed(i, k, value);
+    const int chosen = lb_parameters[k].whole && lb_parameters[k].kind < 0;
+    return chosen && rint(value) != allowed ? lb_value(i, k) : allowed;
+}
+
+/* Takes the values that the host has moved. */
 static void follow_ports(plugin *p) {
     lb_instance *i = &p->instance;
     for (int k = 0; k < LB_PARAMETERS; k++) {
-        const float *at = p->controls[k];
-        if (!at || *at == p->seen[k] || !isfinite(*at)) continue;
-        p->seen[k] = *at;
-        if (lb_parameters[k].whole && lb_parameters[k].kind < 0 && rint(*at) != lb_allowed(i, k, *at)) continue;
-        if (!p->restored || (k != LB_BASS && k != LB_QUALITY)) lb_set_value(i, k, *at);
+        if (!is_moved(p, k)) continue;
+        if (!(p->restored >> k & 1)) lb_set_value(i, k, wanted(p, k));
+        p->seen[k] = *p->controls[k];
     }
     p->restored = 0;
     const float *freewheeling = p->controls[FREEWHEELING];
@@ -283,9 +298,16 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     plugin *p = handle;
     lb_state state;
     lb_save_state(&p->instance, &state);
-    const int64_t quality = (int64_t)state.values[LB_QUALITY][0];
+    const int begun = isfinite(p->seen[LB_BASS]); /* before, a new instance's values count */
+    const int64_t quality = (int64_t)(begun ? wanted(p, LB_QUALITY) : state.values[LB_QUALITY][0]);
+    const double bass = begun ? wanted(p, LB_BASS) : state.values[LB_BASS][0];
+    if (bass != state.values[LB_BASS][0] && bass < lb_shelf_count(p->instance.shelf))
+        snprintf(state.bass, sizeof state.bass, "%s", lb_shelf_name(p->instance.shelf, (int)bass));
     store(to, p->key_seed, &state.seed, sizeof state.seed, p->whole, LV2_PLAIN);
     store(to, p->key_quality, &quality, sizeof quality, p->whole, LV2_PLAIN);
+    const float stroke = (float)state.values[LB_TECHNIQUE][0];
+    if (p->restored >> LB_TECHNIQUE & 1 || (!is_moved(p, LB_TECHNIQUE) && stroke != p->seen[LB_TECHNIQUE])) /* by a key */
+        store(to, p->key_stroke, &stroke, sizeof stroke, p->real, LV2_PLAIN);
     const lb_sides *sides = &p->sides[__atomic_load_n(&p->sides_at, __ATOMIC_ACQUIRE)];
     if (sides->side) store(to, p->key_side, &sides->side, sizeof sides->side, p->whole, LV2_PLAIN);
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -305,19 +327,22 @@ static int64_t kept(const plugin *p, lv2_retrieve get, void *from, uint32_t key,
     return otherwise;
 }
 
+/* Reads a value from a state; `otherwise` if it has none. */
+static double kept_real(const plugin *p, lv2_retrieve get, void *from, uint32_t key, double otherwise) {
+    size_t size = 0;
+    uint32_t type = 0, flags = 0;
+    float value = NAN;
+    const void *at = get(from, key, &size, &type, &flags);
+    if (at && size == sizeof value && type == p->real) memcpy(&value, at, sizeof value);
+    return isfinite(value) ? value : otherwise;
+}
+
 /* Reads A and B from a state. It has only values that differ from a new instance's. */
 static void read_sides(const plugin *p, lv2_retrieve get, void *from, lb_sides *sides) {
     sides->side = kept(p, get, from, p->key_side, 0) == 1;
-    for (int k = 0; k < LB_PARAMETERS; k++) {
-        size_t size = 0;
-        uint32_t type = 0, flags = 0;
-        float value;
-        sides->aside[k] = lb_parameters[k].usual;
-        const void *at = p->key_aside[k] ? get(from, p->key_aside[k], &size, &type, &flags) : 0;
-        if (!at || type != p->real || size != sizeof value) continue;
-        memcpy(&value, at, sizeof value);
-        if (isfinite(value)) sides->aside[k] = value;
-    }
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        sides->aside[k] = p->key_aside[k] ? kept_real(p, get, from, p->key_aside[k], lb_parameters[k].usual)
+                                          : lb_parameters[k].usual;
 }
 
 /* Loads the bass while the old one plays on; then resets the synth with it. */
@@ -333,12 +358,16 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     state.seed = kept(p, get, from, p->key_seed, 0);
     for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* the host restores the ports */
     state.values[LB_QUALITY] = kept(p, get, from, p->key_quality, LB_LIVE) == LB_STUDIO;
+    const double port = isfinite(p->seen[LB_TECHNIQUE]) ? p->seen[LB_TECHNIQUE] : lb_parameters[LB_TECHNIQUE].usual;
+    const double stroke = kept_real(p, get, from, p->key_stroke, NAN); /* by a key */
+    state.values[LB_TECHNIQUE] = isfinite(stroke) ? stroke : port;
     read_sides(p, get, from, &state.sides);
     lb_take_kept(i, &state);
     lb_serve(i);
     hold(p);
     set_sides(p, &state.sides);
-    p->sides_asked = p->restored = 1;
+    p->sides_asked = 1;
+    p->restored = 1ull << LB_BASS | 1ull << LB_QUALITY | (uint64_t)isfinite(stroke) << LB_TECHNIQUE;
     lb_reset_instance(i);
     let_in(p);
     return LV2_SUCCESS;

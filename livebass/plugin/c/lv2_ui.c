@@ -16,6 +16,7 @@ typedef struct {
     double scale;
     uint32_t outputs, event_transfer, look, watch, touched, sides_atom;
     time_t told;    /* when it last told the plugin that it is open */
+    double stroke;  /* the plugin's, as last seen */
     lb_sides sides; /* as the plugin knows them ... */
     int32_t asks;   /* ... unless it must still be asked */
 } ui;
@@ -73,6 +74,14 @@ static void cleanup(void *handle) {
     free(u);
 }
 
+/* Tells the host the stroke that a key has chosen: the plugin cannot move its port. */
+static void follow_stroke(ui *u, double stroke) {
+    if (stroke == u->stroke) return;
+    u->stroke = stroke;
+    if (stroke != lb_value(&u->instance, LB_TECHNIQUE))
+        lb_move_value(&u->instance, LB_TECHNIQUE, stroke, LB_MOVE);
+}
+
 static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t format, const void *data) {
     ui *u = handle;
     const uint32_t first = FIRST_OUT + u->outputs;
@@ -89,6 +98,7 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
         LB_LOOK look;
         memcpy(&look, atom + 1, sizeof look);
         if (look.strings >= 0 && look.strings <= LB_STRINGS) lb_put_look(&u->instance.look, &look);
+        follow_stroke(u, look.technique);
     }
     if (atom->type == u->sides_atom && atom->size == sizeof u->sides) {
         memcpy(&u->sides, atom + 1, sizeof u->sides);

@@ -241,8 +241,7 @@ static int lamp_is_on(const lb_picture *p, int lamp) {
     const LB_LOOK *l = look_of(p);
     if (!l->strings) return 0;
     switch (lamp) {
-    case LET_RING: return l->pedal != 0;
-    case PLAYED_ON: return l->forced >= 0;
+    case LB_SWITCH_LET_RING: if (l->pedal) return 1; break;
     case LB_SWITCH_SLAP: return l->slapped > 0;
     case LB_SWITCH_PICK: return l->slapped == 0 && l->stroke == LB_PICK;
     case LB_SWITCH_FINGER: return l->slapped == 0 && l->stroke != LB_PICK && l->stroke != LB_POP;
@@ -263,7 +262,6 @@ static void draw_lamp(lb_picture *p, const part *q) {
     const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
     const theme *t = p->t;
     lb_lamp_name(p, lamp, q->number % 2, text);
-    if (hot && lb_key_of(p, lamp) >= 0) lb_note_name(lb_key_of(p, lamp), text); /* only its key, if both do not fit */
     char *gap = strstr(text, "  ");
     lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
     if (gap) *gap = 0;
@@ -275,14 +273,13 @@ static void draw_lamp(lb_picture *p, const part *q) {
 
 static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, lamp_is_on(p, q->number / 2)); }
 
-/* Presses the key of a lamp's switch; a key that acts while held stays down until the next press. */
+/* Chooses a lamp's stroke, or switches its technique on or off; without a parameter, presses its key. */
 static void press_lamp(lb_picture *p, const part *q, const hand *h) {
-    const int lamp = q->number / 2, key = lamp < LET_RING ? lb_key_of(p, lamp) : -1;
-    if (key < 0) return;
-    const int at_once = p->face.switched(p->face.owner, key)->press;
-    p->toggled[key] = !p->toggled[key] && !at_once;
-    if (p->toggled[key] || at_once) p->face.note(p->face.owner, 1, -1, key, 0.75);
-    if (!p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
+    const lb_switch *s = lb_switch_of(q->number / 2);
+    if (s->parameter == LB_TECHNIQUE) lb_change(p, s->parameter, s->on);
+    else if (s->parameter >= 0) lb_change(p, s->parameter, value_of(p, s->parameter) > 0 ? 0 : s->on);
+    for (int on = 1; s->parameter < 0 && on >= 0; on--)
+        p->face.note(p->face.owner, on, -1, lb_key_of(p, s->action), 0.75);
 }
 
 /* --- the panel --- */

@@ -39,8 +39,6 @@ lb_picture *lb_new_picture(const lb_face *face) {
 void lb_free_picture(lb_picture *p) {
     if (!p) return;
     lb_point(p, LB_POINT_LEAVE, 0, 0, 0);
-    for (int key = 0; key < LB_KEY_COUNT; key++)
-        if (p->toggled[key]) p->face.note(p->face.owner, 0, -1, key, 0);
     free(p->ground.pixels);
     free(p->shapes);
     free(p->sines);

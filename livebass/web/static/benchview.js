@@ -6,6 +6,7 @@ import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
 import {$, PAGE, chooseBass, chosenBass, make, makeButton, save, setPressed} from "./page.js";
 import {player} from "./player.js";
+import {takePlayed} from "./techniques.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
 
@@ -220,6 +221,7 @@ export async function takePreset(file) {
     chooseBass(name);
     onBench(() => bench().setAll(values));
     for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
+    takePlayed(played);
     sayBench(`The bass is as ${file.name} says.`);
   } catch (error) {
     sayBench(`${file.name}: ${/** @type {Error} */ (error).message}. The bass is as it was.`);

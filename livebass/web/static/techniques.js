@@ -103,6 +103,13 @@ export function takeOwnStroke(/** @type {Bass} */ bass) {
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
 }
 
+// Takes stroke and ways from the values of a plugin's parameters.
+export function takePlayed(/** @type {Record<string, number>} */ played) {
+  const chosen = STROKES.find(({stroke}) => stroke === played.technique);
+  if (chosen) pluckWith(chosen);
+  for (const way of WAYS) if (way.symbol in played) latch(way, played[way.symbol] > 0);
+}
+
 // A rebuilt bass begins with its own stroke: tells it the player's.
 function keepStroke() {
   const own = strokeOf(chosenBass().stroke);

@@ -83,7 +83,7 @@ def test_numbers_in_files_and_projects_stay() -> None:
     """New rows come after the existing ones."""
     switched = "string ghost legato harmonic tap palm_mute slide vibrato finger pick slap stop_all"
     switched += " down_stroke up_stroke hand detach left_slap thumb_on_all pop_on_all artificial artificial_12th"
-    switched += " artificial_15th pinch slide_off_down slide_off_up"
+    switched += " artificial_15th pinch slide_off_down slide_off_up let_ring"
     moved = "place volume expression let_ring vibrato palm_mute slide legato bend hand blend slide_time"
     hosted = "gain tone pluck_position dynamics technique hand_damping unevenness bend_range"
     for first, symbols, rows in (
@@ -95,7 +95,7 @@ def test_numbers_in_files_and_projects_stay() -> None:
         assert [row.number for row in rows.values()] == [*range(first, first + len(rows))]
         assert all(symbol == row.symbol for symbol, row in rows.items())
     assert [techniques.GHOST, techniques.LEFT_SLAP, techniques.CC_BLEND, techniques.BEND_RANGE] == [2, 17, 11, 7]
-    assert techniques.LEARNED == 102 and len(PARAMETER_ROWS["technique"].points) == techniques.THUMB_ON_ALL + 1
+    assert techniques.LEARNED == 102 and len(PARAMETER_ROWS["technique"].points) == techniques.POPS + 1
 
 
 @pytest.mark.parametrize("keys", MAPS.values(), ids=MAPS)
@@ -357,6 +357,15 @@ def test_all_notes_off_releases_keys_that_switch() -> None:
         assert hands.p["forced"] == -1 and not hands.p["switched"].any()
         events = hands(on(45))
         assert len(events) == 1 and events[0]["fret"] > 0
+
+
+@pytest.mark.parametrize("preset", ["jazz-finger", "slap", "precision-pick"])
+def test_the_basss_own_stroke_comes_back(preset: str) -> None:
+    hands = Hands(bass(preset), preset)
+    own = {name: int(hands.p[name]) for name in ("stroke", "slapped")}
+    for key in (key for key, name, _ in MODO.keys if techniques.STROKE_OF[TECHNIQUE_ROWS[name].number]):
+        hands(on(key), off(key), control(LEARNED + techniques.TECHNIQUE, 0))
+        assert {name: int(hands.p[name]) for name in own} == own
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "slap"])
