@@ -302,11 +302,11 @@ def test_controllers_move_the_notes_of_their_channel(bundle: Path, number: int, 
         return out
 
     plain = played(-1)
+    most = 0.05 * np.abs(plain).max() if number == SUSTAIN else 0.0  # strings answer while a pedal is down
     for channel, moved, other in ((1, 1, 2), (2, 2, 1)):
         sound = played(channel)
-        most = 0.05 * np.abs(plain).max() if number == SUSTAIN else 0.0  # a string that sounds on no longer answers
         assert np.abs(sound[other] - plain[other]).max() <= most and not np.array_equal(sound[moved], plain[moved])
-    assert all(np.array_equal(played(c)[1:3], plain[1:3]) for c in (0, 15))  # the first has the bass's floor
+    assert all(np.abs(played(c)[1:3] - plain[1:3]).max() <= most for c in (0, 15))  # the first has the bass's floor
 
 
 def test_every_controller_of_every_channel_has_a_hidden_parameter(bundle: Path) -> None:
