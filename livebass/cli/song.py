@@ -141,12 +141,12 @@ class Song:
         self.tab.check_unused(self.path)
         return score_in(data, self.path, rate, self.channel), self.preset
 
-    def midi(self) -> tuple[bytes, list[str]]:
-        """A tablature as a Standard MIDI File, and lines for the user. Raises UsageError for another file."""
+    def midi(self) -> tuple[bytes, str]:
+        """A tablature as a Standard MIDI File, and a line for the user. Raises ScoreError for another file."""
         data = file_bytes(self.path)
         if not is_tab(data):
             raise ScoreError(f"{self.path}: is not a tablature")
-        return midi_of(data, self.path, self.tab.asked(self.preset), self.load)
+        return midi_of(data, self.path, self.tab.asked(self.preset), self.load)[:2]
 
     def table(self, command: click.Command) -> str:
         """A table of its tracks or parts, and whether each would be played; `command` has the options."""

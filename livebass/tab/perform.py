@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise, zip_longest
-from math import gcd, log2
+from math import ceil, gcd, log2
 
 from livebass.tab.model import (
     IN_ABOVE,
@@ -81,6 +81,14 @@ class Performance:
     bars: list[tuple[Fraction, int]]  # (where it begins, number from 0) of each bar
     end: Fraction
     lacks: Counter[str]  # signs that are not played
+
+    def beats(self, bars: Sequence[Bar]) -> list[tuple[float, bool]]:
+        """The time of each beat, s, and whether a bar begins there."""
+        return [
+            (self.tempos.seconds(begin + beat * bars[number].beat), beat == 0)
+            for begin, number in self.bars
+            for beat in range(ceil(bars[number].length / bars[number].beat))
+        ]
 
 
 @dataclass

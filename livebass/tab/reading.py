@@ -68,13 +68,19 @@ def read_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..
 
     `load` loads a preset with a tuning and a capo. Raises ScoreError, and LookupError without the packages.
     """
-    midi, remarks = midi_of(data, path, asked, load)
+    midi, remark, beats = midi_of(data, path, asked, load)
     score = score_in(midi, path, rate)
-    return replace(score, remarks=(*remarks, *score.remarks))
+    frames = tuple((round(time * rate), begins) for time, begins in beats)
+    return replace(score, remarks=(remark, *score.remarks), beats=frames)
 
 
-def midi_of(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> tuple[bytes, list[str]]:
-    """The tablature as a Standard MIDI File, a take of livebass, and a line for the user."""
+def midi_of(
+    data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]
+) -> tuple[bytes, str, list[tuple[float, bool]]]:
+    """The tablature as a Standard MIDI File, a take of livebass; a line for the user; and the beats of its bars.
+
+    A beat is its time in s, and whether a bar begins.
+    """
     try:
         tab = parsed(data)
         number = _chosen(tab, asked.track)
@@ -88,7 +94,7 @@ def midi_of(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrumen
         midi, lacks = to_midi(performance, tab.bars, strings, [text_of(preset, given)], asked.dynamics)
     except UnreadableTab as error:
         raise ScoreError(f"{path}: {error}") from None
-    return midi, [_said(tab, number, performance, lacks)]
+    return midi, _said(tab, number, performance, lacks), performance.beats(tab.bars)
 
 
 def parsed(data: bytes) -> Tab:
