@@ -158,7 +158,8 @@ class _Writer:
         self.control(0.0, MODE_4, len(strings.opens))
 
     def track(self) -> mido.MidiTrack:
-        return _track([(0, 0, MetaMessage("track_name", name="Bass")), *self.events])
+        mode, *others = self.events
+        return _track([(0, 0, MetaMessage("track_name", name="Bass")), mode, *_usual(others), *others])
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
@@ -220,13 +221,11 @@ class _Writer:
         key = self.strings.switches.get(way.press)
         if stroke.kind == "pop" and key is None and stroke.string < LOW:
             self.lacks["pop on a low string"] += 1
-        if way[1:] == self.striking[1:]:
-            return
-        self.striking = way
-        if key is None:
-            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
-        else:
+        if key is not None:  # each time: after a jump to another place of the song, too
             self._press(self._tick(stroke.time), 0, key, 1)
+        elif way[1:] != self.striking[1:]:
+            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
+        self.striking = way
 
     def _switch(self, tick: int, channel: int, technique: str, ticks: int) -> None:
         """Holds the key of a technique from `tick` on."""
@@ -262,6 +261,20 @@ class _Writer:
             if value != self.values.get((what, stroke.string), FULL if what == "expression" else 0):
                 self.values[what, stroke.string] = value
                 self._add(self._tick(time), CONTROL, _moved(what, channel, value))
+
+
+def _usual(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tuple[int, int, Message]]:
+    """The usual values of all that moves later than at the beginning: a loop has them again."""
+    first: dict[tuple[object, ...], tuple[int, Message]] = {}
+    for tick, _, m in sorted(events, key=lambda event: event[:2]):
+        if m.type in ("control_change", "pitchwheel", "aftertouch"):
+            first.setdefault((m.type, m.channel, getattr(m, "control", 0)), (tick, m))
+    found = []
+    for tick, m in first.values():
+        usual = FULL if getattr(m, "control", 0) == FADE_CC else 0
+        if tick > 0:
+            found.append((0, CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": usual})))
+    return found
 
 
 def _moved(what: str, channel: int, value: int) -> Message:
