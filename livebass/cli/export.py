@@ -265,15 +265,14 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     from livebass.files import Transaction
 
     wanted = TabOptions.taken(options, options)
-    data, remarks = Song(tab, "auto", preset, wanted, Loader(options)).midi()
+    song = Song(tab, "auto", preset, wanted, Loader(options)).arranged()
     output = output or Path(f"{tab.stem}.mid")
     if output.exists() and os.path.samefile(tab, output):
         raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")
     with Transaction() as files:
-        files.write(output, data)
-    for remark in remarks:
-        say(f"{tab}: {remark}")
-    say(f"{output}: {len(data) / 1000:.1f} kB")
+        files.write(output, song.midi)
+    say(f"{tab}: {song.remark}")
+    say(f"{output}: {len(song.midi) / 1000:.1f} kB")
 
 
 @export.command()

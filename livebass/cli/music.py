@@ -17,6 +17,7 @@ from livebass.cli.song import Song, later_presets, preset_of, programs_of, remar
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import told, with_loaded
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
+from livebass.live.desk import with_beats
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.score.low_keys import with_low_notes
@@ -38,10 +39,13 @@ class Music:
         tab = TabOptions.taken(options, asked)
         self.song = options["song"] and Song(options["song"], "auto", self.wanted, tab, Loader(asked.copy()))
         self.tuning = tuning_of_options(options)
+        self.clicks, self.count_in = options["metronome"] == "file", options["count_in"]
         self._command = click.get_current_context().command
         self._of_take: dict[str, Mapping[str, str]] = {}  # options by preset, for presets that a take names
         self._load_of_take: Callable[[str], Instrument] = load_preset
         self.score = self._read_song(options["rate"]) if self.song else None  # reports errors in the file now
+        if self.clicks and not (self.score and self.score.beats):
+            raise click.UsageError("--metronome file is for a --file with bars: a tablature")
         if self.score:
             self._of_take = {bass.preset: bass.given for bass in self.score.basses}
         self.preset, self.bass = self._first()
@@ -68,7 +72,7 @@ class Music:
     def read(self) -> Callable[[int], Score] | None:
         """Reads the file or the demo at a given rate; None if there is neither."""
         if self.song:
-            return lambda rate: with_low_notes(self._read_song(rate), self.bass)
+            return lambda rate: with_low_notes(self._with_beats(self._read_song(rate)), self.bass)
         return (lambda rate: demo_for(self.bass, rate, self.demo)) if self.demo else None
 
     @property
@@ -90,6 +94,10 @@ class Music:
         if score.basses:
             score, self._load_of_take = with_loaded(score, self.song.load, DEFAULT_PRESET, self._command)
         return score
+
+    def _with_beats(self, score: Score) -> Score:
+        """The score with the beats that the metronome clicks, and a bar to count in, as the options ask."""
+        return with_beats(score, self.count_in) if self.clicks else score
 
     def _first(self) -> tuple[str, Instrument]:
         """The preset that plays first, and its bass.

@@ -22,7 +22,7 @@ from livebass.cli.remembered import recall
 from livebass.cli.said import clipping, say
 from livebass.cli.tabs import tab_options
 from livebass.cli.tuning import tuning_options
-from livebass.cli.values import RATE, Number, Parsed, Quantity, learn, span
+from livebass.cli.values import RATE, Number, Parsed, Quantity, beats, learn, span
 from livebass.files import OutputError
 from livebass.interrupts import stop_instead
 from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
@@ -40,7 +40,7 @@ GROUPS = {
     "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
     "Hands": "--keys --velocity-curve --wheel --no-noise --learn --controllers",
     "Effects": "--compression --drive --response --response-level",
-    "Song": "--file --track --bars --dynamics --demo --loop --tempo --metronome --tuner",
+    "Song": "--file --track --bars --dynamics --demo --loop --tempo --metronome --count-in --tuner",
     "Take": "--record --record-midi --log",
     "Devices": "--backend --audio --midi --channel --rate --block --latency --cores --osc",
     "JACK": "--transport --metronome-port --strings --client-name --no-connect",
@@ -126,7 +126,14 @@ setting, switch = functools.partial(option, cls=Setting), functools.partial(flag
     value=lambda percent: percent / 100,
 )
 @switch("--transport", "The --file follows JACK's transport.")
-@setting("--metronome", Number("BPM", 20, 400), "Clicks per minute, 20 to 400.", value=lambda beats: beats or 0.0)
+@setting(
+    "--metronome",
+    Parsed("metronome", beats),
+    "Clicks per minute, 20 to 400; file: the beats of the tablature's bars.",
+    metavar="BPM|file",
+    value=lambda beats: -1.0 if beats == "file" else beats or 0.0,  # FILE of live/desk.py
+)
+@flag("--count-in", "Click a bar before the tablature; with --metronome file.")
 @switch("--metronome-port", "Send the click to the JACK port `metronome` only.")
 @switch("--tuner", "Show the pitch and how many cents it is off.")
 @option(
@@ -298,6 +305,8 @@ def check_together(options: dict[str, Any]) -> None:
         raise click.UsageError("--loop repeats the file, --transport moves it as JACK does: leave one out")
     if options["metronome_port"] and not options["metronome"]:
         raise click.UsageError("--metronome-port: say how fast, by --metronome BPM")
+    if options["count_in"] and options["metronome"] != "file":
+        raise click.UsageError("--count-in is for --metronome file")
     if options["no_connect"] and options["midi"] is not None:
         raise click.UsageError("--midi names what to connect, --no-connect connects nothing: leave one out")
     if options["client_name"] is not None and not is_client_name(options["client_name"]):

@@ -20,7 +20,7 @@ from livebass.report.text import columns
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
 from livebass.score.score import LEAST_RATE, NOTE_ON, Score
-from livebass.tab.reading import is_tab, midi_of, read_tab, table
+from livebass.tab.reading import Arrangement, arranged, is_tab, read_tab, table
 from livebass.units import note_name, one_line
 
 
@@ -141,12 +141,12 @@ class Song:
         self.tab.check_unused(self.path)
         return score_in(data, self.path, rate, self.channel), self.preset
 
-    def midi(self) -> tuple[bytes, list[str]]:
-        """A tablature as a Standard MIDI File, and lines for the user. Raises UsageError for another file."""
+    def arranged(self) -> Arrangement:
+        """A tablature as livebass plays it. Raises ScoreError for another file."""
         data = file_bytes(self.path)
         if not is_tab(data):
             raise ScoreError(f"{self.path}: is not a tablature")
-        return midi_of(data, self.path, self.tab.asked(self.preset), self.load)
+        return arranged(data, self.path, self.tab.asked(self.preset), self.load)
 
     def table(self, command: click.Command) -> str:
         """A table of its tracks or parts, and whether each would be played; `command` has the options."""

@@ -103,6 +103,14 @@ def learn(text: str) -> tuple[str, int | str | None]:
     return symbol, check_controllers({symbol: number})[symbol]
 
 
+def beats(text: str) -> float | str:
+    """Beats per minute, 20 to 400, or "file". Raises ValueError."""
+    try:
+        return text if text == "file" else Number("BPM", 20, 400).read(text)
+    except ValueError:
+        raise ValueError(f"must be from 20 to 400, or file, not {text}") from None
+
+
 def channel(text: str) -> str | int:
     """A MIDI channel, counted from 1, or "auto" or "all". Raises ValueError."""
     if not re.fullmatch("auto|all|[1-9]|1[0-6]", text):

@@ -88,7 +88,7 @@ def control_table(
         "cores": Control(cores, lambda: synth().cores),
         "note": Control(note),
         "panic": Control(lambda *_: synth().panic()),
-        "metronome": Control(metronome, lambda: desk.beats),
+        "metronome": Control(metronome, lambda: max(desk.beats, 0.0)),
     }
     if desk.score:
         table |= {

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from livebass.bounds import between, refusal
 from livebass.kernels.player.constants import CONTROLLERS
 from livebass.live.parameters import NUMBERS, PARAMETERS
-from livebass.live.thread.desk import DESK, MOVED_BITS
+from livebass.live.thread.desk import BEAT, BY_SCORE, DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
 from livebass.score.score import PROGRAM, Score
@@ -25,6 +26,7 @@ LEAD = 0.2  # s before a score begins
 SHORTEST_LOOP = 0.1  # s
 TEMPOS = (0.1, 4.0)  # parts of the score's own tempo
 BEATS = (20.0, 400.0)  # of the metronome, per minute
+FILE = -1.0  # beats of a metronome that clicks at those of the score
 CLICK_LENGTH, CLICK_PITCH, CLICK_LEVEL, CLICK_DECAY = 0.03, 1500.0, 0.25, 0.006  # s, Hz, of full scale, s
 MODES = (126, 127)  # controllers that change what channels mean
 
@@ -152,7 +154,7 @@ class Desk:
     # ---- the metronome
 
     def click(self, beats: float, rate: int, frame: int) -> None:
-        """Clicks `beats` times a minute from `frame` of the synth, which runs at `rate` Hz; 0: off."""
+        """Clicks `beats` times a minute from `frame` of the synth, which runs at `rate` Hz; 0: off, FILE: the score."""
         self.record["click_period"] = 0.0
         self.beats = beats
         if not beats:
@@ -163,8 +165,29 @@ class Desk:
             self.record["click_frames"] = 0
             self.record["click"] = sound.ctypes.data
             self.record["click_frames"] = len(sound)
-        self.record["click_start"] = frame
-        self.record["click_period"] = 60.0 / beats * rate
+        by_score = beats == FILE
+        self.record["click_start"], self.record["click_level"] = -rate if by_score else frame, 1.0
+        self.record["click_period"] = BY_SCORE if by_score else 60.0 / beats * rate
+
+
+def with_beats(score: Score, count_in: bool) -> Score:
+    """The score with messages for the metronome at its beats; `count_in` puts a bar of beats before it.
+
+    Before an upbeat, which is shorter than the next bar, only the rest of that bar is counted.
+    """
+    bars = [frame for frame, begins in score.beats if begins]
+    first, second, third, *_ = *bars, score.file_end, score.file_end
+    upbeat = len(bars) > 1 and second - first < third - second
+    begin, later = (second, third - second - (second - first)) if upbeat else (first, second - first)
+    later = later if count_in else 0
+    before = [(frame - begin, begins) for frame, begins in score.beats if 0 <= frame - begin < later]
+    beats = before + [(frame + later, begins) for frame, begins in score.beats]
+    frames = np.concatenate([[frame for frame, _ in beats], score.frames + later]).astype(np.int64)
+    rows = np.array([(BEAT, begins, 0) for _, begins in beats], np.uint8)
+    order = np.argsort(frames, kind="stable")
+    messages = np.concatenate([rows, score.messages])[order]
+    end, file_end = score.end_frame + later, score.file_end + later
+    return replace(score, frames=frames[order], messages=messages, end_frame=end, file_end=file_end)
 
 
 def click_sound(rate: int) -> NDArray[np.float32]:

@@ -46,7 +46,7 @@ class Settings:
     controllers: Mapping[str, int] = field(default_factory=dict)  # learned, by parameter symbol
     learn: tuple[str, ...] = ()  # parameters to learn a controller for
     osc: int | None = None  # UDP port of the control socket; 0: any that is free
-    metronome: float = 0.0  # beats per minute; 0: off
+    metronome: float = 0.0  # beats per minute; 0: off; FILE of desk.py: the file's
     metronome_port: bool = False  # give it its own JACK port
     tuner: bool = False
     cores: int | None = None  # processor cores that play strings; None: all

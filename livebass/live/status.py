@@ -7,6 +7,7 @@ import math
 from pathlib import Path
 
 from livebass.live.control import meter_table, tuner_meters
+from livebass.live.desk import FILE
 from livebass.live.keyboard import TerminalKeys
 from livebass.live.osc import Value
 from livebass.live.presets import PresetSwitch
@@ -67,7 +68,7 @@ class Status:
             place = f"{clock(desk.position)} of {clock(desk.length)}"
             parts.append(", ".join(part for part in (place, loop, tempo, stands) if part))
         if desk.beats:
-            parts.append(f"metronome {desk.beats:g}")
+            parts.append(f"metronome {'by the file' if desk.beats == FILE else f'{desk.beats:g}'}")
         if self.keys and self.keys.active:
             parts.append(f"velocity {self.keys.velocity}, octave {self.keys.octave}")
             parts.append(self.keys.ways)

@@ -36,8 +36,8 @@ BEND = 50.0  # units of a whole tone are 100
 LONGEST = 1024  # quarter notes in a bar
 VIBRATO = {"Slight": 0.5, "Wide": 1.0}
 # What livebass does not play, by property or element of a beat or note
-SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe", "DeadSlapped": "dead slap",
-         "Ornament": "ornament"}  # fmt: skip
+SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe", "Ornament": "ornament"}
+SIMILES = {"Simple": 1, "FirstOfDouble": 2, "SecondOfDouble": 2}  # bars back to the one that sounds
 # The numbers of a bend
 POINTS = (
     "OriginOffset", "OriginValue", "MiddleOffset1", "MiddleOffset2", "MiddleValue", "DestinationOffset",
@@ -93,8 +93,9 @@ class _Reader:
         opens = [note + capo for note in tuning]
         for master in self.masters:
             bar = self.bars[(master.findtext("Bars") or "").split()[staff]]
-            if bar.findtext("SimileMark") == "Simple" and bars:
-                bars.append(bars[-1])
+            back = SIMILES.get(bar.findtext("SimileMark") or "", len(bars) + 1)
+            if back <= len(bars):
+                bars.append(bars[-back])
                 continue
             voices = [self._voice(word, opens) for word in (bar.findtext("Voices") or "").split() if word != "-1"]
             bars.append([beats for beats in voices if any(beat.notes for beat in beats)])
@@ -125,6 +126,8 @@ class _Reader:
             own = _properties(note)
             if "String" in own and "Fret" in own:
                 made.notes.append(_note(note, own, velocity_of(dynamic), opens))
+        if beat.find("DeadSlapped") is not None:
+            made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
         technique = "slap" if "Slapped" in properties else "pop" if "Popped" in properties else ""
         tremolo = Fraction(beat.findtext("Tremolo") or 0)
         vibrato = VIBRATO.get(_text(properties, "VibratoWTremBar", "Strength"), 0.0)
@@ -193,6 +196,7 @@ def _bar(master: Any) -> Bar:
         bar.plays = max(int(repeat.get("count") or 2), 1) if repeat.get("end") == "true" else 1
     bar.endings = frozenset(map(int, (master.findtext("AlternateEndings") or "").split()))
     bar.swing = SWINGS.get(master.findtext("TripletFeel") or "")
+    bar.fermatas = len(master.findall("Fermatas/Fermata"))
     bar.name = (master.findtext("Section/Text") or master.findtext("Section/Letter") or "").strip()
     return bar
 
@@ -233,7 +237,7 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]
     tie, accent = note.find("Tie"), int(note.findtext("Accent") or 0)
     made.tie = tie is not None and tie.get("destination") == "true"
     made.dead, made.palm = _is_on(properties, "Muted"), _is_on(properties, "PalmMuted")
-    made.hammer = _is_on(properties, "HopoOrigin")
+    made.hammer, made.hammered = _is_on(properties, "HopoOrigin"), _is_on(properties, "HopoDestination")
     made.technique = "tap" if _is_on(properties, "Tapped") or _is_on(properties, "LeftHandTapped") else ""
     made.ghost, made.let_ring = note.find("AntiAccent") is not None, note.find("LetRing") is not None
     made.staccato, made.accent = bool(accent & STACCATO), 2 if accent & HEAVY else int(bool(accent & ACCENT))

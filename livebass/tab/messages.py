@@ -40,6 +40,7 @@ from livebass.techniques import (
     LEAST,
     MOST,
     OWN,
+    SLIDE_STEP,
     TECHNIQUE,
     THUMB_ON_ALL,
     THUMB_ON_TWO,
@@ -53,7 +54,9 @@ MOST_STEPS = 2000  # ... unless it has more steps
 SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31, 7: 34, 8: 36}  # of natural harmonics over the open string, by partial
 ARTIFICIAL = {2: "artificial", 3: "artificial_12th", 4: "artificial_15th"}  # techniques by partial
 TECHNIQUE_CC, DYNAMICS_CC = LEARNED + TECHNIQUE, LEARNED + DYNAMICS
-PALM_CC, SLIDE_CC, FADE_CC = (FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide", "expression"))
+PALM_CC, SLIDE_CC, SLIDE_TIME_CC, FADE_CC = (
+    FUNCTION_ROWS[name].controllers[0] for name in ("palm_mute", "slide", "slide_time", "expression")
+)
 PALM = FUNCTION_ROWS["palm_mute"].pressed
 LOW = 2  # strings that a thumb on two strikes
 SWITCH_VELOCITY = RELEASE = 64
@@ -75,7 +78,7 @@ WAYS = {
     PLUCK: Way(), HAMMER: Way(), PULL: Way(), SLIDE: Way(), DEAD: Way("ghost"), TAP: Way("tap"),
     HARMONIC: Way("harmonic"), PINCH: Way("pinch"), "slap": Way(technique=THUMB_ON_ALL),
     "pop": Way(press="pop_on_all", technique=THUMB_ON_TWO), OFF_DOWN: Way("slide_off_down"),
-    OFF_UP: Way("slide_off_up"),
+    OFF_UP: Way("slide_off_up"), "left slap": Way("left_slap"),
 }  # fmt: skip
 
 
@@ -150,12 +153,13 @@ class _Writer:
         self.tempos, self.strings = tempos, strings
         self.events: list[tuple[int, int, Message | MetaMessage]] = []
         self.lacks: Counter[str] = Counter()
-        self.striking, self.palm = WAYS[PLUCK], False
+        self.striking, self.palm, self.slow = WAYS[PLUCK], False, 0
         self.values: dict[tuple[str, int], int] = {}  # of what moves on a string: its name, and the string
         self.control(0.0, MODE_4, len(strings.opens))
 
     def track(self) -> mido.MidiTrack:
-        return _track([(0, 0, MetaMessage("track_name", name="Bass")), *self.events])
+        mode, *others = self.events
+        return _track([(0, 0, MetaMessage("track_name", name="Bass")), mode, *_usual(others), *others])
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
@@ -173,6 +177,10 @@ class _Writer:
         if stroke.palm != self.palm:
             self.palm = stroke.palm
             self.control(stroke.time, PALM_CC, PALM if stroke.palm else 0)
+        slow = min(round(stroke.slow / SLIDE_STEP), 127)
+        if stroke.kind in (SLIDE, OFF_DOWN, OFF_UP) and slow != self.slow:
+            self.slow = slow
+            self.control(stroke.time, SLIDE_TIME_CC, slow)
         self._move("pressure", stroke, channel, [(stroke.time, stroke.vibrato)], PRESSURE)
         self._move("wheel", stroke, channel, [(time, y / WHEEL_RANGE) for time, y in stroke.bend], WHEEL)
         length = stroke.end - stroke.time
@@ -213,13 +221,11 @@ class _Writer:
         key = self.strings.switches.get(way.press)
         if stroke.kind == "pop" and key is None and stroke.string < LOW:
             self.lacks["pop on a low string"] += 1
-        if way[1:] == self.striking[1:]:
-            return
-        self.striking = way
-        if key is None:
-            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
-        else:
+        if key is not None:  # each time: after a jump to another place of the song, too
             self._press(self._tick(stroke.time), 0, key, 1)
+        elif way[1:] != self.striking[1:]:
+            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
+        self.striking = way
 
     def _switch(self, tick: int, channel: int, technique: str, ticks: int) -> None:
         """Holds the key of a technique from `tick` on."""
@@ -255,6 +261,20 @@ class _Writer:
             if value != self.values.get((what, stroke.string), FULL if what == "expression" else 0):
                 self.values[what, stroke.string] = value
                 self._add(self._tick(time), CONTROL, _moved(what, channel, value))
+
+
+def _usual(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tuple[int, int, Message]]:
+    """The usual values of all that moves later than at the beginning: a loop has them again."""
+    first: dict[tuple[object, ...], tuple[int, Message]] = {}
+    for tick, _, m in sorted(events, key=lambda event: event[:2]):
+        if m.type in ("control_change", "pitchwheel", "aftertouch"):
+            first.setdefault((m.type, m.channel, getattr(m, "control", 0)), (tick, m))
+    found = []
+    for tick, m in first.values():
+        usual = FULL if getattr(m, "control", 0) == FADE_CC else 0
+        if tick > 0:
+            found.append((0, CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": usual})))
+    return found
 
 
 def _moved(what: str, channel: int, value: int) -> Message:

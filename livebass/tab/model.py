@@ -44,10 +44,11 @@ class Note:
     dead: bool = False
     ghost: bool = False
     hammer: bool = False  # the next note on the string is hammered on or pulled off
+    hammered: bool = False  # by the left hand: from silence, unless the note before on the string leads to it
     let_ring: bool = False
     staccato: bool = False
     palm: bool = False
-    technique: str = ""  # tap, slap, pop
+    technique: str = ""  # tap, slap, pop, left slap
     harmonic: str = ""  # natural, artificial, pinch ...
     node: float = 0.0  # fret of the harmonic's node, from the stop
     accent: int = 0  # 1, 2: heavy
@@ -110,6 +111,7 @@ class Bar:
     swing: tuple[Fraction, Fraction] | None = None  # length of a pair of notes, and of its first note
     tempos: list[Tempo] = field(default_factory=list)
     name: str = ""  # of the section that begins here
+    fermatas: int = 0  # livebass does not play them
 
 
 @dataclass

@@ -24,7 +24,8 @@ LONGEST = 1024  # quarter notes in a bar
 # Signs of a note, by the elements of its notations
 SLIDES = {"slide": model.SHIFT, "glissando": model.SHIFT, "scoop": model.IN_BELOW, "plop": model.IN_ABOVE,
           "falloff": model.OUT_DOWN, "doit": model.OUT_UP}  # fmt: skip
-UNPLAYED = {"mordent": "ornament", "inverted-mordent": "ornament", "turn": "ornament", "golpe": "golpe"}
+ORNAMENTS = ("mordent", "inverted-mordent", "turn", "inverted-turn")
+UNPLAYED = {**dict.fromkeys(ORNAMENTS, "ornament"), "golpe": "golpe", "fermata": "fermata"}
 
 
 def read_musicxml(data: bytes) -> Tab:
@@ -262,7 +263,7 @@ def _mark(note: Note, sign: Any) -> None:
     begins = sign.get("type") == "start"
     text = (sign.text or "").strip().lower()
     if sign.tag in ("hammer-on", "pull-off"):
-        note.hammer = note.hammer or begins
+        note.hammer, note.hammered = note.hammer or begins, note.hammered or sign.get("type") == "stop"
     elif sign.tag in SLIDES and sign.get("type") != "stop":
         note.slides |= {SLIDES[sign.tag]}
     elif sign.tag == "slur" and begins and model.SHIFT in note.slides:

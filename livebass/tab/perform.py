@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise, zip_longest
-from math import gcd, log2
+from math import ceil, gcd, log2
 
 from livebass.tab.model import (
     IN_ABOVE,
@@ -32,13 +32,15 @@ from livebass.tab.model import (
 )
 from livebass.tab.order import order
 from livebass.tab.tempos import USUAL, Tempos
+from livebass.techniques import SLIDE_STEP
 
 # Kinds of strokes; slap, pop and tap are called like the techniques of the model
 PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP = (
     "pluck", "dead", "harmonic", "pinch", "tap", "hammer", "pull", "slide", "slide off down", "slide off up"
 )  # fmt: skip
 TIED = (HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP)  # by the left hand: they need the note before
-A_FRET = 22e-3  # s in which a slide passes a fret
+A_FRET = 22e-3  # s in which a slide passes a fret ...
+SLIDE_PART = 0.25  # ... unless this part of the note before, in whole SLIDE_STEPs, is longer
 LEAST_BEFORE = 30e-3  # s that a note sounds before a slide leaves it
 LEAST_GRACE, MOST_GRACE = 0.02, 0.08  # s
 LEAST_TRILL = 0.04  # s of each note
@@ -70,6 +72,7 @@ class Stroke:
     bend: Curve = ()  # (s, semitones)
     direction: str = ""  # up, down: of the pick
     fade: str = ""  # one of FADES
+    slow: float = 0.0  # s that a slow slide takes; 0: it is not slow
 
 
 @dataclass
@@ -81,6 +84,14 @@ class Performance:
     bars: list[tuple[Fraction, int]]  # (where it begins, number from 0) of each bar
     end: Fraction
     lacks: Counter[str]  # signs that are not played
+
+    def beats(self, bars: Sequence[Bar]) -> list[tuple[float, bool]]:
+        """The time of each beat, s, and whether a bar begins there."""
+        return [
+            (self.tempos.seconds(begin + beat * bars[number].beat), beat == 0)
+            for begin, number in self.bars
+            for beat in range(ceil(bars[number].length / bars[number].beat))
+        ]
 
 
 @dataclass
@@ -109,6 +120,7 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
     performer = _Performer(Tempos(_tempos(tab.bars, begins)))
     strings: dict[int, list[_Written]] = defaultdict(list)
     for begin, number in begins:
+        performer.lacks.update(["fermata"] * tab.bars[number].fermatas)
         if number < len(track.bars):
             performer.read_bar(begin, tab.bars[number], track.bars[number], strings)
     for string in sorted(strings):
@@ -122,13 +134,13 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
 
 def _tempos(bars: Sequence[Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, Tempo]]:
     """The tempos as they come. After a jump the tempo is the one that the written bar has."""
-    bpm, at_bar = USUAL, []
+    bpm, at_bar = USUAL, list[float]()
     for bar in bars:
         at_bar.append(bpm)
         bpm = bar.tempos[-1].bpm if bar.tempos else bpm
     found, last = list[tuple[Fraction, Tempo]](), -1
     for begin, number in begins:
-        if (number != last + 1 and at_bar[number] != USUAL) or (not found and number > 0):
+        if number != last + 1:
             found.append((begin, Tempo(Fraction(0), at_bar[number])))
         found += [(begin + tempo.at, tempo) for tempo in bars[number].tempos]
         last = number
@@ -150,7 +162,8 @@ def _joined(notes: list[_Written]) -> list[_Written]:
     found: list[_Written] = []
     for written in sorted(notes, key=lambda each: (each.begin, -each.end)):
         before = found[-1] if found else None
-        if before and written.note.tie and written.begin - before.end < TOGETHER:
+        tied = written.note.tie and not written.note.graces
+        if before and tied and written.note.fret == before.note.fret and written.begin - before.end < TOGETHER:
             before.end, before.bar_end = max(before.end, written.end), written.bar_end
             before.ties.append(written)
         elif not (before and before.begin == written.begin):
@@ -234,6 +247,8 @@ class _Performer:
             and stroke.kind not in (DEAD, HARMONIC)
         ):
             self._join(line, stroke, joined)
+        elif note.hammered and not joined and note.fret > 0 and stroke.kind == PLUCK:
+            stroke.kind = TAP
         if IN_BELOW in note.slides or IN_ABOVE in note.slides:
             self._slide_in(line, stroke, -1 if IN_BELOW in note.slides else 1)
         line.append(stroke)
@@ -286,16 +301,19 @@ class _Performer:
     def _join(self, line: list[Stroke], stroke: Stroke, joined: str) -> None:
         """Plays a stroke by the left hand from the last one; a SHIFT slide ends with a stroke."""
         before, way = line[-1], stroke.fret - line[-1].fret
+        begun = before.time + before.slow
         if joined == HAMMER:
             stroke.kind = HAMMER if way > 0 else PULL
             return
         latest = stroke.time - 5e-3 if joined == SHIFT else stroke.time
-        begin = max(stroke.time - A_FRET * abs(way), min(before.time + LEAST_BEFORE, latest))
+        slow = SLIDE_STEP * int(SLIDE_PART * (stroke.time - begun) / SLIDE_STEP + 1e-6)
+        slow = slow if slow > A_FRET * abs(way) else 0.0
+        begin = max(stroke.time - (slow or A_FRET * abs(way)), min(begun + LEAST_BEFORE, latest))
         before.end = begin
         if joined == SHIFT:
-            line.append(replace(stroke, time=begin, end=stroke.time, kind=SLIDE, bend=()))
+            line.append(replace(stroke, time=begin, end=stroke.time, kind=SLIDE, bend=(), slow=slow))
         else:
-            stroke.time, stroke.kind = begin, SLIDE
+            stroke.time, stroke.kind, stroke.slow = begin, SLIDE, slow
 
     def _graces(self, line: list[Stroke], stroke: Stroke, note: Note) -> None:
         """Plays the grace notes of a stroke: before it, or, where no time is left there, at its time and it later."""
@@ -339,7 +357,7 @@ class _Performer:
             self.lacks["slide out"] += 1
             return
         begin = max(stroke.end - A_FRET * abs(fret - stroke.fret), (stroke.time + stroke.end) / 2)
-        line.append(replace(stroke, time=begin, fret=fret, kind=OFF_UP if frets > 0 else OFF_DOWN, bend=()))
+        line.append(replace(stroke, time=begin, fret=fret, kind=OFF_UP if frets > 0 else OFF_DOWN, bend=(), slow=0.0))
         stroke.end = begin
 
     def _repeat(self, line: list[Stroke], frets: list[int], step: float) -> None:

@@ -22,7 +22,7 @@ from livebass.tab.containers import score_in_gpx, score_in_zip
 from livebass.tab.gpif import read_gpif
 from livebass.tab.guitarpro import read_guitarpro
 from livebass.tab.messages import Strings, to_midi
-from livebass.tab.model import Tab, Track, UnreadableTab
+from livebass.tab.model import Bar, Tab, Track, UnreadableTab
 from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
 from livebass.units import note_name
@@ -58,6 +58,19 @@ class Asked:
     options: Mapping[str, Any] = field(default_factory=dict)  # `tuning` and `capo`, if given
 
 
+@dataclass(frozen=True)
+class Arrangement:
+    """A tablature as livebass plays it."""
+
+    midi: bytes  # a Standard MIDI File, a take of livebass
+    remark: str  # a line for the user
+    performance: Performance
+    bars: list[Bar]
+    preset: str
+    given: dict[str, str]  # options of the preset, as a take stores them
+    bass: Instrument
+
+
 def is_tab(data: bytes) -> bool:
     """True for the bytes of a file that `read_tab` reads."""
     return kind_of(data) in READERS
@@ -68,13 +81,14 @@ def read_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..
 
     `load` loads a preset with a tuning and a capo. Raises ScoreError, and LookupError without the packages.
     """
-    midi, remarks = midi_of(data, path, asked, load)
-    score = score_in(midi, path, rate)
-    return replace(score, remarks=(*remarks, *score.remarks))
+    song = arranged(data, path, asked, load)
+    score = score_in(song.midi, path, rate)
+    frames = tuple((round(time * rate), begins) for time, begins in song.performance.beats(song.bars))
+    return replace(score, remarks=(song.remark, *score.remarks), beats=frames)
 
 
-def midi_of(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> tuple[bytes, list[str]]:
-    """The tablature as a Standard MIDI File, a take of livebass, and a line for the user."""
+def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> Arrangement:
+    """The tablature as livebass plays it. Raises like `read_tab`."""
     try:
         tab = parsed(data)
         number = _chosen(tab, asked.track)
@@ -88,7 +102,7 @@ def midi_of(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrumen
         midi, lacks = to_midi(performance, tab.bars, strings, [text_of(preset, given)], asked.dynamics)
     except UnreadableTab as error:
         raise ScoreError(f"{path}: {error}") from None
-    return midi, [_said(tab, number, performance, lacks)]
+    return Arrangement(midi, _said(tab, number, performance, lacks), performance, tab.bars, preset, given, bass)
 
 
 def parsed(data: bytes) -> Tab:

@@ -16,12 +16,13 @@ from support.pitch import pitch
 from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.kernels.player import performer
-from livebass.live.desk import LEAD, Desk, MidiLearn, check_controllers, click_sound
+from livebass.live.desk import FILE, LEAD, Desk, MidiLearn, check_controllers, click_sound, with_beats
 from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.recording import MidiRecorder
 from livebass.live.status import clock
 from livebass.live.synth import LiveBass, Synth
+from livebass.live.thread.desk import BEAT, WEAK
 from livebass.live.thread.ring import PARAMETER
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
@@ -389,6 +390,30 @@ def test_the_metronome_clicks_to_the_frame_and_is_not_in_the_take(size: int) -> 
     assert not synth.recorded().any()
     desk.click(0.0, RATE, 0)
     assert not play(device, RATE).any()
+
+
+@pytest.mark.parametrize("size, count_in", [(64, False), (777, True)])
+def test_the_metronome_clicks_at_the_beats_of_a_score(size: int, count_in: bool) -> None:
+    beats = ((0, True), (6000, False), (10000, False), (15000, True))
+    score = with_beats(replace(tune(40), beats=beats, file_end=20000), count_in)
+    heard = []
+    for way in (FILE, 0.0):
+        desk, synth, device = desk_and_device(score)
+        desk.click(way, RATE, 0)
+        heard.append(play(device, LEADING + 40000, size))
+    assert notes_of(synth) == [(LEADING + 15000 * count_in, 40)]
+    expected, click = np.zeros(LEADING + 40000, np.float32), click_sound(RATE)
+    for at, begins in (*((beats[:3]) if count_in else ()), *((at + 15000 * count_in, begins) for at, begins in beats)):
+        expected[LEADING + at : LEADING + at + len(click)] += click * (1.0 if begins else WEAK)
+    assert np.allclose(heard[0] - heard[1], expected, atol=1e-6)
+
+
+def test_an_upbeat_is_counted_in_by_the_rest_of_its_bar() -> None:
+    beats = ((0, True), (5000, True), (10000, False), (15000, False), (20000, True))
+    score = with_beats(replace(tune(40), beats=beats, file_end=35000), count_in=True)
+    clicks = score.messages[:, 0] == BEAT
+    assert score.frames[clicks].tolist() == [0, 5000, 10000, 15000, 20000, 25000, 30000]
+    assert score.messages[clicks, 1].tolist() == [1, 0, 1, 1, 0, 0, 1]
 
 
 @pytest.mark.parametrize("key", [28, 33, 40, 48])

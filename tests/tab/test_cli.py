@@ -10,7 +10,9 @@ import pytest
 from support.command import GOOD, Run, assert_one_clear_line, cli_text
 from support.tabs import as_gp, as_gp5, beats, note, tab, zipped
 
+from livebass.live.desk import FILE
 from livebass.live.settings import Settings
+from livebass.live.thread.desk import BEAT
 from livebass.score.reading import read_score
 from livebass.tab.model import Tab
 
@@ -121,12 +123,28 @@ def test_play_reads_a_tablature_on_the_bass_that_it_tunes(
     monkeypatch.setattr("livebass.live.session.Session", begin)
     monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
     song = write(as_gp5(tab(beats(note(0, 3), note(1, 5)), tuning=(24, 31, 36, 41), capo=2)))
-    run("play", "--file", song, "--no-settings", *(["-p", preset] if preset == "flatwound" else []))
+    clicks = ["--metronome", "file", "--count-in"]
+    run("play", "--file", song, "--no-settings", *clicks, *(["-p", preset] if preset == "flatwound" else []))
     (settings,) = found
     assert settings.preset == preset and settings.read is not None
     assert [string.open_note for string in settings.instrument.strings] == [26, 33, 38, 43]
-    assert settings.read(44100).notes == 2
+    score = settings.read(44100)
+    assert score.notes == 2 and settings.metronome == FILE
+    assert score.frames[score.messages[:, 0] == BEAT].tolist() == [22050 * k for k in range(8)]
+    assert score.frames[score.messages[:, 0] & 0xF0 == 0x90].tolist() == [4 * 22050, 5 * 22050]
     assert settings.given(preset) == {"tuning": "C1 G1 C2 F2", "capo": "2"}
+
+
+def test_a_metronome_of_the_file_is_for_tablature(run: Run) -> None:
+    for options, said in [
+        (["--file", write(GOOD, "song.mid"), "--metronome", "file"], "a --file with bars: a tablature"),
+        (["--metronome", "file"], "a --file with bars"),
+        (["--metronome", "90", "--count-in"], "--count-in is for --metronome file"),
+        (["--metronome", "bars"], "must be from 20 to 400, or file, not bars"),
+    ]:
+        status, _, err = run("play", "--no-settings", *options)
+        assert_one_clear_line(status, err)
+        assert said in err
 
 
 def test_standard_input_is_a_tablature_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

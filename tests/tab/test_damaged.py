@@ -16,7 +16,7 @@ from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zipped
 from livebass.cli.hands import SOUND, Loader
 from livebass.score.reading import ScoreError
 from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo
-from livebass.tab.reading import Asked, is_tab, midi_of
+from livebass.tab.reading import Asked, arranged, is_tab
 
 COUNT = 60 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
 LONGEST = 5.0  # s
@@ -92,7 +92,7 @@ def test_damage_is_survived_or_said(kind: str) -> None:
             continue
         began = time.process_time()
         try:
-            midi_of(data, Path("a.gp"), Asked(), load)
+            arranged(data, Path("a.gp"), Asked(), load)
             read += 1
         except ScoreError as error:
             assert "\n" not in str(error) and str(error).startswith("a.gp: "), error
@@ -103,7 +103,7 @@ def test_damage_is_survived_or_said(kind: str) -> None:
 def test_too_much_of_anything_is_refused() -> None:
     many = as_musicxml(tab(beats(note(0, 3)))).replace(b"</part>", b'<measure number="9"/>' * 6000 + b"</part>")
     with pytest.raises(ScoreError, match="has 6001 bars, more than 5000"):
-        midi_of(many, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+        arranged(many, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
     nested = b"<score-partwise>" + b"<a>" * 50_000 + b"</a>" * 50_000 + b"</score-partwise>"
     with pytest.raises(ScoreError):
-        midi_of(nested, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+        arranged(nested, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from fractions import Fraction as F
 
 import mido
 import pytest
 from support.tabs import beats, note, tab
 
 from livebass.tab.messages import SEMITONES, Strings, to_midi
-from livebass.tab.model import ARTIFICIAL, NATURAL, OUT_DOWN, OUT_UP, SHIFT, Tab
+from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, OUT_DOWN, OUT_UP, SHIFT, Beat, Tab
 from livebass.tab.perform import perform
 
 OPENS = (28, 33, 38, 43)
@@ -56,9 +57,16 @@ def test_a_hammered_note_overlaps_the_one_before() -> None:
 
 def test_a_shift_slide_ends_its_note_before_the_stroke() -> None:
     assert rows(tab(beats(note(1, 3, slides=frozenset([SHIFT])), note(1, 5)))) == [
-        (ON, 2, 36, 1), (CONTROL, 0, 65, 127), (ON, 2, 38, 1), (CONTROL, 0, 65, 0), (OFF, 2, 36, 64),
-        (OFF, 2, 38, 64), (ON, 2, 38, 1), (OFF, 2, 38, 64),
+        (CONTROL, 0, 19, 0), (CONTROL, 0, 65, 0), (ON, 2, 36, 1), (CONTROL, 0, 19, 5), (CONTROL, 0, 65, 127),
+        (ON, 2, 38, 1), (CONTROL, 0, 65, 0), (OFF, 2, 36, 64), (OFF, 2, 38, 64), (ON, 2, 38, 1), (OFF, 2, 38, 64),
     ]  # fmt: skip
+
+
+def test_a_slide_from_a_long_note_is_slow_and_the_next_one_is_not() -> None:
+    slides = {"slides": frozenset([LEGATO])}
+    piece = tab([Beat(F(0), F(4), [note(1, 3, **slides)])], beats(note(1, 5, **slides), note(1, 12)))
+    found = [(at, row[2:]) for at, row in written(piece)[0] if row[2] == 19]
+    assert found == [(0.0, (19, 0)), (1.5, (19, 20)), (pytest.approx(2.5 - 7 * 0.022, abs=1e-4), (19, 0))]
 
 
 @pytest.mark.parametrize(
@@ -80,10 +88,11 @@ def test_a_technique_holds_its_key_as_the_note_begins(signs: dict[str, object], 
     assert found[0][0] == found[1][0] and not lacks
 
 
-def test_pops_last_until_another_stroke() -> None:
+def test_pops_and_slaps_last_until_another_stroke() -> None:
     pops = beats(note(0, 5, technique="pop"), note(3, 5, technique="pop"), note(0, 5), note(0, 5, technique="slap"))
     switches = [row for row in rows(tab(pops)) if row[2] in (114, 106) and row[0] != OFF]
-    assert switches == [(ON, 0, 114, 1), (CONTROL, 0, 106, 0), (CONTROL, 0, 106, 127)]
+    pop, pluck, slap = (ON, 0, 114, 1), (CONTROL, 0, 106, 0), (CONTROL, 0, 106, 127)
+    assert switches == [pluck, pop, pop, pluck, slap], "a pop presses its key, a loop begins with plucks"
 
 
 def test_a_map_without_a_key_plays_what_it_can_and_counts() -> None:

@@ -18,7 +18,7 @@ from livebass.preset.load import load_preset
 from livebass.score.reading import read_score
 from livebass.score.score import Score
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Tab
-from livebass.tab.reading import Asked, midi_of, read_tab
+from livebass.tab.reading import Asked, arranged, read_tab
 
 RATE = 48000
 LIVE = QUALITIES["live"]
@@ -111,11 +111,15 @@ def test_every_format_gives_the_same_score() -> None:
 
 
 def test_an_exported_midi_file_is_the_same_score(tmp_path: Path) -> None:
-    midi, _ = midi_of(as_gp5(SONG), Path("song.gp5"), Asked(), load())
-    (tmp_path / "song.mid").write_bytes(midi)
+    song = arranged(as_gp5(SONG), Path("song.gp5"), Asked(), load())
+    (tmp_path / "song.mid").write_bytes(song.midi)
     score, again = score_of(SONG), read_score(tmp_path / "song.mid", RATE)
     assert np.array_equal(score.frames, again.frames) and np.array_equal(score.messages, again.messages)
     assert score.basses == again.basses
+
+
+def test_a_score_has_the_beats_of_its_bars() -> None:
+    assert score_of(SONG).beats == tuple((24000 * k, k % 4 == 0) for k in range(8))
 
 
 def test_no_note_of_a_score_is_dropped_or_moved() -> None:

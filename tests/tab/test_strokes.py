@@ -29,12 +29,17 @@ NOTATIONS: dict[str, tuple[Tab, list[Row], set[str]]] = {
     ),
     "legato slide arrives on its beat": (
         tab(beats(note(1, 2, slides=frozenset([LEGATO])), note(1, 7))),
-        [(0.0, "pluck", 1, 2), (0.5 - 5 * A_FRET, "slide", 1, 7)],
+        [(0.0, "pluck", 1, 2), (0.375, "slide", 1, 7)],
+        GP3,
+    ),
+    "far slide": (
+        tab(beats(note(1, 2, slides=frozenset([LEGATO])), note(1, 9))),
+        [(0.0, "pluck", 1, 2), (0.5 - 7 * A_FRET, "slide", 1, 9)],
         GP3,
     ),
     "shift slide ends with a stroke": (
         tab(beats(note(1, 7, slides=frozenset([SHIFT])), note(1, 5))),
-        [(0.0, "pluck", 1, 7), (0.5 - 2 * A_FRET, "slide", 1, 5), (0.5, "pluck", 1, 5)],
+        [(0.0, "pluck", 1, 7), (0.375, "slide", 1, 5), (0.5, "pluck", 1, 5)],
         set(),
     ),
     "slide in": (

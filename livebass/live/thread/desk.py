@@ -36,6 +36,9 @@ CHASED = 1024  # messages before a place that are searched for controllers
 MISSED = 0.1  # s that JACK's transport may advance while this client misses periods; their notes are then played late
 MOST_TURNS = 8  # of a loop in one block
 ELSEWHERE = -1
+BEAT = 0xF8  # status of a score's message that is no MIDI: a beat, whose first byte is 1 if a bar begins
+BY_SCORE = 1e15  # period of a metronome that clicks at these
+WEAK = 0.5  # level of a click within a bar
 ROLLING = 1  # JACK's state of a moving transport
 POSITION_WORDS = 32  # more than a jack_position_t has; its word 2 is the rate, with the frame in the upper half
 POSITION_FRAME = 2
@@ -80,8 +83,9 @@ DESK = np.dtype(
         # the metronome
         ("click", "i8"),  # address: float32 (click_frames,)
         ("click_frames", "i8"),
-        ("click_period", "f8"),  # frames; 0: none
+        ("click_period", "f8"),  # frames; 0: none; BY_SCORE: at the score's BEATs
         ("click_start", "i8"),  # synth frame of a click
+        ("click_level", "f8"),
     ],
     align=True,
 )
@@ -330,6 +334,12 @@ def play_until(desk, synth, until, end):
             return
         status, first, second = unpack(words[k])
         frame = max(frame, desk.anchor_frame, synth.frame)
+        if status == BEAT:
+            if desk.click_period == BY_SCORE:
+                desk.click_start = frame
+                desk.click_level = 1.0 if first != 0 else WEAK
+            desk.next = k + 1
+            continue
         if not push_midi(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
             return  # in the next block
         note_message(desk, status, first, second)
@@ -351,5 +361,5 @@ def add_clicks(desk, first, out, n):
         if begin >= n:
             return
         for j in range(max(begin, np.int64(0)), min(begin + desk.click_frames, n)):
-            out[j] += click[j - begin]
+            out[j] += desk.click_level * click[j - begin]
         beat += 1
