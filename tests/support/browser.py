@@ -145,3 +145,30 @@ def wait(condition: Callable[[], Any]) -> Any:
         assert time.monotonic() < end, "the page did not get there"
         time.sleep(0.05)
     return found
+
+
+@contextmanager
+def seen_by(driver: Any, **features: str) -> Iterator[None]:
+    """Makes the page see media features of a user, such as forced_colors="active"."""
+    given = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": given})
+    try:
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@contextmanager
+def sized(driver: Any, width: int, height: int) -> Iterator[None]:
+    """Makes the page see a window of a size in px."""
+    sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
+    try:
+        wait(
+            lambda: driver.execute_script(
+                "return innerWidth === arguments[0] && $('neck').clientWidth === state.width", width
+            )
+        )
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
