@@ -177,6 +177,7 @@ def test_every_control_does_something_by(browser: Any, whole: str, means: str, w
     song = base64.b64encode(midi_file(bass, [m.copy(channel=9) if not m.is_meta else m for m in drums])).decode()
     with opened(browser, whole, width, 3600, means == "touch"):
         browser.find_element("css selector", "h1").click()  # browsers want a gesture before a sound
+        wait(lambda: browser.execute_script("return see.replay !== undefined"))
         browser.execute_script(WATCH, song)
         found, dead = browser.execute_script(FOUND), []
         assert len(found) > 75

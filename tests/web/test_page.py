@@ -16,7 +16,7 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import INSIDE, OFFLINE, chromium, firefox, open_page, seen_by, served, sized, wait
+from support.browser import INSIDE, OFFLINE, SAVED, chromium, firefox, open_page, saved, seen_by, served, sized, wait
 from support.costs import quick
 from support.smf import named, smf
 from support.song import midi_file, song_of
@@ -1050,28 +1050,6 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
         began,
     )
     assert same[0] >= 3 and same[1] == 0, same
-
-
-# Keeps the page's saved files, as [blob, name], instead of downloading them
-SAVED = """
-window.saved = [];
-const blobs = new Map(), make = URL.createObjectURL;
-URL.createObjectURL = blob => {
-  const address = make.call(URL, blob);
-  blobs.set(address, blob);
-  return address;
-};
-HTMLAnchorElement.prototype.click = function () { saved.push([blobs.get(this.href), this.download]); };
-"""
-
-
-def saved(driver: Any) -> tuple[io.BytesIO, str]:
-    """The first of the files kept by SAVED, and its name."""
-    data, name = driver.execute_async_script(
-        "const [done] = arguments, reader = new FileReader();"
-        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
-    )
-    return io.BytesIO(base64.b64decode(data.partition(",")[2])), name
 
 
 def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:

@@ -110,6 +110,7 @@ interface MadeBass {
   label: string; // a link to it
   file: ArrayBuffer;
   response?: Float64Array;
+  heights: number[][]; // of each string's crowns
 }
 
 interface Built extends MadeBass {
@@ -196,6 +197,7 @@ interface Motion {
   first: number;
   string: number;
   frame: number;
+  heights?: number[]; // of the crowns under it, if they are not those of the chosen bass
 }
 
 interface Replay extends Motion {

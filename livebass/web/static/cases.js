@@ -5,8 +5,6 @@ import {tell} from "./line.js";
 import {move, showSlowly} from "./replay.js";
 import {hear} from "./sounds.js";
 
-const HEARD = 1.5; // s
-
 export const paperBass = () => PAGE.basses.find(({cases}) => cases.length);
 
 // Shows a case on the bass with its bench settings.
@@ -14,7 +12,7 @@ export async function showCase(/** @type {Case} */ {apex, place, width, tier, sa
   const {name} = /** @type {Bass} */ (paperBass());
   chooseBass(name);
   if (heard) await player.sound();
-  const made = await move({pluck: {apex, place, width}, tier}, await player.fileOf(name), heard ? HEARD : 0);
+  const made = await move({pluck: {apex, place, width}, tier}, await player.fileOf(name));
   showSlowly(made);
   tell(says);
   if (heard) hear([made.sound]);

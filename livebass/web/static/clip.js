@@ -44,6 +44,9 @@ async function saveClip() {
   if (!replay || !kind) throw new Error("the browser records no video");
   await player.sound();
   const {context} = player, sound = context.createMediaStreamDestination();
+  const silence = new ConstantSourceNode(context, {offset: 0}); // without it recorders leave silent parts out
+  silence.connect(sound);
+  silence.start();
   const tracks = [...sheet.captureStream(CLIP.rate).getTracks(), ...sound.stream.getTracks()];
   const recorder = new MediaRecorder(new MediaStream(tracks), {mimeType: kind, videoBitsPerSecond: 6e6});
   /** @type {Blob[]} */
@@ -65,6 +68,7 @@ async function saveClip() {
   hush();
   await during(slow, part => { for (const hit of show(part * (replay.length - 1))) tick(hit, sound); });
   recorder.stop();
+  silence.stop();
   await ended;
   if (!see.replay) return;
   $("clip").disabled = false;

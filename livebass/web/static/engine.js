@@ -4,6 +4,8 @@ import {LAYOUT} from "./layout.js";
 const PAGE_BYTES = 65536, MESSAGES = 4096;
 const CONTACTS = 512; // that a string keeps until they are taken
 const EVENTS = 256; // that a string received since it was still
+// Of a string at rest: its clock, and what the player set; all else is the bass's
+const KEPT = ["frame", "step", "still", "bend", "tuned", "tone_wanted", "blend_wanted", "idle"];
 export const RECORDS = LAYOUT.records;
 export const N = LAYOUT.numbers;
 export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
@@ -200,13 +202,14 @@ export class Engine {
   }
 
   // Repeats a string's motion on `bass`, a new one, from the data of `recall`, from `before` frames before its last
-  // note to `frames` after it; with `changed`, on a bass that differs, whose string is at rest before the first event.
+  // note to `frames` after it; with `changed`, on a bass that differs: its string is at rest before the first event.
   // Returns the same as `motion`, with `heard` frames of sound.
   again(bass, {told, count, string, frame}, {before, frames, heard, changed = false}) {
     const place = lines(this.memory.buffer.byteLength);
     this.reserve(place + told.byteLength);
     this.bytes.set(new Uint8Array(told), place);
     if (!changed) this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
+    else for (const name of KEPT) this.set("VOICE", this.voice(bass, string), name, this.get("VOICE", place, name));
     return this.motion(bass, string, place + RECORDS.TOLD.bytes, count, frame, before, frames, heard);
   }
 
@@ -273,9 +276,10 @@ export class Engine {
         all.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields[name][0], modes), k * N.SEEN);
       slots.set(["length", "stop", "fret", "stop_across"].map(name => this.get("SLOT_SIGHT", here, name)), k * 4);
     }
-    for (let k = length; k < heard; k++) {
-      run(1);
-      sound[k] = this.view.getFloat64(this.sound, true);
+    for (let k = length; k < heard; k += N.CHUNK) {
+      const n = Math.min(N.CHUNK, heard - k);
+      run(n);
+      sound.set(new Float64Array(this.memory.buffer, this.sound, n), k);
     }
     return {rows, across, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
   }

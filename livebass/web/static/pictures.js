@@ -178,7 +178,7 @@ export class Pictures {
     const {see} = this, {string} = see.note, s = see.bass.strings[string];
     const [g, w, h, dpr, px] = this.sheet(this.canvases.side), foot = 17 * px;
     const left = 48 * px, x = this.sidePlace(s, left, w, dpr, px);
-    const below = Math.min(1.1 * see.reach.below, Math.min(...s.heights) - 0.25 * MM), above = 1.15 * see.reach.above + 0.1 * MM;
+    const below = Math.min(1.1 * see.reach.below, Math.min(...s.heights, ...see.other?.heights || []) - 0.25 * MM), above = 1.15 * see.reach.above + 0.1 * MM;
     const y = height => (h - foot) * (above - height) / (above - below);
     g.font = `${11 * px}px system-ui, sans-serif`;
     g.textBaseline = "middle";
@@ -188,13 +188,12 @@ export class Pictures {
     const trace = tint => ({string: i, fret, length, u}) => {
       if (i !== string || drawn) return;
       drawn = true;
-      const stop = fret ? s.heights[fret - 1] : 0;
       g.strokeStyle = tint;
       g.lineWidth = 2 * px;
       g.beginPath();
-      for (let k = 0; k <= POINTS; k++) g.lineTo(x(s.length - length + length * k / POINTS), y(u[k] + stop * (1 - k / POINTS)));
+      for (let k = 0; k <= POINTS; k++) g.lineTo(x(s.length - length + length * k / POINTS), y(u[k]));
       g.stroke();
-      if (fret) this.drawFinger(g, colour, x(s.length - length), y(u[0] + stop), x(0), px);
+      if (fret) this.drawFinger(g, colour, x(s.length - length), y(u[0]), x(0), px);
     };
     let drawn = false;
     if (see.other) see.drawReplay(see.other, see.other.at, trace(colour.other));
@@ -268,8 +267,11 @@ export class Pictures {
     } else {
       s.frets.forEach((place, k) => g.fillRect(x(place) - 1.5 * px, y(s.heights[k]), 3 * px, foot - y(s.heights[k])));
     }
-    g.strokeStyle = g.fillStyle = colour.accent;
     g.lineWidth = 2 * px;
+    g.strokeStyle = colour.other;
+    const before = this.see.other?.heights || s.heights;
+    s.frets.forEach((place, k) => { if (before[k] !== s.heights[k]) line(g, x(place) - 5 * px, y(before[k]), x(place) + 5 * px, y(before[k])); });
+    g.strokeStyle = g.fillStyle = colour.accent;
     for (const {string: of, fret, strength, bright} of this.see.flashes.values()) {
       if (of !== string) continue;
       const at = x(this.placeOf(string, fret)), nearest = fretless ? s.frets.findIndex(place => place >= fret) : fret - 1;

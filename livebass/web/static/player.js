@@ -1,7 +1,7 @@
 // The player: an audio thread in this browser. It receives notes, changes and the bass to play, and reports with events
 // (tools/js/page.d.ts lists them as PlayerEvents).
 import {read, workletAddress} from "./files.js";
-import {$, PAGE, say} from "./page.js";
+import {$, PAGE, bassCalled, say} from "./page.js";
 import {workshop} from "./workshop.js";
 
 const WARM = 400; // ms
@@ -159,7 +159,8 @@ export class WorkletPlayer {
    */
   async build(name, rate, warm = 0) {
     const label = this.labelOf(name), {response} = this, file = await this.fileOf(name), kept = file.slice(0);
-    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), name, label, file: kept, response};
+    const heights = bassCalled(name).strings.map(string => string.heights);
+    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), name, label, file: kept, response, heights};
   }
 
   prepare(/** @type {string} */ name, warm = 0) {

@@ -10,7 +10,7 @@ import {state} from "./state.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
 
-const HEARD = 1.2; // s of each bass's sound
+const HEARD = 1.5; // s of a motion's sound
 /** @type {{note?: KeptNote}} */
 export const kept = {}; // the last note, with the bass that played it
 
@@ -25,14 +25,14 @@ async function keep(/** @type {SeenNote} */ {string, of}) {
 export function forget() { kept.note = undefined; }
 
 /**
- * Has the worker make a motion, with so much sound (s).
+ * Has the worker make a motion and its sound.
  * @param {object} what
  * @param {ArrayBuffer} file
  * @returns {Promise<Motion>}
  */
-export function move(what, file, heard = 0) {
+export function move(what, file) {
   const rate = player.context.sampleRate, copy = file.slice(0);
-  const [before, frames, length] = [SHOWN.before, SHOWN.after, heard].map(seconds => Math.round(seconds * rate));
+  const [before, frames, length] = [SHOWN.before, SHOWN.after, HEARD].map(seconds => Math.round(seconds * rate));
   return workshop.ask({tier: PAGE.tier, rate, before, frames, heard: length, ...what, file: copy}, [copy]);
 }
 
@@ -48,7 +48,7 @@ async function showAgain() {
     return;
   }
   const note = lastNote();
-  if (note) showSlowly(await move({recalled: note.recalled, response: note.response}, note.file, HEARD));
+  if (note) showSlowly(await move({recalled: note.recalled, response: note.response}, note.file));
 }
 
 // Shows the same pluck on the bass as it is now, with the note that was played beside it; both are heard.
@@ -57,11 +57,11 @@ async function showSame() {
   if (!note) return;
   const {recalled} = note, file = await player.fileOf(note.name);
   await player.sound();
-  const before = await move({recalled, response: note.response}, note.file, HEARD);
-  const now = await move({recalled, response: player.response, changed: true}, file, HEARD);
-  showSlowly(now, before);
+  const before = await move({recalled, response: note.response}, note.file);
+  const now = await move({recalled, response: player.response, changed: true}, file);
+  showSlowly(now, {...before, heights: note.heights[before.string]});
   const [old, fresh] = [see.other, see.replay].map(replay => contactsOf(replay?.hits.length || 0));
-  tell(`The same pluck: before, ${old}; with the changed bass, ${fresh}.`);
+  tell(`The same pluck: ${old} before, ${fresh} now.`);
   hear([before.sound, now.sound]);
 }
 

@@ -85,8 +85,8 @@ export class See {
     return this.slot.fields[name][1] === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
   }
 
-  // Calls draw({string, fret, length, u, v}) for each sounding part of a string: u away from the frets and v along them,
-  // m, (POINTS + 1), from its stop to the saddle.
+  // Calls draw({string, fret, length, u, v}) for each sounding part of a string: u from the open string's rest line away
+  // from the frets, v along them, m, (POINTS + 1), from its stop to the saddle.
   eachString(draw) {
     if (this.replay) {
       this.drawReplay(this.replay, this.replay.at, draw);
@@ -99,18 +99,22 @@ export class See {
         const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes;
         const [u, v] = ["u", "v"].map(name => new Float32Array(/** @type {DataView<ArrayBuffer>} */ (this.view).buffer, at + this.slot.fields[name][0], this.seen));
         const [fret, length, stop, aside, modes] = ["fret", "length", "stop", "stop_across", "modes"].map(name => this.read(string, index, name));
-        const shape = {string, fret, length, ...this.shape(u, v, Math.min(this.seen, modes), length, stop, aside)};
+        const rest = this.restOf(this.bass.strings[string].heights, fret);
+        const shape = {string, fret, length, ...this.shape(u, v, Math.min(this.seen, modes), length, stop + rest, aside)};
         if (string === this.note.string) this.measure(shape);
         draw(shape);
       }
   }
 
   // Does this for row `at` of a replay.
-  drawReplay({rows, across, slots, string}, at, draw) {
+  drawReplay({rows, across, slots, string, heights = this.bass.strings[string].heights}, at, draw) {
     const k = Math.floor(at), [length, stop, fret, aside] = slots.subarray(4 * k, 4 * k + 4);
     const [u, v] = [rows, across].map(all => all.subarray(k * this.seen, (k + 1) * this.seen));
-    if (length) draw({string, fret, length, ...this.shape(u, v, this.seen, length, stop, aside)});
+    if (length) draw({string, fret, length, ...this.shape(u, v, this.seen, length, stop + this.restOf(heights, fret), aside)});
   }
+
+  // The height (m) of a string's end at rest, on its fret's crown.
+  restOf(heights, fret) { return fret ? heights[fret - 1] : 0; }
 
   // {u, v} (m) from amplitudes on a string of `length` m whose stop is at `stop` and `aside` (m).
   shape(u, v, modes, length, stop, aside) {
@@ -190,7 +194,7 @@ export class See {
 
   // --- replay of the last note ---
 
-  // Shows a motion made by `Engine.again`, from its first frame on; `other`, if any, beside it.
+  // Shows a motion made by `Engine.again`, from its first frame on; `other`, if any, beside it, over crowns of its own.
   show(/** @type {Motion} */ made, /** @type {Motion | undefined} */ other) {
     const replay = this.replay = this.replayOf(made);
     this.other = other && this.replayOf(other);
