@@ -77,14 +77,14 @@ PLAY = """
 const [name, seconds, strings, line, drawn, done] = arguments;
 chooseBass(name);
 const underruns = () => player.context.playbackStats?.underrunEvents;
-let pictures = 0;
-const draw = see.drawNeck;
-see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
-if (!drawn) see.draw = () => {};
+let shown = 0;
+const draw = pictures.drawNeck;
+pictures.drawNeck = (...all) => { shown++; draw.apply(pictures, all); };
+if (!drawn) pictures.draw = () => {};
 player.sound().then(() => new Promise(later => setTimeout(later, 2000))).then(() => {
   const loads = [];
   if (!drawn) player.see(false);
-  pictures = 0;
+  shown = 0;
   const before = underruns();
   let most = 0, peak = 0;
   player.on("report", told => {
@@ -106,8 +106,7 @@ player.sound().then(() => new Promise(later => setTimeout(later, 2000))).then(()
   setTimeout(() => { first = underruns(); }, 1500);
   setTimeout(() => { last = underruns(); }, 1000 * seconds + 1500);
   setTimeout(() => {
-    const end = underruns();
-    pictures /= seconds + 4.5;
+    const end = underruns(), pictures = shown / (seconds + 4.5);
     done({loads, most, peak, pictures, first: first - before, then: last - first, after: end - last});
   }, 1000 * seconds + 4500);
 });

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import functools
 import http.server
+import io
 import json
 import os
 import re
@@ -35,6 +37,18 @@ OFFLINE = """
   for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
   return btoa(text);
 })
+"""
+
+# Keeps the page's saved files, as [blob, name], instead of downloading them
+SAVED = """
+window.saved = [];
+const blobs = new Map(), make = URL.createObjectURL;
+URL.createObjectURL = blob => {
+  const address = make.call(URL, blob);
+  blobs.set(address, blob);
+  return address;
+};
+HTMLAnchorElement.prototype.click = function () { saved.push([blobs.get(this.href), this.download]); };
 """
 
 
@@ -145,3 +159,39 @@ def wait(condition: Callable[[], Any]) -> Any:
         assert time.monotonic() < end, "the page did not get there"
         time.sleep(0.05)
     return found
+
+
+@contextmanager
+def seen_by(driver: Any, **features: str) -> Iterator[None]:
+    """Makes the page see media features of a user, such as forced_colors="active"."""
+    given = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": given})
+    try:
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
+
+
+@contextmanager
+def sized(driver: Any, width: int, height: int) -> Iterator[None]:
+    """Makes the page see a window of a size in px."""
+    sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
+    try:
+        wait(
+            lambda: driver.execute_script(
+                "return innerWidth === arguments[0] && $('neck').clientWidth === state.width", width
+            )
+        )
+        yield
+    finally:
+        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def saved(driver: Any) -> tuple[io.BytesIO, str]:
+    """The first of the files kept by SAVED, and its name."""
+    data, name = driver.execute_async_script(
+        "const [done] = arguments, reader = new FileReader();"
+        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
+    )
+    return io.BytesIO(base64.b64decode(data.partition(",")[2])), name

@@ -21,7 +21,7 @@ MADE = """
 const {rows, slots, hits, first, frame} = see.replay;
 return {rows: [...rows], slots: [...slots], hits, first, frame};
 """
-SOUNDS = "return player.sounding && heardCase.source?.buffer.length > player.context.sampleRate"
+SOUNDS = "return player.sounding && hearing.sources[0]?.buffer.length > player.context.sampleRate"
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def page(whole: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 def replayed(page: Any, says: str) -> dict[str, Any]:
     """The page's slow replay, once it shows the case `says`."""
-    wait(lambda: says in page.find_element("id", "case-said").text)
+    wait(lambda: says in page.find_element("id", "seen").text)
     made: dict[str, Any] = page.execute_script(MADE)
     return made
 
@@ -50,11 +50,11 @@ def test_a_link_shows_case_b_as_it_is_simulated(page: Any) -> None:
     trial = replace(trial, duration=5.5e-3, states=tuple(samples.tolist()))
     states = solve_trial(trial).states
     assert states is not None
-    rows = np.array(made["rows"]).reshape(len(made["slots"]) // 3, -1)
+    rows = np.array(made["rows"]).reshape(len(made["slots"]) // 4, -1)
     x = np.linspace(0, trial.speaking.length, 401)
     for sample, state in zip(samples, states, strict=True):
         k = made["frame"] - made["first"] + sample - 1  # the view after a frame is its row
-        assert made["slots"][3 * k] == pytest.approx(trial.speaking.length)
+        assert made["slots"][4 * k] == pytest.approx(trial.speaking.length)
         drawn, wanted = (
             np.sqrt(2 / trial.speaking.length)
             * np.sin(np.outer(x, np.arange(1, len(q) + 1)) * np.pi / trial.speaking.length)
@@ -72,7 +72,7 @@ def test_buttons_play_and_show_the_cases(page: Any) -> None:
         counts[name] = len(replayed(page, CASES[name].title)["hits"])
         wait(lambda: page.execute_script(SOUNDS))
         peak = page.execute_script(
-            "return heardCase.source.buffer.getChannelData(0).reduce((a, b) => Math.max(a, Math.abs(b)), 0)"
+            "return hearing.sources[0].buffer.getChannelData(0).reduce((a, b) => Math.max(a, Math.abs(b)), 0)"
         )
         assert 1e-3 < peak < 4
     assert counts["a"] == 0 < 20 < counts["b"] < counts["c"]

@@ -16,7 +16,7 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import INSIDE, OFFLINE, chromium, firefox, open_page, served, wait
+from support.browser import INSIDE, OFFLINE, SAVED, chromium, firefox, open_page, saved, seen_by, served, sized, wait
 from support.costs import quick
 from support.smf import named, smf
 from support.song import midi_file, song_of
@@ -101,8 +101,9 @@ def text(driver: Any, name: str) -> str:
 
 
 def start(driver: Any) -> None:
-    driver.find_element("id", "power").click()
-    wait(lambda: "plays" in text(driver, "said"))
+    driver.find_element("css selector", "h1").click()  # browsers want a gesture
+    driver.execute_script("player.sound()")
+    wait(lambda: driver.execute_script("return player.playing"))
 
 
 def hear(driver: Any) -> None:
@@ -180,12 +181,11 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
         chain(browser).key_up(key).perform()
     chain(browser).key_down("a").perform()
     choose(browser, "slap")
-    wait(lambda: text(browser, "said") == "Slap plays.")
-    assert browser.execute_script("return player.playing") == "slap"
+    wait(lambda: browser.execute_script("return player.playing") == "slap")
     chain(browser).key_up("a").perform()
     wait(lambda: text(browser, "level-text") == "silent")
     tap(browser, "s")
-    assert text(browser, "faults") == "0 faults"
+    assert text(browser, "faults") == ""
     assert browser.execute_script("return player.context.state") == "running"
     home = addresses[place].removesuffix("index.html")
     asked = requests(browser)
@@ -219,10 +219,10 @@ def test_all_of_it_works_from_a_keyboard(page: Any) -> None:
         if name in seen:
             break
         seen.append(name)
-    wanted = {"Bass", "Start", "G string, open, G2", "E1, key A", "Octave up, key X", "Connect MIDI", "Panic"}
+    wanted = {"Go to the bench", "Bass", "G string, open, G2", "E1, key A", "Octave up, key X", "Connect MIDI", "Panic"}
     wanted |= {"Fingers, key 1", "Palm mute, key 4", "Let ring, key 0"}
     assert wanted <= set(seen), seen
-    assert {name.split()[0] for name in seen} >= {"Gain", "Tone", "Pluck", "Force"}
+    assert {name.split()[0] for name in seen} >= {"Gain", "Tone", "Pluck", "Key"}
     page.execute_script("document.querySelector('.open').focus()")
     chain(page).send_keys(Keys.ARROW_DOWN, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT, Keys.ARROW_RIGHT).perform()
     assert page.switch_to.active_element.accessible_name == "D string, fret 3, F2"
@@ -324,7 +324,7 @@ def test_the_first_press_sounds_however_short_as_long_as_it_was(
         page.press(kind, True)
         time.sleep(0.01)
         page.press(kind, False)
-        wait(lambda: page.look("$('power').textContent") == "Stop" and len(page.look("sent")) == 2)
+        wait(lambda: page.look("player.sounding") and len(page.look("sent")) == 2)
         (on, note, velocity, begin), (off, same, _, end) = page.look("sent")
         assert (on, off) == (0x90, 0x80) and note == same and velocity > 50
         pressed, lifted = page.look("ev")
@@ -362,11 +362,10 @@ def test_controls_panic_and_stop(page: Any) -> None:
     wait(lambda: text(page, "level-text") == "silent")
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return player.context.state") == "suspended")
-    assert text(page, "power") == "Start"
+    assert not page.find_element("id", "power").is_displayed()
     chain(page).key_up("d").perform()
-    page.find_element("id", "power").click()
-    wait(lambda: page.execute_script("return player.context.state") == "running")
     tap(page, "f")
+    assert page.execute_script("return player.context.state") == "running"
 
 
 def test_knobs_of_effects_say_what_they_come_to_and_are_heard(page: Any) -> None:
@@ -436,12 +435,12 @@ def test_a_page_that_is_interrupted_says_so_and_goes_on_by_the_next_press(page: 
     start(page)
     hold(page, "a")
     page.execute_script("player.context.suspend()")
-    wait(lambda: text(page, "power") == "Start")
+    wait(lambda: not page.find_element("id", "power").is_displayed())
     chain(page).key_up("a").perform()
     chain(page).key_down("g").perform()
     wait(lambda: page.find_elements("css selector", f'button.on[data-note="{KEYS["g"]}"]'))
     hear(page)
-    assert text(page, "power") == "Stop"
+    assert page.find_element("id", "power").is_displayed()
     assert not page.find_elements("css selector", f'button.on[data-note="{KEYS["a"]}"]')
     chain(page).key_up("g").perform()
 
@@ -451,7 +450,7 @@ def test_who_plays_on_while_the_sound_stops_is_heard(page: Any) -> None:
     page.execute_script("$('power').click(); press('KeyA', 28, 100, performance.now())")
     wait(lambda: page.execute_script("return player.sounding"))
     hear(page)
-    assert page.execute_script("return player.context.state") == "running" and text(page, "power") == "Stop"
+    assert page.execute_script("return player.context.state") == "running"
     page.execute_script("release('KeyA')")
 
 
@@ -616,10 +615,10 @@ def test_what_was_latched_in_silence_is_heard_and_a_bass_begins_with_its_own_str
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return player.context.state") == "suspended")
     way(page, "Hammer").click()
-    page.find_element("id", "power").click()
+    page.execute_script("player.sound()")
     wait(lambda: sent(page) == [["everywhere", 64, 127]])  # panic has reset controllers
     choose(page, "slap")
-    wait(lambda: text(page, "said") == "Slap plays.")
+    wait(lambda: page.execute_script("return player.playing") == "slap")
     assert pressed(page) == {"Thumb", "Let ring"} and sent(page) == []
     tap(page, "a")
 
@@ -687,7 +686,7 @@ def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> No
     wait(lambda: page.execute_script("return player.context.state") == "suspended")
     page.execute_script("player.send(performance.now(), [0x90, 40, 100])")
     assert page.execute_script("return sent") == []
-    page.find_element("id", "power").click()
+    page.execute_script("player.sound()")
     wait(lambda: page.execute_script("return player.context.state") == "running")
     page.execute_script("player.context.getOutputTimestamp = () => ({contextTime: 0.01, performanceTime: 0.01})")
     assert page.execute_script("return player.frameAt(performance.now() + 1e6) === undefined")
@@ -745,33 +744,6 @@ def test_overload_is_said(page: Any) -> None:
     assert lit.accessible_name == "A string, fret 3, C2"
     page.execute_script("showMeters(arguments[0])", report | {"overload": 0})
     assert not page.find_element("id", "overload").is_displayed()
-
-
-@contextmanager
-def seen_by(driver: Any, **features: str) -> Iterator[None]:
-    """Makes the page see media features of a user, such as forced_colors="active"."""
-    given = [{"name": name.replace("_", "-"), "value": value} for name, value in features.items()]
-    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": given})
-    try:
-        yield
-    finally:
-        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": []})
-
-
-@contextmanager
-def sized(driver: Any, width: int, height: int) -> Iterator[None]:
-    """Makes the page see a window of a size in px."""
-    sizes = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 500}
-    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", sizes)
-    try:
-        wait(
-            lambda: driver.execute_script(
-                "return innerWidth === arguments[0] && $('neck').clientWidth === state.width", width
-            )
-        )
-        yield
-    finally:
-        driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
 
 
 SIGNS = {"#octave-down", "#octave-up", "#down", "#up"}  # buttons with a sign, which axe cannot judge
@@ -870,7 +842,7 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
             assert abs(np.count_nonzero(full) / row.size - part) < 0.03
             assert strokes_across(bar[:, -20]) == 2  # its frame
         colour = "return getComputedStyle(arguments[0]).backgroundColor"
-        for button in page.find_elements("css selector", "[aria-pressed]:not(#power)"):
+        for button in page.find_elements("css selector", "[aria-pressed]"):
             seen = []
             for on in ("true", "false"):
                 page.execute_script("arguments[0].setAttribute('aria-pressed', arguments[1])", button, on)
@@ -886,9 +858,9 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
             wait(lambda: page.execute_script("return $('neck').clientWidth <= innerWidth"))
             assert page.execute_script("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
             used = "const r = $('neck').getBoundingClientRect(); return (r.right - r.left) / innerWidth"
-            assert page.execute_script(used) > 0.9
+            assert page.execute_script(used) > (0.9 if width < 1088 else 0.7)  # the bench is beside it
             cells = page.find_elements("css selector", ".fret")
-            assert min(cell.size["width"] for cell in cells[:25]) >= (28 if width < 960 else 18)
+            assert min(cell.size["width"] for cell in cells[:25]) >= (28 if width < 800 else 14)
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
             keys = page.find_elements("css selector", "#piano button")
             assert len(keys) == 16 and min(key.size["width"] for key in keys) >= LEAST_TARGET
@@ -918,10 +890,11 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
 def test_it_says_what_the_browser_lacks(browser: Any, addresses: dict[str, str], lack: str, says: str) -> None:
     with begun_by(browser, lack):
         browser.get(addresses["disk"])
+        browser.execute_script(INSIDE)
         said = wait(lambda: text(browser, "lacks") or text(browser, "midi-text"))
         assert says in said
         if "MIDI" not in says:
-            assert not browser.find_element("id", "power").is_enabled()
+            assert not browser.execute_script("return player.ready")
 
 
 def test_a_folder_opened_from_a_disk_says_how_it_would_play(browser: Any, pages: dict[bool, Path]) -> None:
@@ -937,7 +910,6 @@ def test_a_folder_without_its_worker_says_so(browser: Any, pages: dict[bool, Pat
     with served(folder) as server:
         browser.get(f"{server}/index.html")
         wait(lambda: "worker.js" in text(browser, "said"))
-        assert not browser.find_element("id", "power").is_enabled()
     browser.get_log("browser")
 
 
@@ -990,7 +962,7 @@ def show_again(driver: Any) -> None:
     button = driver.find_element("id", "again")
     wait(button.is_enabled)
     button.click()
-    wait(lambda: driver.execute_script("return see.replay !== undefined || $('said').textContent.includes('again')"))
+    wait(lambda: driver.execute_script("return see.replay !== undefined || $('said').textContent.includes('repeat')"))
     assert driver.execute_script("return see.replay !== undefined"), text(driver, "said")
 
 
@@ -1009,7 +981,7 @@ def test_strings_move_and_frets_flash_where_they_are_hit(page: Any) -> None:
     soft = pluck(page, 2, 5, 20)
     assert soft["contacts"] == [] and page.execute_script("return [...flashed]") == []
     assert np.count_nonzero(np.abs(picture(page, ".stage") - rest) > 60) > 200
-    wait(lambda: text_of(page, "seen") == "D string: it touches nothing.")
+    wait(lambda: text_of(page, "seen").startswith("D string, fret 5: it touches nothing."))
     lift(page)
     hard = pluck(page, 2, 5, 127)
     frets = {hit["fret"] for hit in hard["contacts"]}
@@ -1017,7 +989,7 @@ def test_strings_move_and_frets_flash_where_they_are_hit(page: Any) -> None:
     assert set(page.execute_script("return [...flashed]")) >= {f"2 {fret}" for fret in frets}
     assert all(0 < hit["speed"] < 20 and hit["frame"] >= hard["frame"] for hit in hard["contacts"])
     hardest = max(hard["contacts"], key=lambda hit: hit["speed"])["fret"]
-    wait(lambda: f"fret {hardest} hit hardest" in text_of(page, "seen"))
+    wait(lambda: f"it hits fret {hardest} hardest" in text_of(page, "seen"))
     lift(page)
 
 
@@ -1063,11 +1035,11 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
         let same = 0, other = 0;
         for (const [frame, buffer] of kept) {
           const k = frame - began - r.first - 1; // what is seen after a frame is its row
-          if (k < 0 || k >= r.length || !r.slots[3 * k]) continue;
+          if (k < 0 || k >= r.length || !r.slots[4 * k]) continue;
           const at = r.string * see.record.bytes + of, view = new DataView(buffer);
           for (let slot = 0; slot < 2; slot++) {
             if (!Number(view.getBigInt64(at + slot * size + see.slot.fields.on[0], true))) continue;
-            if (view.getFloat64(at + slot * size + see.slot.fields.length[0], true) !== r.slots[3 * k]) continue;
+            if (view.getFloat64(at + slot * size + see.slot.fields.length[0], true) !== r.slots[4 * k]) continue;
             const u = new Float32Array(buffer, at + slot * size + see.slot.fields.u[0], see.seen);
             if (u.every((x, j) => x === r.rows[k * see.seen + j])) same++;
             else other++;
@@ -1078,28 +1050,6 @@ def test_the_last_note_again_is_the_same_motion(page: Any, preset: str) -> None:
         began,
     )
     assert same[0] >= 3 and same[1] == 0, same
-
-
-# Keeps the page's saved files, as [blob, name], instead of downloading them
-SAVED = """
-window.saved = [];
-const blobs = new Map(), make = URL.createObjectURL;
-URL.createObjectURL = blob => {
-  const address = make.call(URL, blob);
-  blobs.set(address, blob);
-  return address;
-};
-HTMLAnchorElement.prototype.click = function () { saved.push([blobs.get(this.href), this.download]); };
-"""
-
-
-def saved(driver: Any) -> tuple[io.BytesIO, str]:
-    """The first of the files kept by SAVED, and its name."""
-    data, name = driver.execute_async_script(
-        "const [done] = arguments, reader = new FileReader();"
-        "reader.onload = () => done([reader.result, saved[0][1]]); reader.readAsDataURL(saved[0][0])"
-    )
-    return io.BytesIO(base64.b64decode(data.partition(",")[2])), name
 
 
 def test_slow_motion_goes_shape_by_shape_from_the_keyboard_too(page: Any) -> None:
@@ -1170,17 +1120,17 @@ def test_where_motion_is_not_wanted_strings_stay_and_flashes_are_held(page: Any)
         assert np.count_nonzero(np.abs(picture(page, ".stage")[:, 700:] - rest) > 60) == 0
         lift(page)
         flashed = "const now = performance.now(); see.flash({string: 0, fret: 5, frame: 0, speed: 4}, now);"
-        held = "see.fade(now + 200); const held = see.flashes.get('0 5').bright; see.fade(now + 400);"
+        held = "see.fade(now + 200, true); const held = see.flashes.get('0 5').bright; see.fade(now + 400, true);"
         assert page.execute_script(f"{flashed} {held} return [held, see.flashes.size]") == [1, 0]
 
 
 # Results of `count` in so many ms: pictures a second, recorded frames per frame passed, faults
 PICTURES = """
 window.count = async ms => {
-  let pictures = 0, frames = 0;
-  const draw = see.drawNeck, {context} = player, {port} = player.node;
+  let drawn = 0, frames = 0;
+  const draw = pictures.drawNeck, {context} = player, {port} = player.node;
   const before = context.currentTime, began = performance.now();
-  see.drawNeck = (...all) => { pictures++; draw.apply(see, all); };
+  pictures.drawNeck = (...all) => { drawn++; draw.apply(pictures, all); };
   port.postMessage({record: true});
   const told = port.onmessage;
   port.onmessage = e => { if (e.data.taped) frames += e.data.taped.length; else told(e); };
@@ -1188,9 +1138,9 @@ window.count = async ms => {
   const after = context.currentTime, seconds = (performance.now() - began) / 1000;
   port.postMessage({record: false});
   await new Promise(done => setTimeout(done, 300));
-  see.drawNeck = draw;
+  pictures.drawNeck = draw;
   port.onmessage = told;
-  return [pictures / seconds, frames / context.sampleRate / (after - before), state.late, $("faults").textContent];
+  return [drawn / seconds, frames / context.sampleRate / (after - before), state.late, $("faults").textContent];
 };
 """
 # Put first in an audio thread, this reports 14 of 16 ms as used: really using them might cost pictures
@@ -1229,7 +1179,7 @@ def test_pictures_are_shed_before_sound(browser: Any, pages: dict[bool, Path], t
             browser.execute_script("release('test')")
     (pictures, recorded, _, _), (fewer, still, _, faults) = found
     assert fewer < max(15, 0.7 * pictures), found  # a machine busy with other things has few before
-    assert abs(recorded - 1) < 0.2 and abs(still - 1) < 0.2 and faults == "0 faults", found
+    assert abs(recorded - 1) < 0.2 and abs(still - 1) < 0.2 and faults == "", found
 
 
 def test_a_phone_shows_one_picture_at_a_time(page: Any) -> None:

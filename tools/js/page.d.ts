@@ -3,15 +3,15 @@
 // --- elements, by their ids ---
 
 type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
-type Buttons = "power" | "hands" | "down" | "up" | "again" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
+type Buttons = "skip" | "power" | "hands" | "down" | "up" | "again" | "same" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off";
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum";
 type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
-  | "overload" | "faults" | "neck" | "how" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
-  | "moment-text" | "cases" | "case-said" | "seen" | "piano" | "strokes" | "ways" | "parts" | "song-text" | "bench"
-  | "bench-count" | "stories" | "bench-said" | "bench-controls" | "force-text" | "midi-text" | "response-text"
+  | "overload" | "faults" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
+  | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "song-text" | "bench"
+  | "bench-count" | "stories" | "bench-controls" | "force-text" | "midi-text" | "response-text"
   | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
 
 interface GetElement {
@@ -106,12 +106,18 @@ interface PageData {
 
 // --- what plays ---
 
-interface Built {
+interface MadeBass {
+  name: string;
+  label: string; // a link to it
+  file: ArrayBuffer;
+  response?: Float64Array;
+  heights: number[][]; // of each string's crowns
+}
+
+interface Built extends MadeBass {
   bass: number;
   at: number;
   image: ArrayBuffer;
-  file: ArrayBuffer;
-  response?: Float64Array;
 }
 
 interface PlayReport {
@@ -140,6 +146,8 @@ interface PlayerEvents {
   playing: [playing: Playing]; // how it plays
   report: [report: PlayReport];
   sight: [sight: Sight];
+  kept: [note: SeenNote]; // as much of a note was heard as a replay shows
+  told: [note: SeenNote]; // a note was heard for half a second
   faded: []; // a bass from before is silent
   taped: [tape: {taped: Float32Array<ArrayBuffer>, last?: boolean}];
 }
@@ -156,6 +164,7 @@ interface Sight {
   frame: number;
   contacts: number[];
   notes: number[];
+  of?: number; // the bass
 }
 
 interface Seen extends Sight {
@@ -170,14 +179,26 @@ interface Hit {
   speed: number;
 }
 
+interface Flash {
+  string: number;
+  fret: number;
+  strength: number; // of the hit, 0 to 1
+  bright: number; // what is left of it, 0 to 1
+  since: number; // ms
+}
+
+type Place = (place: number) => number | undefined; // m from the nut, to px
+
 interface Motion {
   rows: Float32Array;
+  across: Float32Array;
   slots: Float64Array;
-  sound: Float32Array;
+  sound: Float32Array<ArrayBuffer>;
   contacts: number[];
   first: number;
   string: number;
   frame: number;
+  heights?: number[]; // of the crowns under it, if they are not those of the chosen bass
 }
 
 interface Replay extends Motion {
@@ -191,7 +212,13 @@ interface SeenNote {
   fret?: number;
   frame?: number;
   contacts: Hit[];
-  said?: boolean;
+  of?: number; // the bass that played it
+  wasKept?: boolean;
+  wasTold?: boolean;
+}
+
+interface KeptNote extends MadeBass {
+  recalled: any; // what Engine.recall returned
 }
 
 // --- what is played ---
@@ -253,7 +280,7 @@ interface PageState {
   late: number;
   watched: number;
   rolling: boolean;
-  usualZoom: number;
+  repeats: boolean;
   lastLook: number;
   early: PressedKey[];
   song?: import("../../livebass/web/static/song.js").Song;

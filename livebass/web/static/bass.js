@@ -5,12 +5,13 @@ import {sayEffects} from "./controls.js";
 import {letGo} from "./hands.js";
 import {layOut, showNeck} from "./neck.js";
 import {player} from "./player.js";
-import {backToNow} from "./replay.js";
+import {backToNow, forget} from "./replay.js";
 import {putPart, showParts} from "./songs.js";
 import {takeOwnStroke} from "./techniques.js";
 import {see} from "./view.js";
 
 export function showBass() {
+  forget();
   if (see.replay) backToNow();
   const bass = chosenBass();
   $("about").textContent = bass.about;

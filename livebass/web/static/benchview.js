@@ -3,8 +3,9 @@
 import {Bench, SLOTS} from "./bench.js";
 import {CONTROLS, moveControl} from "./controls.js";
 import {read} from "./files.js";
+import {tell} from "./line.js";
 import {layOut, showNeck} from "./neck.js";
-import {$, PAGE, chooseBass, chosenBass, make, makeButton, save, setPressed} from "./page.js";
+import {$, PAGE, chooseBass, chosenBass, make, makeButton, save, say, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {takePlayed} from "./techniques.js";
 import {see} from "./view.js";
@@ -26,14 +27,13 @@ export const STORIES = [
 export const PRESET = /\.toml$/i; // names of files for takePreset
 export const benches = new Map(); // by the name of their bass
 export const bench = () => benches.get($("bass").value);
-export const sayBench = text => { $("bench-said").textContent = text; };
 
 // Makes the benches and everything that does not depend on the bass; opens the page's link.
 export function makeBench() {
   for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass));
   for (const story of STORIES) {
     const hidden = !!story.fretless && !fretlessBass();
-    $("stories").append(story.button = makeButton(story.name, {onclick: () => tell(story), hidden}));
+    $("stories").append(story.button = makeButton(story.name, {onclick: () => show(story), hidden}));
   }
   for (const slot of SLOTS) $(`slot-${slot}`).onclick = () => onBench(() => bench().choose(slot));
   $("undo").onclick = () => onBench(() => bench().undo());
@@ -46,11 +46,16 @@ export function makeBench() {
     if (file) takePreset(file);
   };
   $("save").onclick = saveBench;
+  $("skip").onclick = () => {
+    $("bench-fold").open = true;
+    /** @type {HTMLElement | null} */ ($("bench-controls").querySelector("input"))?.focus();
+  };
   $("link").onclick = () => copyLink();
   const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches; };
   wide.addEventListener("change", fold); // for example, a phone is turned
   fold();
   addEventListener("hashchange", takeLink);
+  player.labelOf = name => benches.get(name)?.link() ?? name;
   player.fileOf = async name => changedFile(name, await read(`basses/${name}.lbass`));
   player.on("struck", struckSince);
   player.on("faded", () => { buildWanted(); });
@@ -187,11 +192,11 @@ function showChanged(own, {heights, places}) {
 
 // --- stories, links, files ---
 
-function tell({fretless = false, moved = {}, reached = {}, says}) {
+function show({fretless = false, moved = {}, reached = {}, says}) {
   if (fretless && !chosenBass().fretless) chooseBass(/** @type {Bass} */ (fretlessBass()).name);
   const known = Object.entries(reached).filter(([symbol]) => bench().controls.has(symbol));
   onBench(() => bench().setAll({...moved, ...Object.fromEntries(known.map(([symbol, number]) => [symbol, bench().toward(symbol, number)]))}));
-  sayBench(says);
+  tell(says);
 }
 
 // Puts the changes from the preset into the page's address.
@@ -208,9 +213,9 @@ export function takeLink() {
     if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
     chooseBass(name);
     onBench(() => bench().setAll(values));
-    sayBench("The bass is as the link says.");
+    say("The bass is as the link says.");
   } catch (error) {
-    sayBench(`${/** @type {Error} */ (error).message}. The bass is as its preset has it.`);
+    say(`${/** @type {Error} */ (error).message}. The bass is as its preset has it.`);
   }
 }
 
@@ -222,24 +227,24 @@ export async function takePreset(file) {
     onBench(() => bench().setAll(values));
     for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
     takePlayed(played);
-    sayBench(`The bass is as ${file.name} says.`);
+    say(`The bass is as ${file.name} says.`);
   } catch (error) {
-    sayBench(`${file.name}: ${/** @type {Error} */ (error).message}. The bass is as it was.`);
+    say(`${file.name}: ${/** @type {Error} */ (error).message}. The bass is as it was.`);
   }
 }
 
 function saveBench() {
   const name = `${bench().bass.name}-bench.toml`;
   save(new Blob([bench().toml()], {type: "application/toml"}), name);
-  sayBench(`Saved: livebass play -p ./${name} plays it.`);
+  say(`Saved: livebass play -p ./${name} plays it.`);
 }
 
 async function copyLink() {
   const address = `${location.href.split("#")[0]}#${bench().link()}`;
   try {
     await navigator.clipboard.writeText(address);
-    sayBench("The link is copied.");
+    say("The link is copied.");
   } catch {
-    sayBench(`The browser copies nothing; the link is ${address}`);
+    say(`The browser copies nothing; the link is ${address}`);
   }
 }

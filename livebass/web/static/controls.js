@@ -56,4 +56,3 @@ for (const symbol of CONTROLS) {
   sayControl(symbol);
 }
 player.on("started", () => CONTROLS.forEach(tellParameter));
-$("force").oninput = () => { $("force-text").textContent = $("force").value; };

@@ -4,6 +4,8 @@ import {LAYOUT} from "./layout.js";
 const PAGE_BYTES = 65536, MESSAGES = 4096;
 const CONTACTS = 512; // that a string keeps until they are taken
 const EVENTS = 256; // that a string received since it was still
+// Of a string at rest: its clock, and what the player set; all else is the bass's
+const KEPT = ["frame", "step", "still", "bend", "tuned", "tone_wanted", "blend_wanted", "idle"];
 export const RECORDS = LAYOUT.records;
 export const N = LAYOUT.numbers;
 export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
@@ -200,19 +202,38 @@ export class Engine {
   }
 
   // Repeats a string's motion on `bass`, a new one, from the data of `recall`, from `before` frames before its last
-  // note to `frames` after it. Returns the same as `motion`.
-  again(bass, {told, count, string, frame}, before, frames) {
+  // note to `frames` after it; with `changed`, on a bass that differs: its string is at rest before the first event.
+  // Returns the same as `motion`, with `heard` frames of sound.
+  again(bass, {told, count, string, frame}, {before, frames, heard, changed = false}) {
     const place = lines(this.memory.buffer.byteLength);
     this.reserve(place + told.byteLength);
     this.bytes.set(new Uint8Array(told), place);
-    this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
-    return this.motion(bass, string, place + RECORDS.TOLD.bytes, count, frame, before, frames);
+    if (!changed) this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
+    else for (const name of KEPT) this.set("VOICE", this.voice(bass, string), name, this.get("VOICE", place, name));
+    return this.motion(bass, string, place + RECORDS.TOLD.bytes, count, frame, before, frames, heard);
+  }
+
+  // Plays a note on string `string` of `bass`, a new one: MIDI messages `first`, such as a key switch, then the note.
+  // Returns what `recall` returns.
+  perform(bass, {string, note, velocity, first = []}, rate) {
+    this.begin(rate);
+    this.setField("next_bass", bass);
+    this.play(N.CHUNK);
+    for (const message of first) this.send(N.NOW, ...message);
+    this.tell(N.NOW, N.NOTE_STRING, note, string);
+    this.send(N.NOW, 0x90, note, velocity);
+    let found;
+    for (let k = 0; !found && k < rate; k += N.CHUNK) {
+      this.play(N.CHUNK);
+      found = this.recall(bass, string);
+    }
+    return found;
   }
 
   // Makes the motion of the first string of `bass`, a new one: a finger, `width` (m) wide, pulls it to `apex` (m) at
   // `place` (m from the nut) and lets go. Returns the same as `motion`, with `heard` frames of sound from the first
   // frame on.
-  pluck(bass, {apex, place, width}, before, frames, heard) {
+  pluck(bass, {apex, place, width}, {before, frames, heard}) {
     const event = lines(this.memory.buffer.byteLength);
     this.reserve(event + RECORDS.EVENT.bytes);
     this.set("EVENT", event, "kind", N.PLUCK);
@@ -223,9 +244,9 @@ export class Engine {
   }
 
   // Plays `count` events, at the address `events`, on string `string` of `bass`. From `before` frames before `frame` to
-  // `frames` after it, returns {rows, slots, contacts, first, string, frame, sound}: SEEN amplitudes (m^1.5) per frame;
-  // [length, stop, fret] per frame; contacts as in `takeContacts`; the first frame; the sound from there on, `heard`
-  // frames.
+  // `frames` after it, returns {rows, across, slots, contacts, first, string, frame, sound}: SEEN amplitudes (m^1.5) of
+  // u and of v per frame; [length, stop, fret, stop across] per frame; contacts as in `takeContacts`; the first frame;
+  // the sound from there on, `heard` frames.
   motion(bass, string, events, count, frame, before, frames, heard = 0) {
     const x = this.x, strings = this.get("BASS", bass, "strings"), board = this.get("BASS", bass, "frets") + 1;
     const at = this.get("BASS", bass, "string", string), voice = this.voice(bass, string);
@@ -238,7 +259,8 @@ export class Engine {
     };
     const first = Math.max(this.get("VOICE", voice, "frame"), frame - before), sound = new Float32Array(heard);
     run(first - this.get("VOICE", voice, "frame"));
-    const length = frame + frames - first, rows = new Float32Array(length * N.SEEN), slots = new Float64Array(length * 3);
+    const length = frame + frames - first, slots = new Float64Array(length * 4);
+    const [rows, across] = [0, 1].map(() => new Float32Array(length * N.SEEN));
     const contacts = [], taken = Array(strings).fill(0);
     taken[string] = this.get("VOICE", voice, "logged");
     const sight = this.sights + string * RECORDS.SIGHT.bytes, [slot] = RECORDS.SIGHT.fields.slot, size = RECORDS.SLOT_SIGHT.bytes;
@@ -250,14 +272,16 @@ export class Engine {
       const here = sight + slot + size * this.get("VOICE", voice, "slot");
       if (!this.get("SLOT_SIGHT", here, "on")) continue;
       const modes = this.get("SLOT_SIGHT", here, "modes");
-      rows.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields.u[0], modes), k * N.SEEN);
-      slots.set(["length", "stop", "fret"].map(name => this.get("SLOT_SIGHT", here, name)), k * 3);
+      for (const [name, all] of /** @type {[string, Float32Array][]} */ ([["u", rows], ["v", across]]))
+        all.set(new Float32Array(this.memory.buffer, here + RECORDS.SLOT_SIGHT.fields[name][0], modes), k * N.SEEN);
+      slots.set(["length", "stop", "fret", "stop_across"].map(name => this.get("SLOT_SIGHT", here, name)), k * 4);
     }
-    for (let k = length; k < heard; k++) {
-      run(1);
-      sound[k] = this.view.getFloat64(this.sound, true);
+    for (let k = length; k < heard; k += N.CHUNK) {
+      const n = Math.min(N.CHUNK, heard - k);
+      run(n);
+      sound.set(new Float64Array(this.memory.buffer, this.sound, n), k);
     }
-    return {rows, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
+    return {rows, across, slots, sound, contacts: contacts.map((value, k) => k % 4 === 2 ? value - this.get("BASS", bass, "frame") : value), first, string, frame};
   }
 
   // Copies the drawing data of a bass's strings into `buffer`, an ArrayBuffer of that size, or a new one.

@@ -1,11 +1,15 @@
 // Playing by hand: keys, places on the neck, and strings that two hands hold and pluck.
 import {$, chosenBass, isPressed, setPressed} from "./page.js";
 import {moveControl} from "./controls.js";
+import {tell} from "./line.js";
 import {player} from "./player.js";
 import {state} from "./state.js";
 import {LONG_PRESS, WAYS, isOn, letGoOfAll, numberOf} from "./techniques.js";
 
 const MOST_LATE = 2000; // ms: keys pressed earlier than this before the sound runs are forgotten
+const HARD = 127; // velocity of the first notes: they hit frets, until somebody has played a soft and a hard one
+const SOFTER = 1 / 3; // of a string's lane, from the top: there it is played softly, and below hard
+export const tries = {untried: new Set(["soft", "hard"])};
 const SOON = 30; // ms after the sound runs, when the others are played
 const IN_TIME = {late: 0, frameAt: (/** @type {number} */ time) => player.frameAt(time)}; // the usual clock
 
@@ -15,7 +19,8 @@ export const held = new Map(); // pressed keys
 const noteOn = (/** @type {PressedKey} */ {note, velocity}) => [0x90, note, velocity];
 const noteOff = (/** @type {PressedKey} */ {note}) => [0x80, note, 0];
 
-export const force = () => +$("force").value;
+// The velocity of keys.
+export const force = () => tries.untried.size ? Math.max(+$("force").value, HARD) : +$("force").value;
 
 /**
  * Presses a key identified by `id`, at `time` (ms). A finger that began early stays as late, with its own clock.
@@ -202,7 +207,7 @@ function rightUp(/** @type {PointerEvent} */ e, /** @type {RightFinger} */ finge
   if (finger.crossed || e.timeStamp - finger.began > LONG_PRESS) return;
   const {string, down} = laneAt(finger.y);
   pluckAt(e.clientX);
-  pluck(string, 30 + 97 * down, e.timeStamp);
+  pluck(string, forceOf(down), e.timeStamp);
 }
 
 // Releases a touch from the element where it began: a finger may slide on.
@@ -226,16 +231,27 @@ $("hands").onclick = () => {
   fingers.clear();
   showFingers();
   setPressed($("hands"), on);
-  $("how").textContent = on ? "Hold strings down on the frets, and pluck them over the body: across, or by a tap."
-    : "Press low on a string to play it hard.";
+  tell(on ? "Hold strings down on the frets, and pluck them over the body: across, or by a tap." : "Press low on a string to play it hard.");
 };
 
 // --- neck and piano ---
 
-// The force: lower on a string, or on a key, is harder.
+$("force").oninput = () => {
+  tries.untried.clear();
+  $("force-text").textContent = $("force").value;
+};
+
+// The force at a part of a string or key, 0 to 1 from its top: lower is harder.
+function forceOf(/** @type {number} */ down) {
+  const first = tries.untried.size > 0 && down > SOFTER;
+  if (down <= SOFTER) tries.untried.delete("soft");
+  else if (down >= 1 - SOFTER) tries.untried.delete("hard");
+  return first ? HARD : 30 + 97 * down;
+}
+
 function forceAt(/** @type {HTMLElement} */ cell, /** @type {number} */ y) {
   const {top, height} = cell.getBoundingClientRect();
-  return 30 + 97 * Math.min(1, Math.max(0, (y - top) / height));
+  return forceOf(Math.min(1, Math.max(0, (y - top) / height)));
 }
 
 // The cell under a finger: browsers may assign a touch near an edge to the wrong side.

@@ -7,16 +7,20 @@ import * as files from "./files.js";
 import * as hands from "./hands.js";
 import * as meters from "./meters.js";
 import * as neck from "./neck.js";
+import * as opening from "./opening.js";
 import * as page from "./page.js";
 import * as player from "./player.js";
+import * as replay from "./replay.js";
 import * as songs from "./songs.js";
+import * as sounds from "./sounds.js";
 import * as state from "./state.js";
 import * as techniques from "./techniques.js";
 import * as view from "./view.js";
 import * as workshop from "./workshop.js";
 
 const inside = {
-  ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...page, ...player, ...songs, ...state,
+  ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
+  ...player, ...replay, ...songs, ...sounds, ...state,
   ...techniques, ...view, ...workshop,
 };
 addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

@@ -9,15 +9,17 @@ import "./songs.js";
 import "./recording.js";
 import "./response.js";
 import "./midi.js";
+import "./clip.js";
 import "./inside.js";
 import {showBass} from "./bass.js";
 import {makeBench, takeLink} from "./benchview.js";
 import {showLinked} from "./cases.js";
 import {lacking} from "./files.js";
 import {player} from "./player.js";
-import {goOn} from "./replay.js";
+import {openMoving} from "./opening.js";
+import {goOn, showButtons} from "./replay.js";
 import {state} from "./state.js";
-import {see, showPitch} from "./view.js";
+import {draw, pictures, see, showPitch} from "./view.js";
 import {watch} from "./watch.js";
 
 const PITCH_EVERY = 120; // ms
@@ -38,18 +40,17 @@ function look(/** @type {number} */ now) {
     }
   }
   if (see.replay) goOn(now);
-  else see.fade(now);
+  else see.fade(now, pictures.still.matches);
   if (!sounding || state.late < FULL || now - last.picture >= SHED) {
     last.picture = now;
-    see.draw(analyser);
+    draw();
   }
-  $("again").disabled = !player.ready || see.note.frame === undefined;
+  showButtons();
 }
 
 function begin() {
-  $("power").disabled = false;
   player.start().catch(() => {}); // reported where it happened
-  showLinked();
+  if (!showLinked()) openMoving();
 }
 
 makeBench();
@@ -62,6 +63,6 @@ if (PAGE.watching) {
   $("lacks").textContent = lack;
   $("lacks").hidden = false;
 } else {
-  player.load().then(begin, error => say(`The page cannot be opened: ${error.message}`));
+  player.load().then(begin, error => say(`The page cannot be opened: ${error.message}`, true));
 }
 requestAnimationFrame(look);

@@ -18,7 +18,7 @@ export function showMeters(/** @type {PlayReport} */ {load, peak, overload, faul
   $("load").style.setProperty("--part", String(busy));
   $("load-text").textContent = `${(100 * state.late).toFixed(0)} %`;
   $("overload").hidden = !(overload > 0 || load > 1);
-  $("faults").textContent = faults === 1 ? "1 fault" : `${faults} faults`;
+  $("faults").textContent = !faults ? "" : faults === 1 ? "1 fault" : `${faults} faults`;
   $("neck").querySelectorAll(".on").forEach(cell => cell.classList.remove("on"));
   held.forEach((fret, string) => {
     if (fret >= 0) $("neck").querySelector(`button[data-string="${string}"][data-fret="${fret}"]`)?.classList.add("on");

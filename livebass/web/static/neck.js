@@ -1,10 +1,12 @@
 // The neck: a cell for each fret of each string, and the body beyond.
 import {$, chosenBass, make, noteName} from "./page.js";
 import {state} from "./state.js";
-import {see} from "./view.js";
+import {pictures, see} from "./view.js";
 
-const LEAST_FRET = {finger: 30, mouse: 20}; // px
+const LEAST_FRET = {finger: 30, mouse: 15}; // px
+const WIDE = 720; // px of a neck for a mouse
 const BODY_PART = 26; // % of the width, if not all frets are shown
+const EDGE = 1e-6; // m
 const INLAYS = [3, 5, 7, 9, 12, 15, 17, 19, 21, 24]; // frets from the nut
 
 /** @type {{[key: string]: [number, number]}} */
@@ -16,7 +18,7 @@ const part = (/** @type {string} */ selector) => /** @type {HTMLElement} */ ($("
 
 // How many frets fit, none narrower than a finger: all, with the whole string to scale, or some and less of the rest.
 function fitting(/** @type {number} */ width, /** @type {number} */ frets) {
-  const mouse = matchMedia("(min-width: 60rem)").matches && !matchMedia("(pointer: coarse)").matches;
+  const mouse = width >= WIDE && !matchMedia("(pointer: coarse)").matches;
   const least = mouse ? LEAST_FRET.mouse : LEAST_FRET.finger;
   if (width * (2 ** (-(frets - 1) / 12) - 2 ** (-frets / 12)) >= least) return frets;
   const room = width * (1 - BODY_PART / 100), behind = (/** @type {number} */ count) => 2 ** (-count / 12);
@@ -38,6 +40,7 @@ export function showNeck() {
   neck.style.setProperty("--strings", String(bass.strings.length));
   neck.classList.toggle("fretless", bass.fretless);
   neck.classList.toggle("nut", from === 0);
+  neck.classList.toggle("broken", from + count < bass.frets);
   neck.classList.toggle("odd", bass.strings.length % 2 === 1);
   const cells = bass.strings.flatMap((_, row) => [0, ...numbers].map(fret => cellOf(bass, row, fret)));
   const inlays = numbers.filter(n => INLAYS.includes(bass.capo + n))
@@ -88,7 +91,7 @@ function bodyOf(/** @type {Bass} */ bass, /** @type {number} */ begin) {
   return body;
 }
 
-// Returns a function from a place on a string (m from the nut) to its drawn place (px). Hidden frets are at the edges.
+// Returns a function from a place on a string (m from the nut) to its drawn place (px); undefined: it is not shown.
 function placing() {
   const at = $("strings").getBoundingClientRect().left, body = part(".body").getBoundingClientRect();
   /** @type {NodeListOf<HTMLElement>} */
@@ -99,16 +102,14 @@ function placing() {
     metres.push(frets[Number(cell.dataset.fret) - 1]);
     pixels.push(cell.getBoundingClientRect().right - at);
   }
-  if (begin > metres[metres.length - 1] + 1e-9) {
-    metres.push(begin);
-    pixels.push(body.left - at);
-  }
-  metres.push(length);
-  pixels.push(body.right - at);
+  const last = metres.length - 1, broken = begin > metres[last] + EDGE;
+  metres.push(begin, length);
+  pixels.push(body.left - at, body.right - at);
   return (/** @type {number} */ place) => {
+    if (place < metres[0] - EDGE || (broken && place > metres[last] + EDGE && place < begin)) return undefined;
     let k = 1;
-    while (k < metres.length - 1 && place > metres[k]) k++;
-    const part = (place - metres[k - 1]) / (metres[k] - metres[k - 1]);
+    while (k < metres.length - 1 && place > metres[k] + EDGE) k++;
+    const part = (place - metres[k - 1]) / (metres[k] - metres[k - 1] || 1);
     return pixels[k - 1] + Math.min(1, Math.max(0, part)) * (pixels[k] - pixels[k - 1]);
   };
 }
@@ -116,7 +117,7 @@ function placing() {
 // Measures the neck's place after it was redrawn.
 export function layOut() {
   const strings = chosenBass().strings.length, tall = part(".open").getBoundingClientRect().height;
-  see.layOut(placing(), i => (strings - 0.5 - i) * tall);
+  pictures.layOut(placing(), i => (strings - 0.5 - i) * tall, $("window").hidden);
   $("strings").style.height = `${tall * strings}px`;
 }
 

@@ -11,8 +11,15 @@ export const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "
 /** @param {number} note */
 export const noteName = note => NAMES[note % 12] + (Math.floor(note / 12) - 1);
 
-/** @param {string} text */
-export const say = text => { $("said").textContent = text; };
+const SAID = 8000; // ms that a message stays
+let saidBefore = 0; // the timer of the last one
+
+// Shows a message over the page's lower edge, for a while or until the next one.
+export function say(/** @type {string} */ text, stays = false) {
+  clearTimeout(saidBefore);
+  $("said").textContent = text;
+  if (!stays) saidBefore = setTimeout(() => { $("said").textContent = ""; }, SAID);
+}
 
 /** @param {string} name @returns {Bass} */
 export const bassCalled = name => /** @type {Bass} */ (PAGE.basses.find(bass => bass.name === name));

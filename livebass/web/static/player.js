@@ -1,7 +1,7 @@
 // The player: an audio thread in this browser. It receives notes, changes and the bass to play, and reports with events
 // (tools/js/page.d.ts lists them as PlayerEvents).
 import {read, workletAddress} from "./files.js";
-import {$, PAGE, say} from "./page.js";
+import {$, PAGE, bassCalled, say} from "./page.js";
 import {workshop} from "./workshop.js";
 
 const WARM = 400; // ms
@@ -21,11 +21,12 @@ export class WorkletPlayer {
     /** @type {Float64Array | undefined} */
     this.response = undefined; // the player's own impulse response at the context's rate; undefined: the bass's
     this.fileOf = (/** @type {string} */ name) => read(`basses/${name}.lbass`); // the bench replaces this
+    this.labelOf = (/** @type {string} */ name) => name; // tells a changed bass from others; the bench replaces this, too
     this.began = 0; // frame of the context at which the audio thread began
     this.playing = ""; // the name of the bass that plays
     /** @type {Map<number, string>} */
     this.names = new Map(); // of basses in the audio thread, by address ...
-    /** @type {Map<number, {file: ArrayBuffer, response?: Float64Array}>} */
+    /** @type {Map<number, MadeBass>} */
     this.basses = new Map(); // ... and what they were made of
     /** @type {{name: string, built: Promise<Built>} | undefined} */
     this.next = undefined; // the bass that waits for the start, or comes next
@@ -35,8 +36,8 @@ export class WorkletPlayer {
     this.starting = undefined;
     /** @type {Map<number, () => void>} */
     this.copied = new Map(); // functions to call when the audio thread has a bass
-    /** @type {((data: any) => void) | undefined} */
-    this.recalled = undefined;
+    /** @type {((recalled: any) => void)[]} */
+    this.recalled = []; // functions that wait for a string's events, the first first
     /** @type {number | undefined} */
     this.heard = undefined; // the address of the bass that plays
     this.changes = 0; // of the playing, requested from the audio thread
@@ -97,7 +98,7 @@ export class WorkletPlayer {
     await this.loading;
     this.node = await this.makeNode(this.context);
     this.node.port.onmessage = ({data}) => this.hear(data);
-    this.node.onprocessorerror = () => say("The audio thread stopped. Load the page again.");
+    this.node.onprocessorerror = () => say("The audio thread stopped. Load the page again.", true);
     this.analyser = new AnalyserNode(this.context, {fftSize: 8192, smoothingTimeConstant: 0.5});
     this.node.connect(this.analyser).connect(this.context.destination);
     this.emit("started");
@@ -157,8 +158,9 @@ export class WorkletPlayer {
    * @returns {Promise<Built>}
    */
   async build(name, rate, warm = 0) {
-    const file = await this.fileOf(name), kept = file.slice(0), {response} = this;
-    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), file: kept, response};
+    const label = this.labelOf(name), {response} = this, file = await this.fileOf(name), kept = file.slice(0);
+    const heights = bassCalled(name).strings.map(string => string.heights);
+    return {...await workshop.ask({name, file, tier: PAGE.tier, rate, warm, response}, [file]), name, label, file: kept, response, heights};
   }
 
   prepare(/** @type {string} */ name, warm = 0) {
@@ -233,11 +235,11 @@ export class WorkletPlayer {
   // Starts or stops recording.
   record(/** @type {boolean} */ on) { this.node.port.postMessage({record: on}); }
 
-  // Asks for all that a string received since it was still: {recalled, bass}.
-  recall(/** @type {number} */ string) {
+  // Asks for all that a string of a bass received since it was still; null if that is more than it keeps.
+  recall(/** @type {number} */ string, /** @type {number} */ bass) {
     return new Promise(done => {
-      this.recalled = done;
-      this.node.port.postMessage({recall: string});
+      this.recalled.push(done);
+      this.node.port.postMessage({recall: {string, bass}});
     });
   }
 
@@ -246,7 +248,7 @@ export class WorkletPlayer {
     const chosen = $("bass").value;
     if (data.copied || data.faded) this.hearBass(data);
     else if (data.taped) this.emit("taped", data);
-    else if (data.recalled !== undefined) this.recalled?.(data);
+    else if (data.recalled !== undefined) this.recalled.shift()?.(data.recalled);
     else if (data.sight) {
       this.began = data.began;
       if (this.names.get(data.of) === chosen) this.emit("sight", data);

@@ -1,38 +1,86 @@
-// Replays the last note: its motion, repeated from its string's events, shown slowly and saved as a picture or a clip.
-import {$, PAGE, chosenBass, make, save, say} from "./page.js";
+// Replays the last note slowly: its motion, repeated from its string's events. After a change on the bench the same
+// pluck is repeated on the changed bass, too, beside the note that was played.
+import {bench} from "./benchview.js";
+import {contactsOf, tell} from "./line.js";
+import {$, PAGE, chosenBass, say} from "./page.js";
 import {player} from "./player.js";
+import {SHOWN} from "./see.js";
+import {hear} from "./sounds.js";
 import {state} from "./state.js";
-import {enlarge, see} from "./view.js";
+import {see} from "./view.js";
 import {workshop} from "./workshop.js";
 
-export const BEFORE = 0.005; // s shown before the release ...
-export const AFTER = 0.1; // ... and after it
-const POSTER = {width: 1600, height: 1000}; // px
-const CLIP = {rate: 30, shortest: 3, longest: 12}; // pictures a second; s
+const HEARD = 1.5; // s of a motion's sound
+/** @type {{note?: KeptNote}} */
+export const kept = {}; // the last note, with the bass that played it
 
-// Asks the audio thread for the string's events; the worker repeats the motion from them.
-async function showAgain() {
-  const {recalled, bass} = await player.recall(see.note.string);
-  if (!recalled) {
-    say("That string's motion cannot be made again: play it from rest.");
-    return;
-  }
-  const {file, response} = /** @type {{file: ArrayBuffer, response?: Float64Array}} */ (player.basses.get(bass));
-  const rate = player.context.sampleRate, copy = file.slice(0);
-  const how = {tier: PAGE.tier, rate, response, before: Math.round(BEFORE * rate), frames: Math.round(AFTER * rate)};
-  showSlowly(await workshop.ask({recalled, file: copy, ...how}, [copy, recalled.told]));
+// Keeps a note while its bass is still there: its string's events and the bass's file.
+async function keep(/** @type {SeenNote} */ {string, of}) {
+  const made = of === undefined ? undefined : player.basses.get(of);
+  if (!made || of === undefined) return;
+  const recalled = await player.recall(string, of);
+  if (made.name === chosenBass().name) kept.note = {...made, recalled};
 }
 
-// Shows a motion from the worker slowly, from its beginning.
-export function showSlowly(/** @type {Motion} */ made) {
-  if (!see.replay) state.usualZoom = see.zoom;
-  const {length} = see.show(made);
-  enlarge(Math.min(state.usualZoom, Math.max(1, Math.floor(see.mostZoom()))));
-  Object.assign($("moment"), {max: length - 1, value: 0, disabled: false});
+export function forget() { kept.note = undefined; }
+
+/**
+ * Has the worker make a motion and its sound.
+ * @param {object} what
+ * @param {ArrayBuffer} file
+ * @returns {Promise<Motion>}
+ */
+export function move(what, file) {
+  const rate = player.context.sampleRate, copy = file.slice(0);
+  const [before, frames, length] = [SHOWN.before, SHOWN.after, HEARD].map(seconds => Math.round(seconds * rate));
+  return workshop.ask({tier: PAGE.tier, rate, before, frames, heard: length, ...what, file: copy}, [copy]);
+}
+
+// The last note, or undefined with a word why.
+function lastNote() {
+  if (kept.note && !kept.note.recalled) say("This string has rung through too many notes to repeat the last one. Let it fall silent, then play.");
+  return kept.note?.recalled ? kept.note : undefined;
+}
+
+async function showAgain() {
+  if (see.replay) {
+    restart();
+    return;
+  }
+  const note = lastNote();
+  if (note) showSlowly(await move({recalled: note.recalled, response: note.response}, note.file));
+}
+
+// Shows the same pluck on the bass as it is now, with the note that was played beside it; both are heard.
+async function showSame() {
+  const note = lastNote();
+  if (!note) return;
+  const {recalled} = note, file = await player.fileOf(note.name);
+  await player.sound();
+  const before = await move({recalled, response: note.response}, note.file);
+  const now = await move({recalled, response: player.response, changed: true}, file);
+  showSlowly(now, {...before, heights: note.heights[before.string]});
+  const [old, fresh] = [see.other, see.replay].map(replay => contactsOf(replay?.hits.length || 0));
+  tell(`The same pluck: ${old} before, ${fresh} now.`);
+  hear([before.sound, now.sound]);
+}
+
+// Shows a motion from the worker slowly, from its beginning; `other` beside it. Returns the replay.
+export function showSlowly(/** @type {Motion} */ made, /** @type {Motion | undefined} */ other = undefined) {
+  see.rate = player.context.sampleRate;
+  const replay = see.show(made, other);
+  Object.assign($("moment"), {max: replay.length - 1, disabled: false});
+  $("legend").hidden = !other;
   setButtons(true);
+  restart();
+  return replay;
+}
+
+// Starts the replay from its beginning.
+function restart() {
+  goTo(0);
   state.rolling = true;
   state.lastLook = performance.now();
-  sayMoment();
 }
 
 function setButtons(/** @type {boolean} */ on) {
@@ -43,21 +91,22 @@ function setButtons(/** @type {boolean} */ on) {
 // Advances by the time since the last picture, at the chosen speed; stops at the end.
 export function goOn(/** @type {number} */ now) {
   if (state.rolling && see.replay) {
-    const frames = (now - state.lastLook) / 1000 * player.context.sampleRate / slowness();
-    goTo(see.replay.at + frames, now);
+    goTo(see.replay.at + (now - state.lastLook) / 1000 * player.context.sampleRate / slowness());
     state.rolling = see.replay.at < see.replay.length - 1;
-    $("moment").value = String(see.replay.at);
-    see.fade(now);
+    if (!state.rolling && state.repeats) restart();
   }
   state.lastLook = now;
 }
 
-function goTo(/** @type {number} */ frame, /** @type {number} */ now) {
-  see.goTo(frame, now);
+// Goes to a frame of the replay; returns the contacts on the way.
+export function goTo(/** @type {number} */ frame) {
+  const met = see.goTo(frame, slowness());
+  if (see.replay) $("moment").value = String(see.replay.at);
   sayMoment();
+  return met;
 }
 
-const slowness = () => Math.round(10 ** +$("slow").value);
+export const slowness = () => Math.round(10 ** +$("slow").value);
 
 function sayMoment() {
   const text = `${see.moment.toFixed(2)} ms`;
@@ -68,69 +117,28 @@ function sayMoment() {
 function saySlowness() { $("slow-text").textContent = slowness() === 1 ? "as it was" : `1/${slowness()}`; }
 
 export function backToNow() {
-  state.rolling = false;
+  state.rolling = state.repeats = false;
   see.leave();
-  enlarge(state.usualZoom);
   setButtons(false);
+  $("legend").hidden = true;
   $("moment-text").textContent = "";
 }
 
-// --- a picture and a clip ---
-
-function titleOf() {
-  const {string, fret} = see.note, bass = chosenBass(), at = fret ? `, fret ${bass.capo + fret}` : "";
-  const when = `${see.moment.toFixed(2)} ms after the release`;
-  return `livebass: ${bass.title}, ${bass.strings[string].name} string${at}, ${when}, ${see.zoom} times enlarged`;
+// Shows which buttons can do something.
+export function showButtons() {
+  $("again").disabled = !player.ready || (!kept.note && !see.replay);
+  $("same").hidden = !kept.note || !bench() || kept.note.label === player.labelOf(kept.note.name);
 }
 
-const fileName = (/** @type {string} */ ending) => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;
-
-function savePicture() {
-  const sheet = make("canvas", POSTER);
-  see.poster(sheet, titleOf());
-  sheet.toBlob(blob => { if (blob) save(blob, fileName("png")); });
-}
-
-// Records the note from beginning to end, at the chosen speed or, if that would take too long, faster.
-async function saveClip() {
-  const {replay} = see, sheet = make("canvas", POSTER);
-  const kind = ["video/mp4", "video/webm"].find(type => MediaRecorder.isTypeSupported(type));
-  if (!replay || !kind) throw new Error("the browser records no video");
-  const recorder = new MediaRecorder(sheet.captureStream(CLIP.rate), {mimeType: kind, videoBitsPerSecond: 6e6});
-  /** @type {Blob[]} */
-  const parts = [];
-  recorder.ondataavailable = ({data}) => parts.push(data);
-  const ended = new Promise(done => { recorder.onstop = done; });
-  const wanted = replay.length / player.context.sampleRate * slowness();
-  const seconds = Math.min(CLIP.longest, Math.max(CLIP.shortest, wanted));
-  state.rolling = false;
-  $("clip").disabled = true;
-  recorder.start();
-  const began = performance.now();
-  for (let part = 0; part < 1 && see.replay;) {
-    part = Math.min(1, (performance.now() - began) / 1000 / seconds);
-    goTo(part * (replay.length - 1), performance.now());
-    $("moment").value = String(see.replay.at);
-    see.poster(sheet, titleOf());
-    await new Promise(done => setTimeout(done, 1000 / CLIP.rate));
-    see.fade(performance.now());
-  }
-  recorder.stop();
-  await ended;
-  if (!see.replay) return;
-  $("clip").disabled = false;
-  if (!parts.some(part => part.size)) throw new Error("this machine is too slow");
-  save(new Blob(parts, {type: kind}), fileName(kind.slice(6)));
-}
-
-$("picture").onclick = savePicture;
-$("clip").onclick = () => saveClip().catch(error => say(`The clip cannot be recorded: ${error.message}`));
-$("clip").hidden = !window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream;
-$("again").onclick = () => showAgain().catch(error => say(`The note cannot be made again: ${error.message}`));
+const failed = (/** @type {Error} */ error) => say(`The note cannot be repeated: ${error.message}`);
+$("again").onclick = () => showAgain().catch(failed);
+$("same").onclick = () => showSame().catch(failed);
 $("now").onclick = backToNow;
 $("slow").oninput = saySlowness;
 $("moment").oninput = () => {
   state.rolling = false;
-  goTo(+$("moment").value, performance.now());
+  goTo(+$("moment").value);
 };
+player.on("kept", keep);
+player.on("struck", () => { if (see.replay && !state.rolls) backToNow(); });
 saySlowness();

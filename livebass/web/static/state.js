@@ -10,8 +10,8 @@ export const state = {
   loud: -60, // dB that the meter shows
   late: 0, // load that the meter shows
   watched: 0, // last known frame of a bass that plays elsewhere
-  rolling: false, // slow motion goes on
-  usualZoom: 20, // before the slow motion
+  rolling: false, // slow motion goes on ...
+  repeats: false, // ... and begins again at its end
   lastLook: 0, // ms, at a picture of the slow motion
   early: [], // keys pressed after the sound was requested, until it runs
   song: undefined,

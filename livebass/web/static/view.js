@@ -1,27 +1,32 @@
 // The pictures: strings over the neck, the last string from the side, the last note, and the spectrum.
 import {$, PAGE, makeButton, noteName, setPressed} from "./page.js";
 import {player} from "./player.js";
-import {See, pitchOf} from "./see.js";
+import {Pictures} from "./pictures.js";
+import {pitchOf} from "./pitch.js";
+import {See} from "./see.js";
 
 /** @typedef {"side" | "note" | "spectrum"} Picture */
 /** @type {[Picture, string][]} */
 const PICTURES = [["side", "Side"], ["note", "Last note"], ["spectrum", "Spectrum"]];
 
 const canvases = {neck: $("strings"), side: $("side"), note: $("note"), spectrum: $("spectrum")};
-export const see = new See(canvases, PAGE.sight, text => { $("seen").textContent = text; });
+export const see = new See(PAGE.sight, note => player.emit("told", note), note => player.emit("kept", note));
+export const pictures = new Pictures(canvases, see);
 player.on("started", () => { see.rate = player.context.sampleRate; });
 player.on("sight", data => player.giveBack(see.take(data)));
 
-// Enlarges motion on the neck `times` times.
-export function enlarge(/** @type {number} */ times) {
-  $("zoom").value = String(times);
-  see.zoom = times;
-  $("zoom-text").textContent = `${times} times`;
-  see.needed = true;
+// Draws what has changed.
+export function draw() {
+  pictures.draw(player.analyser);
+  const text = `×${pictures.magnified}`;
+  if ($("zoom-text").textContent !== text) $("zoom-text").textContent = text;
 }
 
-$("zoom").oninput = () => enlarge(+$("zoom").value);
-enlarge(+$("zoom").value);
+$("zoom").oninput = () => {
+  pictures.zoom = +$("zoom").value;
+  see.needed = true;
+};
+pictures.zoom = +$("zoom").value;
 
 // Shows the sounding note and its error in cents.
 export function showPitch(/** @type {AnalyserNode} */ analyser) {

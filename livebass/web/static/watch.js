@@ -11,7 +11,7 @@ export async function watch(/** @type {string} */ address) {
   try {
     await takeAnswer(await fetch(address));
   } catch { /* it ended, as it does below */ }
-  say("play has ended. Its next start with --watch prints another address.");
+  say("play has ended. Its next start with --watch prints another address.", true);
 }
 
 // Takes the messages of an answer until it ends; livebass/web/watch.py defines their layout.

@@ -44,11 +44,25 @@ function warm(engine, bass, rate, ms) {
   }
 }
 
-// Repeats a string's last note, or plucks the first string, on a new bass.
-function again({id, file, tier, rate, response, recalled, pluck, before, frames, heard}) {
-  const engine = new Engine(module), {bass} = engine.build(file, tier, rate, home, response);
-  const made = recalled ? engine.again(bass, recalled, before, frames) : engine.pluck(bass, pluck, before, frames, heard);
-  answer({id, built: made}, [made.rows.buffer, made.slots.buffer, made.sound.buffer]);
+// Makes a motion on a new bass: a string's last note again, a note that somebody would play, or a pluck of the first
+// string without a player.
+function move({id, file, tier, rate, response, recalled, performed, pluck, before, frames, heard, changed}) {
+  const fresh = () => {
+    const engine = new Engine(module);
+    return {engine, bass: engine.build(file, tier, rate, home, response).bass};
+  };
+  const {engine, bass} = fresh(), how = {before, frames, heard, changed};
+  let made;
+  if (pluck) {
+    made = engine.pluck(bass, pluck, how);
+  } else if (recalled) {
+    made = engine.again(bass, recalled, how);
+  } else {
+    const found = engine.perform(bass, performed, rate), other = fresh();
+    if (!found) throw new Error("the note does not sound on this string");
+    made = other.engine.again(other.bass, found, how);
+  }
+  answer({id, built: made}, [made.rows.buffer, made.across.buffer, made.slots.buffer, made.sound.buffer]);
 }
 
 // Returns the instrument file `file` as changed by the sliders, with its bench file; also the heights of the bass's
@@ -91,8 +105,8 @@ onmessage = ({data}) => {
     taken.delete(data.free);
   } else {
     try {
-      if (data.recalled || data.pluck) {
-        again(data);
+      if (data.recalled || data.performed || data.pluck) {
+        move(data);
         return;
       }
       if (data.change) {

@@ -48,10 +48,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
   hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record}) {
     if (record !== undefined) this.record(record);
     if (spare) this.spare.push(spare);
-    if (recall !== undefined && this.engine.field("bass")) {
-      const found = this.engine.recall(this.engine.field("bass"), recall);
-      this.port.postMessage({recalled: found || null, bass: this.engine.field("bass")});
-    }
+    if (recall) this.port.postMessage({recalled: this.engine.recall(recall.bass, recall.string) || null});
     if (seeing !== undefined) this.seeing = seeing;
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));

@@ -1,0 +1,180 @@
+"""What a person sees on the page: it opens moving, fits one view, shows hits where they are, and says what happens."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from support.browser import INSIDE, chromium, open_page, seen_by, sized, wait
+
+MOVES = "return [see.replay !== undefined, see.replay?.at ?? 0, player.context.state, $('seen').textContent]"
+ONE_VIEW = (1280, 800)  # px
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
+        yield driver
+
+
+@pytest.fixture
+def page(browser: Any, whole: str) -> Any:
+    """The fresh page."""
+    browser.get("about:blank")
+    browser.get_log("browser")
+    browser.get(whole)
+    browser.execute_script(INSIDE)
+    wait(lambda: browser.execute_script("return player.ready"))
+    return browser
+
+
+def pixels(driver: Any, canvas: str) -> list[int]:
+    """The columns of a canvas in which something bright and warm is drawn, in CSS px: sparks."""
+    found: list[int] = driver.execute_script(
+        "pictures.draw(); const c = $(arguments[0]), {width, height} = c, found = new Set();"
+        "const {data} = c.getContext('2d').getImageData(0, 0, width, height);"
+        "for (let k = 0; k < width * height; k++)"
+        "  if (data[4 * k + 3] > 200 && data[4 * k] > data[4 * k + 2] + 60) found.add(k % width);"
+        "return [...found].sort((a, b) => a - b).map(x => x * c.clientWidth / width)",
+        canvas,
+    )
+    return found
+
+
+def test_it_opens_with_a_moving_string_that_hits_frets_before_any_gesture(page: Any) -> None:
+    wait(lambda: page.execute_script("return see.flashes.size"))
+    assert page.get_log("browser") == [], "nothing at all is written to the console"
+    assert len(pixels(page, "strings")) > 4
+    shown, before, sound, said = page.execute_script(MOVES)
+    assert shown and sound == "suspended" and said == "This string is computed, not recorded. Press it."
+    wait(lambda: page.execute_script("return see.replay.at") != before)
+    assert not page.find_element("id", "power").is_displayed()
+
+
+def test_where_motion_is_not_wanted_it_opens_with_a_still_and_an_offer(browser: Any, whole: str) -> None:
+    browser.get("about:blank")
+    with seen_by(browser, prefers_reduced_motion="reduce"):
+        open_page(browser, whole)
+        wait(lambda: browser.execute_script("return see.flashes.size"))
+        at = browser.execute_script("return see.replay.at")
+        time.sleep(0.3)
+        assert browser.execute_script("return see.replay.at") == at > 0 and len(pixels(browser, "strings")) > 4
+        assert "press Replay" in browser.find_element("id", "seen").text
+        browser.find_element("id", "again").click()
+        wait(lambda: browser.execute_script("return state.rolling && see.replay.at > 0"))
+
+
+def test_the_first_press_in_the_middle_of_a_string_hits_frets_until_somebody_played_softly_and_hard(page: Any) -> None:
+    """At the middle of its lane, as strangers press; then the place in the lane says how hard."""
+    force = (
+        "const [string, fret, part] = arguments, e = $('neck').querySelector("
+        "`button[data-string='${string}'][data-fret='${fret}']`);"
+        "const {left, top, width, height} = e.getBoundingClientRect();"
+        "const how = {clientX: left + width / 2, clientY: top + part * height, bubbles: true, pointerId: 7};"
+        "e.dispatchEvent(new PointerEvent('pointerdown', how)); const {velocity} = held.get('pointer7');"
+        "e.dispatchEvent(new PointerEvent('pointerup', how)); return velocity"
+    )
+    assert [page.execute_script(force, string, 9, 0.5) for string in range(4)] == [127] * 4
+    hits = page.execute_async_script(
+        "const [done] = arguments, {strings, name} = bassCalled('jazz-finger');"
+        "player.fileOf(name).then(file => Promise.all(strings.map(({note}, string) =>"
+        " move({performed: {string, note: note + 9, velocity: 127}}, file))))"
+        ".then(made => done(made.map(({contacts}) => contacts.length)))"
+    )
+    assert min(hits) > 0
+    assert page.execute_script(force, 1, 9, 0.1) < 50  # whoever plays softly is heard softly
+    assert page.execute_script(force, 1, 9, 0.5) == 127
+    assert page.execute_script(force, 1, 9, 0.95) > 110
+    assert 60 < page.execute_script(force, 1, 9, 0.5) < 90
+
+
+def test_neck_side_view_last_note_and_bench_are_in_one_view(page: Any) -> None:
+    with sized(page, *ONE_VIEW):
+        parts = page.execute_script(
+            "return ['neck', 'seen', 'side', 'note', 'bench-action'].map(id => $(id).getBoundingClientRect().toJSON())"
+        )
+        for part in parts:
+            assert part["top"] >= 0 and part["bottom"] <= ONE_VIEW[1] and part["right"] <= ONE_VIEW[0], parts
+        neck, _, side, note, _ = parts
+        assert side["height"] > 1.4 * note["height"] and side["width"] == pytest.approx(neck["width"], abs=2)
+        crowns = "const {frets} = bassCalled('jazz-finger').strings[0];"
+        crowns += "return frets.map(place => pictures.place(place) + $('strings').getBoundingClientRect().left)"
+        wires = "return [...document.querySelectorAll('.fret[data-string=\"0\"]')]"
+        wires += ".map(cell => cell.getBoundingClientRect().right)"
+        assert page.execute_script(crowns) == pytest.approx(page.execute_script(wires), abs=0.5)
+
+
+@pytest.mark.parametrize("width", [390, 844, 1280])
+def test_a_hit_is_drawn_at_its_fret_or_not_at_all(page: Any, width: int) -> None:
+    """Frets that the neck does not show are in the side view alone."""
+    with sized(page, width, 844):
+        wait(lambda: page.execute_script("return see.replay !== undefined"))
+        page.execute_script("backToNow(); see.view = undefined")
+        count = page.execute_script("return +$('neck').dataset.count")
+        for fret in (2, 5, 12, 18):
+            page.execute_script(
+                "see.flashes.clear();"
+                "see.flash({string: 0, fret: arguments[0], frame: 0, speed: 4}, performance.now() + 1e5)",
+                fret,
+            )
+            drawn = pixels(page, "strings")
+            if fret > count:
+                assert drawn == []
+            else:
+                wire = page.execute_script(
+                    "return document.querySelector(`.fret[data-string='0'][data-fret='${arguments[0]}']`)"
+                    ".getBoundingClientRect().right - $('strings').getBoundingClientRect().left",
+                    fret,
+                )
+                assert (drawn[0] + drawn[-1]) / 2 == pytest.approx(wire, abs=2)
+            assert pixels(page, "side"), "each is in the side view"
+
+
+def test_a_string_is_broken_where_the_neck_is(page: Any) -> None:
+    """Between the last fret shown and the body nothing is drawn, rather than a string in a false place."""
+    with sized(page, 390, 844):
+        gap = page.execute_script(
+            "const {left} = $('strings').getBoundingClientRect(), at = e => e.getBoundingClientRect();"
+            "const frets = document.querySelectorAll('.fret[data-string=\"0\"]');"
+            "return [at([...frets].at(-1)).right - left, at(document.querySelector('.body')).left - left]"
+        )
+        assert gap[1] - gap[0] > 8
+        columns = page.execute_script(
+            "pictures.draw(); const {width, height} = $('strings'), found = [];"
+            "const {data} = $('strings').getContext('2d').getImageData(0, 0, width, height);"
+            "for (let k = 3; k < data.length; k += 4) found[(k >> 2) % width] ||= data[k] > 0;"
+            "return found"
+        )
+        assert not any(columns[round(gap[0]) + 5 : round(gap[1]) - 5])
+        assert all(columns[round(gap[0]) - 60 : round(gap[0])])
+
+
+def test_the_neck_shows_motion_along_the_frets_and_the_side_view_motion_towards_them(page: Any) -> None:
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    found = page.execute_script(
+        "state.rolling = false; goTo(see.replay.frame - see.replay.first); let shape;"
+        "see.eachString(({u, v}) => { shape = {u: [...u], v: [...v]}; });"
+        "see.replay.across.fill(0); see.needed = true; pictures.draw();"
+        "const flat = $('strings').toDataURL(); see.replay.rows.fill(0); see.needed = true; pictures.draw();"
+        "return [shape, flat === $('strings').toDataURL()]"
+    )
+    shape, same = found
+    assert max(shape["u"]) > 5e-4 and max(map(abs, shape["v"])) > 1e-4
+    assert same, "u moves nothing on the neck"
+
+
+def test_text_at_twice_its_size_fits_a_phone(page: Any) -> None:
+    with sized(page, 390, 844):
+        page.execute_script("document.documentElement.style.fontSize = '200%'")
+        wait(lambda: page.execute_script("return document.documentElement.scrollWidth") <= 390)
+
+
+def test_the_bench_is_a_few_keys_away(page: Any) -> None:
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    for key in (Keys.TAB, Keys.ENTER):
+        ActionChains(page).send_keys(key).perform()
+    assert page.switch_to.active_element.get_attribute("id") == "bench-action"
