@@ -7,7 +7,7 @@ is rigid here. kernels/bass/bench.py computes the nut's motion; kernels/string/a
 
 from __future__ import annotations
 
-from livebass.model.instrument import Instrument, speaking
+from livebass.model.instrument import Instrument
 
 HIGHEST = 2000.0  # Hz, of answering modes, as far as MOST_ANSWERS and COUNTED allow
 MOST_ANSWERS = 128  # of one string (kernels.records)
@@ -18,11 +18,11 @@ COUNTED = 60  # modes of an open string that answer, at most
 def answering_modes(instrument: Instrument) -> tuple[int, ...]:
     """Number of modes of each open string, from its lowest, that may answer other strings; 0 if none do.
 
-    Counted by the pitch of the open string, so that a stiffer string on the bench keeps its number.
+    Counted by the pitch of the open string, so that every string on the bench keeps its number.
     """
     if instrument.player.answering == "off":
         return (0,) * len(instrument.strings)
-    pitches = [speaking(s, neck, 0).fundamental for s, neck in zip(instrument.strings, instrument.necks, strict=True)]
+    pitches = [s.frequency(s.open_note) for s in instrument.strings]
     highest = HIGHEST
     while True:
         counts = tuple(min(COUNTED, int(highest / pitch)) for pitch in pitches)

@@ -57,8 +57,6 @@ export function makeBench() {
   addEventListener("hashchange", takeLink);
   player.labelOf = name => benches.get(name)?.link() ?? name;
   player.fileOf = async name => changedFile(name, await read(`basses/${name}.lbass`));
-  player.on("struck", struckSince);
-  player.on("faded", () => { buildWanted(); });
 }
 
 const fretlessBass = () => PAGE.basses.find(({fretless, bench}) => fretless && bench);
@@ -141,28 +139,19 @@ export function onBench(act) {
   buildWanted();
 }
 
-// A bass is being built; another one is wanted; a note began since the last one
-export const building = {now: false, wanted: false, struck: false};
+// A bass is being built; another one is wanted
+export const building = {now: false, wanted: false};
 
 // Builds the bench's bass and hands it over; of the wishes that come meanwhile, only the newest is built next.
 async function buildWanted() {
   if (building.now || !player.ready) return;
   building.now = true;
-  while (building.wanted && !mayRing()) {
-    building.wanted = building.struck = false;
+  while (building.wanted) {
+    building.wanted = false;
     await player.prepare($("bass").value).built.catch(() => {}); // reported in prepare()
     if (player.node) await Promise.race([player.put(), new Promise(done => setTimeout(done, LONGEST_COPY))]); // none is taken in a pause
   }
   building.now = false;
-}
-
-// True while a slider moves and a note still rings on an earlier bass: one more bass would cut it.
-const mayRing = () => bench()?.moving !== undefined && player.names.size > 1 && !building.struck;
-
-// A note begins: earlier notes need not ring on. This note may still play on the old bass; the next one does not.
-function struckSince() {
-  building.struck = true;
-  buildWanted();
 }
 
 // A bass's instrument file, changed by its bench.

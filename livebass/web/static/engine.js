@@ -59,8 +59,8 @@ export class Engine {
 
   // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns its end and the
   // bass's address. `response`, an impulse response at that rate, replaces the file's unless empty. Throws an Error for
-  // a file that cannot be played.
-  build(file, tier, rate, at, response = new Float64Array(0)) {
+  // a file that cannot be played. Basses with the same `of`, unless 0, carry on each other's notes.
+  build(file, tier, rate, at, response = new Float64Array(0), of = 0) {
     const x = this.x, size = file.byteLength;
     const samples = lines(at + size), pool = lines(samples + response.byteLength);
     const building = pool + lines(RECORDS.POOL.bytes);
@@ -83,6 +83,7 @@ export class Engine {
     this.set("BUILDING", building, "file", at);
     this.set("BUILDING", building, "tier", tier);
     this.set("BUILDING", building, "rate", rate);
+    this.set("BUILDING", building, "of", of);
     for (const name of ["over_frets", "over_board", "play_string"])
       this.set("BUILDING", building, name, this.numbers[name]);
     this.bytes.set(new Uint8Array(response.buffer), samples);

@@ -277,7 +277,6 @@ export class WorkletPlayer {
     this.names.delete(faded);
     this.basses.delete(faded);
     workshop.free(faded);
-    this.emit("faded");
   }
 }
 

@@ -9,6 +9,7 @@ const answer = /** @type {any} */ (postMessage);
 let module;
 let home = 0; // basses may begin here
 const taken = new Map(); // address of a bass: [begin of its memory, end]
+const names = []; // of basses built before: versions of one carry on each other's notes
 const sizes = new Map(); // of basses built before, by file, tier, rate and length of an impulse response
 
 // The place of `size` free bytes; beyond everything if the size is not known yet.
@@ -25,7 +26,8 @@ function place(size) {
 function build({id, name, file, tier, rate, response}) {
   const key = `${name} ${tier} ${rate} ${response?.length}`, at = place(sizes.get(key));
   const engine = new Engine(module); // new: the last bass used all of the old memory
-  const {bass, end} = engine.build(file, tier, rate, at, response);
+  if (!names.includes(name)) names.push(name);
+  const {bass, end} = engine.build(file, tier, rate, at, response, 1 + names.indexOf(name));
   taken.set(bass, [at, end]);
   sizes.set(key, end - at);
   const image = engine.memory.buffer.slice(at, end);
