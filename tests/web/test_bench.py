@@ -353,18 +353,6 @@ def test_a_neck_that_cannot_be_played_is_told_and_the_bass_before_goes_on(opened
     wait(lambda: opened.execute_script("return !building.now && !player.next"))
 
 
-def test_every_story_can_be_played(opened: Any) -> None:
-    for name in ("jazz-finger", "slap", "five-string-active"):
-        for k in range(5):
-            opened.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
-            opened.execute_script("$('said').textContent = ''; STORIES[arguments[0]].button.click()", k)
-            wait(lambda: opened.execute_script("return !building.now"))
-            values, *_, said = state(opened)[1:]
-            assert said and "stands" not in opened.find_element("id", "said").text
-            playing = opened.execute_script("return [$('bass').value, bassCalled($('bass').value).fretless]")
-            assert playing == (["fretless", True] if k == 3 else [name, False]) and bool(values) == (k != 3)
-
-
 def test_the_preset_is_saved_as_a_file_that_the_commands_take(opened: Any, tmp_path: Path, run: Run) -> None:
     opened.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)})
     opened.execute_script("onBench(() => bench().setAll({action: -0.9, fret: 7, fret_height: 0.12, gauge: 10}))")

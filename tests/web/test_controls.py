@@ -85,6 +85,7 @@ window.READY = {
   "response-level": () => { $("response-level").hidden = false; },
   "up": () => neckFrom(0), "down": () => neckFrom(3),
   "Side": () => choosePicture("note"), "Fingers, key 1": () => pluckWith(STROKES[1]),
+  "story-next": () => showStep(PAGE.stories[0], 0), "story-back": () => showStep(PAGE.stories[0], 1),
   "case-a": own, "case-b": own, "case-c": own,
 };
 """
