@@ -3,7 +3,7 @@
 // --- elements, by their ids ---
 
 type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
-type Buttons = "skip" | "power" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
+type Buttons = "skip" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off";
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
@@ -21,6 +21,10 @@ interface GetElement {
   (id: Canvases): HTMLCanvasElement;
   (id: "bench-fold"): HTMLDetailsElement;
   (id: Others): HTMLElement;
+}
+
+interface AudioContext {
+  playbackStats?: {underrunEvents: number}; // Chromium's
 }
 
 interface Navigator {

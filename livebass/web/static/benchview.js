@@ -181,9 +181,10 @@ export function chooseBench(name, values) {
   onBench(() => bench().setAll(values));
 }
 
-// Puts the changes from the preset into the page's address.
+// Puts the bass, if it is not the page's first one, and its changes from the preset into the page's address: it is then
+// there again after a reload.
 export function keepLink() {
-  const hash = bench()?.changed ? `#${bench().link()}` : "";
+  const hash = bench()?.changed || (bench() && chosenBass() !== PAGE.basses[0]) ? `#${bench().link()}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.href.split("#")[0]);
 }
 
@@ -191,12 +192,12 @@ export function keepLink() {
 export function takeLink() {
   try {
     if (/^#(case|story)=/.test(location.hash)) return; // cases.js and story.js do
-    const {name, values} = Bench.fromLink(location.hash, benches);
+    const {name, values, ignored = []} = Bench.fromLink(location.hash, benches);
     if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
     chooseBench(name, values);
-    say("The bass is as the link says.");
+    say(`The bass is as the link says.${ignored.length ? ` Ignored: ${ignored.join(", ")}.` : ""}`);
   } catch (error) {
-    say(`${/** @type {Error} */ (error).message}. The bass is as its preset has it.`);
+    say(`${/** @type {Error} */ (error).message}. The bass is unchanged.`);
   }
 }
 
@@ -218,12 +219,14 @@ function saveBench() {
   say(`Saved: livebass play -p ./${name} plays it.`);
 }
 
+// Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
-  const address = `${location.href.split("#")[0]}#${bench().link()}`;
+  const shared = location.protocol === "https:", link = bench().link(), text = shared ? `${location.href.split("#")[0]}#${link}` : link;
+  const how = shared ? "" : ` This page is on your computer alone: others open the link with livebass page --link "${link}".`;
   try {
-    await navigator.clipboard.writeText(address);
-    say("The link is copied.");
+    await navigator.clipboard.writeText(text);
+    say(`The link is copied.${how}`);
   } catch {
-    say(`The browser copies nothing; the link is ${address}`);
+    say(`The browser copies nothing; the link is ${text}.${how}`, true);
   }
 }
