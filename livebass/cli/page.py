@@ -33,7 +33,9 @@ LOOK_EVERY = 0.2  # s, to check for a signal to stop
     least=0,
     metavar="port",
 )
-@option("--link", str, "Open a saved link: a bass with its bench settings, or a case such as case=b.", metavar="LINK")
+@option(
+    "--link", str, "Open a saved link: a bass with its bench settings, story=buzz&step=3, or case=b.", metavar="LINK"
+)
 @flag("--no-browser", "Print the address only.")
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
@@ -50,7 +52,7 @@ def page(
 
     The page is the same as that of `livebass export web`. Only this machine can open it, until Ctrl-C. Its address is
     printed on standard output. LINK is the address of such a page, or the part after its #: a bass with its bench
-    settings, or a case of the paper (a, b or c), shown in slow motion.
+    settings, a step of a story, or a case of the paper (a, b or c), shown in slow motion.
 
     \b
     Examples:

@@ -30,6 +30,7 @@ from livebass.web import build
 from livebass.web.bench import Source, bench
 from livebass.web.layout import record
 from livebass.web.modules import joined, text
+from livebass.web.stories import shown_stories
 
 INDEX, SINGLE = "index.html", "livebass.html"
 BASSES, MODULE = "basses", "livebass.wasm"
@@ -104,7 +105,8 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
         for name, bass in basses.items()
     ]
-    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality]})
+    stories = shown_stories([name for name, has in benches.items() if has])
+    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories})
 
 
 def shell() -> dict[str, bytes]:

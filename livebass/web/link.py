@@ -1,4 +1,4 @@
-"""Checks links before the page is made, by the rules of static/bench.js (`fromLink`) and static/cases.js."""
+"""Checks links before the page is made, by the rules of static/bench.js (`fromLink`), cases.js and story.js."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from urllib.parse import parse_qsl
 from livebass.model.instrument import Instrument
 from livebass.web.bench import Source, bench
 from livebass.web.export import shown_cases
+from livebass.web.stories import STORIES
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
 
@@ -17,11 +18,11 @@ NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
 def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str, Source]) -> None:
     """Raises ValueError, one line, for a link that a page with `basses`, by short name, cannot follow.
 
-    link: "case=b", "like=slap&action=-0.5", or a page's address with either after its #.
+    link: "case=b", "story=buzz&step=3", "like=slap&action=-0.5", or a page's address with one of them after its #.
     """
     said = parse_qsl(link.rpartition("#")[2], keep_blank_values=True)
     if not said:
-        raise ValueError("a link must be case=b, or copied from the bench of a page")
+        raise ValueError("a link must be case=b, story=buzz, or copied from the bench of a page")
     (key, name), *values = said
     if key == "case":
         cases = [case["symbol"] for short, bass in basses.items() for case in shown_cases(bass, sources.get(short))]
@@ -29,13 +30,22 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
             there = f"it has {', '.join(cases)}" if cases else "none of its basses has cases, as paper-g does"
             raise ValueError(f"the link names no case of this page: case={name[:20]}; {there}")
         return
+    if key == "story":
+        step = dict(values).get("step", "1")
+        if name not in STORIES or step not in map(str, range(1, len(STORIES[name].steps) + 1)):
+            there = ", ".join(STORIES)
+            raise ValueError(f"the link names no step of a story: {name[:20]}, {step[:20]}; stories: {there}")
+        missing = sorted({one.bass for one in STORIES[name].steps} - set(basses))
+        if missing:
+            raise ValueError(f"the page lacks a bass of the story {name}: {', '.join(missing)}")
+        return
     known = bench(basses[name], sources[name]) if key == "like" and name in basses else None
     if known is None:
         raise ValueError(f"the link names no bass of this page that can be changed: {f'{key}={name}'[:40]}")
     sliders = {slider["symbol"]: slider for slider in known["sliders"]}
     for symbol, value in values:
-        if symbol not in sliders:
-            raise ValueError(f"the link changes what this bass does not have: {symbol[:40]}")
+        if symbol not in sliders:  # such as a mail program's
+            continue
         least, most, unit = (sliders[symbol][name] for name in ("least", "most", "unit"))
         if not least <= (float(value) if NUMBER.fullmatch(value.strip()) else math.nan) <= most:
             limits = f"it must be from {least:g} to {most:g} {unit}".rstrip()

@@ -23,6 +23,6 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[bool, Path]:
 @pytest.fixture(scope="session")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The address of a one-file page with everything: benches, a board, and the cases of the paper."""
-    basses = {name: load_preset(name) for name in ("jazz-finger", "fretless", PRESET)}
+    basses = {name: load_preset(name) for name in ("jazz-finger", "fretless", "slap", PRESET)}
     folder = tmp_path_factory.mktemp("whole")
     return export_page(basses, folder, True, sources={name: Source(name) for name in basses}).as_uri()

@@ -85,6 +85,7 @@ window.READY = {
   "response-level": () => { $("response-level").hidden = false; },
   "up": () => neckFrom(0), "down": () => neckFrom(3),
   "Side": () => choosePicture("note"), "Fingers, key 1": () => pluckWith(STROKES[1]),
+  "story-next": () => showStep(PAGE.stories[0], 0), "story-back": () => showStep(PAGE.stories[0], 1),
   "case-a": own, "case-b": own, "case-c": own,
 };
 """
@@ -97,7 +98,7 @@ const few = ["#neck .open", "#neck .fret", "#piano .white", "#piano .black"].fla
   const all = [...document.querySelectorAll(place)];
   return [all[0], all.at(-1)];
 });
-return [...document.querySelectorAll("button:not(.skip), select, summary, input:not([type=file])")]
+return [...document.querySelectorAll("button:not(.skip, #later), select, summary, input:not([type=file])")]
   .filter(e => few.includes(e) || !e.closest("#neck, #piano"))
   .map(e => [path(e), e.id || e.getAttribute("aria-label") || e.textContent]);
 """

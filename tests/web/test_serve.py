@@ -105,7 +105,9 @@ def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
         ("http://there/", "the link names no bass"), ("case=d", "the link names no case of this page: case=d"),
         ("case=b", "none of its basses has cases, as paper-g does"),
         ("#like=slap&action=0x2", "action = 0x2: it must be from -2 to 3 mm"),
-        ("like=slap&action=1_5", "action = 1_5: it must"), ("like=slap&lift7=1", "does not have: lift7"),
+        ("story=buzz&step=7", "no step of a story: buzz, 7; stories: buzz, paper"),
+        ("story=buzz", "lacks a bass of the story buzz: jazz-finger"),
+        ("like=slap&action=1_5", "action = 1_5: it must"),
     ],
 )  # fmt: skip
 def test_what_is_no_link_gets_one_line_before_any_work(
@@ -118,12 +120,14 @@ def test_what_is_no_link_gets_one_line_before_any_work(
 
 
 def test_links_that_pages_copy_and_the_cases_are_taken() -> None:
-    basses = {name: load_preset(name) for name in ("slap", "paper-g")}
+    basses = {name: load_preset(name) for name in ("slap", "paper-g", "jazz-finger")}
     sources = {name: Source(name) for name in basses}
     for link in (
         "#like=slap&fret=7&fret_height=0.12&pickup_2_place=-6&gauge=%2B5",
         "http://x/#case=b",
         "case=b&more",
+        "#story=buzz&step=6",
+        "story=buzz",
     ):
         check_link(link, basses, sources)
 

@@ -3,7 +3,7 @@
 // --- elements, by their ids ---
 
 type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
-type Buttons = "skip" | "power" | "hands" | "down" | "up" | "again" | "same" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
+type Buttons = "skip" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off";
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
@@ -11,7 +11,7 @@ type Canvases = "strings" | "side" | "note" | "spectrum";
 type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
   | "overload" | "faults" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
   | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "song-text" | "bench"
-  | "bench-count" | "stories" | "bench-controls" | "force-text" | "midi-text" | "response-text"
+  | "bench-count" | "stories" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"
   | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
 
 interface GetElement {
@@ -21,6 +21,10 @@ interface GetElement {
   (id: Canvases): HTMLCanvasElement;
   (id: "bench-fold"): HTMLDetailsElement;
   (id: Others): HTMLElement;
+}
+
+interface AudioContext {
+  playbackStats?: {underrunEvents: number}; // Chromium's
 }
 
 interface Navigator {
@@ -102,6 +106,13 @@ interface PageData {
   sight: {SIGHT: RecordFields, SLOT_SIGHT: RecordFields & {seen: number}};
   buttons: PlayButton[];
   basses: Bass[];
+  stories: Story[];
+}
+
+interface Story {
+  name: string;
+  title: string;
+  steps: {says: string, bass: string, notes: [string: number, fret: number, velocity: number][], values: Record<string, number>}[];
 }
 
 // --- what plays ---

@@ -100,15 +100,18 @@ export class Bench {
   // A link's text after its #: the bass and the changed values.
   link() { return new URLSearchParams({like: this.bass.name, ...this.values}).toString(); }
 
-  // Returns a link's bass, by name, and its values; no name: the link is empty. Throws an Error, one line, for an
-  // invalid link. `benches`: the benches of all basses, by name.
+  // Returns a link's bass, by name, its values, and the names that this bass does not know, such as a mail program's; no
+  // name: the link is empty. Throws an Error, one line, for an invalid link. `benches`: the benches of all basses, by
+  // name.
   static fromLink(text, benches) {
     const said = [...new URLSearchParams(text.replace(/^#/, ""))];
     if (!said.length) return {};
     const [[key, name], ...values] = said, bench = benches.get(name);
     if (key !== "like" || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
-    for (const [symbol, value] of values) bench.check("link", symbol, value);
-    return {name, values: Object.fromEntries(values.map(([symbol, value]) => [symbol, +value]))};
+    const known = values.filter(([symbol]) => bench.controls.has(symbol));
+    for (const [symbol, value] of known) bench.check("link", symbol, value);
+    const ignored = values.filter(one => !known.includes(one)).map(([symbol]) => symbol.slice(0, 40));
+    return {name, ignored, values: Object.fromEntries(known.map(([symbol, value]) => [symbol, +value]))};
   }
 
   // Throws an Error, one line, if a `link` or `preset` may not have this value of a symbol.

@@ -1,11 +1,10 @@
-// The bench on the page: its sliders, stories and buttons. The worker builds the changed bass; it is heard from the
+// The bench on the page: its sliders and buttons. The worker builds the changed bass; it is heard from the
 // next note on.
 import {Bench, SLOTS} from "./bench.js";
 import {CONTROLS, moveControl} from "./controls.js";
 import {read} from "./files.js";
-import {tell} from "./line.js";
 import {layOut, showNeck} from "./neck.js";
-import {$, PAGE, chooseBass, chosenBass, make, makeButton, save, say, setPressed} from "./page.js";
+import {$, PAGE, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {takePlayed} from "./techniques.js";
 import {see} from "./view.js";
@@ -15,15 +14,6 @@ const GROUPS = ["Neck", "Strings", "Pickups", "Hand"];
 const HOLD_TO_RESET = 600; // ms
 const LONGEST_COPY = 250; // ms that the next bass waits for the last one to reach the audio thread
 const WIDE = "(min-width: 46.01rem)"; // here the bench is open at first
-// Things to try: slider values or results, and what to play and hear. One needs a fretless bass.
-/** @type {{name: string, fretless?: boolean, moved?: Record<string, number>, reached?: Record<string, number>, says: string, button?: HTMLButtonElement}[]} */
-export const STORIES = [
-  {name: "A high fret", moved: {fret: 7, fret_height: 0.12}, says: "Fret 7 stands 0.12 mm proud. Play frets 4 to 6 hard: they rattle on it. Fret 7 and those above are clean."},
-  {name: "Too much relief", reached: {neck_relief: 1.2}, says: "The neck is bowed. Play frets 6 to 9: they rattle on the frets beyond the hollow. The lowest frets have room."},
-  {name: "Dead spot", reached: {neck_resonance: 138.5, neck_mass: 0.3}, says: "The neck moves at the pitch of C♯3. Hold fret 6 of the G string, then fret 5: the fundamental of the first is gone in half the time."},
-  {name: "Fretless", fretless: true, says: "A bare board. Play fret 5 hard and hold it: the string growls along the wood. Drag along the string: it slides."},
-  {name: "Old strings", moved: {wear: 500}, says: "Six times the losses. Play an open string hard and hold it: the brightness is gone at once."},
-];
 export const PRESET = /\.toml$/i; // names of files for takePreset
 export const benches = new Map(); // by the name of their bass
 export const bench = () => benches.get($("bass").value);
@@ -31,10 +21,6 @@ export const bench = () => benches.get($("bass").value);
 // Makes the benches and everything that does not depend on the bass; opens the page's link.
 export function makeBench() {
   for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass));
-  for (const story of STORIES) {
-    const hidden = !!story.fretless && !fretlessBass();
-    $("stories").append(story.button = makeButton(story.name, {onclick: () => show(story), hidden}));
-  }
   for (const slot of SLOTS) $(`slot-${slot}`).onclick = () => onBench(() => bench().choose(slot));
   $("undo").onclick = () => onBench(() => bench().undo());
   $("redo").onclick = () => onBench(() => bench().redo());
@@ -58,8 +44,6 @@ export function makeBench() {
   player.labelOf = name => benches.get(name)?.link() ?? name;
   player.fileOf = async name => changedFile(name, await read(`basses/${name}.lbass`));
 }
-
-const fretlessBass = () => PAGE.basses.find(({fretless, bench}) => fretless && bench);
 
 // --- its sliders ---
 
@@ -179,32 +163,31 @@ function showChanged(own, {heights, places}) {
   layOut();
 }
 
-// --- stories, links, files ---
+// --- links, files ---
 
-function show({fretless = false, moved = {}, reached = {}, says}) {
-  if (fretless && !chosenBass().fretless) chooseBass(/** @type {Bass} */ (fretlessBass()).name);
-  const known = Object.entries(reached).filter(([symbol]) => bench().controls.has(symbol));
-  onBench(() => bench().setAll({...moved, ...Object.fromEntries(known.map(([symbol, number]) => [symbol, bench().toward(symbol, number)]))}));
-  tell(says);
+// Chooses a bass and sets its bench.
+export function chooseBench(name, values) {
+  chooseBass(name);
+  onBench(() => bench().setAll(values));
 }
 
-// Puts the changes from the preset into the page's address.
+// Puts the bass, if it is not the page's first one, and its changes from the preset into the page's address: it is then
+// there again after a reload.
 export function keepLink() {
-  const hash = bench()?.changed ? `#${bench().link()}` : "";
+  const hash = bench()?.changed || (bench() && chosenBass() !== PAGE.basses[0]) ? `#${bench().link()}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.href.split("#")[0]);
 }
 
 // Takes bass and values from the page's address; an invalid link is reported and changes nothing.
 export function takeLink() {
   try {
-    if (location.hash.startsWith("#case=")) return; // showLinked does
-    const {name, values} = Bench.fromLink(location.hash, benches);
+    if (/^#(case|story)=/.test(location.hash)) return; // cases.js and story.js do
+    const {name, values, ignored = []} = Bench.fromLink(location.hash, benches);
     if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
-    chooseBass(name);
-    onBench(() => bench().setAll(values));
-    say("The bass is as the link says.");
+    chooseBench(name, values);
+    say(`The bass is as the link says.${ignored.length ? ` Ignored: ${ignored.join(", ")}.` : ""}`);
   } catch (error) {
-    say(`${/** @type {Error} */ (error).message}. The bass is as its preset has it.`);
+    say(`${/** @type {Error} */ (error).message}. The bass is unchanged.`);
   }
 }
 
@@ -212,8 +195,7 @@ export function takeLink() {
 export async function takePreset(file) {
   try {
     const {name, values, played} = Bench.fromToml(await file.text(), benches);
-    chooseBass(name);
-    onBench(() => bench().setAll(values));
+    chooseBench(name, values);
     for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
     takePlayed(played);
     say(`The bass is as ${file.name} says.`);
@@ -228,12 +210,14 @@ function saveBench() {
   say(`Saved: livebass play -p ./${name} plays it.`);
 }
 
+// Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
-  const address = `${location.href.split("#")[0]}#${bench().link()}`;
+  const shared = location.protocol === "https:", link = bench().link(), text = shared ? `${location.href.split("#")[0]}#${link}` : link;
+  const how = shared ? "" : ` This page is on your computer alone: others open the link with livebass page --link "${link}".`;
   try {
-    await navigator.clipboard.writeText(address);
-    say("The link is copied.");
+    await navigator.clipboard.writeText(text);
+    say(`The link is copied.${how}`);
   } catch {
-    say(`The browser copies nothing; the link is ${address}`);
+    say(`The browser copies nothing; the link is ${text}.${how}`, true);
   }
 }

@@ -14,13 +14,14 @@ import * as replay from "./replay.js";
 import * as songs from "./songs.js";
 import * as sounds from "./sounds.js";
 import * as state from "./state.js";
+import * as story from "./story.js";
 import * as techniques from "./techniques.js";
 import * as view from "./view.js";
 import * as workshop from "./workshop.js";
 
 const inside = {
   ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
-  ...player, ...replay, ...songs, ...sounds, ...state,
+  ...player, ...replay, ...songs, ...sounds, ...story, ...state,
   ...techniques, ...view, ...workshop,
 };
 addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

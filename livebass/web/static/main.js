@@ -19,6 +19,7 @@ import {player} from "./player.js";
 import {openMoving} from "./opening.js";
 import {goOn, showButtons} from "./replay.js";
 import {state} from "./state.js";
+import {showLinkedStory} from "./story.js";
 import {draw, pictures, see, showPitch} from "./view.js";
 import {watch} from "./watch.js";
 
@@ -50,7 +51,7 @@ function look(/** @type {number} */ now) {
 
 function begin() {
   player.start().catch(() => {}); // reported where it happened
-  if (!showLinked()) openMoving();
+  if (!showLinked() && !showLinkedStory()) openMoving();
 }
 
 makeBench();

@@ -59,6 +59,22 @@ export function setPressed(/** @type {Element} */ button, /** @type {boolean} */
   button.setAttribute("aria-pressed", String(on));
 }
 
+// What a tab remembers beyond a reload; nothing where browsers forbid it.
+export const saved = {
+  get(/** @type {string} */ name) {
+    try {
+      return sessionStorage.getItem(`livebass ${name}`);
+    } catch {
+      return null;
+    }
+  },
+  set(/** @type {string} */ name, /** @type {string} */ value) {
+    try {
+      sessionStorage.setItem(`livebass ${name}`, value);
+    } catch { /* it forgets */ }
+  },
+};
+
 // Saves a file as a download.
 export function save(/** @type {Blob} */ blob, /** @type {string} */ name) {
   const link = make("a", {href: URL.createObjectURL(blob), download: name});

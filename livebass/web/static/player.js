@@ -1,7 +1,7 @@
 // The player: an audio thread in this browser. It receives notes, changes and the bass to play, and reports with events
 // (tools/js/page.d.ts lists them as PlayerEvents).
 import {read, workletAddress} from "./files.js";
-import {$, PAGE, bassCalled, say} from "./page.js";
+import {$, PAGE, bassCalled, saved, say} from "./page.js";
 import {workshop} from "./workshop.js";
 
 const WARM = 400; // ms
@@ -71,7 +71,7 @@ export class WorkletPlayer {
   }
 
   async prepareAll() {
-    const context = this.context = new AudioContext({latencyHint: "interactive"});
+    const context = this.context = new AudioContext({latencyHint: saved.get("latency") === "playback" ? "playback" : "interactive"});
     context.suspend().catch(() => {}); // some browsers run it at once
     context.onstatechange = () => { // for example, a phone call came
       if (this.sounding && context.state !== "running") this.silence();
