@@ -184,6 +184,20 @@ def test_blocks_change_nothing(version: Version) -> None:
     assert np.array_equal(sounds[0][:n], sounds[1][:n])
 
 
+@pytest.mark.parametrize("size", [64, 16])
+def test_a_change_in_silence_is_as_if_it_had_always_been(version: Version, size: int) -> None:
+    """Even for a note of the same frame, whatever the blocks."""
+    playing, other = Playing(version("as it is")), Playing(version("thick"))
+    sounds = []
+    for one in (playing, other):
+        one.play(RATE // 10)
+        if one is playing:
+            one.become(version("thick"))
+        one.synth.send(0x90, 33, 110)
+        sounds.append(np.concatenate([one.device.block(size) for _ in range(RATE // 4 // size)]))
+    assert np.array_equal(*sounds) and sounds[0].any()
+
+
 def test_a_bass_of_another_file_rings_out_as_before(version: Version) -> None:
     playing, other = begin(version("as it is"), 0.1), version("low")
     other.record["of"] = 2

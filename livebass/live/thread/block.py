@@ -63,9 +63,9 @@ def render_chunk(synth, out, n):
         mix_strings(synth, bass_at(synth.old_bass), out, n, fades)
         if synth.fade_left != RINGING:
             synth.fade_left = max(synth.fade_left - n, 0)
-        if synth.fade_left == 0 or is_silent(bass_at(synth.old_bass), synth.frame + n):
-            store_release(record_address(synth) + FADED_BASS, synth.old_bass)
-            synth.old_bass = 0
+        over = not synth.carried and is_silent(bass_at(synth.old_bass), synth.frame + n)
+        if synth.fade_left == 0 or over:
+            let_go_of_old_bass(synth)
     extend_gains(synth, n)
     most = synth.peak
     for j in range(n):
@@ -75,6 +75,13 @@ def render_chunk(synth, out, n):
         out[j] = np.float32(min(max(np.float64(out[j]), -synth.ceiling), synth.ceiling))
     synth.peak = most
     synth.frame += n
+
+
+@jit
+def let_go_of_old_bass(synth):
+    """Lets Python free the old bass."""
+    store_release(record_address(synth) + FADED_BASS, synth.old_bass)
+    synth.old_bass = 0
 
 
 @jit
@@ -98,6 +105,8 @@ def switch_bass(synth):
         if synth.carried:
             carry_bass(synth, bass_at(wanted), bass_at(synth.old_bass))
             begin_fade(synth, CARRIED)
+            if is_silent(bass_at(synth.old_bass), synth.frame):
+                let_go_of_old_bass(synth)
             synth.overload = 0
             return
         bass_at(wanted).frame = synth.frame
