@@ -14,7 +14,7 @@ import numpy as np
 
 from livebass import __version__, parts, techniques
 from livebass.compiling import SMALL, Entry, emitter
-from livebass.kernels.bass import change, check, instrument, pool
+from livebass.kernels.bass import bench, change, check, instrument, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
@@ -52,6 +52,9 @@ RECORDS = {
     "LB_PREPARING": preparing.PREPARING,
     "LB_POOL": pool.POOL,
     "LB_CHANGE": change.CHANGE,
+    "LB_BENCH_STRING": bench.BENCH_STRING,
+    "LB_BENCH": bench.BENCH,
+    "LB_BENCH_FILE": change.BENCH_FILE,
     "LB_COIL": coil.COIL,
     "LB_BUILDING": bass.BUILDING,
     "LB_TEAM": live.TEAM,
@@ -80,6 +83,7 @@ NUMBERS = {
     "LB_BUILT": techniques.SLIDERS,
     "LB_GROUPS": len(GROUPS),
     "LB_RELEASE": json.dumps(__version__),
+    "LB_BENCH_MAGIC": change.BENCH_MAGIC,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 ENTRIES: tuple[Entry, ...] = (
@@ -88,7 +92,7 @@ ENTRIES: tuple[Entry, ...] = (
     block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
     board.over_board, look.see_synth, change.measure_change, change.make_change,
 )  # fmt: skip
-C_TYPES = {"i8": "int64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
+C_TYPES = {"i8": "int64_t", "u8": "uint64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
 
 

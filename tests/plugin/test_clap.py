@@ -7,6 +7,7 @@ import os
 import resource
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
@@ -53,8 +54,10 @@ from livebass.plugin import clap
 from livebass.plugin.bundle import distinct_titles
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
+from livebass.techniques import PARAMETER_ROWS
 
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
+OVERLOAD = 500
 PALM, VIBRATO, COMPRESSION, DRIVE, CORES = range(12, 17)
 ACTION, GAUGE = (next(p.number for p in PARAMETERS if p.symbol == symbol) for symbol in ("action", "gauge"))
 pytestmark = pytest.mark.usefixtures("thread_checks")
@@ -70,6 +73,23 @@ def folder(thread_checks: None, tmp_path_factory: pytest.TempPathFactory) -> Pat
 def plugin(folder: Path) -> Iterator[Plugin]:
     with closing(Plugin(folder)) as made:
         yield made
+
+
+def test_other_programs_bring_no_relief(folder: Path) -> None:
+    """Relief counts the time that the plugin's thread works, not that of a program on the same core."""
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, [min(cores)])
+    try:
+        with subprocess.Popen([sys.executable, "-c", "while True: pass"]) as other, closing(Plugin(folder)) as plugin:
+            plugin.set(RELIEF, 1.0)
+            plugin.block(128, [note_on(key, 0.5) for key in (28, 33, 38, 43)])
+            until = time.monotonic() + 2
+            while time.monotonic() < until:
+                plugin.block(128)
+            other.kill()
+            assert not [value for number, value in plugin.told if number == OVERLOAD]
+    finally:
+        os.sched_setaffinity(0, cores)
 
 
 def test_effects_of_an_instrument_and_of_a_host_are_those_of_a_render(tmp_path: Path) -> None:
@@ -203,7 +223,14 @@ def test_parameters_are_those_of_the_table(plugin: Plugin) -> None:
     assert plugin.text(BASS, 1) == "Slap" and plugin.value_of(BASS, "fretless") == 3
     assert plugin.text(TECHNIQUE, 2) == "thumb on two strings" and plugin.text(GAIN, -3.5) == "-3.50 dB"
     assert plugin.value_of(GAIN, "loud") is None
-    bass = load_preset(PRESETS[0]).player  # relative values also show their result
+    whole = load_preset(PRESETS[0])  # relative values also show their result
+    gap, strings = -1e3 * whole.necks[0].fret_heights[11], whole.strings
+    assert plugin.text(ACTION, -0.4) == f"-0.40 mm ({gap - 0.4:.2f} mm at fret 12)"
+    thin, thick = (1100 / 25.4e-3 * strings[k].diameter for k in (-1, 0))
+    assert plugin.text(GAUGE, 10) == f"10.00 % (.{thin:03.0f} to .{thick:03.0f})"
+    place = 1e3 * whole.output.pickups[0].position
+    assert plugin.text(PARAMETER_ROWS["pickup_1_place"].number, 5) == f"5.00 mm ({place + 5:.0f} mm from the bridge)"
+    bass = whole.player
     assert plugin.text(BEND_RANGE, 0) == f"0 semitones (the bass has {bass.bend_range:g})"
     assert plugin.text(BEND_RANGE, 7) == "7 semitones"
     assert plugin.text(DAMPING, 1.0) == f"1.00 ({10 * bass.hand_damping:.3g} 1/s)"

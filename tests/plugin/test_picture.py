@@ -271,7 +271,7 @@ def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
     for symbol, part in (("tone", 0.25), ("gain", 0.5), ("palm_mute", 1.0), ("bend_range", 0.5)):
         p = PARAMETERS[number(symbol)]
         y, first, last = places[p.number]
-        before = picture.values[p.number]
+        before = picture.values[p.number] = p.most  # its knob is elsewhere
         picture.point(PRESS, first, y)
         picture.point(MOVE, (first + last) / 2, y)
         picture.point(MOVE, first + part * (last - first), y + 100)
@@ -289,6 +289,21 @@ def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
         picture.point(DOUBLE, first + 9, y)
         assert picture.sets == [(p.number, values[4], BEGIN), (p.number, p.usual, MOVED), (p.number, p.usual, END)]
         picture.sets.clear()
+
+
+def test_a_press_on_a_name_or_on_a_knob_changes_nothing(picture: Picture) -> None:
+    """A drag from there moves the value by as much as the pointer."""
+    picture.draw()
+    y, first, last = sliders(picture)[number("tone")]
+    for x, row in ((first + 3, y - 16), ((first + last) / 2 + 4, y)):
+        picture.values[number("tone")] = 0.0
+        picture.draw()
+        picture.sets.clear()
+        picture.point(PRESS, x, row)
+        assert [phase for *_, phase in picture.sets] == [BEGIN] and picture.values[number("tone")] == 0
+        picture.point(MOVE, x + 0.25 * (last - first), row)
+        assert picture.values[number("tone")] == pytest.approx(0.5, abs=0.03)
+        picture.point(RELEASE, x, row)
 
 
 def test_wheel_and_fine_steps(picture: Picture) -> None:

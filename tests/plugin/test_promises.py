@@ -35,7 +35,7 @@ from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.model.keymap import MODO
 from livebass.plugin import bundle
 from livebass.plugin.systems import SYSTEMS, this_system
-from livebass.techniques import PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
+from livebass.techniques import PARAMETER_ROWS, PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
 JAZZ, SLAP, _, FRETLESS = range(4)  # of PRESETS
@@ -44,6 +44,7 @@ HEARD = 1e-3  # above the noise of the electronics
 KEYS = {symbol: key for key, symbol, _ in MODO.keys}
 STROKES = {symbol: STROKE_OF[row.number] for symbol, row in TECHNIQUE_ROWS.items() if STROKE_OF[row.number]}
 SWITCHED = [p.symbol for p in PARAMETERS if p.group == "Techniques" and p.symbol != "detach"]  # it has no key here
+ACTION = PARAMETER_ROWS["action"].number
 SWITCHES = {10: "Ghost notes", 12: "Hammer-on", 16: "String E"}
 
 
@@ -130,6 +131,22 @@ def test_a_midi_file_is_rendered_alike(host: Host, tmp_path: Path) -> None:
     score = midi_score(tmp_path / "a.mid")
     wanted = mono("jazz-finger", score)
     assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)
+
+
+@every_format
+def test_sliders_stop_where_strings_would_lie_on_the_neck(make: Any) -> None:
+    """The host learns the value, which a session keeps; the bass is the one with that value."""
+    host = make(offline=True)
+    host.play([], 64, (64,), [(0, "action", -2.0)])
+    lowest = host.play(PLAYED, 9600)
+    assert sum("lie on the neck" in line for line in host.lines("")) <= 1
+    if not isinstance(host, HOSTS["lv2"]):  # it cannot tell its host
+        told = [value for number, value in host.plugin.told if number == ACTION]
+        action = told[-1] * 5 - 2 if isinstance(host, HOSTS["vst3"]) else told[-1]
+        assert -2 < action < 0
+        assert np.array_equal(make(offline=True).play(PLAYED, 9600, points=[(0, "action", action)]), lowest)
+    usual = make(offline=True).play(PLAYED, 9600)
+    assert np.isfinite(lowest).all() and not np.array_equal(lowest, usual)
 
 
 @every_format

@@ -59,6 +59,24 @@ def test_a_state_has_both_sides_and_which_one_plays(host: Host, folder: Path) ->
     other.close()
 
 
+def test_undo_goes_back_over_a_change_of_side(host: Host) -> None:
+    """Without a loss on either side; a hand that moved nothing takes no step."""
+
+    def by_hand(symbol: str, value: float) -> None:
+        library().lb_keep_values(host.address)
+        host.set(symbol, value)
+
+    by_hand("gain", -6.0)
+    library().lb_swap_sides(host.address)
+    by_hand("tone", 0.5)
+    library().lb_keep_values(host.address)
+    steps = []
+    for _ in range(4):
+        library().lb_undo(host.address)
+        steps.append((library().lb_side(host.address), host.value("gain"), host.value("tone")))
+    assert steps == [(1, 0, 0), (0, -6, 0), (0, 0, 0), (0, 0, 0)]
+
+
 def test_a_damaged_side_is_refused_and_leaves_all_as_it_was(host: Host, capfd: pytest.CaptureFixture[str]) -> None:
     host.set("tone", -0.5)
     good = with_sides(host.save(), 1, {GAIN: -6.0})

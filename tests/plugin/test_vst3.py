@@ -29,6 +29,7 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin import vst3
 from livebass.score.score import Score
+from livebass.techniques import PARAMETER_ROWS
 
 pedalboard = pytest.importorskip("pedalboard")
 
@@ -79,11 +80,7 @@ def test_parameters_and_presets_are_listed(plugin: Any) -> None:
     listed = [p for p in plugin.parameters.values() if p.name in [q.name for q in PARAMETERS]]
     assert sorted(p.name for p in listed) == sorted(p.name for p in PARAMETERS)  # this host lists them by group
     assert plugin.parameters["bass"].valid_values == [load_preset(name).name for name in PRESETS]
-    assert (
-        plugin.stroke == "the bass's own"
-        and plugin.gain_db == 0
-        and plugin.bend_range_semitones == "0 semitones (the bass has 2)"
-    )
+    assert plugin.stroke == "the bass's own" and plugin.gain_db == 0 and plugin.bend_range_semitones == 0
     plugin.stroke, plugin.gain_db = "thumb on all", -7.5
     assert plugin.stroke == "thumb on all" and plugin.gain_db == pytest.approx(-7.5)
 
@@ -254,10 +251,23 @@ def test_parameters_come_in_groups(bundle: Path) -> None:
     """Except the bass, which is in the program list."""
     plugin = low.Plugin(bundle)
     units, found = plugin.units(), plugin.parameters()
-    assert list(units.values()) == [("livebass", -1, 1), *((group, 0, -1) for group in GROUPS)]
+    assert list(units.values()) == [("livebass", -1, 1), *((group, 0, -1) for group in (*GROUPS, "MIDI"))]
     for number, p in enumerate(PARAMETERS):
         assert units[found[number].unit][0] == ("livebass" if number == BASS else p.group), p.symbol
     assert units[found[OVERLOAD].unit][0] == PARAMETERS[low.RELIEF].group
+    assert {units[p.unit][0] for number, p in found.items() if number > OVERLOAD} == {"MIDI"}
+    plugin.close()
+
+
+def test_hosts_add_the_units(bundle: Path) -> None:
+    plugin = low.Plugin(bundle)
+    found = plugin.parameters()
+    for symbol, value, text in (
+        ("gain", 0.75, "0.00"), ("action", 0.4, "0.00"), ("tone", 0.5, "0.00"),
+        ("bend_range", 0.0, "0"), ("gauge", 3 / 7, "0.00"),
+    ):  # fmt: skip
+        p = PARAMETER_ROWS[symbol]
+        assert (plugin.text(p.number, value), low.wide(found[p.number].unit_name)) == (text, p.unit)
     plugin.close()
 
 

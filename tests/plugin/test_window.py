@@ -29,6 +29,7 @@ from livebass.plugin import clap
 from livebass.plugin import lv2 as lv2_plugin
 from livebass.plugin import vst3 as vst3_plugin
 from livebass.plugin.systems import this_system
+from livebass.techniques import PICKED, TECHNIQUE
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
 U32, D, B, P, S = c.c_uint32, c.c_double, c.c_bool, c.c_void_p, c.c_char_p
@@ -335,12 +336,15 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             assert looks and np.frombuffer(looks[-1], LOOK)["strings"][0] == 4
             transfer = plugin.number("http://lv2plug.in/ns/ext/atom#eventTransfer")
             kind = plugin.number("urn:livebass:bass#look")
+
+            def look_atom(look: bytes) -> bytes:
+                return np.array([LOOK.itemsize, kind], "u4").tobytes() + look
+
             rest = screen.picture(900, 460)
             run(512, [(0, bytes([0x90, 28, 127]))])
             for _ in range(4):
                 run(512)
-                atom = np.array([LOOK.itemsize, kind], "u4").tobytes() + looks[-1]
-                ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
+                ui.port_event(handle, LOOK_PORT, 8 + LOOK.itemsize, transfer, look_atom(looks[-1]))
             wait_for(lambda: different(screen.picture(900, 460), rest) > 200)
             sent.clear()
             hand(*DRAG)
@@ -372,6 +376,15 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             wait_for(lambda: idle.idle(handle) == 0 and len([1 for _, form, _ in sent if not form]) >= 2)
             values = {port - 2: np.frombuffer(data, "f4")[0] for port, form, data in sent if not form}
             assert values == {BASS: 1, QUALITY: 1}, "the quality that the list says of that bass"
+            sent.clear()
+            run(512, [(0, bytes([0x90, 15, 100]))])  # pick
+            run(512)
+            ui.port_event(handle, LOOK_PORT, 8 + LOOK.itemsize, transfer, look_atom(looks[-1]))
+            wait_for(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
+            told_ports = {port - 2: np.frombuffer(data, "f4")[0] for port, form, data in sent if not form}
+            assert told_ports == {TECHNIQUE: PICKED}
+            screen.resize(1300, 800)  # the host resizes the plugin's window itself
+            wait_for(lambda: len(np.unique(screen.picture(1300, 800)[500:, 1000:].reshape(-1, 3), axis=0)) > 5)
             ui.cleanup(handle)
             assert screen.children() == 0
 

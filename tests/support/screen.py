@@ -86,18 +86,27 @@ class Screen(WholeScreen):
         self._x.XMapWindow(self._display, c.c_ulong(self.window))
         self._x.XSync(self._display, 0)
 
+    def resize(self, width: int, height: int) -> None:
+        """Resizes the host's window and the only window in it."""
+        for window in (self.window, self._inside()[0]):
+            self._x.XResizeWindow(self._display, c.c_ulong(window), width, height)
+        self._x.XSync(self._display, 0)
+
     def destroy_window(self) -> None:
         """Destroys the host's window with everything in it."""
         self._x.XDestroyWindow(self._display, c.c_ulong(self.window))
         self._x.XSync(self._display, 0)
 
-    def children(self) -> int:
-        """The number of windows inside the host's."""
-        root, parent, list_, count = c.c_ulong(), c.c_ulong(), c.c_void_p(), c.c_uint()
+    def _inside(self) -> list[int]:
+        root, parent, list_, count = c.c_ulong(), c.c_ulong(), c.POINTER(c.c_ulong)(), c.c_uint()
         self._x.XQueryTree(
             self._display, c.c_ulong(self.window), *map(c.byref, (root, parent, list_, count))
         )  # fmt: skip
-        return count.value
+        return list_[: count.value]
+
+    def children(self) -> int:
+        """The number of windows inside the host's."""
+        return len(self._inside())
 
 
 def hand(*commands: Any) -> None:

@@ -270,6 +270,27 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     return b;
 }
 
+int lb_fit_sliders(const char *path, const double *from, double *built, const lb_kernels *kernels) {
+    enum { HALVINGS = 8 };
+    char error[LB_PATH];
+    double wanted[LB_BUILT], tried[LB_BUILT], low = 0, step = 0;
+    int fits = 0;
+    memcpy(wanted, built, sizeof wanted);
+    for (int k = 0; k <= HALVINGS; k++, step = step == 0 ? 0.5 : step / 2) { /* first `from` itself */
+        for (int j = 0; j < LB_BUILT; j++) tried[j] = lb_hundredths(from[j] + (low + step) * (wanted[j] - from[j]));
+        file source = {0, 0};
+        const int good = read_file(&source, path, kernels, error, sizeof error) &&
+                         (!is_changed(tried) || change_file(&source, path, tried, kernels, error, sizeof error));
+        free_lines(source.words);
+        if (!good && k == 0) return 0;
+        if (!good) continue;
+        memcpy(built, tried, sizeof tried);
+        low += step;
+        fits = 1;
+    }
+    return fits;
+}
+
 void lb_free_bass(lb_bass *b) {
     if (!b) return;
     if (b->building.memory) free_lines((char *)(intptr_t)b->building.memory - LINE);
@@ -290,7 +311,9 @@ static lb_bass *bass_at(int64_t address) {
 
 /* --- the clock --- */
 
-/* The monotonic clock, in the shape of clock_gettime: seconds and nanoseconds. */
+enum { TIME, WORK }; /* clocks: the time; the time that this thread has worked, where the system tells it */
+
+/* A monotonic clock, in the shape of clock_gettime: seconds and nanoseconds. */
 static int read_clock(int which, int64_t time[2]) {
 #ifdef _WIN32
     LARGE_INTEGER now, second;
@@ -300,7 +323,7 @@ static int read_clock(int which, int64_t time[2]) {
     time[1] = now.QuadPart % second.QuadPart * 1000000000 / second.QuadPart;
 #else
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(which == WORK ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &now);
     time[0] = now.tv_sec;
     time[1] = now.tv_nsec;
 #endif
@@ -325,6 +348,8 @@ static void make_new(lb_synth *s, const lb_bass *b) {
                            ADDRESS(s->kernels->process));
     memcpy(r->parameters, parameters, sizeof parameters);
     s->busy = 0;
+    r->clock_id = TIME;
+    r->work_clock_id = WORK; /* other programs' load must not change the sound */
     r->ceiling = INFINITY; /* hosts accept levels beyond full scale, and may turn them down */
     r->next_bass = b ? address_of(b) : 0;
     s->ahead = b && b->building.ahead;
@@ -564,6 +589,8 @@ typedef struct {
     LB_PLAYER player;
     int known;                      /* the player is */
     int quality;                    /* a value of LB_QUALITY */
+    lb_own own;
+    int measured;                   /* `own` is */
     uint8_t switches[LB_KEY_COUNT]; /* for each key: 1 + its index in lb_switches; 0: a note */
 } place;
 struct lb_shelf {
@@ -593,6 +620,46 @@ int lb_shelf_program(const lb_shelf *s, int64_t program) {
     for (size_t k = 0; k < sizeof lb_programs / sizeof *lb_programs; k++)
         if (lb_programs[k].number == program) return lb_shelf_find(s, lb_programs[k].preset);
     return -1;
+}
+
+/* Reads the gap under the lowest string at a fret from the lists of a bench file, mm. */
+static double gap_at(FILE *in, const LB_BENCH_STRING *s, int64_t fret) {
+    double height;
+    const long at = (long)(sizeof(LB_BENCH_FILE) + sizeof height * (size_t)(s->frets + 2 * fret - 1));
+    if (fret > s->frets_count || s->frets < 0 || fseek(in, at, SEEK_SET) || fread(&height, sizeof height, 1, in) != 1)
+        return NAN;
+    return -1e3 * height;
+}
+
+static void measure(place *p) {
+    char beside[PATH];
+    LB_BENCH_FILE head;
+    for (size_t k = 0; k < sizeof p->own / sizeof(double); k++) ((double *)&p->own)[k] = NAN;
+    snprintf(beside, sizeof beside, "%.*s" BENCH, (int)(strlen(p->path) - strlen(ENDING)), p->path);
+    FILE *in = lb_open_file(beside, "rb");
+    const int good = in && fread(&head, sizeof head, 1, in) == 1 && head.magic == LB_BENCH_MAGIC &&
+                     head.bytes == sizeof head && head.bench.strings > 0 && head.bench.strings <= LB_STRINGS;
+    if (good) {
+        const LB_BENCH *b = &head.bench;
+        const LB_BENCH_STRING *low = &b->string[0];
+        p->own = (lb_own){
+            .action = gap_at(in, low, low->frets_count < 12 ? low->frets_count : 12), .nut_height = gap_at(in, low, 1),
+            .foam = low->extra_damping, .place = {1e3 * b->position[0], 1e3 * b->position[1]},
+            .cable = 1e12 * b->capacitance, .finger_width = 1e3 * b->rounding,
+            .pluck_angle = b->pluck_angle * 180 / 3.14159265358979, .thickest = low->diameter / 25.4e-3,
+            .thinnest = b->string[b->strings - 1].diameter / 25.4e-3,
+        };
+        for (int64_t k = b->pickups; k < 2; k++) p->own.place[k < 0 ? 0 : k] = NAN;
+    }
+    if (in) fclose(in);
+    p->measured = 1;
+}
+
+const lb_own *lb_shelf_own(lb_shelf *s, int k) {
+    enter();
+    if (!s->places[k].measured) measure(&s->places[k]);
+    leave();
+    return &s->places[k].own;
 }
 
 static void find_switches(place *p, const LB_KEY_MAP *map) {

@@ -32,6 +32,9 @@ const lb_kernels *lb_best_kernels(void);
    line into `error`, (room) bytes. [not the audio thread] */
 lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
                       const lb_kernels *, char *error, size_t room);
+/* Moves sliders from values that a file's bass can have towards those in `built`, as far as it can have them, and writes
+   them there. Returns 0 if it cannot even have the first ones. [not the audio thread] */
+int lb_fit_sliders(const char *path, const double *from, double *built, const lb_kernels *);
 /* Frees a bass, which may be 0; it must not be playing. [not the audio thread] */
 void lb_free_bass(lb_bass *);
 
@@ -125,6 +128,13 @@ const char *lb_shelf_path(const lb_shelf *, int);
 const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* a key's switch; 0: the key plays a note */
 int lb_shelf_quality(const lb_shelf *, int);             /* the list's initial quality: a value of LB_QUALITY */
 const LB_PLAYER *lb_shelf_player(const lb_shelf *, int); /* 0: the file cannot be read */
+/* A bass's own values of what sliders move, in the sliders' units, or in mm and inches (strings) for those in %. NaN:
+   not known. Reads the bench file when first asked. [not the audio thread] */
+typedef struct {
+    double action, nut_height, foam, place[2], cable, finger_width, pluck_angle; /* action: at fret 12; nut: at fret 1 */
+    double thickest, thinnest; /* strings */
+} lb_own;
+const lb_own *lb_shelf_own(lb_shelf *, int);
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
 int lb_shelf_program(const lb_shelf *, int64_t program); /* the choice of a program change, from 0; -1: none */
 void lb_close_shelf(lb_shelf *);                         /* may be 0 */

@@ -68,8 +68,18 @@ static int64_t wish(const lb_instance *i) {
 
 static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n(&i->loaded, __ATOMIC_ACQUIRE); }
 
-/* Loads the wanted bass; the log reports failures. If no bass plays and the wanted one cannot be built, loads it
-   unchanged. */
+/* Takes slider values, and tells the host of those that differ from its own. */
+static void take_sliders(lb_instance *i, const double *built) {
+    for (int k = 0; k < LB_BUILT; k++) {
+        if (built[k] == lb_value(i, LB_ACTION + k)) continue;
+        lb_set_value(i, LB_ACTION + k, built[k]);
+        __atomic_fetch_or(&i->untold, 1ull << (LB_ACTION + k), __ATOMIC_RELEASE);
+    }
+    __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
+}
+
+/* Loads the wanted bass; the log reports failures. Sliders that it cannot have stop on their way from the last ones. If
+   no bass plays and the wanted one cannot be built, loads it unchanged. */
 static lb_bass *load(lb_instance *i) {
     char why[LINE];
     double built[LB_BUILT];
@@ -80,9 +90,17 @@ static lb_bass *load(lb_instance *i) {
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
     for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, LB_ACTION + k);
     lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, i->kernels, why, sizeof why);
-    if (b) return b;
-    i->complain(i->owner, why);
-    return i->synth ? 0 : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, i->kernels, why, sizeof why);
+    if (!b) {
+        i->complain(i->owner, why);
+        if (number != i->built_of) memset(i->built, 0, sizeof i->built);
+        if (lb_fit_sliders(path, i->built, built, i->kernels)) {
+            take_sliders(i, built);
+            b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, i->kernels, why, sizeof why);
+        }
+    }
+    if (b) memcpy(i->built, built, sizeof i->built);
+    if (b) i->built_of = number;
+    return b || i->synth ? b : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, i->kernels, why, sizeof why);
 }
 
 /* How many of its own threads should play strings: none if the host has some, or renders. */
@@ -214,7 +232,7 @@ static void follow_stroke(lb_instance *i) {
     i->audio.stroke = stroke;
     if (stroke == before || stroke == lb_value(i, LB_TECHNIQUE)) return;
     lb_set_value(i, LB_TECHNIQUE, stroke);
-    i->audio.moved |= 1ull << LB_TECHNIQUE;
+    __atomic_fetch_or(&i->untold, 1ull << LB_TECHNIQUE, __ATOMIC_RELEASE);
 }
 
 /* Plays frames from `from` to below `end` of a block. */

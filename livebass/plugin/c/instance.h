@@ -78,16 +78,20 @@ typedef struct { /* the audio thread's side: no other thread touches it while th
     int untold;              /* notes may have untold amounts */
     int64_t programs;        /* program changes answered so far */
     double stroke;           /* LB_TECHNIQUE as the synth had it last */
-    uint64_t moved;          /* parameters moved by controllers and keys, to tell the host, a bit each */
     lb_taps taps;
     lb_turn turns[LB_TURNS]; /* of the next block to play */
     int turn_count;
 } lb_audio_side;
 
+typedef struct { /* what lb_undo restores */
+    double values[LB_PARAMETERS];
+    lb_sides sides;
+    char missing[LB_STATE_NAME]; /* the name that was missing; "": none was */
+} lb_before;
+
 typedef struct { /* the window's side: only its thread touches it */
     LB_OWNER(owner)
-    double before[LB_UNDONE][LB_PARAMETERS];       /* values for lb_undo ... */
-    char missing_before[LB_UNDONE][LB_STATE_NAME]; /* ... and the name that was missing; "": none was */
+    lb_before before[LB_UNDONE]; /* for lb_undo */
     int undone, undoable; /* place of the last of these, in a ring, and their number */
     lb_sound *sounds;     /* of the user, as last listed */
     int sound_count;
@@ -111,13 +115,16 @@ typedef struct {
 
     /* Every thread reads and writes these, with atomic operations: */
     double values[LB_PARAMETERS];
-    uint64_t changed; /* parameters the synth does not know yet, a bit each */
+    uint64_t changed; /* parameters the synth does not know yet, a bit each ... */
+    uint64_t untold;  /* ... and those that the host does not: moved by a controller or a key, or held within limits */
     int64_t seed;
     int missing; /* the state named a bass that is not on the shelf, `missing_name`: saved until another is chosen */
     int offline; /* the host does not play in real time: it can wait for a change of bass */
     int resting; /* its own threads play no strings: see lb_rest_instance */
     int helpers; /* its own threads that play strings, or that the system refused */
     int64_t loaded;        /* the bass that was loaded last, or failed to load, as one word */
+    double built[LB_BUILT]; /* sliders of the bass that was loaded last ... */
+    int built_of;           /* ... and its number. Only the thread that loads uses these */
     lb_bass *ready, *done; /* for the audio thread to play; from it, to free */
     lb_look look;          /* for windows ... */
     lb_moves moves;        /* ... and the changes made in them */
@@ -193,7 +200,7 @@ int lb_learned_by(const lb_instance *, int controller); /* the parameter that a 
 void lb_forget(lb_instance *, int parameter);           /* frees it from its controller. [any thread] */
 /* Moves a parameter for MIDI of a controller that has learned it; returns 0 for all other MIDI. [audio thread] */
 int lb_take_learned(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
-/* A parameter that a controller or a key has moved since the last call, to tell the host; -1: none. [audio thread] */
+/* Takes a parameter from `untold`; -1: there is none. [audio thread] */
 int lb_next_moved(lb_instance *);
 /* Writes the learned controllers, for states, and restores them. */
 void lb_write_learned(const lb_instance *, uint8_t to[LB_CONTROLLERS]);
@@ -248,11 +255,11 @@ void lb_swap_sides(lb_instance *);
 int lb_side(const lb_instance *); /* [any thread] */
 void lb_read_sides(lb_instance *, lb_sides *);        /* [any thread but the audio thread] */
 void lb_write_sides(lb_instance *, const lb_sides *); /* the values stay. [any thread but the audio thread] */
-/* Keeps the values for lb_undo before a hand moves one. [the window's thread] */
+/* Keeps values and sides for lb_undo before a hand moves one. [the window's thread] */
 void lb_keep_values(lb_instance *);
 /* Sets the bass and all values, or only a side's, together. [any thread but the audio thread] */
 void lb_set_values(lb_instance *, const double values[LB_PARAMETERS], int all);
-/* Restores the values kept last, if any are left. [the window's thread] */
+/* Restores what was kept last and has changed since, if there is any. [the window's thread] */
 void lb_undo(lb_instance *);
 
 void lb_save_state(lb_instance *, lb_state *);

@@ -176,6 +176,7 @@ void lb_draw_neck(lb_picture *p, const part *q) {
     draw_board(p);
     for (int k = 0; k < 4; k++) draw_pickup(p, k);
     draw_bridge(p);
+    lb_text(s, q->x + q->w - px(p, EDGE + 12), q->y + q->h - px(p, 6), px(p, 9.5), p->t->soft, "out", 100); /* the meter */
     s->clip = (lb_area){0, 0, s->width, s->height};
 }
 
@@ -461,14 +462,6 @@ static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
         const uint32_t colour = db > -1 ? p->t->hot : db > -9 ? p->t->accent : p->t->good;
         lb_box(s, x + px(p, 1), top + tall - at - px(p, 2), w - px(p, 2), px(p, 2), colour);
     }
-    lb_text(s, x - px(p, 4), q->y + q->h - px(p, 6), px(p, 9.5), p->t->soft, "out", 100);
-}
-
-static void draw_motion(lb_picture *p, lb_sheet *s) {
-    const part *q = &p->parts[p->board + 2];
-    char text[32];
-    snprintf(text, sizeof text, "motion \xC3\x97%.0f", zooms[p->zoom]);
-    lb_text(s, q->x, q->y + px(p, 11), px(p, 9.5), p->hovered == p->board + 2 ? p->t->ink : p->t->soft, text, 200);
 }
 
 /* The state of the neck's other moving parts, besides strings and lights. */
@@ -511,7 +504,6 @@ lb_area lb_draw_lively(lb_picture *p, int all) {
         for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i, tones);
         draw_names(p, &s);
         draw_pluck(p, &s);
-        draw_motion(p, &s);
     }
     draw_meter(p, &s, q);
     return area;

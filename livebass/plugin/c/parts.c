@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #define NOTICE 4.0 /* s that a notice stays */
+enum { KNOB = 8 }; /* from a slider's knob or track to where a press takes hold of it */
 
 /* True if the pointer is over a part, or holds it. */
 static int is_hot(const lb_picture *p, const part *q) { return q - p->parts == p->hovered; }
@@ -221,6 +222,14 @@ static void wheel_pluck(lb_picture *p, const part *q, const hand *h) {
     lb_change(p, q->number, value_of(p, q->number) - 0.05 * h->way);
 }
 
+static void draw_motion(lb_picture *p, const part *q) {
+    char text[32];
+    snprintf(text, sizeof text, "motion \xC3\x97%.0f", zooms[p->zoom]);
+    lb_text(&p->ground, q->x, q->y + px(p, 11), px(p, 9.5), is_hot(p, q) ? p->t->ink : p->t->soft, text, 200);
+}
+
+static void mix_motion(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->zoom); }
+
 static void press_motion(lb_picture *p, const part *q, const hand *h) {
     p->zoom = (p->zoom + 1) % (int)(sizeof zooms / sizeof *zooms);
 }
@@ -378,6 +387,7 @@ static double slider_value(const lb_picture *p, const part *q, double x) {
     return allowed(p, q->number, least + (most_of(p, q->number) - least) * (x - left) / wide);
 }
 
+/* Takes hold of a value. Beside the knob, on the track, the value jumps there. */
 static void press_slider(lb_picture *p, const part *q, const hand *h) {
     if (h->modifiers & LB_RIGHT) {
         if (p->face.learn) p->face.learn(p->face.owner, q->number);
@@ -385,13 +395,17 @@ static void press_slider(lb_picture *p, const part *q, const hand *h) {
         return;
     }
     grab(p, q, h->x);
-    if (!(h->modifiers & LB_SHIFT)) set(p, q->number, p->from = slider_value(p, q, h->x), LB_MOVE);
+    double x, y, w;
+    track_of(p, q, &x, &y, &w);
+    const double knob = x + w * place_on_track(p, q->number, p->from);
+    if (h->modifiers & LB_SHIFT || h->y < y - px(p, KNOB) || fabs(h->x - knob) <= px(p, KNOB)) return;
+    set(p, q->number, p->from = slider_value(p, q, h->x), LB_MOVE);
 }
 
 static void drag_slider(lb_picture *p, const part *q, const hand *h) {
     const double range = most_of(p, q->number) - lb_parameters[q->number].least;
-    const double fine = p->from + 0.1 * range * (h->x - p->grabbed) / (q->w - px(p, 10));
-    set(p, q->number, h->modifiers & LB_SHIFT ? allowed(p, q->number, fine) : slider_value(p, q, h->x), LB_MOVE);
+    const double moved = range * (h->x - p->grabbed) / (q->w - px(p, 10));
+    set(p, q->number, allowed(p, q->number, p->from + (h->modifiers & LB_SHIFT ? 0.1 : 1) * moved), LB_MOVE);
 }
 
 static void wheel_slider(lb_picture *p, const part *q, const hand *h) {
@@ -530,7 +544,7 @@ const lb_kind lb_kinds[KINDS] = {
     [ITEM] = {draw_item, mix_bass, press_item, 0, wheel_list, HAND},
     [BOARD] = {draw_neck, mix_neck, press_neck, press_neck, 0, USUAL},
     [PLUCK] = {0, 0, press_pluck, drag_pluck, wheel_pluck, ACROSS},
-    [MOTION] = {0, 0, press_motion, 0, 0, HAND},
+    [MOTION] = {draw_motion, mix_motion, press_motion, 0, 0, HAND},
     [NAME] = {.draw = draw_name, .state = mix_name},
     [UNDO] = {draw_undo, 0, press_undo, 0, 0, HAND},
     [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND},

@@ -22,6 +22,7 @@ void lb_begin_sides(lb_instance *i) {
 
 void lb_swap_sides(lb_instance *i) {
     LB_ALONE(i->window.owner);
+    lb_keep_values(i);
     enter();
     for (int k = 0; k < LB_PARAMETERS; k++) {
         if (!lb_is_of_sides(k)) continue;
@@ -49,16 +50,20 @@ void lb_write_sides(lb_instance *i, const lb_sides *from) {
     leave();
 }
 
+static void note_present(lb_instance *i, lb_before *to) {
+    enter();
+    for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = lb_value(i, k);
+    to->sides = i->sides;
+    memset(to->missing, 0, LB_STATE_NAME);
+    if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) memcpy(to->missing, i->missing_name, LB_STATE_NAME);
+    leave();
+}
+
 void lb_keep_values(lb_instance *i) {
     LB_ALONE(i->window.owner);
     i->window.undone = (i->window.undone + 1) % LB_UNDONE;
     if (i->window.undoable < LB_UNDONE) i->window.undoable++;
-    enter();
-    for (int k = 0; k < LB_PARAMETERS; k++) i->window.before[i->window.undone][k] = lb_value(i, k);
-    char *missing = i->window.missing_before[i->window.undone];
-    memset(missing, 0, LB_STATE_NAME);
-    if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) memcpy(missing, i->missing_name, LB_STATE_NAME);
-    leave();
+    note_present(i, &i->window.before[i->window.undone]);
 }
 
 /* Notes the name of a missing bass; "": none is missing. */
@@ -79,11 +84,16 @@ void lb_set_values(lb_instance *i, const double values[LB_PARAMETERS], int all) 
 
 void lb_undo(lb_instance *i) {
     LB_ALONE(i->window.owner);
-    if (!i->window.undoable) return;
-    lb_set_values(i, i->window.before[i->window.undone], 1);
-    note_missing(i, i->window.missing_before[i->window.undone]);
-    i->window.undone = (i->window.undone + LB_UNDONE - 1) % LB_UNDONE;
-    i->window.undoable--;
+    lb_before now;
+    note_present(i, &now);
+    for (int changed = 0; i->window.undoable && !changed; i->window.undoable--) {
+        const lb_before *b = &i->window.before[i->window.undone];
+        changed = memcmp((const void *)b, (const void *)&now, sizeof now) != 0;
+        lb_set_values(i, b->values, 1);
+        lb_write_sides(i, &b->sides);
+        note_missing(i, b->missing);
+        i->window.undone = (i->window.undone + LB_UNDONE - 1) % LB_UNDONE;
+    }
 }
 
 /* --- states --- */

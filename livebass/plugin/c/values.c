@@ -68,11 +68,39 @@ void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value
         __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
+/* Writes a slider's result for a bass with its own values, in brackets. */
+static void add_slider(const lb_own *own, int parameter, double value, char *text, size_t room) {
+    const double more = 1 + value / 100;
+    const struct {
+        int parameter, places;
+        double value;
+        const char *unit;
+    } all[] = {
+        {LB_ACTION, 2, own->action + value, "mm at fret 12"},
+        {LB_NUT_HEIGHT, 2, own->nut_height + value, "mm at fret 1"},
+        {LB_FOAM, 1, own->foam + value, "1/s"},
+        {LB_PICKUP_1_PLACE, 0, own->place[0] + value, "mm from the bridge"},
+        {LB_PICKUP_2_PLACE, 0, own->place[1] + value, "mm from the bridge"},
+        {LB_CABLE, 0, own->cable + value, "pF"},
+        {LB_FINGER_WIDTH, 1, own->finger_width * more, "mm"},
+        {LB_PLUCK_ANGLE, 0, own->pluck_angle + value, "deg"},
+    };
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
+        if (all[k].parameter == parameter && isfinite(all[k].value))
+            snprintf(text, room, " (%.*f %s)", all[k].places, all[k].value, all[k].unit);
+    if (parameter == LB_GAUGE && isfinite(own->thickest))
+        snprintf(text, room, " (.%03.0f to .%03.0f)", 1e3 * more * own->thinnest, 1e3 * more * own->thickest);
+}
+
 /* Writes a relative value's result for this bass, in brackets; nothing if the value says it all. */
 static void add_real_value(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const int bass = (int)lb_value(i, LB_BASS);
     const LB_PLAYER *p = bass < lb_shelf_count(i->shelf) ? lb_shelf_player(i->shelf, bass) : 0;
     if (!p) return;
+    if (lb_is_slider(parameter)) {
+        add_slider(lb_shelf_own(i->shelf, bass), parameter, value, text, room);
+        return;
+    }
     const double most = value < 0 ? p->pluck_farthest : p->pluck_nearest;
     if (parameter == LB_BEND_RANGE && value == 0) snprintf(text, room, " (the bass has %g)", p->bend_range);
     else if (parameter == LB_PLUCK_POSITION) {

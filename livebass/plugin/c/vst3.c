@@ -24,6 +24,7 @@ enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
 enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
 enum { SEMITONES = 240 };     /* in the tuning's range */
 enum { PROGRAMS = 1 }; /* the list of instruments */
+enum { MIDI_UNIT = LB_GROUPS + 1 }; /* a unit for each group, and one for the hidden parameters */
 
 static const vst3_id classes[] = { /* must never change: sessions use them. Mono, and one output per string */
     VST3_ID(0x6C697665u, 0x62617373u, 0x9D3F0C51u, 0x00000001u),
@@ -554,6 +555,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
         p->id = hidden.id;
         p->usual = hidden.usual;
         p->flags = VST3_IS_HIDDEN;
+        p->unit = MIDI_UNIT; /* some hosts list hidden parameters, too */
         to_wide(p->title, name);
         return VST3_OK;
     }
@@ -572,11 +574,19 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     return VST3_OK;
 }
 
+/* Cuts a value's text off before its unit: hosts add that. */
+static void cut_unit(char *text, const char *unit) {
+    char *at = *unit ? strstr(text, unit) : 0;
+    if (at) at[-1] = 0;
+}
+
 static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text out) {
     const vst3 *v = of(self);
     char text[256];
-    if (id < LB_PARAMETERS) lb_value_to_text(&v->instance, (int)id, plain(v, id, x), text, sizeof text);
-    else if (id == OVERLOAD) snprintf(text, sizeof text, "%.0f", x * LB_STRINGS);
+    if (id < LB_PARAMETERS) {
+        lb_value_to_text(&v->instance, (int)id, plain(v, id, x), text, sizeof text);
+        cut_unit(text, lb_parameters[id].unit);
+    } else if (id == OVERLOAD) snprintf(text, sizeof text, "%.0f", x * LB_STRINGS);
     else snprintf(text, sizeof text, "%.3f", x);
     to_wide(out, text);
     return VST3_OK;
@@ -679,7 +689,7 @@ static vst3_result mapped(void *self, int32_t bus, int16_t channel, int16_t numb
 
 static int32_t one(void *self) { return 1; }
 
-static int32_t unit_count(void *self) { return 1 + LB_GROUPS; }
+static int32_t unit_count(void *self) { return 1 + MIDI_UNIT; }
 
 static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
     if (index < 0 || index >= unit_count(self)) return VST3_INVALID;
@@ -688,7 +698,7 @@ static vst3_result unit_info(void *self, int32_t index, vst3_unit *unit) {
         unit->id = index;
         unit->parent = VST3_ROOT_UNIT;
         unit->programs = VST3_NO_UNIT;
-        to_wide(unit->name, lb_groups[index - 1]);
+        to_wide(unit->name, index == MIDI_UNIT ? "MIDI" : lb_groups[index - 1]);
         return VST3_OK;
     }
     unit->id = VST3_ROOT_UNIT;
@@ -735,7 +745,7 @@ static vst3_result pitch_name(void *self, int32_t list, int32_t program, int16_t
 static int32_t selected_unit(void *self) { return VST3_ROOT_UNIT; }
 
 static vst3_result select_unit(void *self, int32_t unit) {
-    return unit >= VST3_ROOT_UNIT && unit <= LB_GROUPS ? VST3_OK : VST3_INVALID;
+    return unit >= VST3_ROOT_UNIT && unit <= MIDI_UNIT ? VST3_OK : VST3_INVALID;
 }
 
 static vst3_result unit_of_bus(void *self, int32_t media, int32_t direction, int32_t bus, int32_t channel,

@@ -56,6 +56,14 @@ typedef struct {
     xid window;
     int x, y, width, height, count;
 } xexpose;
+typedef struct { /* of a window's size */
+    int type;
+    unsigned long serial;
+    int send_event;
+    display *display;
+    xid event, window;
+    int x, y, width, height;
+} xconfigure;
 typedef struct {
     int type;
     unsigned long serial;
@@ -68,12 +76,13 @@ typedef union {
     int type;
     xpointer pointer;
     xexpose expose;
+    xconfigure configure;
     xselection selection;
     long room[24];
 } xevent;
 typedef int (*handler)(display *, void *event, void *wire);
 
-enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17, SELECTION = 31 };
+enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17, CONFIGURED = 22, SELECTION = 31 };
 enum { INPUT_OUTPUT = 1, Z_PIXMAP = 2, LSB_FIRST = 0, REPLACE = 0 };
 enum { BACK_PIXEL = 1 << 1, BORDER_PIXEL = 1 << 3, EVENTS = 1 << 11, COLORMAP = 1 << 13 };
 enum { WANTED = 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 15 | 1 << 17 }; /* press, release, leave, motion, exposure, structure */
@@ -105,6 +114,7 @@ static struct {
     int (*NextEvent)(display *, xevent *);
     int (*Flush)(display *);
     int (*Sync)(display *, int);
+    unsigned long (*NextRequest)(display *);
     int (*ConnectionNumber)(display *);
     xid (*CreateFontCursor)(display *, unsigned);
     int (*DefineCursor)(display *, xid, xid);
@@ -127,7 +137,7 @@ static int find_x(void) {
         "XOpenDisplay", "XCloseDisplay", "XDefaultScreen", "XDefaultVisual", "XDefaultDepth", "XDefaultColormap",
         "XRootWindow", "XGetDefault", "XCreateWindow", "XDestroyWindow", "XMapWindow", "XResizeWindow", "XStoreName",
         "XInternAtom", "XChangeProperty", "XCreateGC", "XFreeGC", "XInitImage", "XPutImage", "XPending", "XNextEvent",
-        "XFlush", "XSync", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
+        "XFlush", "XSync", "XNextRequest", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
         "XESetWireToError", "XGetGeometry", "XConvertSelection", "XGetWindowProperty", "XFree",
     };
     enum { COUNT = sizeof names / sizeof *names };
@@ -153,7 +163,7 @@ struct lb_window {
     ximage image;
     uint32_t *pixels;
     int shown, pointer, exposed, x, y; /* the size of `pixels`, as one word; the pointer's shape; its last press, */
-    unsigned long pressed;             /* and the time of that, ms */
+    unsigned long pressed, resized;    /* and the time of that, ms; the request that resized the window last */
     pthread_t thread;
     int stop;
     uint64_t wanted; /* size and scale, packed: set by the main thread */
@@ -241,6 +251,14 @@ static void paste(lb_window *w, const xselection *e) {
     if (text) x.Free(text);
 }
 
+/* Takes the size that a host gave the window itself, as LV2 hosts do, since the last size of our own. */
+static void take_size(lb_window *w, const xconfigure *e) {
+    uint64_t wanted = __atomic_load_n(&w->wanted, __ATOMIC_ACQUIRE);
+    if (e->window != w->window || e->serial < w->resized || e->width < 1 || e->height < 1) return;
+    __atomic_compare_exchange_n(&w->wanted, &wanted, packed(e->width, e->height, (double)(wanted & 0xFFFF) / 256), 0,
+                                __ATOMIC_ACQ_REL, __ATOMIC_RELAXED);
+}
+
 static void take_events(lb_window *w) {
     xevent e;
     while (x.Pending(w->display)) {
@@ -254,6 +272,7 @@ static void take_events(lb_window *w) {
         else if (e.type == MOTION) point(w, &e.pointer, LB_POINT_MOVE, 0);
         else if (e.type == LEAVE && !(e.pointer.state & 0x700)) /* it may be dragged outside */
             point(w, &e.pointer, LB_POINT_LEAVE, 0);
+        else if (e.type == CONFIGURED) take_size(w, &e.configure);
         else if (e.type == SELECTION) paste(w, &e.selection);
         else if (e.type == EXPOSE) w->exposed = 1;
         else if (e.type == DESTROYED) w->window = 0; /* by the host */
@@ -266,6 +285,7 @@ static void draw(lb_window *w) {
     int dirty[4] = {0, 0, 0, 0};
     if (width != w->image.width || height != w->image.height) {
         if (!make_room(w, width, height)) return;
+        w->resized = x.NextRequest(w->display);
         x.ResizeWindow(w->display, w->window, (unsigned)width, (unsigned)height);
     }
     const double seconds = (double)now_ms() * 1e-3, scale = (double)(wanted & 0xFFFF) / 256;
