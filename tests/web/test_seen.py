@@ -106,6 +106,24 @@ def test_neck_side_view_last_note_and_bench_are_in_one_view(page: Any) -> None:
         assert page.execute_script(crowns) == pytest.approx(page.execute_script(wires), abs=0.5)
 
 
+def test_an_embedded_page_is_neck_side_view_action_and_replay(browser: Any, whole: str) -> None:
+    size = {"width": 600, "height": 340, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        browser.get("about:blank")
+        open_page(browser, f"{whole}?embed#like=jazz-finger&action=-1.4")
+        wait(lambda: browser.execute_script("return see.replay !== undefined"))
+        shown = "return [...document.querySelectorAll('main :is(canvas, input, select, output, button:not(#neck *))')]"
+        shown += ".filter(e => e.checkVisibility() && e.clientWidth).map(e => e.id || e.textContent)"
+        assert browser.execute_script(shown) == ["strings", "side", "again", "1.00 mm", "bench-action"]
+        for name in ("neck", "seen", "side", "again", "bench-action"):
+            box = browser.execute_script("return $(arguments[0]).getBoundingClientRect().toJSON()", name)
+            assert 0 <= box["top"] < box["bottom"] <= 340 and 0 <= box["left"] < box["right"] <= 600, (name, box)
+        assert browser.execute_script("return bench().values.action") == -1.4
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 @pytest.mark.parametrize("width", [390, 844, 1280])
 def test_a_hit_is_drawn_at_its_fret_or_not_at_all(page: Any, width: int) -> None:
     """Frets that the neck does not show are in the side view alone."""

@@ -159,6 +159,7 @@ interface PlayerEvents {
   sight: [sight: Sight];
   kept: [note: SeenNote]; // as much of a note was heard as a replay shows
   told: [note: SeenNote]; // a note was heard for half a second
+  songEnded: []; // a song came to its end
   faded: []; // a bass from before is silent
   taped: [tape: {taped: Float32Array<ArrayBuffer>, last?: boolean}];
 }
@@ -268,10 +269,7 @@ interface Way extends Stroke {
 }
 
 interface Roll {
-  from: number; // s of the context
-  messages: {frame: number, midi: number[]}[];
-  sent: number; // how many of them
-  timer?: ReturnType<typeof setInterval>;
+  begun: boolean; // the audio thread has it
 }
 
 interface ResponseFile {

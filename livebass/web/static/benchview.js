@@ -37,7 +37,7 @@ export function makeBench() {
     /** @type {HTMLElement | null} */ ($("bench-controls").querySelector("input"))?.focus();
   };
   $("link").onclick = () => copyLink();
-  const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches; };
+  const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches || document.body.classList.contains("embed"); };
   wide.addEventListener("change", fold); // for example, a phone is turned
   fold();
   addEventListener("hashchange", takeLink);

@@ -54,6 +54,7 @@ function begin() {
   if (!showLinked() && !showLinkedStory()) openMoving();
 }
 
+document.body.classList.toggle("embed", new URLSearchParams(location.search).has("embed"));
 makeBench();
 showBass();
 takeLink();

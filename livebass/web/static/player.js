@@ -232,6 +232,11 @@ export class WorkletPlayer {
   see(/** @type {boolean} */ seeing) { this.node?.port.postMessage({seeing}); }
   giveBack(/** @type {ArrayBuffer | undefined} */ spare) { if (spare) this.node?.port.postMessage({spare}, [spare]); }
 
+  // Plays a song's messages in the audio thread, whatever the page does meanwhile: `from` a frame of the context, for
+  // `length` frames, again and again with `loops`. null: ends it. `goesOn`: in place of the present one.
+  playSong(/** @type {object | null} */ song) { this.node?.port.postMessage({song}); }
+  loopSong(/** @type {boolean} */ loops) { this.node?.port.postMessage({loops}); }
+
   // Starts or stops recording.
   record(/** @type {boolean} */ on) { this.node.port.postMessage({record: on}); }
 
@@ -248,6 +253,7 @@ export class WorkletPlayer {
     const chosen = $("bass").value;
     if (data.copied || data.faded) this.hearBass(data);
     else if (data.taped) this.emit("taped", data);
+    else if (data.songEnded) this.emit("songEnded");
     else if (data.recalled !== undefined) this.recalled.shift()?.(data.recalled);
     else if (data.sight) {
       this.began = data.began;

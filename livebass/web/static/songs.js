@@ -5,7 +5,7 @@ import {player} from "./player.js";
 import {AUTO, Song} from "./song.js";
 import {state} from "./state.js";
 
-const AHEAD = 0.15, LOOK_EVERY = 30; // s of a song sent ahead; ms between looks
+const SOON = 0.1; // s until a song begins
 
 // Opens a MIDI file and chooses its bass part.
 export async function openSong(/** @type {File} */ file) {
@@ -37,61 +37,47 @@ export function showParts() {
 // Plays the song once the sound runs; a stop or another press before that cancels it.
 async function rollSong() {
   /** @type {Roll} */
-  const roll = state.rolls = {messages: [], sent: 0, from: 0};
+  const roll = state.rolls = {begun: false};
   showRoll();
   try {
     await player.sound();
     if (state.rolls !== roll) return;
-    putPart(); // takes a moment
-    roll.from = player.context.currentTime + 0.1;
-    roll.timer = setInterval(sendSong, LOOK_EVERY);
-    sendSong();
+    const {currentTime, sampleRate} = player.context;
+    roll.begun = true;
+    playPart({from: Math.round((currentTime + SOON) * sampleRate)});
   } catch (error) {
     stopSong();
     throw error;
   }
 }
 
+// Hands the chosen part to the audio thread, for the present bass: switch keys of another may be notes on it.
+function playPart(/** @type {object} */ how) {
+  const {song} = state;
+  if (!song || !state.rolls?.begun) return;
+  const messages = song.messages($("part").value, chosenBass()), length = Math.max(1, Math.round(song.length * song.rate));
+  const flat = Int32Array.from(messages.flatMap(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]));
+  player.playSong({messages: flat, length, loops: isPressed($("loop")), ...how});
+}
+
+export const putPart = () => playPart({goesOn: true});
+
 function showRoll() {
   $("roll").textContent = state.rolls ? "Stop song" : "Play";
   setPressed($("roll"), !!state.rolls);
 }
 
-// Takes the chosen part's messages, from the song's present place on.
-function takePart() {
-  const {song, rolls} = state;
-  putPart();
-  if (!song || !rolls) return;
-  const now = (player.context.currentTime - rolls.from) * song.rate;
-  rolls.sent = rolls.messages.filter(({frame}) => frame < now).length;
-}
-
-// Adapts the part to the present bass: switch keys of another may be notes on it. The number of messages stays.
-export function putPart() {
-  if (state.song && state.rolls) state.rolls.messages = state.song.messages($("part").value, chosenBass());
-}
-
-// Sends the next moments' messages; starts again at the end of a loop.
-function sendSong() {
-  const {song, rolls} = state;
-  if (!song || !rolls) return;
-  const until = player.context.currentTime + AHEAD - rolls.from, {messages} = rolls;
-  while (rolls.sent < messages.length && messages[rolls.sent].frame <= until * song.rate) {
-    const {frame, midi} = messages[rolls.sent++];
-    player.send(0, midi, undefined, Math.round(rolls.from * song.rate) + frame);
-  }
-  if (rolls.sent < messages.length || until < song.length + AHEAD) return;
-  if (isPressed($("loop"))) Object.assign(rolls, {from: rolls.from + Math.max(1, song.length), sent: 0});
-  else stopSong();
-}
-
 function stopSong() {
   const {rolls} = state;
+  endSong();
+  if (!rolls?.begun) return;
+  player.playSong(null);
+  player.change({panic: true});
+}
+
+function endSong() {
   state.rolls = undefined;
   showRoll();
-  if (rolls?.timer === undefined) return;
-  clearInterval(rolls.timer);
-  setTimeout(() => player.change({panic: true}), 1000 * AHEAD); // also ends notes sent ahead
 }
 
 $("open").onclick = () => $("song-file").click();
@@ -103,13 +89,16 @@ $("song-file").onchange = () => {
 $("part").onchange = () => {
   if (!state.rolls) return;
   player.change({panic: true});
-  takePart();
+  putPart();
 };
 $("roll").onclick = () => {
   if (state.rolls) stopSong();
   else rollSong().catch(error => say(error.message));
 };
-$("loop").onclick = () => setPressed($("loop"), !isPressed($("loop")));
+$("loop").onclick = () => {
+  setPressed($("loop"), !isPressed($("loop")));
+  player.loopSong(isPressed($("loop")));
+};
 addEventListener("dragover", e => e.preventDefault());
 addEventListener("drop", e => {
   e.preventDefault();
@@ -117,3 +106,5 @@ addEventListener("drop", e => {
   if (file) tryToOpen(file);
 });
 player.on("ends", stopSong);
+player.on("songEnded", endSong);
+player.on("sight", ({notes}) => { if (state.rolls && notes.length) player.emit("struck"); });

@@ -15,7 +15,7 @@ export const state = {
   lastLook: 0, // ms, at a picture of the slow motion
   early: [], // keys pressed after the sound was requested, until it runs
   song: undefined,
-  rolls: undefined, // the playing song: {from, messages, sent, timer}
+  rolls: undefined, // a song that plays: {begun}
   tape: undefined, // blocks of a recording
   responseFile: undefined, // the player's own impulse response, as read
 };

@@ -32,6 +32,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.changes = this.changed = 0; // the page's changes of the playing: how many came; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
     this.seeing = false; // the page draws
+    this.song = undefined; // {messages, from, length, loops, next}: frame, status and data of each message; frames
     this.tape = undefined; // the recording, until it is full: {samples, used}
     this.seen = 0; // bass that was seen last
     this.unseen = 0; // quanta since it was seen
@@ -45,10 +46,12 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record}) {
+  hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record, song, loops}) {
     if (record !== undefined) this.record(record);
     if (spare) this.spare.push(spare);
     if (recall) this.port.postMessage({recalled: this.engine.recall(recall.bass, recall.string) || null});
+    if (song !== undefined) this.takeSong(song);
+    if (loops !== undefined && this.song) this.song.loops = loops;
     if (seeing !== undefined) this.seeing = seeing;
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
@@ -62,6 +65,37 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (change) {
       this.changes = change;
       this.changed = Math.max(this.changed, when === N.NOW ? now : when);
+    }
+  }
+
+  // Begins a song, from now on if its beginning is past; null ends it. With `goesOn` it takes the place of the present
+  // one, and goes on where that is.
+  takeSong(song) {
+    const now = this.engine.field("frame"), before = this.song;
+    this.song = undefined;
+    if (!song || (song.goesOn && !before)) return;
+    const {messages} = song, from = song.goesOn ? before.from : song.from - (this.start || 0);
+    let next = 0;
+    while (next < messages.length && from + messages[next] < now) next += 4;
+    this.song = {...song, from, next};
+  }
+
+  // Sends the song's messages of the next n frames.
+  playSong(n) {
+    const s = this.song, e = this.engine, now = e.field("frame");
+    if (!s) return;
+    for (; s.next < s.messages.length; s.next += 4) {
+      const at = s.from + s.messages[s.next];
+      if (at >= now + n) return;
+      e.send(Math.max(now, at), s.messages[s.next + 1], s.messages[s.next + 2], s.messages[s.next + 3]);
+    }
+    if (now + n < s.from + s.length) return;
+    if (s.loops) {
+      s.from += s.length;
+      s.next = 0;
+    } else {
+      this.song = undefined;
+      this.port.postMessage({songEnded: true});
     }
   }
 
@@ -212,6 +246,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
   process(inputs, [out]) {
     const n = out[0].length, e = this.engine, began = Date.now();
     if (this.start === undefined) this.start = currentFrame;
+    this.playSong(n);
     for (let at = 0; at < n; at += PART) this.playPart(out, at, Math.min(PART, n - at));
     if (this.coming) this.copy(SLICE);
     if (!this.live) return true;
