@@ -81,6 +81,7 @@ window.READY = {
   "slot-A": () => $("slot-B").click(), "slot-B": () => $("slot-A").click(), "link": () => say(""),
   "again": slowly, "same": noted, "power": async () => { own(); await player.sound(); },
   "moment": slowly, "picture": slowly, "clip": slowly, "now": slowly,
+  "riff": () => offerRiff("#like=jazz-finger&riff=0.28.90.300"),
   "roll": withSong, "loop": withSong, "part": withSong, "response-off": () => { $("response-off").hidden = false; },
   "response-level": () => { $("response-level").hidden = false; },
   "up": () => neckFrom(0), "down": () => neckFrom(3),

@@ -3,7 +3,7 @@
 // --- elements, by their ids ---
 
 type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
-type Buttons = "skip" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
+type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off";
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
@@ -151,6 +151,7 @@ interface PlayerEvents {
   ends: []; // it will stop: notes may still end
   silent: []; // it stopped
   stopped: []; // somebody stopped it
+  sent: [midi: number[], time: number]; // a message was sent, of an event at a time (ms)
   struck: []; // a note was sent
   heard: []; // the bass that is chosen plays, for the first time or again
   plays: [name: string]; // another bass plays

@@ -102,6 +102,7 @@ static const char *read_link(char *text, lb_kept *to) {
         if (!value) return wrong(to, "is not a link of livebass, nor a sound");
         *value++ = 0;
         decode(value);
+        if (!strcmp(pair, "riff") || !strcmp(pair, "stroke")) continue; /* a page's playing */
         if (*to->bass) why = take_value(to, pair, value);
         else if (!strcmp(pair, "like")) why = take_bass(to, value);
         else why = wrong(to, "does not say which bass it is like");

@@ -2,6 +2,7 @@
 // (worker.js).
 const MOST_UNDONE = 100;
 export const SLOTS = ["A", "B"];
+const PLAYING = ["riff", "stroke"]; // what a link says of the playing (riff.js)
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const hundredths = value => Math.round(100 * value) / 100 + 0;
 
@@ -97,8 +98,8 @@ export class Bench {
 
   // --- links and presets ---
 
-  // A link's text after its #: the bass and the changed values.
-  link() { return new URLSearchParams({like: this.bass.name, ...this.values}).toString(); }
+  // A link's text after its #: the bass, the changed values and more.
+  link(more = {}) { return new URLSearchParams({like: this.bass.name, ...this.values, ...more}).toString(); }
 
   // Returns a link's bass, by name, its values, and the names that this bass does not know, such as a mail program's; no
   // name: the link is empty. Throws an Error, one line, for an invalid link. `benches`: the benches of all basses, by
@@ -110,7 +111,7 @@ export class Bench {
     if (key !== "like" || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
     const known = values.filter(([symbol]) => bench.controls.has(symbol));
     for (const [symbol, value] of known) bench.check("link", symbol, value);
-    const ignored = values.filter(one => !known.includes(one)).map(([symbol]) => symbol.slice(0, 40));
+    const ignored = values.filter(one => !known.includes(one) && !PLAYING.includes(one[0])).map(([symbol]) => symbol.slice(0, 40));
     return {name, ignored, values: Object.fromEntries(known.map(([symbol, value]) => [symbol, +value]))};
   }
 

@@ -6,6 +6,7 @@ import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
 import {$, PAGE, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
 import {player} from "./player.js";
+import {offerRiff, riffParts} from "./riff.js";
 import {takePlayed} from "./techniques.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
@@ -180,12 +181,14 @@ export function keepLink() {
 
 // Takes bass and values from the page's address; an invalid link is reported and changes nothing.
 export function takeLink() {
+  const {hash} = location;
   try {
-    if (/^#(case|story)=/.test(location.hash)) return; // cases.js and story.js do
-    const {name, values, ignored = []} = Bench.fromLink(location.hash, benches);
-    if (!name || (name === $("bass").value && bench().link() === location.hash.slice(1))) return;
+    if (/^#(case|story)=/.test(hash)) return; // cases.js and story.js do
+    const {name, values, ignored = []} = Bench.fromLink(hash, benches);
+    if (!name || (name === $("bass").value && bench().link() === hash.slice(1))) return;
     chooseBench(name, values);
     say(`The bass is as the link says.${ignored.length ? ` Ignored: ${ignored.join(", ")}.` : ""}`);
+    offerRiff(hash);
   } catch (error) {
     say(`${/** @type {Error} */ (error).message}. The bass is unchanged.`);
   }
@@ -212,11 +215,12 @@ function saveBench() {
 
 // Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
-  const shared = location.protocol === "https:", link = bench().link(), text = shared ? `${location.href.split("#")[0]}#${link}` : link;
+  const shared = location.protocol === "https:", riff = riffParts(), link = bench().link(riff), text = shared ? `${location.href.split("#")[0]}#${link}` : link;
   const how = shared ? "" : ` This page is on your computer alone: others open the link with livebass page --link "${link}".`;
+  const what = riff.riff ? "The link is copied, with your last notes." : "The link is copied.";
   try {
-    await navigator.clipboard.writeText(text);
-    say(`The link is copied.${how}`);
+    if (shared && navigator.share) await navigator.share({title: document.title, url: text});
+    else await navigator.clipboard.writeText(text).then(() => say(`${what}${how}`));
   } catch {
     say(`The browser copies nothing; the link is ${text}.${how}`, true);
   }

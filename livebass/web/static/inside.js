@@ -11,6 +11,7 @@ import * as opening from "./opening.js";
 import * as page from "./page.js";
 import * as player from "./player.js";
 import * as replay from "./replay.js";
+import * as riff from "./riff.js";
 import * as songs from "./songs.js";
 import * as sounds from "./sounds.js";
 import * as state from "./state.js";
@@ -21,7 +22,7 @@ import * as workshop from "./workshop.js";
 
 const inside = {
   ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
-  ...player, ...replay, ...songs, ...sounds, ...story, ...state,
+  ...player, ...replay, ...riff, ...songs, ...sounds, ...story, ...state,
   ...techniques, ...view, ...workshop,
 };
 addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

@@ -216,6 +216,7 @@ export class WorkletPlayer {
   send(time, midi, string = undefined, frame = this.frameAt(time)) {
     if (!this.node || this.context.state !== "running" || midi[0] >= 0xf0) return;
     if ((midi[0] & 0xf0) === 0x90) this.emit("struck");
+    this.emit("sent", midi, time);
     this.node.port.postMessage({midi, string, frame});
   }
 

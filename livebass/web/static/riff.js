@@ -1,0 +1,67 @@
+// A riff in a link: the last notes that somebody played, with their times, lengths and stroke.
+import {$, say} from "./page.js";
+import {player} from "./player.js";
+import {state} from "./state.js";
+import {STROKES, pluckWith} from "./techniques.js";
+
+const MOST = 16; // notes
+const PAUSE = 3000; // ms after which a new riff begins
+const LONGEST = 60000; // ms
+const NOTE = /^(\d{1,5})\.(\d{1,3})\.(\d{1,3})\.(\d{1,5})$/; // begin (ms), key, velocity, length (ms)
+const BEGINS = 0.1; // s until a riff begins
+/** @typedef {{time: number, key: number, velocity: number, length?: number}} RiffNote */
+/** @type {RiffNote[]} */
+let played = [];
+
+function keep(/** @type {number[]} */ [status, key, velocity], /** @type {number} */ time) {
+  const on = (status & 0xf0) === 0x90 && velocity > 0, off = (status & 0xe0) === 0x80 && !on;
+  if (off) {
+    const note = played.find(note => note.key === key && note.length === undefined);
+    if (note) note.length = time - note.time;
+  } else if (on && key >= 20) { // lower keys switch techniques
+    const last = played.at(-1);
+    if (last && time - last.time > PAUSE) played = [];
+    played = [...played, {time, key, velocity}].slice(-MOST);
+  }
+}
+
+// What a link says of the last notes: nothing if there are none.
+export function riffParts() {
+  if (!played.length) return {};
+  const [{time: first}] = played, whole = (/** @type {number} */ ms) => Math.round(Math.min(ms, LONGEST));
+  const riff = played.map(({time, key, velocity, length = 500}) => `${whole(time - first)}.${key}.${velocity}.${whole(length)}`).join("_");
+  return {riff, ...state.stroke && {stroke: state.stroke.symbol}};
+}
+
+// The notes of a link; throws an Error, one line, for others.
+export function readRiff(/** @type {string} */ text) {
+  const notes = text.split("_").map(one => (NOTE.exec(one) || []).slice(1).map(Number));
+  if (notes.length > MOST || notes.some(note => note.length !== 4 || note[1] > 127 || note[2] > 127 || note[0] > LONGEST || note[3] > LONGEST))
+    throw new Error(`the link's riff cannot be read: ${text.slice(0, 30)}`);
+  return notes;
+}
+
+async function playRiff(/** @type {number[][]} */ notes) {
+  await player.sound();
+  const {currentTime, sampleRate: rate} = player.context, frames = (/** @type {number} */ ms) => Math.round(ms / 1000 * rate);
+  const messages = notes.flatMap(([begin, key, velocity, length]) =>
+    [[frames(begin), 0x90, key, velocity], [frames(begin + length), 0x80, key, 0]]).sort((a, b) => a[0] - b[0]);
+  player.playSong({messages: Int32Array.from(messages.flat()), length: messages[messages.length - 1][0] + 1, from: Math.round((currentTime + BEGINS) * rate)});
+}
+
+// Offers the riff of an address, by its text from the # on.
+export function offerRiff(/** @type {string} */ hash) {
+  const asked = new URLSearchParams(hash.slice(1)), text = asked.get("riff"), stroke = asked.get("stroke");
+  $("riff").hidden = text === null;
+  if (text === null) return;
+  try {
+    const notes = readRiff(text), found = STROKES.find(({symbol}) => symbol === stroke);
+    if (found) pluckWith(found);
+    $("riff").onclick = () => playRiff(notes).catch(error => say(error.message));
+  } catch (error) {
+    $("riff").hidden = true;
+    say(`${/** @type {Error} */ (error).message}.`);
+  }
+}
+
+player.on("sent", keep);
