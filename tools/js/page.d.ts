@@ -9,7 +9,7 @@ type Buttons = "power" | "hands" | "down" | "up" | "again" | "picture" | "clip" 
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum";
 type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
-  | "overload" | "faults" | "neck" | "how" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
+  | "overload" | "faults" | "tab" | "neck" | "how" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
   | "moment-text" | "cases" | "case-said" | "seen" | "piano" | "strokes" | "ways" | "parts" | "song-text" | "bench"
   | "bench-count" | "stories" | "bench-said" | "bench-controls" | "force-text" | "midi-text" | "response-text"
   | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
@@ -91,7 +91,23 @@ interface RecordFields {
   fields: Record<string, [offset: number, kind: string]>;
 }
 
+type TabStroke = [begin: number, end: number, string: number, fret: number, kind: string]; // s, s
+
+// livebass/web/tab.py
+interface TabData {
+  title: string;
+  said: string;
+  bass: string;
+  midi: string; // base64
+  strokes: TabStroke[];
+  bars: [begin: number, number: number, name: string][];
+  end: number;
+  shown?: Bass;
+}
+
 interface PageData {
+  opens?: string; // the path that reads a dropped tablature
+  tab?: TabData;
   version: string;
   digest: string;
   tier: number;
