@@ -26,9 +26,10 @@ from livebass.cli.options import (
     rendered_quality,
     seed_option,
 )
+from livebass.cli.practice import page_basses, page_tab_options
 from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
-from livebass.cli.shelf import basses_of, page_basses, page_ready
+from livebass.cli.shelf import basses_of, page_ready
 from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Quantity
@@ -161,6 +162,7 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     "Folder to write; created if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
 @flag("--single", "Write one HTML file, livebass.html, which also plays from disk.")
+@page_tab_options
 @quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
@@ -180,14 +182,15 @@ def web(
       livebass export web -o page --single
       livebass export web -p slap -p fretless -o page
       livebass export web -p ./mine.toml -o site/bass -q studio
+      livebass export web --tab song.gp5 -o page --single
     """
     from livebass.files import checked_directory
     from livebass.web.export import export_page, is_page
 
-    basses, sources = page_basses(presets, more, options)
+    basses, sources, data = page_basses(presets, more, options)
     checked_directory(output, is_page)  # now, not after a minute of work
     page_ready()
-    page = export_page(basses, output, single, quality, sources)
+    page = export_page(basses, output, single, quality, sources, data)
     where = "open it in a browser" if single else "put the folder on a web server"
     say(f"{page}: {_content(basses, output)}; {where}")
 

@@ -11,8 +11,9 @@ import click
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import hands_options
 from livebass.cli.options import count_option, flag, option, presets_option, quality_option
+from livebass.cli.practice import page_basses, page_tab_options
 from livebass.cli.said import say
-from livebass.cli.shelf import page_basses, page_ready
+from livebass.cli.shelf import page_ready
 from livebass.cli.tuning import tuning_options
 from livebass.interrupts import StopFlag, stop_instead
 
@@ -33,6 +34,7 @@ LOOK_EVERY = 0.2  # s, to check for a signal to stop
     least=0,
     metavar="port",
 )
+@page_tab_options
 @option(
     "--link", str, "Open a saved link: a bass with its bench settings, story=buzz&step=3, or case=b.", metavar="LINK"
 )
@@ -50,9 +52,10 @@ def page(
 ) -> None:
     """Open the page that plays the bass and shows its strings.
 
-    The page is the same as that of `livebass export web`. Only this machine can open it, until Ctrl-C. Its address is
-    printed on standard output. LINK is the address of such a page, or the part after its #: a bass with its bench
-    settings, a step of a story, or a case of the paper (a, b or c), shown in slow motion.
+    The page is the same as that of `livebass export web`, and opens tablature that you drop on it. Only this machine
+    can open it, until Ctrl-C. Its address is printed on standard output. LINK is the address of such a page, or the
+    part after its #: a bass with its bench settings, a step of a story, or a case of the paper (a, b or c), shown in
+    slow motion.
 
     \b
     Examples:
@@ -60,12 +63,16 @@ def page(
       livebass page -p slap -p ./mine.toml
       livebass page --port 8000 --no-browser
       livebass page --link case=b
+      livebass page --tab song.gp5
     """
+    from livebass.cli.hands import Loader
     from livebass.web.export import page_files
     from livebass.web.link import check_link
-    from livebass.web.serve import PageServer, check_port
+    from livebass.web.serve import OPENS, PageServer, check_port
+    from livebass.web.tab import Opener
 
-    basses, sources = page_basses(presets, more, options)
+    load = Loader(options.copy())
+    basses, sources, data = page_basses(presets, more, options)
     if link is not None:
         try:
             check_link(link, basses, sources)
@@ -74,7 +81,8 @@ def page(
     check_port(port)
     page_ready()
     stop = StopFlag()
-    with PageServer(page_files(basses, quality, sources), port) as server:
+    files = page_files(basses, quality, sources, {**data, "opens": OPENS})
+    with PageServer(files, port, opens=Opener(basses, files, load).open) as server:
         stop_instead(stop, lambda: True)
         address = server.address
         if link:

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.progress import have_kernels
 from livebass.cli.said import say
-from livebass.cli.tuning import given_tuning
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
-    from livebass.web.bench import Source
 
 
 def basses_of(
@@ -43,17 +40,6 @@ def names_of(presets: tuple[str, ...], more: tuple[str, ...]) -> dict[str, str]:
             raise click.UsageError(f"-p {preset}: there are two basses called {name}")
         found[name] = preset
     return found
-
-
-def page_basses(
-    presets: tuple[str, ...], more: tuple[str, ...], options: dict[str, Any]
-) -> tuple[dict[str, Instrument], dict[str, Source]]:
-    """The basses of a page by name, and the preset and tuning of each. Takes the tuning out of `options`."""
-    from livebass.web.bench import Source
-
-    given = given_tuning(options)
-    basses = basses_of(presets, more, Loader(options))
-    return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}
 
 
 def page_ready() -> None:

@@ -58,8 +58,9 @@ class TabOptions:
 
         return Asked(self.track or "", self.bars, self.dynamics or 0.0, preset, self.tuning)
 
-    def check_unused(self, path: Path) -> None:
-        """Raises UsageError if any is given for another file."""
+    def check_unused(self, path: Path | None) -> None:
+        """Raises UsageError if any is given for another file, or without one."""
+        problem = f"tablature, and {path} is not one that livebass reads" if path else "a --tab"
         for name in ("track", "bars", "dynamics"):
             if getattr(self, name) is not None:
-                raise click.UsageError(f"--{name} is for tablature, and {path} is not one that livebass reads")
+                raise click.UsageError(f"--{name} is for {problem}")

@@ -43,6 +43,7 @@ SWITCHED = {b.symbol for b in BUTTONS if not b.value}  # techniques that the pag
 CONTROLLED = {b.symbol for b in BUTTONS if b.value}  # ... and by controllers
 Sources = Mapping[str, Source]  # by short name of a bass
 NONE: Sources = {}
+NOTHING: Mapping[str, Any] = {}
 # A page on a disk loads its audio thread from a data: address and its worker from a blob: address
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
@@ -53,15 +54,17 @@ POLICIES = {
 
 
 def export_page(
-    basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live", sources: Sources = NONE
-) -> Path:
+    basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live", sources: Sources = NONE,
+    more: Mapping[str, Any] = NOTHING,
+) -> Path:  # fmt: skip
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
     sources: the presets that the basses were made from, for the bench; by default, each bass's is the preset of its
-    short name. The folder replaces an older page completely, or nothing is written. The page begins with the first
-    bass. Raises ValueError for unsuitable names or basses, OutputError, OSError if the module cannot be built.
+    short name. more: data that the page has besides. The folder replaces an older page completely, or nothing is
+    written. The page begins with the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError
+    if the module cannot be built.
     """
-    files = page_files(basses, quality, sources)
+    files = page_files(basses, quality, sources, more)
     if single:
         files = {SINGLE: single_page(files)}
     write_files(folder, files, is_page)
@@ -88,8 +91,10 @@ def is_single_page(file: Path) -> bool:
     return False
 
 
-def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = NONE) -> dict[str, bytes]:
-    """Returns the files of a page in a folder, by path; `sources` as for `export_page`."""
+def page_files(
+    basses: dict[str, Instrument], quality: str, sources: Sources = NONE, more: Mapping[str, Any] = NOTHING
+) -> dict[str, bytes]:
+    """Returns the files of a page in a folder, by path; `sources` and `more` as for `export_page`."""
     made = instrument_files(basses)
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
@@ -106,7 +111,7 @@ def page_files(basses: dict[str, Instrument], quality: str, sources: Sources = N
         for name, bass in basses.items()
     ]
     stories = shown_stories([name for name, has in benches.items() if has])
-    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories})
+    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories} | dict(more))
 
 
 def shell() -> dict[str, bytes]:

@@ -6,6 +6,7 @@ Requests for another host's name are refused: they come from pages of other site
 from __future__ import annotations
 
 import hmac
+import json
 import socket
 import threading
 from collections.abc import Callable, Iterator, Mapping
@@ -13,8 +14,8 @@ from contextlib import contextmanager
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
-from typing import Self
-from urllib.parse import unquote, urlsplit
+from typing import Any, Self
+from urllib.parse import parse_qs, unquote, urlsplit
 
 from livebass.web.export import INDEX
 
@@ -26,6 +27,8 @@ KINDS = {
 PATIENCE = 10.0  # s, for a silent browser
 Streams = Mapping[str, Callable[[], Iterator[bytes]]]
 NO_STREAMS: Streams = {}
+OPENS = "open"  # the path that takes a file, with its name in the query
+LARGEST = 24 << 20  # bytes
 
 
 class PageLost(OSError):
@@ -59,12 +62,14 @@ class PageServer:
     """Serves `files`, by path, until it is closed; `port` 0: any free port. Raises PageLost.
 
     A path in `streams` is answered with all that its iterator yields. With a `token` all paths begin with it; requests
-    without it get nothing.
+    without it get nothing. `opens`, if given, answers with data about the bytes and the name of a file that the page
+    sends, or raises an error of one line.
     """
 
     def __init__(
-        self, files: Mapping[str, bytes], port: int = 0, streams: Streams = NO_STREAMS, token: str = ""
-    ) -> None:
+        self, files: Mapping[str, bytes], port: int = 0, streams: Streams = NO_STREAMS, token: str = "",
+        opens: Callable[[bytes, str], dict[str, Any]] | None = None,
+    ) -> None:  # fmt: skip
         closing = self._closing = threading.Event()
         self._root = f"/{token}/" if token else "/"
         root = self._root
@@ -78,15 +83,40 @@ class PageServer:
             def do_HEAD(self) -> None:
                 self._answer(False)
 
-            def _answer(self, with_data: bool) -> None:
+            def do_POST(self) -> None:
+                if opens is None:
+                    self.send_error(HTTPStatus.NOT_IMPLEMENTED)
+                    return
+                if self._path() != OPENS or self.headers.get("Origin") is None:
+                    self.send_error(HTTPStatus.FORBIDDEN)
+                    return
+                size = self.headers.get("Content-Length", "")
+                if not size.isdecimal() or int(size) > LARGEST:
+                    self.send_error(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+                    return
+                name = parse_qs(urlsplit(self.path).query).get("name", ["tablature"])[0]
+                status = HTTPStatus.OK
+                try:
+                    answer = json.dumps(opens(self.rfile.read(int(size)), name))
+                except (ValueError, LookupError) as error:
+                    status, answer = HTTPStatus.UNPROCESSABLE_ENTITY, str(error)
+                self._send(answer.encode(), "application/json", status)
+
+            def _path(self) -> str | None:
+                """The asked path; None if another site or program asks."""
                 port = self.connection.getsockname()[1]
                 own = f"{HOST}:{port}", f"localhost:{port}"
                 asked, place = unquote(urlsplit(self.path).path), self.headers.get("Host", "")
                 origin = self.headers.get("Origin")
                 if place not in own or origin not in (None, f"http://{place}") or not is_under(root, asked):
+                    return None
+                return asked[len(root) :] or INDEX
+
+            def _answer(self, with_data: bool) -> None:
+                path = self._path()
+                if path is None:
                     self.send_error(HTTPStatus.FORBIDDEN)
                     return
-                path = asked[len(root) :] or INDEX
                 if path in streams:
                     self._stream(streams[path](), with_data)
                     return
@@ -94,8 +124,12 @@ class PageServer:
                 if data is None:
                     self.send_error(HTTPStatus.NOT_FOUND)
                     return
-                self.send_response(HTTPStatus.OK)
-                self.send_header("Content-Type", KINDS.get(path.rpartition(".")[2], "application/octet-stream"))
+                kind = KINDS.get(path.rpartition(".")[2], "application/octet-stream")
+                self._send(data, kind, HTTPStatus.OK, with_data)
+
+            def _send(self, data: bytes, kind: str, status: HTTPStatus, with_data: bool = True) -> None:
+                self.send_response(status)
+                self.send_header("Content-Type", kind)
                 self.send_header("Content-Length", str(len(data)))
                 self.send_header("Cache-Control", "no-store")  # the next page at this port may be another one
                 self.send_header("X-Content-Type-Options", "nosniff")

@@ -19,7 +19,7 @@ from livebass import load_preset
 from livebass.web.bench import Source
 from livebass.web.export import page_files
 from livebass.web.link import check_link
-from livebass.web.serve import HOST, PageLost, PageServer
+from livebass.web.serve import HOST, OPENS, PageLost, PageServer
 
 FILES = {"index.html": b"<!doctype html>", "basses/a b.lbass": b"\0\1", "livebass.wasm": b"\0asm", "app.js": b"1"}
 
@@ -85,7 +85,7 @@ def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
         assert process.stdout is not None
         address = process.stdout.readline().strip()  # once all is ready
         assert address.startswith(f"http://{HOST}:") and address.endswith("/#like=slap&action=-0.5")
-        wanted = page_files({"slap": load_preset("slap")}, "live")
+        wanted = page_files({"slap": load_preset("slap")}, "live", more={"opens": OPENS})
         with urllib.request.urlopen(address, timeout=20) as answer:
             assert answer.read() == wanted["index.html"]
         time.sleep(0.5)

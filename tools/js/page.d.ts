@@ -9,7 +9,7 @@ type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum";
 type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
-  | "overload" | "faults" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
+  | "overload" | "faults" | "tab" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
   | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "song-text" | "bench"
   | "bench-count" | "stories" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"
   | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
@@ -96,7 +96,23 @@ interface RecordFields {
   fields: Record<string, [offset: number, kind: string]>;
 }
 
+type TabStroke = [begin: number, end: number, string: number, fret: number, kind: string]; // s, s
+
+// livebass/web/tab.py
+interface TabData {
+  title: string;
+  said: string;
+  bass: string;
+  midi: string; // base64
+  strokes: TabStroke[];
+  bars: [begin: number, number: number, name: string][];
+  end: number;
+  shown?: Bass;
+}
+
 interface PageData {
+  opens?: string; // the path that reads a dropped tablature
+  tab?: TabData;
   version: string;
   digest: string;
   tier: number;

@@ -4,6 +4,7 @@ import {PRESET, benches, takePreset} from "./benchview.js";
 import {player} from "./player.js";
 import {AUTO, Song} from "./song.js";
 import {state} from "./state.js";
+import {isTab, openTab, pauseTab} from "./tab.js";
 
 const SOON = 0.1; // s until a song begins
 
@@ -19,10 +20,10 @@ export async function openSong(/** @type {File} */ file) {
   $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
 }
 
-// Opens a MIDI file, or a preset if there is a bench for it.
+// Opens a MIDI file or a tablature, or a preset if there is a bench for it.
 function tryToOpen(/** @type {File} */ file) {
   if (PRESET.test(file.name) && benches.size) takePreset(file);
-  else openSong(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+  else (isTab(file) ? openTab : openSong)(file).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
 }
 
 // Lists the song's parts for the present bass; its key switches are not notes.
@@ -36,6 +37,7 @@ export function showParts() {
 
 // Plays the song once the sound runs; a stop or another press before that cancels it.
 async function rollSong() {
+  pauseTab();
   /** @type {Roll} */
   const roll = state.rolls = {begun: false};
   showRoll();
