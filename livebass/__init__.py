@@ -13,6 +13,7 @@ messages are one line and say what is allowed. Nothing prints or exits. For more
     preset_names()  load_preset(name_or_path) -> Instrument         strings, necks, pickups, player
                     load_preset(..., tuning="drop-d", capo=2, a4=442, temperament="just")
     read_score(path, rate, channel="auto") -> Score                 or demo_score(rate, "finger" or "slap")
+    read_tab(path, rate, track="", bars=None, ...) -> (Instrument, Score)       Guitar Pro, MusicXML
     single_note(note, velocity, duration, rate) -> Score
     score_of([(start_s, length_s, note, velocity), ...], rate) -> Score
     QUALITIES  quality_with("studio", modes=None, contact_rate=None) -> Quality

@@ -37,5 +37,6 @@ from .score.reading import read_score as read_score
 from .score.score import Score as Score
 from .score.score import score_of as score_of
 from .score.score import single_note as single_note
+from .tab.reading import read_tab as read_tab
 
 __version__: str

@@ -48,7 +48,7 @@ def test_public_names() -> None:
         "Contactogram", "Engine", "Identified", "Instrument", "OutputError", "Pitch", "PresetError", "QUALITIES",
         "Quality", "RenderReport", "Score", "ScoreError", "Solved", "Spectrogram", "Sweep",
         "characteristic_frequencies", "contactogram", "decay_rates", "demo_score", "fundamental", "identify",
-        "load_preset", "loudness", "preset_names", "quality_with", "read_score", "relative_variation",
+        "load_preset", "loudness", "preset_names", "quality_with", "read_score", "read_tab", "relative_variation",
         "render_to_array", "render_to_file", "resampled", "score_of", "simulate", "single_note", "spectrogram_db",
         "string_shape", "sweep", "t60",
     ]  # fmt: skip

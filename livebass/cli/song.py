@@ -20,7 +20,7 @@ from livebass.report.text import columns
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
 from livebass.score.score import LEAST_RATE, NOTE_ON, Score
-from livebass.tab.reading import Arrangement, arranged, is_tab, read_tab, table
+from livebass.tab.reading import Arrangement, arranged, is_tab, score_of_tab, table
 from livebass.units import note_name, one_line
 
 
@@ -137,7 +137,7 @@ class Song:
         """Its score, and the preset that the options name; None if the score names the bass."""
         data = file_bytes(self.path)
         if is_tab(data):
-            return read_tab(data, self.path, rate, self.tab.asked(self.preset), self.load), None
+            return score_of_tab(data, self.path, rate, self.tab.asked(self.preset), self.load), None
         self.tab.check_unused(self.path)
         return score_in(data, self.path, rate, self.channel), self.preset
 

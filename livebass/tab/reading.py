@@ -7,15 +7,18 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from livebass import tracknames
+from livebass.bounds import within
 from livebass.kinds import kind_of
 from livebass.model.instrument import Instrument
+from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
 from livebass.preset.source import is_path
 from livebass.score.lines import BASS_PROGRAMS
-from livebass.score.reading import ScoreError, score_in
+from livebass.score.reading import ScoreError, file_bytes, score_in
 from livebass.score.score import Score
 from livebass.score.takes import text_of
 from livebass.tab.containers import score_in_gpx, score_in_zip
@@ -25,6 +28,7 @@ from livebass.tab.messages import Strings, to_midi
 from livebass.tab.model import Bar, Tab, Track, UnreadableTab
 from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
+from livebass.techniques import DYNAMICS, LEAST, MOST
 from livebass.units import note_name
 
 
@@ -72,11 +76,45 @@ class Arrangement:
 
 
 def is_tab(data: bytes) -> bool:
-    """True for the bytes of a file that `read_tab` reads."""
+    """True for the bytes of a tablature."""
     return kind_of(data) in READERS
 
 
-def read_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..., Instrument]) -> Score:
+def read_tab(
+    path: str | os.PathLike[str],
+    rate: int,
+    track: str = "",
+    bars: range | None = None,
+    dynamics: float = 0.0,
+    preset: str | None = None,
+    **tuning: Any,
+) -> tuple[Instrument, Score]:
+    """The bass of a tablature, tuned as the file says, and its notes as a score in frames at `rate` Hz.
+
+    path: a Guitar Pro or MusicXML file; "-" is standard input. track: its name, or its number from 1; by default the
+    bass. bars: those to play, numbered from 0, once each; by default all, with repeats. dynamics: dB, -12 to 12, that
+    change the force of every note. preset: the bass that plays, by default one with as many strings. tuning: `tuning`,
+    `capo`, `a4` and `temperament` as in `load_preset`, in place of the file's. `score.remarks` says what is played.
+
+    Raises ScoreError for a file that cannot be played, PresetError, and LookupError without the extra `tab`.
+    """
+    data = file_bytes(Path(path))
+    if not is_tab(data):
+        raise ScoreError(f"{path}: is not a tablature")
+    within("dynamics", dynamics, LEAST[DYNAMICS], MOST[DYNAMICS])
+    if bars is not None and not (bars and bars[0] >= 0):
+        raise ValueError(f"bars must be a range of numbers from 0, not {bars}")
+
+    def load(name: str, given: Mapping[str, Any] = MappingProxyType({})) -> Instrument:
+        return load_preset(name, **{**given, **tuning})
+
+    score = score_of_tab(data, Path(path), rate, Asked(track, bars, dynamics, preset, tuning), load)
+    (bass,) = score.basses
+    capo = {"capo": int(bass.given["capo"])} if "capo" in bass.given else {}
+    return load(bass.preset, {"tuning": bass.given["tuning"]} | capo), score.on_one_bass()
+
+
+def score_of_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..., Instrument]) -> Score:
     """The score of a tablature: as if livebass had recorded it, so that it names its bass.
 
     `load` loads a preset with a tuning and a capo. Raises ScoreError, and LookupError without the packages.
@@ -88,7 +126,7 @@ def read_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callable[..
 
 
 def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> Arrangement:
-    """The tablature as livebass plays it. Raises like `read_tab`."""
+    """The tablature as livebass plays it. Raises like `score_of_tab`."""
     try:
         tab = parsed(data)
         number = _chosen(tab, asked.track)
@@ -115,7 +153,7 @@ def parsed(data: bytes) -> Tab:
 
 
 def table(data: bytes, path: Path, asked: Asked) -> list[list[str]]:
-    """The tracks of a tablature, and which one plays, as rows of a table. Raises like `read_tab`."""
+    """The tracks of a tablature, and which one plays, as rows of a table. Raises like `score_of_tab`."""
     try:
         tab = parsed(data)
         number = _chosen(tab, asked.track)

@@ -18,7 +18,7 @@ from livebass.preset.load import load_preset
 from livebass.score.reading import read_score
 from livebass.score.score import Score
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Tab
-from livebass.tab.reading import Asked, arranged, read_tab
+from livebass.tab.reading import Asked, arranged, read_tab, score_of_tab
 
 RATE = 48000
 LIVE = QUALITIES["live"]
@@ -29,7 +29,7 @@ def load() -> Loader:
 
 
 def score_of(piece: Tab, **asked: object) -> Score:
-    return read_tab(as_gp5(piece), Path("song.gp5"), RATE, Asked(**asked), load())  # type: ignore[arg-type]
+    return score_of_tab(as_gp5(piece), Path("song.gp5"), RATE, Asked(**asked), load())  # type: ignore[arg-type]
 
 
 def sound_of(piece: Tab) -> Floats:
@@ -101,11 +101,11 @@ SONG = tab(
 def test_every_format_gives_the_same_score() -> None:
     first = score_of(SONG)
     for kind, write in {"gpx": as_gpx, "gp": as_gp}.items():
-        score = read_tab(write(SONG), Path(f"song.{kind}"), RATE, Asked(), load())
+        score = score_of_tab(write(SONG), Path(f"song.{kind}"), RATE, Asked(), load())
         assert np.array_equal(score.frames, first.frames) and np.array_equal(score.messages, first.messages)
     same = score_of(tab(beats(note(0, 3), note(2, 5))))
     assert np.array_equal(
-        read_tab(as_musicxml(tab(beats(note(0, 3), note(2, 5)))), Path("song.xml"), RATE, Asked(), load()).messages,
+        score_of_tab(as_musicxml(tab(beats(note(0, 3), note(2, 5)))), Path("song.xml"), RATE, Asked(), load()).messages,
         same.messages,
     )
 
@@ -120,6 +120,18 @@ def test_an_exported_midi_file_is_the_same_score(tmp_path: Path) -> None:
 
 def test_a_score_has_the_beats_of_its_bars() -> None:
     assert score_of(SONG).beats == tuple((24000 * k, k % 4 == 0) for k in range(8))
+
+
+def test_python_reads_a_tablature_and_its_bass(tmp_path: Path) -> None:
+    file = tmp_path / "song.gp5"
+    file.write_bytes(as_gp5(tab(beats(note(0, 3)), beats(note(1, 5)), tuning=(24, 31, 36, 41), capo=2)))
+    bass, score = read_tab(file, RATE, bars=range(1, 2), dynamics=-3.0)
+    assert [string.open_note for string in bass.strings] == [26, 33, 38, 43] and score.notes == 1
+    bass, _ = read_tab(file, RATE, track="1", preset="flatwound", tuning="drop-d", capo=0)
+    assert [string.open_note for string in bass.strings] == [26, 33, 38, 43] and "lat" in bass.name
+    for wrong in ({"track": "2"}, {"bars": range(5, 6)}, {"bars": range(0)}, {"dynamics": 40.0}, {"preset": "none"}):
+        with pytest.raises(ValueError, match=r"^[^\n]+$"):
+            read_tab(file, RATE, **wrong)  # type: ignore[arg-type]
 
 
 def test_no_note_of_a_score_is_dropped_or_moved() -> None:
