@@ -71,7 +71,7 @@ struct lb_picture {
     int zoom;
     double level, told_load, told_at;
     int lively; /* the last picture had something moving */
-    int skipped; /* it was not drawn, because everything moves little */
+    int calm, skipped; /* all moved little in the last picture drawn; the one after it was not drawn */
     int metered; /* the meter's reading in the last picture drawn */
     uint64_t still; /* state of everything else on the neck */
     /* the neck: x of nut and saddle, pixels per metre along it; its middle, and half its width at nut and saddle */

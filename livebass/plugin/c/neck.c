@@ -505,11 +505,12 @@ lb_area lb_draw_lively(lb_picture *p, int all) {
     const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
     const int lively = is_lively(p), metered = (int)rint(meter_part(p) * 200);
     const uint64_t still = still_state(p);
-    const int moves = metered != p->metered || (p->fresh && (lively || p->lively));
+    const int calm = is_calm(p), moves = metered != p->metered || (p->fresh && (lively || p->lively));
     all = all || still != p->still;
-    p->skipped = !all && moves && !p->skipped && is_calm(p);
+    p->skipped = !all && moves && !p->skipped && calm && p->calm;
     if (!all && (!moves || p->skipped)) return nothing;
     p->metered = metered;
+    p->calm = calm;
     lb_sheet s = p->sheet;
     p->still = still;
     p->lively = lively;
