@@ -27,7 +27,7 @@ from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
-from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, NO_SWITCH, OF_CHANNEL, TECHNIQUE_ROWS
+from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, OF_CHANNEL, TECHNIQUE_ROWS
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
@@ -43,11 +43,11 @@ NUMBERS = {
     "CHANNELS": CHANNELS, "ANY": ANY,
     **{kind: getattr(records, kind) for kind in ("PLUCK", "STRIKE_EVENT", "THROW", "HAMMER", "PULL_OFF")},
 }  # fmt: skip
-# For each way to play: its switch, if any; the performer's field that its controller moves, if any; and whether that
+# For each way to play: its switch; the performer's field that its controller moves, if any; and whether that
 # field belongs to a channel
 WAYS = {
     b.symbol: (
-        TECHNIQUE_ROWS[b.symbol].number if b.symbol in TECHNIQUE_ROWS else NO_SWITCH,
+        TECHNIQUE_ROWS[b.symbol].number,
         FUNCTION_ROWS[b.symbol].field if b.symbol in FUNCTION_ROWS else "",
         b.symbol in OF_CHANNEL,
     )

@@ -16,17 +16,21 @@ from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import lv2, vst3
 from livebass.plugin.systems import this_system
+from livebass.techniques import PARAMETER_ROWS, PICKED
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="Ardour of Debian")
 BASSES = ("jazz-finger", "slap")
 NOTES = [(0.25 * k, 0.4, 28 + 5 * (k % 4) + k // 4, 127 - 8 * k) for k in range(8)]
 SECONDS = 3
-MOVED = {"tone": -0.5, "action": 0.5}
+MOVED = {"tone": -0.5, "action": 0.5, "technique": float(PICKED), "palm_mute": 0.5, "legato": 1.0}
 VST3_ID = "6C697665626173739D3F0C5100000001"
 NO_PROGRAM = {"bass", "cores"}  # parameters that VST3 hosts show as programs, or hide
 # A hard-panned track comes out of one side of the master bus at this gain instead of 1
 PANNED = np.nextafter(np.float32(1), np.float32(0))
-MAKE = """
+MAKE = f"""
+local moved = {{{", ".join(f'["{PARAMETER_ROWS[symbol].name}"] = {value}' for symbol, value in MOVED.items())}}}
+"""
+MAKE += """
 local function tell(...)
   local words = {"TOLD", ...}
   for k, word in ipairs(words) do words[k] = tostring(word) end
@@ -62,8 +66,7 @@ for k, kind in ipairs({"LV2", "VST3"}) do
     if plugin:parameter_is_control(i) then
       local name = plugin:parameter_label(i)
       tell(kind, name, plugin:parameter_is_input(i))
-      if name == "Tone" then ARDOUR.LuaAPI.set_plugin_insert_param(inserted[k], input, -0.5) end
-      if name == "Action" then ARDOUR.LuaAPI.set_plugin_insert_param(inserted[k], input, 0.5) end
+      if moved[name] then ARDOUR.LuaAPI.set_plugin_insert_param(inserted[k], input, moved[name]) end
       input = input + 1
     end
   end

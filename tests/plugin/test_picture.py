@@ -581,6 +581,20 @@ def test_drawing_is_cheap(host: Host) -> None:
     picture.close()
 
 
+def test_little_motion_is_drawn_half_as_often(picture: Picture) -> None:
+    picture.draw()
+    for amplitude, drawn in ((3e-3, 12), (1e-6, 6)):
+        found = 0
+        for k in range(12):
+            picture.show(played(1, 5, [amplitude * (1 + k % 3)]))
+            found += picture.draw() != (0, 0, 0, 0)
+        assert found == drawn
+    picture.show(made_look())
+    picture.draw()
+    picture.draw()
+    assert picture.draw() == (0, 0, 0, 0)
+
+
 def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
     """However short: as a note of 50 ms. A longer one ends with the hand, and so does one struck again."""
     fifty = RATE // 20

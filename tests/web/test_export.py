@@ -15,7 +15,7 @@ from support.command import Run, assert_one_clear_line
 from livebass import load_preset
 from livebass.compiling import store
 from livebass.kernels.player.performer import CHANNEL, CONTROLS
-from livebass.techniques import BUTTONS, GHOST, NO_SWITCH, PALM
+from livebass.techniques import BUTTONS, GHOST, LET_RING, PALM
 from livebass.web.export import export_page, is_page, shown
 from livebass.web.layout import WAYS
 
@@ -39,7 +39,7 @@ def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
     )
     for action, field, of_channel in WAYS.values():
         assert (action or field) and (not field or field in (CHANNEL if of_channel else CONTROLS).names)
-    wanted = (PALM, "palm", False), (GHOST, "", False), (NO_SWITCH, "pedal", True)
+    wanted = (PALM, "palm", False), (GHOST, "", False), (LET_RING, "pedal", True)
     assert (WAYS["palm_mute"], WAYS["ghost"], WAYS["let_ring"]) == wanted
 
 

@@ -66,11 +66,13 @@ struct lb_picture {
     uint64_t taken;
     shape (*shapes)[LB_STRINGS]; /* of the last LB_LOOKS looks, the newest at (shaped - 1) % LB_LOOKS */
     uint64_t shaped;
-    int fresh; /* shapes since the last picture */
+    int fresh; /* shapes since the last picture drawn */
     quad *sines; /* DRAWN rows of STRIDE */
     int zoom;
     double level, told_load, told_at;
     int lively; /* the last picture had something moving */
+    int calm, skipped; /* all moved little in the last picture drawn; the one after it was not drawn */
+    int metered; /* the meter's reading in the last picture drawn */
     uint64_t still; /* state of everything else on the neck */
     /* the neck: x of nut and saddle, pixels per metre along it; its middle, and half its width at nut and saddle */
     double nut, saddle, metre, middle, half[2];

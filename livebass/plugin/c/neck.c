@@ -261,7 +261,7 @@ static void bound(LB_LOOK *l) {
 void lb_read_looks(lb_picture *p) {
     const uint64_t taken = lb_looks_taken(p->face.look);
     const uint64_t fresh = taken - p->taken;
-    p->fresh = 0;
+    if (!p->skipped) p->fresh = 0;
     for (int k = fresh < LB_LOOKS - 1 ? (int)fresh - 1 : LB_LOOKS - 2; k >= 0; k--) {
         LB_LOOK *to = &p->both[!p->which];
         if (!lb_read_look(p->face.look, k, to)) continue;
@@ -464,12 +464,11 @@ static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
     }
 }
 
-/* The state of the neck's other moving parts, besides strings and lights. */
+/* The state of the neck's other moving parts, besides strings, lights and the meter. */
 static uint64_t still_state(const lb_picture *p) {
     const LB_LOOK *l = look_of(p);
     uint64_t hash = 1;
     mix(&hash, l->position);
-    mix(&hash, rint(meter_part(p) * 200));
     mix(&hash, p->zoom * 64 + (p->hovered > p->board && p->hovered <= p->board + 2 ? p->hovered - p->board : 0) * 8 +
                    (p->held == p->board + 1));
     for (int i = 0; i < l->strings; i++) mix(&hash, (double)(l->string[i].state * 100 + l->string[i].fret));
@@ -486,12 +485,32 @@ static int is_lively(const lb_picture *p) {
     return 0;
 }
 
+/* True if no string moves by more than two pixels at scale 1, and no light is on. */
+static int is_calm(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    const double most = px(p, 2) / (p->metre * zooms[p->zoom]);
+    for (int i = 0; i < l->strings; i++) {
+        const shape *one = shape_of(p, i, 0);
+        for (int k = 0; p->shaped && one->on && k <= NODES; k++)
+            if (fabs((double)((const float *)one->u)[k]) > most) return 0;
+        for (int k = 0; k < LB_PLACES; k++)
+            if (l->string[i].light[k] > 0.02f) return 0;
+    }
+    return 1;
+}
+
+/* While everything moves little, draws only every second picture. */
 lb_area lb_draw_lively(lb_picture *p, int all) {
     const part *q = &p->parts[p->board];
     const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
-    const int lively = is_lively(p);
+    const int lively = is_lively(p), metered = (int)rint(meter_part(p) * 200);
     const uint64_t still = still_state(p);
-    if (!all && still == p->still && !(p->fresh && (lively || p->lively))) return nothing;
+    const int calm = is_calm(p), moves = metered != p->metered || (p->fresh && (lively || p->lively));
+    all = all || still != p->still;
+    p->skipped = !all && moves && !p->skipped && calm && p->calm;
+    if (!all && (!moves || p->skipped)) return nothing;
+    p->metered = metered;
+    p->calm = calm;
     lb_sheet s = p->sheet;
     p->still = still;
     p->lively = lively;
