@@ -66,6 +66,7 @@ const noted = async () => {
   bench().reset();
   if (see.replay) backToNow();
   await player.sound();
+  while (player.playing !== "jazz-finger" || player.next) await new Promise(done => setTimeout(done, 20));
   press("test", 28, 100, performance.now());
   while (!kept.note) await new Promise(done => setTimeout(done, 20));
   release("test");

@@ -46,7 +46,7 @@ def pixels(driver: Any, canvas: str) -> list[int]:
 def test_it_opens_with_a_moving_string_that_hits_frets_before_any_gesture(page: Any) -> None:
     wait(lambda: page.execute_script("return see.flashes.size"))
     assert page.get_log("browser") == [], "nothing at all is written to the console"
-    assert len(pixels(page, "strings")) > 4
+    wait(lambda: len(pixels(page, "strings")) > 4)
     shown, before, sound, said = page.execute_script(MOVES)
     assert shown and sound == "suspended" and said == "This string is computed, not recorded. Press it."
     wait(lambda: page.execute_script("return see.replay.at") != before)

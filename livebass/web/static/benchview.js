@@ -38,7 +38,8 @@ export function makeBench() {
     /** @type {HTMLElement | null} */ ($("bench-controls").querySelector("input"))?.focus();
   };
   $("link").onclick = () => copyLink();
-  const wide = matchMedia(WIDE), fold = () => { $("bench-fold").open = wide.matches || document.body.classList.contains("embed"); };
+  const wide = matchMedia(WIDE), embedded = document.body.classList.contains("embed");
+  const fold = () => { $("bench-fold").open = wide.matches || embedded; };
   wide.addEventListener("change", fold); // for example, a phone is turned
   fold();
   addEventListener("hashchange", takeLink);
@@ -215,8 +216,10 @@ function saveBench() {
 
 // Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
-  const shared = location.protocol === "https:", riff = riffParts(), link = bench().link(riff), text = shared ? `${location.href.split("#")[0]}#${link}` : link;
-  const how = shared ? "" : ` This page is on your computer alone: others open the link with livebass page --link "${link}".`;
+  const shared = location.protocol === "https:", riff = riffParts(), link = bench().link(riff);
+  const text = shared ? `${location.href.split("#")[0]}#${link}` : link;
+  const others = `This page is on your computer alone: others open the link with livebass page --link "${link}".`;
+  const how = shared ? "" : ` ${others}`;
   const what = riff.riff ? "The link is copied, with your last notes." : "The link is copied.";
   try {
     if (shared && navigator.share) await navigator.share({title: document.title, url: text});

@@ -17,7 +17,8 @@ function titleOf() {
 // The line at a poster's foot: what it shows, and where it comes from.
 function footOf() {
   const marks = see.other ? "Bright: the changed bass. Blue: the same pluck before. " : "";
-  return `${marks}Above, from the front, motion magnified ${pictures.magnified} times; below, from the side, and the hits by time. Computed by livebass, not recorded.`;
+  const shows = `Above, from the front, motion magnified ${pictures.magnified} times; below, from the side, and the hits`;
+  return `${marks}${shows} by time. Computed by livebass, not recorded.`;
 }
 
 const fileName = (/** @type {string} */ ending) => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;

@@ -231,7 +231,8 @@ $("hands").onclick = () => {
   fingers.clear();
   showFingers();
   setPressed($("hands"), on);
-  tell(on ? "Hold strings down on the frets, and pluck them over the body: across, or by a tap." : "Press low on a string to play it hard.");
+  tell(on ? "Hold strings down on the frets, and pluck them over the body: across, or by a tap."
+    : "Press low on a string to play it hard.");
 };
 
 // --- neck and piano ---

@@ -12,7 +12,8 @@ export function tellNote(/** @type {SeenNote} */ {string, fret = 0, contacts}) {
   const where = `${strings[string].name} string, ${fret ? `fret ${capo + fret}` : "open"}`;
   if (!contacts.length) return tell(`${where}: it touches nothing. Press lower on the string to play harder.`);
   const hardest = contacts.reduce((a, b) => a.speed >= b.speed ? a : b);
-  const place = fretless ? `the board ${Math.round(1000 * hardest.fret)} mm from the nut` : `fret ${capo + hardest.fret}`;
+  const place = fretless ? `the board ${Math.round(1000 * hardest.fret)} mm from the nut`
+    : `fret ${capo + hardest.fret}`;
   return tell(`${where}: ${contactsOf(contacts.length)}; it hits ${place} hardest.`);
 }
 

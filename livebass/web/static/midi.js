@@ -8,7 +8,8 @@ import {panic, unlatchAll} from "./techniques.js";
 const sounding = new Map(); // by input: "channel note" of each note that it holds
 
 function take(/** @type {MIDIInput} */ {id}, /** @type {MIDIMessageEvent} */ {timeStamp, data}) {
-  const midi = [...data || []], [status, note, velocity] = midi, notes = sounding.get(id), key = `${status & 0xf} ${note}`;
+  const midi = [...data || []], [status, note, velocity] = midi;
+  const notes = sounding.get(id), key = `${status & 0xf} ${note}`;
   if ((status & 0xf0) === 0x90 && velocity) notes?.add(key);
   else if ((status & 0xe0) === 0x80) notes?.delete(key);
   player.send(timeStamp, midi);

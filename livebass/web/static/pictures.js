@@ -3,8 +3,8 @@
 import {FULL_SPEED, POINTS} from "./see.js";
 
 const NOTE_SPAN = 80; // ms in the last note's picture
-/** @type {[number, string][]} */
-const MARKS = [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]]; // of the spectrum
+/** @type {[number, string][]} */ // of the spectrum
+const MARKS = [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]];
 const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum
 const LANE_PART = 0.46; // of the distance to the next string: a string's greatest drawn displacement
 const NARROW = 280; // px, the width of a spectrum without room for all names
@@ -58,8 +58,8 @@ export class Pictures {
 
   colours() {
     const style = getComputedStyle(document.documentElement), of = name => style.getPropertyValue(`--${name}`).trim();
-    return {ink: of("ink"), soft: of("soft"), line: of("line"), edge: of("edge"), accent: of("accent"), ground: of("trough"),
-            string: of("string"), shade: of("string-shade"), flash: of("flash"), other: of("other")};
+    return {ink: of("ink"), soft: of("soft"), line: of("line"), edge: of("edge"), accent: of("accent"),
+            ground: of("trough"), string: of("string"), shade: of("string-shade"), flash: of("flash"), other: of("other")};
   }
 
   // A canvas's context, cleared, at its shown size: [context, width, height, device pixels per pixel, and per pixel
@@ -120,13 +120,15 @@ export class Pictures {
     const moving = new Map();
     const add = (tint) => ({string, length, v}) => {
       const scale = strings[string].length, middle = lane(string);
-      const path = this.pathOf(k => k < 0 ? place(0) : place(scale - length + length * k / POINTS), k => middle - (k < 0 ? 0 : v[k] * enlarged), dpr);
+      const along = k => k < 0 ? place(0) : place(scale - length + length * k / POINTS);
+      const path = this.pathOf(along, k => middle - (k < 0 ? 0 : v[k] * enlarged), dpr);
       moving.set(string, [...(moving.get(string) || []), [path, tint]]);
     };
     if (see.other) see.drawReplay(see.other, see.other.at, add(colour.other));
     if (this.moves) see.eachString(add(colour.string));
     strings.forEach((string, i) => {
-      const wide = dpr * Math.max(1.5, 1.8 * string.gauge), rest = () => this.pathOf(k => place(string.length * Math.max(0, k) / POINTS), () => lane(i), dpr);
+      const wide = dpr * Math.max(1.5, 1.8 * string.gauge), along = k => place(string.length * Math.max(0, k) / POINTS);
+      const rest = () => this.pathOf(along, () => lane(i), dpr);
       for (const [path, tint] of moving.get(i) || [[rest(), colour.string]]) {
         g.lineWidth = wide + 2 * dpr;
         g.strokeStyle = colour.shade;
@@ -178,7 +180,8 @@ export class Pictures {
     const {see} = this, {string} = see.note, s = see.bass.strings[string];
     const [g, w, h, dpr, px] = this.sheet(this.canvases.side), foot = 17 * px;
     const left = 48 * px, x = this.sidePlace(s, left, w, dpr, px);
-    const below = Math.min(1.1 * see.reach.below, Math.min(...s.heights, ...see.other?.heights || []) - 0.25 * MM), above = 1.15 * see.reach.above + 0.1 * MM;
+    const lowest = Math.min(...s.heights, ...see.other?.heights || []), above = 1.15 * see.reach.above + 0.1 * MM;
+    const below = Math.min(1.1 * see.reach.below, lowest - 0.25 * MM);
     const y = height => (h - foot) * (above - height) / (above - below);
     g.font = `${11 * px}px system-ui, sans-serif`;
     g.textBaseline = "middle";
@@ -208,13 +211,15 @@ export class Pictures {
   // Maps a place on the string to the side view's px: under the neck's frets where the neck is as wide, and whole.
   sidePlace(s, left, w, dpr, px) {
     const {side, neck} = this.canvases, beside = side.clientWidth - neck.clientWidth;
-    if (side.isConnected && this.whole && beside * dpr >= left && beside * dpr < 2 * left) return place => dpr * ((this.place(place) || 0) + beside);
+    if (side.isConnected && this.whole && beside * dpr >= left && beside * dpr < 2 * left)
+      return place => dpr * ((this.place(place) || 0) + beside);
     return place => left + (w - left - 8 * px) * place / s.length;
   }
 
   // Lines of equal height.
   drawHeights(g, colour, y, below, above, left, w, px) {
-    const step = STEPS.find(mm => (above - below) / mm < Math.max(3, Math.abs(y(below * MM) - y(above * MM)) / (22 * px))) || 50;
+    const most = Math.max(3, Math.abs(y(below * MM) - y(above * MM)) / (22 * px));
+    const step = STEPS.find(mm => (above - below) / mm < most) || 50;
     g.lineWidth = px;
     g.textAlign = "right";
     for (let k = Math.ceil(below / step); k * step <= above; k++) {
@@ -270,11 +275,14 @@ export class Pictures {
     g.lineWidth = 2 * px;
     g.strokeStyle = colour.other;
     const before = this.see.other?.heights || s.heights;
-    s.frets.forEach((place, k) => { if (before[k] !== s.heights[k]) line(g, x(place) - 5 * px, y(before[k]), x(place) + 5 * px, y(before[k])); });
+    s.frets.forEach((place, k) => {
+      if (before[k] !== s.heights[k]) line(g, x(place) - 5 * px, y(before[k]), x(place) + 5 * px, y(before[k]));
+    });
     g.strokeStyle = g.fillStyle = colour.accent;
     for (const {string: of, fret, strength, bright} of this.see.flashes.values()) {
       if (of !== string) continue;
-      const at = x(this.placeOf(string, fret)), nearest = fretless ? s.frets.findIndex(place => place >= fret) : fret - 1;
+      const at = x(this.placeOf(string, fret));
+      const nearest = fretless ? s.frets.findIndex(place => place >= fret) : fret - 1;
       const top = y(s.heights[nearest] ?? s.heights[s.heights.length - 1]);
       g.globalAlpha = bright;
       if (!fretless) g.fillRect(at - 2 * px, top, 4 * px, foot - top);
@@ -316,7 +324,8 @@ export class Pictures {
     g.textAlign = "left";
     g.fillText("fret", left + 4 * px, 8 * px);
     g.textAlign = "center";
-    for (let ms = 0; ms <= NOTE_SPAN; ms += 20) g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * px), h - foot / 2);
+    for (let ms = 0; ms <= NOTE_SPAN; ms += 20)
+      g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * px), h - foot / 2);
     if (frame === undefined) return;
     if (see.replay) {
       const at = x(Math.max(0, Math.min(NOTE_SPAN, see.moment)));
@@ -377,7 +386,8 @@ export class Pictures {
     Object.assign(side, {width: (w - 3 * edge) * 0.62, height: 1.2 * tall});
     Object.assign(note, {width: (w - 3 * edge) * 0.38, height: 1.2 * tall});
     const scale = Math.max(...strings.map(string => string.length));
-    const place = x => (neck.width / 2) * (0.015 + 0.97 * x / scale), lane = i => (neck.height / 2) * (strings.length - 0.5 - i) / strings.length;
+    const place = x => (neck.width / 2) * (0.015 + 0.97 * x / scale);
+    const lane = i => (neck.height / 2) * (strings.length - 0.5 - i) / strings.length;
     this.canvases = this.parts;
     this.drawNeck(colour, place, lane);
     this.drawSide(colour);
@@ -386,7 +396,8 @@ export class Pictures {
     g.fillStyle = getComputedStyle(document.documentElement).getPropertyValue("--ground");
     g.fillRect(0, 0, w, h);
     g.textBaseline = "middle";
-    for (const [text, y, size, tint] of [[title, 1.25 * edge, 0.62, colour.ink], [foot, h - 0.9 * edge, 0.45, colour.soft]]) {
+    const lines = [[title, 1.25 * edge, 0.62, colour.ink], [foot, h - 0.9 * edge, 0.45, colour.soft]];
+    for (const [text, y, size, tint] of lines) {
       g.fillStyle = tint;
       g.font = `${edge * size}px system-ui, sans-serif`;
       g.fillText(text, edge, y, w - 2 * edge);
@@ -413,9 +424,9 @@ export class Pictures {
     g.fillRect(left + place(0) - 4, top, 8, height);
     g.fillStyle = "#171412";
     for (const {position, aperture, strings} of bass.pickups) {
-      const many = bass.strings.length, row = height / many, first = many - 1 - Math.max(...strings);
-      const wide = Math.max(12, place(aperture) - place(0));
-      g.fillRect(left + place(length - position) - wide / 2, top + row * first, wide, row * (Math.max(...strings) - Math.min(...strings) + 1));
+      const many = bass.strings.length, row = height / many, last = Math.max(...strings);
+      const wide = Math.max(12, place(aperture) - place(0)), tall = row * (last - Math.min(...strings) + 1);
+      g.fillRect(left + place(length - position) - wide / 2, top + row * (many - 1 - last), wide, tall);
     }
   }
 }

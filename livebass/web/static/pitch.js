@@ -8,7 +8,8 @@ const PERIODS = 5; // of the fundamental in a window: its overtones are then out
 
 // The fundamental (Hz) in the last samples, by McLeod's normalised square difference; undefined: none.
 function roughly(sound, rate) {
-  const every = Math.max(1, Math.round(rate / COARSE_RATE)), n = Math.floor(sound.length / every), x = new Float32Array(n);
+  const every = Math.max(1, Math.round(rate / COARSE_RATE)), n = Math.floor(sound.length / every);
+  const x = new Float32Array(n);
   for (let k = 0; k < n; k++) {
     let sum = 0;
     for (let j = 0; j < every; j++) sum += sound[k * every + j];
@@ -54,7 +55,8 @@ export function pitchOf(sound, rate) {
   const rough = roughly(sound, rate);
   if (!rough) return undefined;
   const length = Math.round(Math.min(0.8 * sound.length, Math.max(sound.length / 2, PERIODS * rate / rough)));
-  const lag = sound.length - length, [before, after] = [0, lag].map(first => phaseAt(sound, first, length, rough, rate));
+  const lag = sound.length - length;
+  const [before, after] = [0, lag].map(first => phaseAt(sound, first, length, rough, rate));
   const turned = (after - before) / (2 * Math.PI) - rough * lag / rate;
   return rough + (turned - Math.round(turned)) * rate / lag;
 }

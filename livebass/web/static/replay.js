@@ -38,7 +38,8 @@ export function move(what, file) {
 
 // The last note, or undefined with a word why.
 function lastNote() {
-  if (kept.note && !kept.note.recalled) say("This string has rung through too many notes to repeat the last one. Let it fall silent, then play.");
+  if (kept.note && !kept.note.recalled)
+    say("This string has rung through too many notes to repeat the last one. Let it fall silent, then play.");
   return kept.note?.recalled ? kept.note : undefined;
 }
 

@@ -29,24 +29,29 @@ function keep(/** @type {number[]} */ [status, key, velocity], /** @type {number
 export function riffParts() {
   if (!played.length) return {};
   const [{time: first}] = played, whole = (/** @type {number} */ ms) => Math.round(Math.min(ms, LONGEST));
-  const riff = played.map(({time, key, velocity, length = 500}) => `${whole(time - first)}.${key}.${velocity}.${whole(length)}`).join("_");
+  const riff = played.map(({time, key, velocity, length = 500}) =>
+    [whole(time - first), key, velocity, whole(length)].join(".")).join("_");
   return {riff, ...state.stroke && {stroke: state.stroke.symbol}};
 }
 
 // The notes of a link; throws an Error, one line, for others.
 export function readRiff(/** @type {string} */ text) {
   const notes = text.split("_").map(one => (NOTE.exec(one) || []).slice(1).map(Number));
-  if (notes.length > MOST || notes.some(note => note.length !== 4 || note[1] > 127 || note[2] > 127 || note[0] > LONGEST || note[3] > LONGEST))
+  const isWrong = (/** @type {number[]} */ [begin, key, velocity, length]) =>
+    length === undefined || key > 127 || velocity > 127 || begin > LONGEST || length > LONGEST;
+  if (notes.length > MOST || notes.some(isWrong))
     throw new Error(`the link's riff cannot be read: ${text.slice(0, 30)}`);
   return notes;
 }
 
 async function playRiff(/** @type {number[][]} */ notes) {
   await player.sound();
-  const {currentTime, sampleRate: rate} = player.context, frames = (/** @type {number} */ ms) => Math.round(ms / 1000 * rate);
+  const {currentTime, sampleRate: rate} = player.context;
+  const frames = (/** @type {number} */ ms) => Math.round(ms / 1000 * rate);
   const messages = notes.flatMap(([begin, key, velocity, length]) =>
     [[frames(begin), 0x90, key, velocity], [frames(begin + length), 0x80, key, 0]]).sort((a, b) => a[0] - b[0]);
-  player.playSong({messages: Int32Array.from(messages.flat()), length: messages[messages.length - 1][0] + 1, from: Math.round((currentTime + BEGINS) * rate)});
+  const from = Math.round((currentTime + BEGINS) * rate), length = messages[messages.length - 1][0] + 1;
+  player.playSong({messages: Int32Array.from(messages.flat()), length, from});
 }
 
 // Offers the riff of an address, by its text from the # on.

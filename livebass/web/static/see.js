@@ -4,11 +4,10 @@ export const POINTS = 160; // steps of a drawn string
 export const SHOWN = {before: 0.005, after: 0.1}; // s of a replay, from the note's release on
 export const FULL_SPEED = 4; // m/s of a string whose hit is drawn at full strength
 const MOST_SIGHTS = 8; // waiting for their sound
+const TOLD = 0.5; // s after which a note is told
 const FLASH = 300; // ms that a flash stays
 const LEAST_REACH = 0.5e-3; // m, that a picture has room for
 const SOME = 24; // frames between measured shapes of a replay
-
-const strength = ({speed}) => Math.min(1, Math.sqrt(speed / FULL_SPEED));
 
 export class See {
   // `records`: SIGHT and SLOT_SIGHT, as the kernels lay them out. `told` is called with a note half a second after it
@@ -78,29 +77,35 @@ export class See {
     return this.sights.length > MOST_SIGHTS ? this.sights.shift()?.buffer : undefined;
   }
 
+  // The place of slot `index` of a string in a sight.
+  slotAt(string, index) {
+    return string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes;
+  }
+
   // A field of slot `index` of a string in the drawn sight.
   read(string, index, name) {
     if (!this.view) return 0;
-    const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes + this.slot.fields[name][0];
-    return this.slot.fields[name][1] === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
+    const [offset, kind] = this.slot.fields[name], at = this.slotAt(string, index) + offset;
+    return kind === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
   }
 
-  // Calls draw({string, fret, length, u, v}) for each sounding part of a string: u from the open string's rest line away
-  // from the frets, v along them, m, (POINTS + 1), from its stop to the saddle.
+  // Calls draw({string, fret, length, u, v}) for each sounding part of a string: u from the open string's rest line
+  // away from the frets, v along them, m, (POINTS + 1), from its stop to the saddle.
   eachString(draw) {
     if (this.replay) {
       this.drawReplay(this.replay, this.replay.at, draw);
       return;
     }
     if (!this.view) return;
+    const {buffer} = this.view, {fields} = this.slot;
     for (let string = 0; string < this.bass.strings.length; string++)
       for (let index = 0; index < 2; index++) {
         if (!this.read(string, index, "on")) continue;
-        const at = string * this.record.bytes + this.record.fields.slot[0] + index * this.slot.bytes;
-        const [u, v] = ["u", "v"].map(name => new Float32Array(/** @type {DataView<ArrayBuffer>} */ (this.view).buffer, at + this.slot.fields[name][0], this.seen));
-        const [fret, length, stop, aside, modes] = ["fret", "length", "stop", "stop_across", "modes"].map(name => this.read(string, index, name));
-        const rest = this.restOf(this.bass.strings[string].heights, fret);
-        const shape = {string, fret, length, ...this.shape(u, v, Math.min(this.seen, modes), length, stop + rest, aside)};
+        const at = this.slotAt(string, index), read = name => this.read(string, index, name);
+        const [u, v] = ["u", "v"].map(name => new Float32Array(buffer, at + fields[name][0], this.seen));
+        const [fret, length, stop, aside, modes] = ["fret", "length", "stop", "stop_across", "modes"].map(read);
+        const end = stop + this.restOf(this.bass.strings[string].heights, fret);
+        const shape = {string, fret, length, ...this.shape(u, v, Math.min(this.seen, modes), length, end, aside)};
         if (string === this.note.string) this.measure(shape);
         draw(shape);
       }
@@ -110,7 +115,8 @@ export class See {
   drawReplay({rows, across, slots, string, heights = this.bass.strings[string].heights}, at, draw) {
     const k = Math.floor(at), [length, stop, fret, aside] = slots.subarray(4 * k, 4 * k + 4);
     const [u, v] = [rows, across].map(all => all.subarray(k * this.seen, (k + 1) * this.seen));
-    if (length) draw({string, fret, length, ...this.shape(u, v, this.seen, length, stop + this.restOf(heights, fret), aside)});
+    const end = stop + this.restOf(heights, fret);
+    if (length) draw({string, fret, length, ...this.shape(u, v, this.seen, length, end, aside)});
   }
 
   // The height (m) of a string's end at rest, on its fret's crown.
@@ -170,16 +176,29 @@ export class See {
   say(frame) {
     const {note} = this;
     if (note.frame === undefined) return;
-    const once = (done, seconds) => !note[done] && frame > /** @type {number} */ (note.frame) + seconds * this.rate && (note[done] = true);
-    if (once("wasKept", SHOWN.after)) this.kept(note);
-    if (once("wasTold", 0.5)) this.told(note);
+    const since = (frame - note.frame) / this.rate;
+    if (!note.wasKept && since > SHOWN.after) {
+      note.wasKept = true;
+      this.kept(note);
+    }
+    if (!note.wasTold && since > TOLD) {
+      note.wasTold = true;
+      this.told(note);
+    }
   }
 
   flash(hit, now) {
-    const {string, fret, frame} = hit, key = `${string} ${fret}`;
-    this.flashes.set(key, {string, fret, strength: Math.max(strength(hit), this.flashes.get(key)?.strength || 0), bright: 1, since: now});
-    if (string === this.note.string && this.note.frame !== undefined && frame >= this.note.frame) this.note.contacts.push(hit);
+    const {string, frame} = hit, {note} = this;
+    this.light(hit, 1, now);
+    if (string === note.string && note.frame !== undefined && frame >= note.frame) note.contacts.push(hit);
     this.needed = true;
+  }
+
+  // Lights the flash of a hit; it stays as strong as a harder hit just before.
+  light({string, fret, speed}, bright, since) {
+    const key = `${string} ${fret}`, strength = Math.min(1, Math.sqrt(speed / FULL_SPEED));
+    const before = since ? this.flashes.get(key)?.strength || 0 : 0;
+    this.flashes.set(key, {string, fret, strength: Math.max(strength, before), bright, since});
   }
 
   // Fades the flashes; with `held` they stay as they are until they disappear.
@@ -216,8 +235,8 @@ export class See {
     return {...made, hits, at: 0, length: made.slots.length / 4};
   }
 
-  // Goes to frame `at` of the replay, `slowness` times slower than life; the latest contacts flash. Returns those on the
-  // way there.
+  // Goes to frame `at` of the replay, `slowness` times slower than life; the latest contacts flash. Returns those on
+  // the way there.
   goTo(at, slowness) {
     const r = this.replay, before = r?.at || 0;
     if (!r) return [];
@@ -227,8 +246,7 @@ export class See {
     this.flashes.clear();
     for (const hit of r.hits) {
       const age = r.first + r.at - hit.frame;
-      if (age >= 0 && age < stays)
-        this.flashes.set(`${hit.string} ${hit.fret}`, {string: hit.string, fret: hit.fret, strength: strength(hit), bright: 1 - age / stays, since: 0});
+      if (age >= 0 && age < stays) this.light(hit, 1 - age / stays, 0);
     }
     this.needed = true;
     return r.hits.filter(({frame}) => frame - r.first > before && frame - r.first <= r.at);

@@ -57,9 +57,10 @@ async function rollSong() {
 function playPart(/** @type {object} */ how) {
   const {song} = state;
   if (!song || !state.rolls?.begun) return;
-  const messages = song.messages($("part").value, chosenBass()), length = Math.max(1, Math.round(song.length * song.rate));
-  const flat = Int32Array.from(messages.flatMap(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]));
-  player.playSong({messages: flat, length, loops: isPressed($("loop")), ...how});
+  const messages = Int32Array.from(song.messages($("part").value, chosenBass())
+    .flatMap(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]));
+  const length = Math.max(1, Math.round(song.length * song.rate));
+  player.playSong({messages, length, loops: isPressed($("loop")), ...how});
 }
 
 export const putPart = () => playPart({goesOn: true});

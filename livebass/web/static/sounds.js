@@ -12,7 +12,8 @@ export const hearing = {sources: /** @type {AudioBufferSourceNode[]} */ ([])}; /
  * @param {AudioNode} [to]
  */
 export function hear(sounds, to = player.analyser) {
-  const {context} = player, most = sounds.reduce((most, sound) => sound.reduce((a, b) => Math.max(a, Math.abs(b)), most), 1);
+  const {context} = player;
+  const most = sounds.reduce((most, sound) => sound.reduce((a, b) => Math.max(a, Math.abs(b)), most), 1);
   hush();
   let seconds = 0;
   for (const sound of sounds) {
