@@ -224,7 +224,7 @@ class _Writer:
         if key is not None:  # each time: after a jump to another place of the song, too
             self._press(self._tick(stroke.time), 0, key, 1)
         elif way[1:] != self.striking[1:]:
-            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / MOST[TECHNIQUE]))
+            self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / THUMB_ON_ALL))
         self.striking = way
 
     def _switch(self, tick: int, channel: int, technique: str, ticks: int) -> None:
