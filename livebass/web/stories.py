@@ -18,7 +18,7 @@ class Note(NamedTuple):
 
 
 class Step(NamedTuple):
-    """A step: `notes`, of which the first is shown, on a bass with these values of its sliders."""
+    """A step: `notes`, the first of them shown, on a bass with these values of its sliders."""
 
     says: str
     bass: str

@@ -1,4 +1,4 @@
-"""What a person sees on the page: it opens moving, fits one view, shows hits where they are, and says what happens."""
+"""The page as a person sees it: it opens moving, fits one view, shows hits where they are, and says what happens."""
 
 from __future__ import annotations
 

@@ -59,7 +59,7 @@ export function setPressed(/** @type {Element} */ button, /** @type {boolean} */
   button.setAttribute("aria-pressed", String(on));
 }
 
-// What a tab remembers beyond a reload; nothing where browsers forbid it.
+// The memory of a tab beyond a reload; empty where browsers forbid it.
 export const saved = {
   get(/** @type {string} */ name) {
     try {

@@ -25,7 +25,7 @@ function keep(/** @type {number[]} */ [status, key, velocity], /** @type {number
   }
 }
 
-// What a link says of the last notes: nothing if there are none.
+// The part of a link for the last notes; empty if there are none.
 export function riffParts() {
   if (!played.length) return {};
   const [{time: first}] = played, whole = (/** @type {number} */ ms) => Math.round(Math.min(ms, LONGEST));

@@ -1,4 +1,4 @@
-// What the strings do: their shapes from their modes, and the frets that they hit. It follows the sound that is heard,
+// The motion of the strings: their shapes from their modes, and the frets that they hit. It follows the sound that is heard,
 // not the sound that is computed; pictures.js draws it.
 export const POINTS = 160; // steps of a drawn string
 export const SHOWN = {before: 0.005, after: 0.1}; // s of a replay, from the note's release on

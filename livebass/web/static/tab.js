@@ -10,7 +10,7 @@ const LATEST = 100; // looks that wait for the bass
 const COLUMNS = 40; // of a bar in the text
 const ENDINGS = ".gp,.gp3,.gp4,.gp5,.gpx,.musicxml,.mxl,.xml";
 const CONTROL = 0xB0, NOTE_ON = 0x90, NOTE_OFF = 0x80, ALIKE = 127;
-// What the text and the neck write beside the fret
+// The signs beside a fret, in the text and on the neck
 /** @type {Record<string, string>} */
 const KINDS = {hammer: "h", pull: "p", slide: "/", slap: "T", pop: "P", tap: "t", pinch: "*"};
 
