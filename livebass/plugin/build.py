@@ -34,7 +34,7 @@ FLAGS = (
     "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
 LINKING = {
-    "so": ("-fPIC", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
+    "so": ("-fPIC", "-fno-asynchronous-unwind-tables", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
     "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else the binary names its build folder
     "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
 }

@@ -118,7 +118,7 @@ interface PageData {
   tier: number;
   watching?: string;
   files: Record<string, string>;
-  parameters: Record<ControlName, Parameter>;
+  parameters: Record<ControlName | "technique", Parameter>;
   sight: {SIGHT: RecordFields, SLOT_SIGHT: RecordFields & {seen: number}};
   buttons: PlayButton[];
   basses: Bass[];

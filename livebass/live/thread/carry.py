@@ -11,7 +11,7 @@ For CARRIED seconds both versions sound, one fading into the other: pickups and 
 
 import numpy as np
 
-from livebass.compiling import jit
+from livebass.compiling import SMALL, compiled
 from livebass.kernels.bass.instrument import WORD, copy_words
 from livebass.kernels.bass.records import VOICE_WORDS
 from livebass.kernels.effects.records import EFFECTS_BYTES, EFFECTS_STATE, effects_at, words_behind
@@ -35,6 +35,8 @@ from livebass.kernels.string.touch import linear_density
 from livebass.live.thread import ahead
 from livebass.live.thread.load import switch_operators
 from livebass.live.thread.records import operators_of, performer_of, string_of
+
+jit = compiled(attributes=SMALL)
 
 CARRIED = 8e-3  # s
 SAME_LENGTH = 1e-9  # m

@@ -264,7 +264,6 @@ export class WorkletPlayer {
       const name = this.names.get(data.bass);
       if (data.bass !== this.heard && name === chosen) {
         this.heard = data.bass;
-        this.emit("heard");
       }
       if (name && name !== this.playing) {
         this.playing = name;

@@ -100,6 +100,7 @@ const strokeOf = (/** @type {string | undefined} */ symbol) => STROKES.find(one 
 export function takeOwnStroke(/** @type {Bass} */ bass) {
   showStroke(strokeOf(bass.stroke));
   state.toldStroke = state.stroke;
+  player.change({parameter: [PAGE.parameters.technique.number, 0]});
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
 }
 
@@ -108,14 +109,6 @@ export function takePlayed(/** @type {Record<string, number>} */ played) {
   const chosen = STROKES.find(({stroke}) => stroke === played.technique);
   if (chosen) pluckWith(chosen);
   for (const way of WAYS) if (way.symbol in played) latch(way, played[way.symbol] > 0);
-}
-
-// A rebuilt bass begins with its own stroke: tells it the player's.
-function keepStroke() {
-  const own = strokeOf(chosenBass().stroke);
-  if (state.toldStroke !== state.stroke) return;
-  state.toldStroke = own;
-  if (state.stroke && state.stroke !== own) tellStroke();
 }
 
 // Shows the present playing, set by the page or by key switches and controllers from MIDI.
@@ -167,5 +160,4 @@ player.on("sounds", () => { // tells the choices made while nothing sounded
   if (state.stroke !== state.toldStroke) tellStroke();
 });
 player.on("silent", panic);
-player.on("heard", keepStroke);
 player.on("playing", showPlaying);
