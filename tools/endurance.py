@@ -51,7 +51,7 @@ CYCLES = 10
 WARM_UP = 15.0  # s of playing before memory is compared, after each preset has played; 0: skip both
 LEAST_PHASE = 3.0  # s, the shortest phase in which nobody plays
 START = 60.0  # s for the server
-SETTLING = 60.0  # s at most, until a program plays and the previous bass is released
+SETTLING = 180.0  # s at most, until a program plays and the previous bass is released
 GROWTH = 20.0  # MB, allowed growth of memory
 # Lost frames allowed while playing, as a part of the time: MORE times the worse of the other phases, as the load of
 # other machines varies, plus SLACK. If these phases lose more than TELLING, the run is inconclusive.

@@ -146,6 +146,15 @@ class Builder:
         if player.slapped_strings > len(pairs):
             raise self.error("player.slapped_strings", f"this bass has {len(pairs)} strings", player.slapped_strings)
         output = self.output(data, pairs)
+        grazed = tuple(
+            with_capo(string, hand, head["capo"])[1] for (string, *_), hand in zip(made, hands, strict=True) if hand
+        )
+        for (string, _), neck, given in zip(pairs, grazed, players, strict=False):
+            try:
+                speaking(string, neck, 0)
+            except ValueError as error:
+                key = next(name for name in given if name.startswith(HAND))
+                raise self.error(f"player.{key}", str(error), given[key]) from None
         bass = Instrument(
             name=head["name"],
             description=head["description"],
@@ -155,9 +164,7 @@ class Builder:
             output=output,
             player=player,
             effects=self.effects(data.get("effects", {})),
-            grazed=tuple(
-                with_capo(string, hand, head["capo"])[1] for (string, *_), hand in zip(made, hands, strict=True) if hand
-            ),
+            grazed=grazed,
         )
         self.table("plugin", data.get("plugin", {}), "plugin")
         return self.on_bench(bass, data["bench"]) if "bench" in data else bass
