@@ -169,7 +169,6 @@ interface PlayerEvents {
   stopped: []; // somebody stopped it
   sent: [midi: number[], time: number]; // a message was sent, of an event at a time (ms)
   struck: []; // a note was sent
-  heard: []; // the bass that is chosen plays, for the first time or again
   plays: [name: string]; // another bass plays
   playing: [playing: Playing]; // how it plays
   report: [report: PlayReport];
@@ -177,7 +176,6 @@ interface PlayerEvents {
   kept: [note: SeenNote]; // as much of a note was heard as a replay shows
   told: [note: SeenNote]; // a note was heard for half a second
   songEnded: []; // a song came to its end
-  faded: []; // a bass from before is silent
   taped: [tape: {taped: Float32Array<ArrayBuffer>, last?: boolean}];
 }
 

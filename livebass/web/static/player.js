@@ -38,8 +38,6 @@ export class WorkletPlayer {
     this.copied = new Map(); // functions to call when the audio thread has a bass
     /** @type {((recalled: any) => void)[]} */
     this.recalled = []; // functions that wait for a string's events, the first first
-    /** @type {number | undefined} */
-    this.heard = undefined; // the address of the bass that plays
     this.changes = 0; // of the playing, requested from the audio thread
     /** @type {Map<string, Function[]>} */
     this.listeners = new Map();
@@ -262,9 +260,6 @@ export class WorkletPlayer {
       else this.giveBack(data.sight); // another one may still ring
     } else {
       const name = this.names.get(data.bass);
-      if (data.bass !== this.heard && name === chosen) {
-        this.heard = data.bass;
-      }
       if (name && name !== this.playing) {
         this.playing = name;
         this.emit("plays", name);
