@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 import numpy as np
@@ -13,6 +14,7 @@ from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import shown, with_loaded
+from livebass.kinds import is_tab
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
@@ -20,8 +22,10 @@ from livebass.report.text import columns
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
 from livebass.score.score import LEAST_RATE, NOTE_ON, Score
-from livebass.tab.reading import Arrangement, arranged, is_tab, score_of_tab, table
 from livebass.units import note_name, one_line
+
+if TYPE_CHECKING:
+    from livebass.tab.reading import Arrangement
 
 
 def programs_of(score: Score) -> dict[int, str]:
@@ -137,6 +141,8 @@ class Song:
         """Its score, and the preset that the options name; None if the score names the bass."""
         data = file_bytes(self.path)
         if is_tab(data):
+            from livebass.tab.reading import score_of_tab
+
             return score_of_tab(data, self.path, rate, self.tab.asked(self.preset), self.load), None
         self.tab.check_unused(self.path)
         return score_in(data, self.path, rate, self.channel), self.preset
@@ -146,12 +152,16 @@ class Song:
         data = file_bytes(self.path)
         if not is_tab(data):
             raise ScoreError(f"{self.path}: is not a tablature")
+        from livebass.tab.reading import arranged
+
         return arranged(data, self.path, self.tab.asked(self.preset), self.load)
 
     def table(self, command: click.Command) -> str:
         """A table of its tracks or parts, and whether each would be played; `command` has the options."""
         data = file_bytes(self.path)
         if is_tab(data):
+            from livebass.tab.reading import table
+
             rows = table(data, self.path, self.tab.asked(self.preset))
             return "\n".join(one_line(line.rstrip()) for line in columns(rows, left=len(rows[0])))
         self.tab.check_unused(self.path)

@@ -6,17 +6,23 @@ A .gpx file is BCFS, sectors of 4096 bytes with a directory, or BCFZ, the same p
 from __future__ import annotations
 
 import io
+import re
 import zipfile
 import zlib
 from collections.abc import Callable
+from html import unescape
 from itertools import takewhile
 
 from livebass.tab.model import UnreadableTab
+from livebass.tab.needs import damaged
 
 LARGEST = 24 << 20  # bytes of a score, unpacked
+LARGEST_PACKED = 1 << 20
 SECTOR = 4096
 FILE_ENTRY = 2  # kind of a directory entry
 NAME, SIZE, SECTORS = slice(4, 131), 0x8C, 0x94  # places in an entry
+CONTAINER = "META-INF/container.xml"
+ROOT_FILE = re.compile(rb"""<rootfile\s[^<>]*?full-path=["']([^"'<>]+)""")
 TOO_LARGE = f"its score has more than {LARGEST >> 20} MB, which is the most"
 
 
@@ -30,14 +36,25 @@ def score_in_zip(data: bytes, is_score: Callable[[str], bool]) -> bytes:
         with archive.open(name) as file:
             found = file.read(LARGEST + 1)
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, NotImplementedError) as error:
-        if isinstance(error, UnreadableTab):
-            raise
-        raise UnreadableTab(f"is damaged: {error}") from None
+        raise damaged(error, "its archive cannot be read") from None
     except RuntimeError:  # a password
         raise UnreadableTab("is locked with a password") from None
     if len(found) > LARGEST:
         raise UnreadableTab(TOO_LARGE)
     return found
+
+
+def score_in_mxl(data: bytes) -> bytes:
+    """The score in a .mxl file: the one that its container names, else the first one. Raises UnreadableTab."""
+    try:
+        named = ROOT_FILE.search(score_in_zip(data, CONTAINER.__eq__))
+        return score_in_zip(data, unescape(named[1].decode() if named else "").__eq__)
+    except (UnreadableTab, UnicodeDecodeError):
+        return score_in_zip(data, _is_musicxml)
+
+
+def _is_musicxml(name: str) -> bool:
+    return name.lower().endswith((".xml", ".musicxml")) and not name.startswith("META-INF")
 
 
 def score_in_gpx(data: bytes) -> bytes:
@@ -65,10 +82,13 @@ def _unpacked(data: bytes) -> bytes:
     wanted = _number(data, 4)
     if wanted > LARGEST:
         raise UnreadableTab(TOO_LARGE)
+    if len(data) > LARGEST_PACKED:
+        raise UnreadableTab(f"has more than {LARGEST_PACKED >> 20} MB, which is the most for Guitar Pro 6")
     out, bit, end = bytearray(), 64, 8 * len(data)
+    data += bytes(8)
     while len(out) < wanted and bit < end:
-        ahead = int.from_bytes(data[bit >> 3 : (bit >> 3) + 8].ljust(8, b"\0")) << (bit & 7) & (1 << 64) - 1
-        if ahead >> 63:
+        ahead = int.from_bytes(data[bit >> 3 : (bit >> 3) + 8]) << (bit & 7)
+        if ahead >> 63 & 1:
             width = ahead >> 59 & 15
             back, size = (_reversed(ahead >> 59 - k * width & (1 << width) - 1, width) for k in (1, 2))
             if back > len(out):
@@ -76,7 +96,7 @@ def _unpacked(data: bytes) -> bytes:
             out += out[len(out) - back : len(out) - back + min(back, size)]
             bit += 5 + 2 * width
         else:
-            count = _reversed(ahead >> 61 & 3, 2)
+            count = (0, 2, 1, 3)[ahead >> 61 & 3]  # two bits in reverse order
             out += (ahead >> 37 & 0xFFFFFF).to_bytes(3)[:count]
             bit += 3 + 8 * count
     return bytes(out)

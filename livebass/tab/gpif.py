@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
+from copy import deepcopy
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
-from livebass.tab.model import MOST_BARS, Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track, UnreadableTab, velocity_of
-from livebass.tab.needs import parsed_xml
+from livebass.tab.model import (
+    MOST_BARS,
+    Bar,
+    Beat,
+    Curve,
+    Hold,
+    Note,
+    Tab,
+    Tempo,
+    Track,
+    UnreadableTab,
+    put_graces,
+    velocity_of,
+)
+from livebass.tab.needs import checked, exact, number, parsed_xml
 from livebass.tab.order import sign_of
 
 WORDS = {"Long": Fraction(16), "DoubleWhole": Fraction(8), "Whole": Fraction(4), "Half": Fraction(2),
@@ -25,7 +39,7 @@ SWINGS = {
     for name, note in (("8th", Fraction(1, 2)), ("16th", Fraction(1, 4)))
 }
 STACCATO, HEAVY, ACCENT = 1, 4, 8  # bits of an accent
-OCTAVE = 12.0  # fret of an artificial harmonic's node beyond the stop
+OCTAVE = "12"  # fret of an artificial harmonic's node beyond the stop
 GRACE = Fraction(1, 4)  # at most, quarter notes
 TRILL = Fraction(1, 4)  # each note
 BRUSH = Fraction(1, 8)  # without a length of its own
@@ -33,10 +47,12 @@ TICKS = 480  # of brushes and trills, in a quarter note
 FADES = {"FadeIn": "fade in", "FadeOut": "fade out", "VolumeSwell": "volume swell"}
 BRUSH_TICKS, TRILL_TICKS = ("687935489", "687931393"), ("688062467",)  # extended properties
 BEND = 50.0  # units of a whole tone are 100
-LONGEST = 1024  # quarter notes in a bar
 VIBRATO = {"Slight": 0.5, "Wide": 1.0}
 # What livebass does not play, by property or element of a beat or note
-SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe", "Ornament": "ornament"}
+SIGNS = {"Wah": "wah", "Rasgueado": "rasgueado", "Golpe": "golpe"}
+HAIRPINS = {"Crescendo": "crescendo", "Decrescendo": "diminuendo"}
+ORNAMENTS = {"UpperMordent": "inverted mordent", "LowerMordent": "mordent", "Turn": "turn",
+             "InvertedTurn": "inverted turn"}  # fmt: skip
 SIMILES = {"Simple": 1, "FirstOfDouble": 2, "SecondOfDouble": 2}  # bars back to the one that sounds
 # The numbers of a bend
 POINTS = (
@@ -48,12 +64,8 @@ POINTS = (
 def read_gpif(data: bytes) -> Tab:
     """The piece in a score.gpif. Raises UnreadableTab, or LookupError without defusedxml."""
     root = parsed_xml(data)
-    try:
+    with checked():
         return _Reader(root).tab()
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
-        if isinstance(error, UnreadableTab):
-            raise
-        raise UnreadableTab(f"is damaged: a part of its score is missing or has a wrong value ({error})") from None
 
 
 class _Reader:
@@ -78,6 +90,9 @@ class _Reader:
             whole = [beats[-1].at + beats[-1].length for track in tracks for beats in track.bars[0] if beats]
             bars[0].length = max(whole, default=bars[0].length)
         _put_tempos(bars, self.root.iterfind("MasterTrack/Automations/Automation"))
+        for k, (bar, master) in enumerate(zip(bars, self.masters, strict=True)):
+            own = [voices for track in tracks for voices in track.bars[k]]
+            bar.holds = [_hold(fermata, own, bar) for fermata in master.iterfind("Fermatas/Fermata")]
         return Tab(bars, tracks)
 
     def _track(self, track: Any, staff: int) -> Track:
@@ -95,26 +110,27 @@ class _Reader:
             bar = self.bars[(master.findtext("Bars") or "").split()[staff]]
             back = SIMILES.get(bar.findtext("SimileMark") or "", len(bars) + 1)
             if back <= len(bars):
-                bars.append(bars[-back])
+                bars.append(deepcopy(bars[-back]))
                 continue
             voices = [self._voice(word, opens) for word in (bar.findtext("Voices") or "").split() if word != "-1"]
             bars.append([beats for beats in voices if any(beat.notes for beat in beats)])
+        partial = int(_text(properties, "PartialCapoFret", "Fret") or 0) > 0
         drums = any(word in kind.lower() for word in ("drum", "perc"))
-        return Track((track.findtext("Name") or "").strip(), tuning, capo, program, drums, bars)
+        name, signs = (track.findtext("Name") or "").strip(), ("partial capo",) * partial
+        return Track(name, tuning, capo, program, drums, bars, signs=signs)
 
     def _voice(self, word: str, opens: list[int]) -> list[Beat]:
         at, beats = Fraction(0), list[Beat]()
-        waiting: list[tuple[Any, Beat]] = []  # grace beats before the next beat
+        waiting: list[tuple[Beat, bool]] = []  # grace notes before the next beat, and whether they begin on it
         for each in (self.voices[word].findtext("Beats") or "").split():
             beat = self.beats[each]
             made = self._beat(beat, at, opens)
             if beat.findtext("GraceNotes"):
-                waiting.append((beat, made))
+                made.length = min(made.length, GRACE)
+                waiting.append((made, beat.findtext("GraceNotes") == "OnBeat"))
                 continue
-            for grace, before in waiting:
-                _put_graces(before, made, grace.findtext("GraceNotes") == "OnBeat")
+            beats += [*put_graces(waiting, made), made]
             waiting = []
-            beats.append(made)
             at += made.length
         return beats
 
@@ -129,7 +145,7 @@ class _Reader:
         if beat.find("DeadSlapped") is not None:
             made.notes = [Note(k, 0, velocity_of(dynamic), technique="left slap") for k in range(len(opens))]
         technique = "slap" if "Slapped" in properties else "pop" if "Popped" in properties else ""
-        tremolo = Fraction(beat.findtext("Tremolo") or 0)
+        tremolo = exact(beat.findtext("Tremolo") or "0")
         vibrato = VIBRATO.get(_text(properties, "VibratoWTremBar", "Strength"), 0.0)
         whammy = _whammy(beat, properties)
         for note in made.notes:
@@ -137,6 +153,7 @@ class _Reader:
             note.tremolo = tremolo if 0 < tremolo <= 1 else None
             note.vibrato = max(note.vibrato, vibrato)
             note.bend = note.bend or whammy
+        made.hairpin = HAIRPINS.get(beat.findtext("Hairpin") or "", "")
         made.stroke = _text(properties, "PickStroke", "Direction").lower()
         if brush := _text(properties, "Brush", "Direction") or beat.findtext("Arpeggio"):
             length = _ticks(beat, BRUSH_TICKS) or BRUSH
@@ -176,7 +193,7 @@ def _text(properties: dict[str, Any], name: str, path: str) -> str:
 
 def _number(properties: dict[str, Any], name: str) -> float | None:
     text = _text(properties, name, "Float")
-    return float(text) if text else None
+    return number(text) if text else None
 
 
 def _is_on(properties: dict[str, Any], name: str) -> bool:
@@ -186,8 +203,6 @@ def _is_on(properties: dict[str, Any], name: str) -> bool:
 def _bar(master: Any) -> Bar:
     numerator, denominator = map(int, master.findtext("Time").split("/"))
     length = Fraction(4 * numerator, denominator)
-    if not 0 < length <= LONGEST:
-        raise UnreadableTab(f"is damaged: a bar of {numerator}/{denominator}")
     repeat = master.find("Repeat")
     signs = [each.text or "" for each in master.iterfind("Directions/*")]
     bar = Bar(length, Fraction(4, denominator), signs=frozenset(filter(None, map(sign_of, signs))))
@@ -196,7 +211,7 @@ def _bar(master: Any) -> Bar:
         bar.plays = max(int(repeat.get("count") or 2), 1) if repeat.get("end") == "true" else 1
     bar.endings = frozenset(map(int, (master.findtext("AlternateEndings") or "").split()))
     bar.swing = SWINGS.get(master.findtext("TripletFeel") or "")
-    bar.fermatas = len(master.findall("Fermatas/Fermata"))
+    bar.fifths = int(master.findtext("Key/AccidentalCount") or 0)
     bar.name = (master.findtext("Section/Text") or master.findtext("Section/Letter") or "").strip()
     return bar
 
@@ -205,30 +220,28 @@ def _put_tempos(bars: list[Bar], automations: Iterable[Any]) -> None:
     """Puts the tempos into their bars. A linear one changes until the next."""
     found: list[tuple[Fraction, Bar, Tempo, bool]] = []
     begins = [Fraction(0)]
-    for bar in bars:
-        begins.append(begins[-1] + bar.length)
+    for each in bars:
+        begins.append(begins[-1] + each.length)
     for each in automations:
-        number = int(each.findtext("Bar") or 0)
-        if each.findtext("Type") == "Tempo" and 0 <= number < len(bars):
+        bar = int(each.findtext("Bar") or 0)
+        if each.findtext("Type") == "Tempo" and 0 <= bar < len(bars):
             value, unit = (each.findtext("Value") or "").split()
-            at = Fraction(each.findtext("Position") or 0).limit_denominator(1000) * bars[number].length
-            tempo = Tempo(at, float(value) * TEMPO_UNITS.get(unit, 1.0))
-            found.append((begins[number] + at, bars[number], tempo, each.findtext("Linear") == "true"))
+            at = exact(each.findtext("Position") or "0").limit_denominator(1000) * bars[bar].length
+            tempo = Tempo(at, number(value) * TEMPO_UNITS.get(unit, 1.0))
+            found.append((begins[bar] + at, bars[bar], tempo, each.findtext("Linear") == "true"))
     found.sort(key=lambda row: row[0])
-    for number, (begin, bar, tempo, linear) in enumerate(found):
-        bar.tempos.append(tempo)
-        if linear and number + 1 < len(found):
-            end, _, after, _ = found[number + 1]
-            bar.tempos.append(replace(after, at=tempo.at, over=end - begin))
+    for k, (begin, own, tempo, linear) in enumerate(found):
+        own.tempos.append(tempo)
+        if linear and k + 1 < len(found):
+            end, _, after, _ = found[k + 1]
+            own.tempos.append(replace(after, at=tempo.at, over=end - begin))
 
 
-def _put_graces(before: Beat, beat: Beat, on_beat: bool) -> None:
-    """Puts the notes of a grace beat before those of `beat` on their strings."""
-    for grace in before.notes:
-        joined = "hammer" if grace.hammer else "slide" if grace.slides else "bend" if grace.bend else ""
-        for note in beat.notes:
-            if note.string == grace.string:
-                note.graces.append(Grace(grace.fret, min(before.length, GRACE), grace.dead, joined, on_beat))
+def _hold(fermata: Any, voices: Iterable[Sequence[Beat]], bar: Bar) -> Hold:
+    """A fermata: the shortest note that begins there is held, 1.5 to 4 times as long, by its length from 0 to 1."""
+    at, length = exact(fermata.findtext("Offset") or "0"), number(fermata.findtext("Length") or "0.5")
+    lengths = [beat.length for beats in voices for beat in beats if beat.at == at and beat.notes]
+    return Hold(at, min(lengths, default=bar.beat), 1.5 - length / 2 + 3 * length**2)
 
 
 def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]) -> Note:
@@ -242,12 +255,13 @@ def _note(note: Any, properties: dict[str, Any], velocity: int, opens: list[int]
     made.ghost, made.let_ring = note.find("AntiAccent") is not None, note.find("LetRing") is not None
     made.staccato, made.accent = bool(accent & STACCATO), 2 if accent & HEAVY else int(bool(accent & ACCENT))
     made.vibrato = VIBRATO.get(note.findtext("Vibrato") or "", 0.0)
+    made.ornament = ORNAMENTS.get(note.findtext("Ornament") or "", "")
     slides = int(_text(properties, "Slide", "Flags") or 0)
     made.slides = frozenset(slide for bit, slide in enumerate(SLIDES) if slides >> bit & 1)
     harmonic = _text(properties, "HarmonicType", "HType")
     if harmonic not in ("", "NoHarmonic"):
         made.harmonic = {"Tap": "tapped"}.get(harmonic, harmonic.lower())
-        made.node = float(_text(properties, "HarmonicFret", "HFret") or OCTAVE)
+        made.node = number(_text(properties, "HarmonicFret", "HFret") or OCTAVE)
     if _is_on(properties, "Bended"):
         made.bend = _curve([_number(properties, f"Bend{name}") for name in POINTS])
     trill = note.findtext("Trill")
@@ -269,7 +283,7 @@ def _whammy(beat: Any, properties: dict[str, Any]) -> Curve:
         return _curve([_number(properties, f"WhammyBar{name}") for name in POINTS])
     found = beat.find("Whammy")
     names = [name[0].lower() + name[1:] for name in POINTS]
-    return () if found is None else _curve([float(found.get(name)) if found.get(name) else None for name in names])
+    return () if found is None else _curve([number(found.get(name)) if found.get(name) else None for name in names])
 
 
 def _ticks(element: Any, names: Collection[str]) -> Fraction:

@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
-from livebass.tab.model import Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track, UnreadableTab
-from livebass.tab.needs import needed
+from livebass.tab.model import Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track
+from livebass.tab.needs import damaged, needed
 from livebass.tab.order import sign_of
 
 TECHNIQUES = {"tapping": "tap", "slapping": "slap", "popping": "pop"}
@@ -17,7 +17,10 @@ SLIDES = {
     "outUpwards": model.OUT_UP, "intoFromBelow": model.IN_BELOW, "intoFromAbove": model.IN_ABOVE,
 }  # fmt: skip
 HARMONICS = {1: model.NATURAL, 2: model.ARTIFICIAL, 3: "tapped", 4: "pinch", 5: "semi"}
-OCTAVE = 12.0  # fret of an artificial harmonic's node beyond the stop
+GRACES = ("", "slide", "bend", "hammer")  # how they are joined to their notes, by number
+OCTAVE = 12.0  # fret of a harmonic's node beyond the stop ...
+NODES = {19: 7.0, 24: 5.0, 28: 4.0, 31: 3.2}  # ... unless it sounds so many semitones higher
+AT_FIVE, AT_SEVEN = 24, 19  # PyGuitarPro confuses these two in Guitar Pro 4 files
 QUARTER_TONE = 0.5  # semitones
 BRUSH = Fraction(1, 8)  # quarter notes, without a length of its own
 SWINGS = {
@@ -32,16 +35,17 @@ def read_guitarpro(data: bytes) -> Tab:
     try:
         song = guitarpro.parse(io.BytesIO(data))
     except Exception as error:  # of any kind: it reads damaged lengths and numbers as they are
-        raise UnreadableTab(f"is damaged: {error or type(error).__name__}") from None
+        raise damaged(error, "PyGuitarPro cannot read it") from None
     bars = [_bar(header) for header in song.measureHeaders]
     if bars:
         bars[0].tempos.append(Tempo(Fraction(0), float(song.tempo)))
     for track in song.tracks:  # tempos stand in any track
         for bar, measure in zip(bars, track.measures, strict=False):
-            bar.tempos += [tempo for tempo in _tempos(measure.voices[0]) if tempo not in bar.tempos]
+            found = (tempo for voice in measure.voices for tempo in _tempos(voice))
+            bar.tempos += [tempo for tempo in found if tempo not in bar.tempos]
     for bar in bars:
         bar.tempos.sort(key=lambda tempo: tempo.at)
-    return Tab(bars, [_track(track) for track in song.tracks])
+    return Tab(bars, [_track(track, song.versionTuple) for track in song.tracks])
 
 
 def _bar(header: Any) -> Bar:
@@ -74,20 +78,26 @@ def _length(duration: Any) -> Fraction:
     return Fraction(4, duration.value) * dotted * duration.tuplet.times / duration.tuplet.enters
 
 
-def _track(track: Any) -> Track:
+def _track(track: Any, version: tuple[int, ...]) -> Track:
     tuning = tuple(string.value for string in sorted(track.strings, key=lambda string: -string.number))
     bars = [
-        [_beats(voice, len(tuning)) for voice in measure.voices if any(beat.notes for beat in voice.beats)]
+        [_beats(voice, len(tuning), version) for voice in measure.voices if any(beat.notes for beat in voice.beats)]
         for measure in track.measures
     ]
+    frets: dict[int, int] = {}  # by string: PyGuitarPro looks for the origin of a tie in the same voice only
+    for voices in bars:
+        for beat in sorted((beat for beats in voices for beat in beats), key=lambda beat: beat.at):
+            for note in beat.notes:
+                note.fret = frets.get(note.string, note.fret) if note.tie else note.fret
+                frets[note.string] = note.fret
     return Track(track.name, tuning, track.offset, track.channel.instrument, track.isPercussionTrack, bars)
 
 
-def _beats(voice: Any, strings: int) -> list[Beat]:
+def _beats(voice: Any, strings: int, version: tuple[int, ...]) -> list[Beat]:
     at, beats = Fraction(0), []
     for beat in voice.beats:
         length, effect = _length(beat.duration), beat.effect
-        made = Beat(at, length, [_note(n, effect, strings) for n in beat.notes if n.type.name != "rest"])
+        made = Beat(at, length, [_note(n, strings, version) for n in beat.notes if n.type.name != "rest"])
         made.stroke = effect.pickStroke.name.replace("none", "")
         if effect.stroke.direction.name != "none":
             brush = Fraction(4, effect.stroke.value) if effect.stroke.value > 0 else BRUSH
@@ -100,8 +110,8 @@ def _beats(voice: Any, strings: int) -> list[Beat]:
     return beats
 
 
-def _note(note: Any, beat: Any, strings: int) -> Note:
-    effect = note.effect
+def _note(note: Any, strings: int, version: tuple[int, ...]) -> Note:
+    effect, beat = note.effect, note.beat.effect
     made = Note(strings - note.string, note.value, note.velocity)
     made.tie, made.dead = note.type.name == "tie", note.type.name == "dead"
     made.ghost, made.hammer, made.let_ring = effect.ghostNote, effect.hammer, effect.letRing
@@ -112,7 +122,7 @@ def _note(note: Any, beat: Any, strings: int) -> Note:
     made.slides = frozenset(SLIDES[slide.name] for slide in effect.slides if slide.name in SLIDES)
     if effect.harmonic:
         made.harmonic = HARMONICS[effect.harmonic.type]
-        made.node = float(note.value) if made.harmonic == model.NATURAL else OCTAVE
+        made.node = _node(effect.harmonic, note, version)
     if effect.bend or beat.tremoloBar:
         made.bend = _curve(effect.bend or beat.tremoloBar)
     if effect.trill:
@@ -120,10 +130,34 @@ def _note(note: Any, beat: Any, strings: int) -> Note:
     if effect.tremoloPicking:
         made.tremolo = _length(effect.tremoloPicking.duration)
     if effect.grace:
-        grace = effect.grace
-        joined = grace.transition.name.replace("none", "")
-        made.graces.append(Grace(grace.fret, Fraction(4, grace.duration), grace.isDead, joined, grace.isOnBeat))
+        made.graces.append(_grace(effect.grace, note.value, version))
     return made
+
+
+def _grace(grace: Any, fret: int, version: tuple[int, ...]) -> Grace:
+    """A grace note to the note at `fret`; a dead one of Guitar Pro 3 and 4 has no fret of its own."""
+    length, joined = 8 - grace.duration.bit_length(), grace.transition.value  # as the file stores them
+    if version[0] < 5:  # where PyGuitarPro confuses these two
+        length, joined = joined, length
+    way = GRACES[joined] if joined in range(len(GRACES)) else ""
+    place = grace.fret if grace.fret >= 0 else fret
+    return Grace(place, Fraction(4, 1 << max(7 - length, 0)), grace.isDead, way, grace.isOnBeat)
+
+
+def _node(harmonic: Any, note: Any, version: tuple[int, ...]) -> float:
+    """The fret of a harmonic's node, from the stop."""
+    kind = HARMONICS[harmonic.type]
+    if kind == model.NATURAL:
+        return float(note.value)
+    if kind == "tapped" and harmonic.fret:
+        tapped = float(harmonic.fret - note.value)
+        return tapped if tapped in NODES.values() else OCTAVE
+    if kind != model.ARTIFICIAL or not harmonic.pitch or not harmonic.octave:
+        return OCTAVE
+    higher = (harmonic.pitch.value - note.realValue) % 12 + 12 * harmonic.octave.value
+    if version[0] == 4:
+        higher = {AT_FIVE: AT_SEVEN, AT_SEVEN: AT_FIVE}.get(higher, higher)
+    return NODES.get(higher, OCTAVE)
 
 
 def _curve(bend: Any) -> Curve:

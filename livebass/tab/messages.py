@@ -62,8 +62,6 @@ LOW = 2  # strings that a thumb on two strikes
 SWITCH_VELOCITY = RELEASE = 64
 # Order of what happens at once: notes end, controllers move, notes begin, and what a tied note leaves ends
 END, CONTROL, PRESS, BEGIN, LATER = range(5)
-FADES = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
-         "volume swell": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))}  # fmt: skip
 
 
 class Way(NamedTuple):
@@ -126,7 +124,8 @@ def _conductor(performance: Performance, bars: Sequence[Bar], texts: Iterable[st
     for begin, number in performance.bars:
         bar = bars[number]
         ratio = int(bar.length / bar.beat), int(4 / bar.beat)
-        if ratio != last and 0 < ratio[0] < 256:
+        power = ratio[1] > 0 and ratio[1] & ratio[1] - 1 == 0  # of two, as MIDI needs it
+        if ratio != last and 0 < ratio[0] < 256 and power:
             events.append((_tick(begin), 1, MetaMessage("time_signature", numerator=ratio[0], denominator=ratio[1])))
             last = ratio
         if bar.name:
@@ -183,9 +182,7 @@ class _Writer:
             self.control(stroke.time, SLIDE_TIME_CC, slow)
         self._move("pressure", stroke, channel, [(stroke.time, stroke.vibrato)], PRESSURE)
         self._move("wheel", stroke, channel, [(time, y / WHEEL_RANGE) for time, y in stroke.bend], WHEEL)
-        length = stroke.end - stroke.time
-        fade = [(stroke.time + x * length, y) for x, y in FADES.get(stroke.fade, ())] or [(stroke.time, 1.0)]
-        self._move("expression", stroke, channel, fade, FULL)
+        self._move("expression", stroke, channel, stroke.fade or [(stroke.time, 1.0)], FULL)
         for technique in filter(None, (way.hold, stroke.direction and f"{stroke.direction}_stroke")):
             self._switch(tick, channel, technique, 2 if stroke.kind in (OFF_DOWN, OFF_UP) else 1)
         if stroke.kind in (OFF_DOWN, OFF_UP):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 Curve = tuple[tuple[float, float], ...]  # (part of the length from 0 to 1, semitones)
@@ -16,6 +17,8 @@ FORTE = 95  # velocity of a note without a dynamic
 SOFTEST, STEP = 15, 16  # velocities of ppp and from mark to mark
 DYNAMICS = ("ppp", "pp", "p", "mp", "mf", "f", "ff", "fff")
 MOST_BARS = 5000  # in a file and as played
+LONGEST = 1024  # quarter notes in a bar
+HIGHEST_LOWEST = 33  # A1: the lowest string of a bass is no higher
 
 
 class UnreadableTab(ValueError):
@@ -56,6 +59,8 @@ class Note:
     slides: frozenset[str] = frozenset()
     bend: Curve = ()
     trill: tuple[int, Fraction] | None = None  # fret, length of each note
+    ornament: str = ""  # mordent, inverted mordent, turn, inverted turn, trill; `context.py` gives its frets
+    turns: tuple[int, ...] = ()  # frets before the note's own, quickly
     tremolo: Fraction | None = None  # length of each stroke
     graces: list[Grace] = field(default_factory=list)
 
@@ -66,6 +71,7 @@ class Note:
             "dead": self.dead, "ghost": self.ghost, "hammer": self.hammer, "let ring": self.let_ring,
             "staccato": self.staccato, "palm mute": self.palm, "accent": self.accent, "vibrato": self.vibrato,
             "bend": self.bend, "trill": self.trill, "tremolo": self.tremolo, "grace": self.graces,
+            "ornament": self.turns,
         }  # fmt: skip
         found = [name for name, given in there.items() if given]
         harmonic = [f"{self.harmonic} harmonic"] if self.harmonic else []
@@ -85,8 +91,22 @@ class Beat:
     length: Fraction
     notes: list[Note]
     stroke: str = ""  # down, up: of the pick
+    hairpin: str = ""  # crescendo, diminuendo
     brush: Fraction = Fraction(0)  # from the first string to the last; negative: from the highest
     signs: tuple[str, ...] = ()  # signs that livebass does not play, by name
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A fermata: what sounds from `at` in its bar lasts `times` as long."""
+
+    at: Fraction
+    length: Fraction
+    times: float
+
+    @property
+    def end(self) -> Fraction:
+        return self.at + self.length
 
 
 @dataclass(frozen=True)
@@ -108,10 +128,11 @@ class Bar:
     plays: int = 1  # of the repeat that ends here; 1: none ends
     endings: frozenset[int] = frozenset()  # of the passes, from 1, that play this bar; empty: all
     signs: frozenset[str] = frozenset()  # segno, coda, fine, "da capo al fine" ... (order.py)
+    fifths: int = 0  # sharps of the key; negative: flats
     swing: tuple[Fraction, Fraction] | None = None  # length of a pair of notes, and of its first note
     tempos: list[Tempo] = field(default_factory=list)
     name: str = ""  # of the section that begins here
-    fermatas: int = 0  # livebass does not play them
+    holds: list[Hold] = field(default_factory=list)
 
 
 @dataclass
@@ -124,11 +145,14 @@ class Track:
     program: int | None  # of General MIDI, from 0
     drums: bool
     bars: list[list[list[Beat]]]  # bar, voice
+    tabbed: bool = True  # False: the file gives pitches, without strings and frets
+    left: int = 0  # notes that are not read
+    signs: tuple[str, ...] = ()  # signs of the whole track that livebass does not play, by name
 
     @property
     def notes(self) -> int:
         """The number of written notes, without ties."""
-        return sum(not n.tie for voices in self.bars for beats in voices for b in beats for n in b.notes)
+        return self.left + sum(not n.tie for voices in self.bars for beats in voices for b in beats for n in b.notes)
 
 
 @dataclass
@@ -137,6 +161,27 @@ class Tab:
 
     bars: list[Bar]
     tracks: list[Track]
+
+
+def put_graces(graces: Sequence[tuple[Beat, bool]], beat: Beat) -> list[Beat]:
+    """Puts grace notes before the notes of a beat on their strings. Returns those on other strings as beats.
+
+    `graces` are beats, in order, and whether they begin on the beat.
+    """
+    others, at = list[Beat](), beat.at
+    for before, on_beat in reversed(graces):
+        at -= before.length
+        rest = []
+        for grace in before.notes:
+            note = next((note for note in beat.notes if note.string == grace.string), None)
+            if note is None:
+                rest.append(grace)
+                continue
+            joined = "hammer" if grace.hammer else "slide" if grace.slides else "bend" if grace.bend else ""
+            note.graces.insert(0, Grace(grace.fret, before.length, grace.dead, joined, on_beat))
+        if rest:
+            others.append(replace(before, at=beat.at if on_beat else at, notes=rest))
+    return others
 
 
 def velocity_of(dynamic: str) -> int:

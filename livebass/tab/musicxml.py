@@ -1,15 +1,40 @@
-"""Reads MusicXML, score-partwise: strings and frets where the file gives them, else the lowest fret for each pitch."""
+"""Reads MusicXML: strings and frets where the file gives them, else the lowest fret for each pitch."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import re
+from bisect import bisect_left
+from collections import Counter
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import accumulate, zip_longest
 from typing import Any
 
+from livebass import tracknames
+from livebass.score.lines import BASS_PROGRAMS
 from livebass.tab import model
-from livebass.tab.model import MOST_BARS, Bar, Beat, Curve, Grace, Note, Tab, Tempo, Track, UnreadableTab, velocity_of
-from livebass.tab.needs import parsed_xml
-from livebass.tab.order import sign_of
+from livebass.tab.model import (
+    HIGHEST_LOWEST,
+    LONGEST,
+    MOST_BARS,
+    Bar,
+    Beat,
+    Curve,
+    Hold,
+    Note,
+    Tab,
+    Tempo,
+    Track,
+    UnreadableTab,
+    put_graces,
+    velocity_of,
+)
+from livebass.tab.needs import checked, exact, number, parsed_xml
+from livebass.tab.order import JUMPS, sign_of
+from livebass.tab.tempos import FASTEST, SLOWEST
+from livebass.tab.tempos import USUAL as USUAL_TEMPO
 
 STEPS = {"C": 0, "D": 2, "E": 4, "F": 5, "G": 7, "A": 9, "B": 11}
 TYPES = {"whole": 1, "half": 2, "quarter": 4, "eighth": 8, "16th": 16, "32nd": 32, "64th": 64}
@@ -18,69 +43,180 @@ FIFTH_STRING = 23
 MOST_STRINGS = 12
 PERCUSSION = "10"  # channel
 GRACE = Fraction(1, 8)  # quarter notes
-TRILL, TRILL_FRETS = Fraction(1, 4), 2
 BRUSH = Fraction(1, 8)
-LONGEST = 1024  # quarter notes in a bar
 # Signs of a note, by the elements of its notations
 SLIDES = {"slide": model.SHIFT, "glissando": model.SHIFT, "scoop": model.IN_BELOW, "plop": model.IN_ABOVE,
           "falloff": model.OUT_DOWN, "doit": model.OUT_UP}  # fmt: skip
-ORNAMENTS = ("mordent", "inverted-mordent", "turn", "inverted-turn")
-UNPLAYED = {**dict.fromkeys(ORNAMENTS, "ornament"), "golpe": "golpe", "fermata": "fermata"}
+ORNAMENTS = {"trill-mark": "trill", "mordent": "mordent", "inverted-mordent": "inverted mordent", "turn": "turn",
+             "inverted-turn": "inverted turn"}  # fmt: skip
+HOLDS = {"angled": 1.5, "square": 4.0}  # of fermatas by shape, as Guitar Pro holds short and long ones ...
+HOLD = 2.0  # ... and the usual ones
+UNMEASURED = 3  # strokes of a tremolo without a speed
+FULL = 90  # velocity of dynamics="100"
+MOST_ENDINGS = 99
+MOST_NOTES = 30_000  # with rests; of a score with more, only the parts that a bass may play are read
+MOST_DIRECTIONS = 60_000  # with tempos
+MOST_IN_CHORD = 24
+# Pieces of the text of a large score
+DESCRIPTION = re.compile(rb"""<score-part\s[^<>]*?id=["'](?P<id>[^"'<>]*).*?</score-part>""", re.DOTALL)
+PART = re.compile(rb"""<part\s[^<>]*?id=["'](?P<id>[^"'<>]*)""")
+NOTE = re.compile(rb"<note(?:\s[^<>]*)?>")
+*SAID, DURATION = (
+    re.compile(rb"<%b>([^<]*)</%b>" % (tag, tag)) for tag in (b"part-name", b"midi-program", b"duration")
+)
+PER_MINUTE = re.compile(r"\d+(?:\.\d+)?")  # in a text such as "ca. 120"
+ROUNDING = Fraction(1, 32)  # quarter notes by which a bar may be too long
 
 
 def read_musicxml(data: bytes) -> Tab:
     """The piece in a MusicXML file. Raises UnreadableTab, or LookupError without defusedxml."""
+    left = Counter[str]()  # notes that are not read, by part
+    if data.count(b"</note>") > MOST_NOTES:
+        data, left = _of_basses(data)
     root = parsed_xml(data)
-    if root.tag != "score-partwise":
-        raise UnreadableTab("is MusicXML by time; livebass reads score-partwise, which other programs write")
-    try:
+    with checked():
+        if root.tag == "score-timewise":
+            _turn_by_part(root)
+        if root.tag != "score-partwise":
+            raise UnreadableTab(f"is not a score: its XML is {root.tag[:40]!r}, not score-partwise or score-timewise")
+        for name, count, most in (
+            ("notes and rests", _count(root, "note"), MOST_NOTES),
+            ("directions", _count(root, "direction") + _count(root, "sound"), MOST_DIRECTIONS),
+        ):
+            if count > most:
+                raise UnreadableTab(f"has {count} {name}, more than {most}")
         names = {part.get("id"): part for part in root.iterfind("part-list/score-part")}
-        parts = [_Part(part, names.get(part.get("id"))) for part in root.iterfind("part")]
-        return Tab(parts[0].bars if parts else [], [part.track() for part in parts])
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError, ZeroDivisionError) as error:
-        if isinstance(error, UnreadableTab):
-            raise
-        raise UnreadableTab(f"is damaged: a part of its score is missing or has a wrong value ({error})") from None
+        divisions = exact(root.findtext(".//divisions") or "1")  # of parts without their own
+        parts = [_Part(part, names.get(part.get("id")), divisions) for part in root.iterfind("part")]
+        tracks = [replace(part.track(), left=left[part.name]) for part in parts]
+        return Tab(_merged([part.bars for part in parts]), tracks)
+
+
+def _count(root: Any, tag: str) -> int:
+    return sum(1 for _ in root.iter(tag))
+
+
+def _of_basses(data: bytes) -> tuple[bytes, Counter[str]]:
+    """A large score with the notes of its basses only, and the number of the others by part.
+
+    A part is a bass by its tablature, its name or its program. The notes of the others become times that pass.
+    """
+    basses = set[bytes]()
+    for part in DESCRIPTION.finditer(data):
+        found = (match[1].decode(errors="replace") if (match := text.search(part[0])) else "" for text in SAID)
+        basses |= {part["id"]} if _is_bass(*found) else set()
+    pieces = data.split(b"</part>")
+    names = [match["id"] if (match := PART.search(piece)) else b"" for piece in pieces]
+    basses |= {name for name, piece in zip(names, pieces, strict=True) if b"<fret>" in piece}
+    left = Counter[str]()
+    for k, (name, piece) in enumerate(zip(names, pieces, strict=True)):
+        if name not in basses:
+            notes = [NOTE.split(each, maxsplit=1) for each in piece.split(b"</note>")]
+            left[name.decode(errors="replace")] += sum(b"<pitch>" in text for _, *texts in notes for text in texts)
+            pieces[k] = b"".join(before + b"".join(map(_passing, texts)) for before, *texts in notes)
+    return b"</part>".join(pieces), left
+
+
+def _is_bass(name: str, program: str) -> bool:
+    """True for the name or the program, from 1, of a bass."""
+    return tracknames.is_bass(name) or (program.strip().isdecimal() and int(program[:9]) - 1 in BASS_PROGRAMS)
+
+
+def _passing(note: bytes) -> bytes:
+    """The time in which a note that is not read would sound."""
+    duration = None if b"<chord" in note else DURATION.search(note)
+    return b"<forward>%b</forward>" % duration[0] if duration else b""
+
+
+def _turn_by_part(root: Any) -> None:
+    """Makes a score by time, whose measures have the parts in them, one by part."""
+    parts: dict[str, Any] = {}
+    for measure in root.iterfind("measure"):
+        for part in measure.findall("part"):
+            name = part.get("id")
+            if name not in parts:
+                parts[name] = root.makeelement("part", {"id": name})
+                root.append(parts[name])
+            part.tag, part.attrib = "measure", dict(measure.attrib)
+            parts[name].append(part)
+    root.tag = "score-partwise"
+
+
+def _merged(parts: Sequence[list[Bar]]) -> list[Bar]:
+    """The bars of all parts as one: as long as the longest, with the tempos and signs of each."""
+    bars = max(parts, key=len, default=[])
+    for others in parts:
+        for bar, other in zip(bars, others, strict=False):
+            bar.tempos += [tempo for tempo in other.tempos if tempo not in bar.tempos]
+            bar.holds += [hold for hold in other.holds if all(hold.at != own.at for own in bar.holds)]
+            bar.signs, bar.name = bar.signs | other.signs, bar.name or other.name
+            bar.length = max(bar.length, other.length)
+    for bar in bars:
+        bar.tempos.sort(key=lambda tempo: tempo.at)
+    return bars
 
 
 @dataclass
 class _Voice:
     beats: list[Beat] = field(default_factory=list)
-    graces: list[tuple[int, Grace]] = field(default_factory=list)  # (string, note), before the next beat
+    graces: list[tuple[Beat, bool]] = field(default_factory=list)  # before the next beat; True: on it
+    own: list[tuple[Beat, bool]] = field(default_factory=list)  # before the last beat
+    slurs: set[str] = field(default_factory=set)  # that are open
+
+    def put_graces(self) -> None:
+        """Completes the last beat, when its notes are known."""
+        if self.own:
+            self.beats += put_graces(self.own, self.beats[-1])
+            self.own = []
 
 
 class _Part:
     """A part, read bar by bar."""
 
-    def __init__(self, part: Any, description: Any) -> None:
-        self.description = description
+    def __init__(self, part: Any, description: Any, divisions: Fraction) -> None:
+        self.description, self.name = description, part.get("id")
         self.bars: list[Bar] = []
         self.voices: list[list[list[Beat]]] = []
-        self.divisions, self.transpose, self.capo, self.velocity = 1, 0, 0, model.FORTE
+        self.divisions, self.capo, self.velocity, self.bpm = divisions, 0, model.FORTE, USUAL_TEMPO
+        self.transpose = _transposition(part.find(".//transpose"))
         self.beat, self.length = Fraction(1), Fraction(4)
         self.strings: dict[int, int] = {}  # MIDI notes by number of string, 1 the highest
         self.endings: frozenset[int] = frozenset()
-        self.tabbed = part.find(".//technical/fret") is not None
-        for note in part.iterfind(".//note"):  # the strings, before the first note needs them
-            self._see_string(note)
+        self.begin, self.fifths = Fraction(0), 0
+        self.swing: tuple[Fraction, Fraction] | None = None
+        self.wedges: dict[str, tuple[Fraction, str]] = {}  # that are open, by number: where they begin, and their kind
+        self.hairpins: list[tuple[Fraction, Fraction, str]] = []
         measures = part.findall("measure")
         if len(measures) > MOST_BARS:
             raise UnreadableTab(f"has {len(measures)} bars, more than {MOST_BARS}")
-        details = part.findall(".//staff-details")
-        for each in details:
+        notes = part.findall("measure/note")
+        self.staves = {_staff(note) for note in notes if note.find(".//technical/fret") is not None}  # with tablature
+        for each in part.iterfind(".//staff-details"):
             self._details(each)
-        self.tuning = self._tuning()
-        for measure in measures:
-            self._measure(measure)
+        for note in notes:  # the strings, before the first note needs them
+            self._see_string(note)
+        self._lower()
+        self.tabbed = bool(self.strings)
+        self.tuning = self._tuning(notes)
+        self.latest: Beat | None = None  # to which a chord's notes belong
+        self.sounding: dict[int, tuple[int, int]] = {}  # the string and fret of each pitch
+        self.counted: set[int] = set()  # numbers of the bars, from 1, whose repeats say how often they play
+        self.simile = 0  # bars back to the one that sounds
+        for measure, after in zip_longest(measures, measures[1:]):
+            self._measure(measure, _is_part(after))
+        self._put_hairpins()
+        self._find_goals()
+        self._count_passes()
 
     def track(self) -> Track:
         description = self.description
         if description is None:
-            return Track("", self.tuning, self.capo, None, False, self.voices)
+            return Track("", self.tuning, self.capo, None, False, self.voices, self.tabbed)
         program, channel = (description.findtext(f"midi-instrument/midi-{name}") for name in ("program", "channel"))
-        number = int(program) - 1 if program else None
+        kind = int(program) - 1 if program else None
         name = (description.findtext("part-name") or "").strip()
-        return Track(name, self.tuning, self.capo, number, channel == PERCUSSION, self.voices)
+        drums = (channel or "").strip() == PERCUSSION
+        return Track(name, self.tuning, self.capo, kind, drums, self.voices, self.tabbed)
 
     def _see_string(self, note: Any) -> None:
         """Learns the open note of a string from the pitch of its first note."""
@@ -90,17 +226,31 @@ class _Part:
             note.find("pitch"),
         )
         if string and fret and pitch is not None:
-            self.strings.setdefault(int(string), _pitch(pitch, "") - int(fret))
+            opened = _pitch(pitch, "") + self.transpose - int(fret) - self.capo
+            self.strings.setdefault(int(string), opened)
 
     def _details(self, details: Any) -> None:
-        lines = int(details.findtext("staff-lines") or 0)
+        tunings = details.findall("staff-tuning")
+        lines = int(details.findtext("staff-lines") or 0) or len(tunings)
         self.capo = int(details.findtext("capo") or self.capo)
-        for tuning in details.iterfind("staff-tuning"):
-            self.strings[1 + lines - int(tuning.get("line"))] = _pitch(tuning, "tuning-")
+        for tuning in tunings:
+            self.strings.setdefault(1 + lines - int(tuning.get("line")), _pitch(tuning, "tuning-"))
 
-    def _tuning(self) -> tuple[int, ...]:
+    def _lower(self) -> None:
+        """Lowers a bass whose strings are tuned as its notes are written, an octave higher than they sound."""
+        if self.description is None or min(self.strings.values(), default=0) <= HIGHEST_LOWEST:
+            return
+        tags = "part-name", "midi-instrument/midi-program"
+        if _is_bass(*(self.description.findtext(tag) or "" for tag in tags)):
+            self.strings = {number: note - 12 for number, note in self.strings.items()}
+            self.transpose = self.transpose or -12
+
+    def _tuning(self, notes: Sequence[Any]) -> tuple[int, ...]:
         """The notes of the open strings, lowest first; strings that the file does not name are those of a bass."""
-        count = max(self.strings, default=len(USUAL))
+        count = max(self.strings, default=0)
+        if not count:
+            lowest = min((_pitch(pitch, "") for note in notes for pitch in note.iterfind("pitch")), default=127)
+            count = len(USUAL) + (FIFTH_STRING <= lowest + self.transpose < USUAL[0])
         if count > MOST_STRINGS:
             raise UnreadableTab(f"is damaged: {count} strings")
         usual = dict(enumerate([*reversed(USUAL), FIFTH_STRING], 1))
@@ -109,10 +259,11 @@ class _Part:
             raise UnreadableTab(f"has {count} strings, but not the tuning of each")
         return tuple(found[number] or 0 for number in range(count, 0, -1))
 
-    def _measure(self, measure: Any) -> None:
+    def _measure(self, measure: Any, goes_on: bool) -> None:
+        """Reads a measure; `goes_on`: the next one is the rest of this one."""
         at = Fraction(0)
         end = at
-        bar = Bar(self.length, self.beat, endings=self.endings)
+        bar = Bar(self.length, self.beat, endings=self.endings, fifths=self.fifths, swing=self.swing)
         voices: dict[str, _Voice] = {}
         self.bars.append(bar)
         signs: list[str] = []
@@ -122,47 +273,93 @@ class _Part:
             elif each.tag == "note":
                 at = self._note(each, at, voices)
             elif each.tag in ("backup", "forward"):
-                at += self._duration(each) * (1 if each.tag == "forward" else -1)
+                at = max(at + self._duration(each) * (1 if each.tag == "forward" else -1), Fraction(0))
             elif each.tag in ("direction", "sound"):
                 self._direction(each, at, bar, signs)
             elif each.tag == "barline":
                 self._barline(each, bar)
             end = max(end, at)
-        if measure.get("implicit") == "yes" and 0 < end < bar.length:  # an upbeat, or the rest of a split bar
+        known = set(filter(None, map(sign_of, signs)))
+        bar.signs = frozenset(sign for sign in known if not any(other.startswith(f"{sign} al ") for other in known))
+        goes_back = bar.plays > 1 or any(sign in JUMPS for sign in known)
+        fills = goes_back and abs(bar.length - end - self.bars[0].length) <= ROUNDING  # the upbeat completes it
+        if end > bar.length + ROUNDING or ((_is_part(measure) or goes_on or fills) and 0 < end < bar.length):
             bar.length = end
-        bar.signs = frozenset(filter(None, map(sign_of, signs)))
-        self.voices.append([voice.beats for voice in voices.values()])
+        for voice in voices.values():
+            voice.put_graces()
+            if voice.graces:  # after the last note
+                voice.beats += put_graces(voice.graces, Beat(end, Fraction(0), []))
+        found = [voice.beats for voice in voices.values()]
+        if 0 < self.simile <= len(self.voices) and not any(beat.notes for beats in found for beat in beats):
+            found = deepcopy(self.voices[-self.simile])
+        self.voices.append(found)
+        self.begin += bar.length
+
+    def _find_goals(self) -> None:
+        """Jumps that name no goal lead to the coda or the fine that the part has."""
+        signs = frozenset[str]().union(*(bar.signs for bar in self.bars))
+        goal = " al coda" if "da coda" in signs else " al fine" if "fine" in signs else ""
+        for bar in self.bars:
+            bar.signs = frozenset(sign + goal if JUMPS.get(sign, ("", "-"))[1] == "" else sign for sign in bar.signs)
+
+    def _count_passes(self) -> None:
+        """Repeats that do not say how often they play do it for all of their endings."""
+        for n, (bar, after) in enumerate(zip_longest(self.bars, self.bars[1:]), 1):
+            if bar.plays > 1 and bar.endings and n not in self.counted:
+                follows = after is not None and max(after.endings, default=0) > max(bar.endings)
+                bar.plays = max(max(bar.endings) + follows, 2)
+
+    def _put_hairpins(self) -> None:
+        """Marks the beats under each hairpin."""
+        begins = list(accumulate((bar.length for bar in self.bars), initial=Fraction(0)))
+        bars = zip(begins, self.voices, strict=False)
+        beats = [(begin + beat.at, beat) for begin, voices in bars for voice in voices for beat in voice]
+        beats.sort(key=lambda row: row[0])
+        for begin, end, kind in self.hairpins:
+            for k in range(bisect_left(beats, begin, key=lambda row: row[0]), len(beats)):
+                if beats[k][0] >= end:
+                    break
+                beats[k][1].hairpin = kind
 
     def _duration(self, element: Any) -> Fraction:
-        found = Fraction(element.findtext("duration") or 0) / self.divisions
+        found = exact(element.findtext("duration") or "0") / self.divisions
         if not 0 <= found <= LONGEST:
             raise UnreadableTab(f"is damaged: a note of {float(found):g} quarter notes")
         return found
 
     def _attributes(self, attributes: Any, bar: Bar) -> None:
-        self.divisions = int(attributes.findtext("divisions") or self.divisions)
-        numerator, denominator = attributes.findtext("time/beats"), attributes.findtext("time/beat-type")
-        if numerator and denominator:
-            beats = sum(map(int, numerator.split("+")))
-            self.beat = Fraction(4, int(denominator))
-            self.length = beats * self.beat
-            if not 0 < self.length <= LONGEST:
-                raise UnreadableTab(f"is damaged: a bar of {numerator}/{denominator}")
+        self.divisions = exact(attributes.findtext("divisions") or str(self.divisions))
+        self.fifths = bar.fifths = int(attributes.findtext("key/fifths") or self.fifths)
+        beats = [each.text or "" for each in attributes.iterfind("time/beats")]
+        units = [Fraction(4, int(each.text)) for each in attributes.iterfind("time/beat-type")]
+        if beats and units:
+            self.beat = min(units)
+            rows = zip(beats, units, strict=True)
+            self.length = sum((sum(map(int, text.split("+"))) * unit for text, unit in rows), Fraction(0))
+            if not 0 < self.length <= LONGEST or self.beat <= 0:
+                raise UnreadableTab(f"is damaged: a bar of {float(self.length):g} quarter notes")
             bar.beat, bar.length = self.beat, self.length
-        transpose = attributes.find("transpose")
-        if transpose is not None:
-            octaves = int(transpose.findtext("octave-change") or 0)
-            self.transpose = int(transpose.findtext("chromatic") or 0) + 12 * octaves
+        for each in attributes.iterfind("measure-style/measure-repeat"):
+            self.simile = int(each.text or 1) if each.get("type") == "start" else 0
+        if attributes.find("transpose") is not None:
+            self.transpose = _transposition(attributes.find("transpose"))
 
     def _direction(self, direction: Any, at: Fraction, bar: Bar, signs: list[str]) -> None:
+        at = max(at + exact(direction.findtext("offset") or "0") / self.divisions, Fraction(0))
+        words = _words(direction)
+        goal = " al fine" if "fine" in words else " al coda" if "coda" in words else ""
         for sound in direction.iter("sound"):
             if sound.get("tempo"):
-                bar.tempos.append(Tempo(at, float(sound.get("tempo"))))
-            if sound.get("dynamics"):  # in percent of forte, which is 90
-                self.velocity = min(max(round(0.9 * float(sound.get("dynamics"))), 1), 127)
-            goal = " al fine" if "fine" in _words(direction) else " al coda" if "coda" in _words(direction) else ""
+                self.bpm = number(sound.get("tempo"))
+                bar.tempos.append(Tempo(at, self.bpm))
+            self.velocity = _force(sound) or self.velocity
+            swing = sound.find("swing")
+            if swing is not None:
+                self.swing = bar.swing = _swing(swing)
             jumps = {"dacapo": f"da capo{goal}", "dalsegno": f"da segno{goal}", "tocoda": "da coda"}
             signs += [jumps.get(name, name) for name in sound.keys()]  # noqa: SIM118
+        signs.append(words)
+        told = direction.find("sound[@tempo]") is not None
         for each in direction.iterfind("direction-type/*"):
             if each.tag in ("segno", "coda"):
                 signs.append(each.tag)
@@ -170,81 +367,198 @@ class _Part:
                 bar.name = (each.text or "").strip()
             elif each.tag == "dynamics" and len(each):
                 self.velocity = velocity_of(each[0].tag)
+            elif each.tag == "metronome" and not told:
+                self.bpm = _tempo(each, self.bpm)
+                bar.tempos.append(Tempo(at, self.bpm))
+            elif each.tag == "wedge":
+                self._wedge(each, self.begin + at)
+
+    def _wedge(self, wedge: Any, at: Fraction) -> None:
+        number, kind = wedge.get("number") or "1", wedge.get("type")
+        if kind in ("crescendo", "diminuendo"):
+            self.wedges[number] = at, kind
+        elif kind == "stop" and number in self.wedges:
+            begin, kind = self.wedges.pop(number)
+            self.hairpins.append((begin, at, kind))
 
     def _barline(self, barline: Any, bar: Bar) -> None:
         repeat, ending = barline.find("repeat"), barline.find("ending")
         if repeat is not None and repeat.get("direction") == "forward":
             bar.opens = True
         elif repeat is not None:
-            bar.plays = max(int(repeat.get("times") or 2), 1)
+            bar.plays = max(int(repeat.get("times") or 0), 2)
+            self.counted |= {len(self.bars)} if repeat.get("times") else set()
         if ending is not None:
-            numbers = (ending.get("number") or "").replace(",", " ").split()
-            bar.endings = self.endings = frozenset(int(number) for number in numbers if number.isdecimal())
+            bar.endings = self.endings = _endings(ending.get("number") or ending.text or "") or self.endings
             if ending.get("type") != "start":
                 self.endings = frozenset()
 
     def _note(self, element: Any, at: Fraction, voices: dict[str, _Voice]) -> Fraction:
         """Reads a note at `at`; returns where the next one begins."""
         voice = voices.setdefault(element.findtext("voice") or "1", _Voice())
-        chord, length = element.find("chord") is not None, self._duration(element)
-        note = self._read(element)
-        if element.find("grace") is not None:
-            if note is not None:
-                voice.graces.append((note.string, self._grace(element, note)))
+        grace, chord = element.find("grace"), element.find("chord") is not None and self.latest is not None
+        length = self._duration(element)
+        note = self._read(element, self.latest.notes if chord and self.latest else [])
+        if grace is not None:
+            if chord and voice.graces and note is not None:
+                voice.graces[-1][0].notes.append(note)
+            elif note is not None:
+                kind = TYPES.get(element.findtext("type") or "")
+                own = Beat(at, Fraction(2, kind) if kind else GRACE, [note])
+                voice.graces.append((own, grace.get("steal-time-following") is not None))
             return at
-        if chord and voice.beats:
-            beat = voice.beats[-1]
-            at -= length
-        else:
-            beat = Beat(at, length, [])
-            voice.beats.append(beat)
+        if not chord or self.latest is None:
+            voice.put_graces()
+            self.latest = Beat(at, length, [])
+            voice.beats.append(self.latest)
+            if note is not None:
+                voice.own, voice.graces = voice.graces, []
         if note is not None:
-            note.graces = [grace for string, grace in voice.graces if string == note.string]
-            beat.notes.append(note)
-            _mark_beat(element, beat)
-        if not chord:
-            voice.graces = [] if note is not None else voice.graces
-        return at + length
+            if len(self.latest.notes) == MOST_IN_CHORD:
+                raise UnreadableTab(f"is damaged: a chord of more than {MOST_IN_CHORD} notes")
+            self.latest.notes.append(note)
+            _mark_beat(element, self.latest)
+            self._slur(element, note, voice)
+            shape = next((each.text or "" for each in element.iterfind("notations/fermata")), None)
+            if shape is not None:
+                self.bars[-1].holds.append(Hold(self.latest.at, self.latest.length, HOLDS.get(shape.strip(), HOLD)))
+        return at if chord else at + length
 
-    def _grace(self, element: Any, note: Note) -> Grace:
-        joined = "hammer" if note.hammer else "slide" if note.slides else ""
-        number = TYPES.get(element.findtext("type") or "")
-        on_beat = element.find("grace").get("steal-time-following") is not None
-        return Grace(note.fret, Fraction(4, number) / 2 if number else GRACE, note.dead, joined, on_beat)
+    def _slur(self, element: Any, note: Note, voice: _Voice) -> None:
+        """In tablature a slur from a note to the next one on its string is a hammer-on or a pull-off."""
+        before = voice.beats[-2].notes if len(voice.beats) > 1 else []
+        for other in before if voice.slurs and _staff(element) in self.staves else []:
+            other.hammer |= other.string == note.string and other.fret != note.fret and not other.slides
+        for slur in element.iterfind("notations/slur"):
+            name = slur.get("number") or "1"
+            voice.slurs = voice.slurs | {name} if slur.get("type") == "start" else voice.slurs - {name}
 
-    def _read(self, element: Any) -> Note | None:
-        """The note; None for a rest, or a note that has no string in a part with strings."""
+    def _place(self, element: Any, tied: bool, others: Sequence[Note]) -> tuple[int, int] | None:
+        """The string and fret of a note beside `others`; None for a rest, or a note that the tablature shows, too."""
         technical = element.findall("notations/technical")
         string, fret = (
             next((t.findtext(name) for t in technical if t.findtext(name)), None) for name in ("string", "fret")
         )
+        pitch, place = element.find("pitch"), None
+        sounds = -1 if pitch is None else _pitch(pitch, "") + self.transpose - self.capo
         if string and fret:
-            note = Note(len(self.tuning) - int(string), int(fret), self.velocity)
-        elif self.tabbed or element.find("pitch") is None:
+            place = len(self.tuning) - int(string), int(fret)
+        elif tied and sounds in self.sounding:
+            place = self.sounding[sounds]
+        elif sounds >= 0 and (not self.staves or _staff(element) in self.staves):
+            lower = len(self.tuning) - int(string or 0)
+            place = (lower, sounds - self.tuning[lower]) if string else self._by_pitch(sounds, others)
+        if place is not None and sounds >= 0:
+            self.sounding[sounds] = place
+        return place
+
+    def _by_pitch(self, sounds: int, others: Sequence[Note]) -> tuple[int, int]:
+        """The highest free string that has a pitch; -1: none has it. A lower one of `others` makes room."""
+        taken = {other.string: other for other in others}
+        for string in range(len(self.tuning) - 1, -1, -1):
+            fret = sounds - self.tuning[string]
+            if fret < 0:
+                continue
+            if string not in taken:
+                return string, fret
+            other = taken[string]
+            if other.fret < fret:
+                rest = [each for each in others if each is not other]
+                pitch = other.fret + self.tuning[string]
+                other.string, other.fret = self._by_pitch(pitch, [*rest, Note(string, fret)])
+                return string, fret
+        return -1, 0
+
+    def _read(self, element: Any, others: Sequence[Note]) -> Note | None:
+        """The note, in a chord with `others`; None for what does not sound."""
+        ties = (*element.iterfind("tie"), *element.iterfind("notations/tied"))
+        tied = any(tie.get("type") == "stop" for tie in ties)
+        place = self._place(element, tied, others) if element.find("cue") is None else None
+        if place is None:
             return None
-        else:
-            sounds = _pitch(element.find("pitch"), "") + self.transpose - self.capo
-            having = [k for k, opened in enumerate(self.tuning) if opened <= sounds]
-            note = Note(having[-1], sounds - self.tuning[having[-1]], self.velocity) if having else Note(-1, 0)
-        note.tie = any(tie.get("type") == "stop" for tie in element.iterfind("tie"))
+        dynamics = element.find("notations/dynamics")
+        if dynamics is not None and len(dynamics):
+            self.velocity = velocity_of(dynamics[0].tag)
+        note = Note(*place, _force(element) or self.velocity, tie=tied)
         note.dead = (element.findtext("notehead") or "") == "x"
         note.ghost = element.find("notehead[@parentheses='yes']") is not None
         note.palm = element.findtext("play/mute") == "palm"
+        note.bend = _curve(element.findall("notations/technical/bend"))
         for each in element.iterfind("notations/*"):
             _mark(note, each)
             for sign in each:
                 _mark(note, sign)
+        if note.ornament == "trill":
+            note.vibrato = 0.0  # its wavy line is part of the trill
+        if model.SHIFT in note.slides and element.find("notations/slur[@type='start']") is not None:
+            note.slides = note.slides - {model.SHIFT} | {model.LEGATO}
+        if note.tremolo:
+            note.tremolo /= max(TYPES.get(element.findtext("type") or "", 0) // 4, 1)
         return note
 
 
 def _pitch(element: Any, prefix: str) -> int:
     """The MIDI note of a pitch or, with the prefix "tuning-", of a string."""
     step, alter, octave = (element.findtext(f"{prefix}{name}") for name in ("step", "alter", "octave"))
-    return STEPS[step.strip()] + int(float(alter or 0)) + 12 * (int(octave) + 1)
+    return STEPS[step.strip()] + int(number(alter or "0")) + 12 * (int(octave) + 1)
+
+
+def _is_part(measure: Any) -> bool:
+    """True for an upbeat, and for the rest of a bar that a repeat splits."""
+    return measure is not None and (measure.get("implicit") == "yes" or measure.get("number") == "0")
+
+
+def _staff(note: Any) -> str:
+    return note.findtext("staff") or "1"
+
+
+def _transposition(transpose: Any) -> int:
+    """Semitones from the written to the sounding pitch."""
+    if transpose is None:
+        return 0
+    return int(number(transpose.findtext("chromatic") or "0")) + 12 * int(transpose.findtext("octave-change") or 0)
+
+
+def _force(element: Any) -> int:
+    """The velocity of an element's dynamics, in percent of forte; 0: it has none."""
+    percent = element.get("dynamics")
+    return min(max(round(FULL / 100 * number(percent)), 1), 127) if percent else 0
+
+
+def _endings(text: str) -> frozenset[int]:
+    """The passes in a text such as "1, 2", "1.-3." or "1-3"."""
+    found: set[int] = set()
+    for first, last in re.findall(r"(\d+)\.?(?:\s*-\s*(\d+))?", text):
+        found.update(range(int(first), min(int(last or first), MOST_ENDINGS) + 1))
+    return frozenset(found)
 
 
 def _words(direction: Any) -> str:
     return " ".join(each.text or "" for each in direction.iter("words")).lower()
+
+
+def _swing(swing: Any) -> tuple[Fraction, Fraction] | None:
+    first, second = (int(swing.findtext(name) or 0) for name in ("first", "second"))
+    if first <= 0 or second <= 0:
+        return None
+    note = Fraction(1, 4) if swing.findtext("swing-type") == "16th" else Fraction(1, 2)
+    return model.swing_of(Fraction(first, first + second), note)
+
+
+def _tempo(metronome: Any, bpm: float) -> float:
+    """The tempo of a metronome mark such as "quarter = 120" or, after `bpm`, "half = quarter"; else `bpm`."""
+    units: list[tuple[Fraction, int]] = []  # and their dots
+    for each in metronome:
+        kind = TYPES.get((each.text or "").strip()) if each.tag == "beat-unit" else None
+        if kind:
+            units.append((Fraction(4, kind), 0))
+        elif each.tag == "beat-unit-dot" and units:
+            units[-1] = units[-1][0], min(units[-1][1] + 1, 8)
+    lengths = [float(unit * (2 - Fraction(1, 2**dots))) for unit, dots in units]
+    if len(lengths) == 2:
+        return min(max(bpm * lengths[1] / lengths[0], SLOWEST), FASTEST)
+    told = PER_MINUTE.search(metronome.findtext("per-minute") or "")
+    return number(told[0]) * lengths[0] if told and len(lengths) == 1 else bpm
 
 
 def _mark_beat(element: Any, beat: Beat) -> None:
@@ -255,7 +569,9 @@ def _mark_beat(element: Any, beat: Beat) -> None:
     beat.stroke = "down" if "down-bow" in there else "up" if "up-bow" in there else beat.stroke
     if "arpeggiate" in there:
         beat.brush = -BRUSH if there["arpeggiate"].get("direction") == "down" else BRUSH
-    beat.signs += tuple(sign for tag, sign in UNPLAYED.items() if tag in there)
+    beat.signs += ("golpe",) * ("golpe" in there)
+    if "tremolo" in there and there["tremolo"].get("type") == "start":
+        beat.signs += ("two-note tremolo",)
 
 
 def _mark(note: Note, sign: Any) -> None:
@@ -266,8 +582,6 @@ def _mark(note: Note, sign: Any) -> None:
         note.hammer, note.hammered = note.hammer or begins, note.hammered or sign.get("type") == "stop"
     elif sign.tag in SLIDES and sign.get("type") != "stop":
         note.slides |= {SLIDES[sign.tag]}
-    elif sign.tag == "slur" and begins and model.SHIFT in note.slides:
-        note.slides = note.slides - {model.SHIFT} | {model.LEGATO}
     elif sign.tag == "tied" and sign.get("type") == "let-ring":
         note.let_ring = True
     elif sign.tag in ("staccato", "staccatissimo"):
@@ -281,22 +595,25 @@ def _mark(note: Note, sign: Any) -> None:
     elif sign.tag == "harmonic":
         note.harmonic = model.ARTIFICIAL if sign.find("artificial") is not None else model.NATURAL
         note.node = float(note.fret) if note.harmonic == model.NATURAL else 12.0
-    elif sign.tag == "bend":
-        note.bend = _bent(note.bend, sign)
     elif sign.tag in ("wavy-line", "vibrato"):
         note.vibrato = 0.5
-    elif sign.tag == "trill-mark":
-        note.trill = note.fret + TRILL_FRETS, TRILL
-    elif sign.tag == "tremolo" and sign.get("type", "single") == "single" and text.isdecimal():
-        note.tremolo = Fraction(1, 2 ** min(int(text), 5))
+    elif sign.tag in ORNAMENTS:
+        note.ornament = ORNAMENTS[sign.tag]
+    elif sign.tag == "tremolo" and sign.get("type", "single") in ("single", "unmeasured") and text.isdecimal():
+        note.tremolo = Fraction(1, 2 ** min(int(text) or UNMEASURED, 5))
 
 
-def _bent(curve: Curve, bend: Any) -> Curve:
-    """A bend after what `curve` has: half of the note's length for each, and the height stays."""
-    height = float(bend.findtext("bend-alter") or 0)
-    if bend.find("pre-bend") is not None:
-        return ((0.0, height),)
-    last = curve[-1][1] if curve else 0.0
-    goal = 0.0 if bend.find("release") is not None else height
-    scaled = tuple((x / 2, y) for x, y in curve) or ((0.0, 0.0),)
-    return (*scaled, (0.5 if curve else 0.0, last), (1.0, goal))
+def _curve(bends: Sequence[Any]) -> Curve:
+    """The bends of a note, one after the other, each for an equal part of its length. Their heights add up."""
+    points, height = list[tuple[float, float]](), 0.0
+    for k, bend in enumerate(bends):
+        by = number(bend.findtext("bend-alter") or "0")
+        if bend.find("release") is not None:
+            by = -abs(by)
+            height = -by if k == 0 else height
+        elif bend.find("pre-bend") is not None:
+            height, by = height + abs(by) * (k == 0), 0.0
+        goal = max(height + by, 0.0)
+        points += [(k / len(bends), height), ((k + 1) / len(bends), goal)]
+        height = goal
+    return tuple(points)

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from functools import lru_cache
 from importlib import import_module
+from math import isfinite
 from typing import Any
 
 from livebass.extras import install
 from livebass.tab.model import UnreadableTab
 
+MOST_REASON = 80  # characters of another library's error
+MOST_ELEMENTS = 600_000  # in an XML document
+# Some programs declare UTF-16 and write UTF-8
+FALSE_ENCODING = re.compile(rb"""^((?:\xef\xbb\xbf)?<\?xml[^>]*?) encoding=["']UTF-16["']""", re.IGNORECASE)
 PACKAGES = {"guitarpro": "Guitar Pro 3 to 5 files need PyGuitarPro", "defusedxml.ElementTree": "XML needs defusedxml"}
 
 
@@ -22,10 +32,44 @@ def needed(module: str) -> Any:
 def parsed_xml(data: bytes) -> Any:
     """The root of an XML document. Raises UnreadableTab for damage and entities, and LookupError without defusedxml."""
     xml = needed("defusedxml.ElementTree")
+    if data.count(b"<") - data.count(b"</") > MOST_ELEMENTS:
+        raise UnreadableTab(f"its XML has more than {MOST_ELEMENTS} elements")
     try:
-        return xml.fromstring(data)
+        return xml.fromstring(FALSE_ENCODING.sub(rb"\1", data, count=1))
     except xml.ParseError as error:
         line, column = error.position
         raise UnreadableTab(f"is damaged: line {line}, column {column} of its XML") from None
     except (ValueError, LookupError):  # entities, refused by defusedxml; an unknown encoding
         raise UnreadableTab("its XML declares entities or an unknown encoding, which livebass does not read") from None
+
+
+def damaged(error: Exception, what: str) -> UnreadableTab:
+    """The error for a file in which `error` came up: itself, if it is one, else a line that begins with `what`."""
+    if isinstance(error, UnreadableTab):
+        return error
+    reason = "".join(c for c in str(error) if c.isprintable())[:MOST_REASON]
+    return UnreadableTab(f"is damaged: {what} ({reason or type(error).__name__})")
+
+
+@contextmanager
+def checked() -> Iterator[None]:
+    """Turns what a reader meets in a damaged score into UnreadableTab."""
+    try:
+        yield
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError, ArithmeticError) as error:
+        raise damaged(error, "a part of its score is missing or has a wrong value") from None
+
+
+def number(text: str) -> float:
+    """The number in a text. Raises ValueError for a text without a finite number."""
+    found = float(text)
+    if not isfinite(found):
+        raise ValueError(f"{text} is not finite")
+    return found
+
+
+@lru_cache(4096)
+def exact(text: str) -> Fraction:
+    """The number or ratio in a text such as "0.5" or "1/2", to a millionth. Raises ValueError, ZeroDivisionError."""
+    above, _, below = text.partition("/")
+    return (Fraction(number(above)) / Fraction(number(below or "1"))).limit_denominator(1_000_000)

@@ -18,12 +18,15 @@ JUMPS = {
     f"da {place}{ending}": (place, goal) for place in (CAPO, SEGNO, DOUBLE_SEGNO) for ending, goal in GOALS.items()
 }
 TO_CODA = {"da coda": CODA, "da double coda": DOUBLE_CODA}
+USUAL = {"dc": "dacapo", "ds": "dasegno", "dalsegno": "dasegno", "tocoda": "dacoda"}
 _BY_LETTERS = {sign.replace(" ", ""): sign for sign in (*TARGETS, *JUMPS, *TO_CODA)}
 
 
 def sign_of(text: str) -> str | None:
     """The sign that a file calls "DaSegnoAlFine" or "Dal Segno al Fine"; None: unknown."""
-    letters = "".join(c for c in text.lower() if c.isalpha()).replace("dalsegno", "dasegno").replace("tocoda", "dacoda")
+    letters = "".join(c for c in text.lower() if c.isalpha())
+    for word, usual in USUAL.items():
+        letters = usual + letters[len(word) :] if letters.startswith(word) else letters
     return _BY_LETTERS.get(letters)
 
 

@@ -6,10 +6,10 @@ Strokes know nothing of MIDI, nor of what livebass can play: messages.py does.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import pairwise, zip_longest
+from itertools import cycle, islice, pairwise, zip_longest
 from math import ceil, gcd, log2
 
 from livebass.tab.model import (
@@ -24,6 +24,7 @@ from livebass.tab.model import (
     Bar,
     Beat,
     Curve,
+    Grace,
     Note,
     Tab,
     Tempo,
@@ -43,15 +44,19 @@ A_FRET = 22e-3  # s in which a slide passes a fret ...
 SLIDE_PART = 0.25  # ... unless this part of the note before, in whole SLIDE_STEPs, is longer
 LEAST_BEFORE = 30e-3  # s that a note sounds before a slide leaves it
 LEAST_GRACE, MOST_GRACE = 0.02, 0.08  # s
-LEAST_TRILL = 0.04  # s of each note
+LEAST_TRILL = 0.04  # s of each note; the last one may be shorter ...
+LEAST_PART = 0.1  # ... but this part of the others
+ORNAMENT = Fraction(1, 4)  # quarter notes of the notes before the written one ...
+LEAST_ORNAMENTED = 1.5  # ... in a note so many times as long, or longer
 IN_FRETS, OUT_FRETS = 3, 5  # of slides from and to nowhere
 IN_TIME = 0.02  # s before a slide into a note leaves its first fret
 LEAST_OUT = 0.06  # s of a note that slides out
 GHOST_SOFTER, ACCENT = 24, 16  # velocities
 TOGETHER = Fraction(1, 32)  # quarter notes between a note and its tied or joined successor
 MOST_FRET = 36
-FADES = ("fade in", "fade out", "volume swell")  # signs of a beat
-MOST_STROKES = 50_000
+FADES: dict[str, Curve] = {"fade in": ((0.0, 0.0), (1.0, 1.0)), "fade out": ((0.0, 1.0), (1.0, 0.0)),
+                           "volume swell": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))}  # fmt: skip  # signs of a beat
+MOST_STROKES = 20_000
 PARTIALS = range(2, 9)
 NEAR_NODE = 0.35  # frets
 
@@ -71,7 +76,7 @@ class Stroke:
     vibrato: float = 0.0  # 0 to 1
     bend: Curve = ()  # (s, semitones)
     direction: str = ""  # up, down: of the pick
-    fade: str = ""  # one of FADES
+    fade: Curve = ()  # (s, part of the volume)
     slow: float = 0.0  # s that a slow slide takes; 0: it is not slow
 
 
@@ -117,10 +122,11 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
     for number in played:
         begins.append((at, number))
         at += tab.bars[number].length
-    performer = _Performer(Tempos(_tempos(tab.bars, begins)))
+    holds = [(begin, hold) for begin, number in begins for hold in tab.bars[number].holds]
+    performer = _Performer(Tempos(_tempos(tab.bars, begins), holds))
+    performer.lacks.update(track.signs)
     strings: dict[int, list[_Written]] = defaultdict(list)
     for begin, number in begins:
-        performer.lacks.update(["fermata"] * tab.bars[number].fermatas)
         if number < len(track.bars):
             performer.read_bar(begin, tab.bars[number], track.bars[number], strings)
     for string in sorted(strings):
@@ -134,14 +140,17 @@ def perform(tab: Tab, track: Track, bars: range | None = None) -> Performance:
 
 def _tempos(bars: Sequence[Bar], begins: Sequence[tuple[Fraction, int]]) -> list[tuple[Fraction, Tempo]]:
     """The tempos as they come. After a jump the tempo is the one that the written bar has."""
-    bpm, at_bar = USUAL, list[float]()
+    bpm, change, at_bar = USUAL, Tempo(Fraction(0), USUAL), list[list[Tempo]]()
     for bar in bars:
-        at_bar.append(bpm)
-        bpm = bar.tempos[-1].bpm if bar.tempos else bpm
+        at_bar.append([Tempo(Fraction(0), bpm), replace(change, at=Fraction(0))])
+        for tempo in [*bar.tempos, None]:
+            passed = (tempo.at if tempo else bar.length) - change.at
+            bpm = bpm + (change.bpm - bpm) * float(passed / change.over) if 0 <= passed < change.over else change.bpm
+            change = tempo or Tempo(Fraction(0), change.bpm, max(change.over - passed, Fraction(0)))
     found, last = list[tuple[Fraction, Tempo]](), -1
     for begin, number in begins:
         if number != last + 1:
-            found.append((begin, Tempo(Fraction(0), at_bar[number])))
+            found += [(begin, tempo) for tempo in at_bar[number]]
         found += [(begin + tempo.at, tempo) for tempo in bars[number].tempos]
         last = number
     return found
@@ -171,6 +180,12 @@ def _joined(notes: list[_Written]) -> list[_Written]:
     return found
 
 
+def _tuplet(length: Fraction) -> Fraction:
+    """How long the notes of a note's tuplet last, against written ones: 2/3 in a triplet, 1 in none."""
+    odd = length.denominator // (length.denominator & -length.denominator)
+    return Fraction(1 << odd.bit_length() - 1, odd)
+
+
 def partial_at(node: float) -> int:
     """The partial with the node nearest to fret `node` over the stop, of those in PARTIALS; 1: none is near."""
     nodes = (
@@ -181,6 +196,13 @@ def partial_at(node: float) -> int:
     )
     distance, partial = min(nodes)
     return partial if distance < NEAR_NODE else 1
+
+
+def _led(grace: Grace | None, fret: int) -> str:
+    """The kind of a stroke at `fret` that the left hand plays from a grace note; "": it does not."""
+    if grace is None or not grace.joined or grace.fret == fret:
+        return ""
+    return SLIDE if grace.joined == "slide" else HAMMER if fret > grace.fret else PULL
 
 
 class _Performer:
@@ -195,11 +217,15 @@ class _Performer:
         """Adds the notes of a bar that begins at `begin` to those of their strings."""
         for beat in (beat for voice in voices for beat in voice):
             self.lacks.update(sign for sign in beat.signs if sign not in FADES)
-            first, last = (begin + _swung(at, bar.swing) for at in (beat.at, beat.at + beat.length))
+            swing = bar.swing if _tuplet(beat.length) == 1 else None  # tuplets stay even
+            first, last = (begin + _swung(at, swing) for at in (beat.at, beat.at + beat.length))
             notes = sorted(beat.notes, key=lambda note: note.string, reverse=beat.brush < 0)
             for number, note in enumerate(notes):
                 later = abs(beat.brush) * number / max(len(notes) - 1, 1)
-                written = _Written(first + later, max(last, first + later), begin + bar.length, note, beat)
+                later = Fraction(0) if note.tie else later
+                written = _Written(
+                    max(first, Fraction(0)) + later, max(last, first + later), begin + bar.length, note, beat
+                )
                 strings[note.string].append(written)
 
     def play_string(self, notes: Sequence[_Written]) -> None:
@@ -244,7 +270,7 @@ class _Performer:
             and line
             and line[-1].fret != note.fret
             and line[-1].kind != DEAD
-            and stroke.kind not in (DEAD, HARMONIC)
+            and stroke.kind not in (DEAD, HARMONIC, PINCH, TAP)
         ):
             self._join(line, stroke, joined)
         elif note.hammered and not joined and note.fret > 0 and stroke.kind == PLUCK:
@@ -253,9 +279,11 @@ class _Performer:
             self._slide_in(line, stroke, -1 if IN_BELOW in note.slides else 1)
         line.append(stroke)
         if note.trill and not note.dead:
-            self._repeat(line, [note.trill[0], note.fret], self._length(written, note.trill[1]))
+            self._trill(line, written, *note.trill)
+        elif note.turns:
+            self._ornament(line, written)
         elif note.tremolo:
-            self._repeat(line, [note.fret], self._length(written, note.tremolo))
+            self._tremolo(line, written, note.tremolo)
         slides = {slide for part in written.parts for slide in part.note.slides}
         if SCRAPE in slides:
             self.lacks["pick scrape"] += 1
@@ -274,7 +302,8 @@ class _Performer:
         velocity = note.velocity + ACCENT * note.accent - GHOST_SOFTER * note.ghost
         made = Stroke(begin, end, note.string, note.fret, min(max(velocity, 1), 127), direction=written.beat.stroke)
         made.palm = note.palm
-        made.fade = next((sign for sign in written.beat.signs if sign in FADES), "")
+        fade = next((FADES[sign] for sign in written.beat.signs if sign in FADES), ())
+        made.fade = tuple((begin + x * (end - begin), y) for x, y in fade)
         made.vibrato = max(part.note.vibrato for part in written.parts)
         made.kind = DEAD if note.dead else note.technique or PLUCK
         if note.harmonic and made.kind != DEAD:
@@ -327,18 +356,19 @@ class _Performer:
         at = stroke.time - sum(lengths)
         if line:
             line[-1].end = min(line[-1].end, at)
+        before: Grace | None = None
         for grace, length in zip(note.graces, lengths, strict=True):
             if grace.joined == "bend" and grace.fret < note.fret and grace is note.graces[-1]:
                 bend = (at, 0.0), (stroke.time, float(note.fret - grace.fret))
                 stroke.bend = (*bend, *((time, y + note.fret - grace.fret) for time, y in stroke.bend))
                 stroke.time, stroke.fret = at, grace.fret
                 return
-            line.append(
-                replace(stroke, time=at, end=at + length, fret=grace.fret, kind=DEAD if grace.dead else PLUCK, bend=())
-            )
+            kind = DEAD if grace.dead else _led(before, grace.fret) or PLUCK
+            line.append(replace(stroke, time=at, end=at + length, fret=grace.fret, kind=kind, bend=()))
             at += length
-            if grace is note.graces[-1] and grace.joined and grace.fret != note.fret and stroke.kind != HARMONIC:
-                stroke.kind = SLIDE if grace.joined == "slide" else HAMMER if note.fret > grace.fret else PULL
+            before = grace
+        if stroke.kind != HARMONIC:
+            stroke.kind = _led(before, note.fret) or stroke.kind
 
     def _slide_in(self, line: list[Stroke], stroke: Stroke, way: int) -> None:
         """Begins a stroke some frets below (`way` -1) or above it."""
@@ -360,19 +390,53 @@ class _Performer:
         line.append(replace(stroke, time=begin, fret=fret, kind=OFF_UP if frets > 0 else OFF_DOWN, bend=(), slow=0.0))
         stroke.end = begin
 
-    def _repeat(self, line: list[Stroke], frets: list[int], step: float) -> None:
-        """Repeats the last stroke to its end, every `step` s, in turn at `frets`: a tremolo, or a trill of two."""
-        first = line[-1]
-        step, end, last = max(step, LEAST_TRILL), first.end, first
-        if not all(0 <= fret <= MOST_FRET for fret in frets):
+    def _trill(self, line: list[Stroke], written: _Written, fret: int, quarters: Fraction) -> None:
+        """Plays the last stroke and `fret` in turn until its note ends."""
+        if not 0 <= fret <= MOST_FRET:
             self.lacks["trill"] += 1
             return
-        count = int((end - first.time) / step + 1e-6)
-        again = PLUCK if first.kind in TIED else first.kind
-        for k in range(1, count):
-            fret = frets[(k - 1) % len(frets)]
-            kind = again if len(frets) == 1 else HAMMER if fret > last.fret else PULL
-            last.end = first.time + k * step
-            last = replace(first, time=last.end, fret=fret, kind=kind)
+        begin, left = self._span(line, written)
+        step = max(self._length(written, quarters), LEAST_TRILL)
+        count = ceil(left / step - LEAST_PART)
+        self._chain(line, islice(cycle([fret, written.note.fret]), max(count - 1, 0)), begin, step)
+
+    def _tremolo(self, line: list[Stroke], written: _Written, quarters: Fraction) -> None:
+        """Repeats the last stroke evenly until its note ends: every `quarters` as they count in the note's tuplet."""
+        begin, left = self._span(line, written)
+        if left > 0:
+            whole = sum(part.beat.length / _tuplet(part.beat.length) for part in written.parts)
+            part = left / self._length(written, written.end - written.begin)
+            count = max(min(round(part * float(whole / quarters) + 1e-6), int(left / LEAST_TRILL)), 1)
+            self._chain(line, [line[-1].fret] * (count - 1), begin, left / count)
+
+    def _span(self, line: Sequence[Stroke], written: _Written) -> tuple[float, float]:
+        """When the note of the last stroke begins, and how long it lasts, s: without its slide and its ring."""
+        begin = max(line[-1].time, self.seconds(written.begin))
+        return begin, min(line[-1].end, self.seconds(written.end)) - begin
+
+    def _ornament(self, line: list[Stroke], written: _Written) -> None:
+        """Plays the turns of a note before the note."""
+        stroke, note = line[-1], written.note
+        frets = [*note.turns, note.fret]
+        step = max(self._length(written, ORNAMENT / len(note.turns)), LEAST_TRILL)
+        if (
+            not all(0 <= fret <= MOST_FRET for fret in frets)
+            or stroke.kind in (DEAD, HARMONIC, PINCH)
+            or (stroke.kind in TIED and frets[0] != stroke.fret)
+            or stroke.end - stroke.time < LEAST_ORNAMENTED * step * len(note.turns)
+        ):
+            self.lacks["ornament"] += 1
+            return
+        stroke.fret = frets[0]
+        self._chain(line, frets[1:], stroke.time, step)
+
+    def _chain(self, line: list[Stroke], frets: Iterable[int], begin: float, step: float) -> None:
+        """Goes on at `frets`, every `step` s after `begin`: by the left hand, or by strokes at the same fret."""
+        first = last = line[-1]
+        end, again = first.end, PLUCK if first.kind in TIED else first.kind
+        for k, fret in enumerate(frets, 1):
+            kind = again if fret == last.fret else HAMMER if fret > last.fret else PULL
+            last.end = begin + k * step
+            last = replace(first, time=last.end, fret=fret, kind=kind, slow=0.0)
             line.append(last)
         last.end = end

@@ -12,7 +12,7 @@ from typing import Any
 
 from livebass import tracknames
 from livebass.bounds import within
-from livebass.kinds import kind_of
+from livebass.kinds import is_tab, kind_of
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
@@ -21,32 +21,28 @@ from livebass.score.lines import BASS_PROGRAMS
 from livebass.score.reading import ScoreError, file_bytes, score_in
 from livebass.score.score import Score
 from livebass.score.takes import text_of
-from livebass.tab.containers import score_in_gpx, score_in_zip
+from livebass.tab.containers import score_in_gpx, score_in_mxl, score_in_zip
+from livebass.tab.context import fill_in
 from livebass.tab.gpif import read_gpif
 from livebass.tab.guitarpro import read_guitarpro
 from livebass.tab.messages import Strings, to_midi
-from livebass.tab.model import Bar, Tab, Track, UnreadableTab
+from livebass.tab.model import HIGHEST_LOWEST, LONGEST, Bar, Tab, Track, UnreadableTab
 from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
 from livebass.techniques import DYNAMICS, LEAST, MOST
 from livebass.units import note_name
-
-
-def _is_musicxml(name: str) -> bool:
-    return name.lower().endswith((".xml", ".musicxml")) and not name.startswith("META-INF")
-
 
 READERS: dict[str, Callable[[bytes], Tab]] = {
     **{f"a Guitar Pro {version} file": read_guitarpro for version in (3, 4, 5)},
     "a Guitar Pro 6 file": lambda data: read_gpif(score_in_gpx(data)),
     "a Guitar Pro 7 file": lambda data: read_gpif(score_in_zip(data, lambda name: name.endswith("score.gpif"))),
     "a MusicXML file": read_musicxml,
-    "a compressed MusicXML file": lambda data: read_musicxml(score_in_zip(data, _is_musicxml)),
+    "a compressed MusicXML file": lambda data: read_musicxml(score_in_mxl(data)),
 }
-HIGHEST_LOWEST = 33  # A1: the lowest string of a bass is no higher
 HIGHEST = 50  # D3, of any string
 BASSES = {4: "jazz-finger", 5: "five-string", 6: "six-string"}  # by number of strings
 FOURTH = 5  # semitones to a string that the tab does not have
+MOST_TEMPOS = 10_000
 MOST_NAMED = 8  # tracks in an error
 MOST_SAID = 6  # kinds of what is not played
 
@@ -73,11 +69,6 @@ class Arrangement:
     preset: str
     given: dict[str, str]  # options of the preset, as a take stores them
     bass: Instrument
-
-
-def is_tab(data: bytes) -> bool:
-    """True for the bytes of a tablature."""
-    return kind_of(data) in READERS
 
 
 def read_tab(
@@ -131,6 +122,8 @@ def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrume
         tab = parsed(data)
         number = _chosen(tab, asked.track)
         track = tab.tracks[number]
+        if track.left:
+            raise UnreadableTab(f"has so many notes that livebass reads only its basses, not track {number + 1}")
         if asked.bars is not None and asked.bars[-1] >= len(tab.bars):
             raise UnreadableTab(f"has {len(tab.bars)} bars, not {asked.bars[-1] + 1}")
         performance = perform(tab, track, asked.bars)
@@ -146,10 +139,15 @@ def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrume
 def parsed(data: bytes) -> Tab:
     """The piece in the bytes of a file. Raises UnreadableTab, and LookupError without the packages."""
     tab = READERS[kind_of(data) or ""](data)
+    for number, bar in enumerate(tab.bars, 1):
+        if not 0 < bar.length <= LONGEST:
+            raise UnreadableTab(f"is damaged: bar {number} has {float(bar.length):g} quarter notes")
+    if sum(len(bar.tempos) + len(bar.holds) for bar in tab.bars) > MOST_TEMPOS:
+        raise UnreadableTab(f"has more than {MOST_TEMPOS} tempos and fermatas")
     for track in tab.tracks:
         if any(not 0 <= note <= 127 for note in track.tuning):
             raise UnreadableTab("is damaged: a string is tuned beyond the notes of MIDI")
-    return tab
+    return fill_in(tab)
 
 
 def table(data: bytes, path: Path, asked: Asked) -> list[list[str]]:
@@ -175,7 +173,9 @@ def table(data: bytes, path: Path, asked: Asked) -> list[list[str]]:
 def _is_bass(track: Track) -> bool:
     """True if a track's strings are tuned like a bass's."""
     low, high = min(track.tuning, default=127), max(track.tuning, default=127)
-    return not track.drums and len(track.tuning) in BASSES and low <= HIGHEST_LOWEST and high <= HIGHEST
+    return (
+        track.tabbed and not track.drums and len(track.tuning) in BASSES and low <= HIGHEST_LOWEST and high <= HIGHEST
+    )
 
 
 def _chosen(tab: Tab, wanted: str) -> int:

@@ -6,7 +6,7 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from fractions import Fraction
 
-from livebass.tab.model import Tempo
+from livebass.tab.model import Hold, Tempo
 
 MINUTE = 60_000_000  # us
 USUAL = 120.0  # beats a minute, without a tempo
@@ -18,19 +18,28 @@ MOST_STEPS = 64  # ... unless it has more steps
 class Tempos:
     """From quarter notes to seconds and back."""
 
-    def __init__(self, tempos: Iterable[tuple[Fraction, Tempo]]) -> None:
-        """`tempos` are (quarter notes from the beginning, tempo), in order."""
+    def __init__(self, tempos: Iterable[tuple[Fraction, Tempo]], holds: Iterable[tuple[Fraction, Hold]] = ()) -> None:
+        """`tempos` are (its place in quarter notes, tempo), in order; `holds` (the beginning of its bar, hold)."""
         steps: list[tuple[Fraction, float]] = [(Fraction(0), USUAL)]
-        bpm = USUAL
-        for at, tempo in tempos:
-            while steps and steps[-1][0] >= at:  # a new tempo ends a gradual change
+        for place, tempo in tempos:
+            at = max(place, Fraction(0))  # a damaged file may have one before its first bar
+            while steps[-1][0] > at:  # a new tempo ends a gradual change
+                steps.pop()
+            bpm = steps[-1][1]
+            if steps[-1][0] == at:
                 steps.pop()
             count = min(-(-tempo.over // RAMP), MOST_STEPS)
             for k in range(count):
                 steps.append((at + tempo.over * k / count, bpm + (tempo.bpm - bpm) * (k + 0.5) / count))
-            bpm = tempo.bpm
-            steps.append((at + tempo.over, bpm))
-        self.steps = [(at, round(MINUTE / min(max(bpm, SLOWEST), FASTEST))) for at, bpm in steps]
+            steps.append((at + tempo.over, tempo.bpm))
+        changes = [(at, 0, bpm) for at, bpm in steps]
+        changes += [(begin + x, 1, y) for begin, hold in holds for x, y in ((hold.at, hold.times), (hold.end, 1.0))]
+        found: dict[Fraction, float] = {}
+        bpm, times = USUAL, 1.0
+        for at, kind, value in sorted(changes):
+            bpm, times = (bpm, value) if kind else (value, times)
+            found[at] = min(max(bpm / times, SLOWEST), FASTEST)
+        self.steps = [(at, round(MINUTE / bpm)) for at, bpm in found.items()]
         self._at = [float(at) for at, _ in self.steps]
         self._times = [0.0]
         for (begin, us), (end, _) in zip(self.steps, self.steps[1:], strict=False):

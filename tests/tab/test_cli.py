@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from support.command import GOOD, Run, assert_one_clear_line, cli_text
-from support.tabs import as_gp, as_gp5, beats, note, tab, zipped
+from support.tabs import as_gp, as_gp5, beats, locked, note, tab, zipped
 
 from livebass.live.desk import FILE
 from livebass.live.settings import Settings
@@ -166,6 +166,7 @@ REFUSED: dict[str, tuple[Callable[[], bytes], list[str], str]] = {
     "for midi": (lambda: GOOD, ["--bars", "1"], "--bars is for tablature"),
     "cut off": (lambda: as_gp5(band())[:1500], [], "is damaged"),
     "no score": (lambda: zipped({"Content/BinaryStylesheet": b""}), [], "without a score"),
+    "password": (lambda: locked(as_gp(band())), [], "is locked with a password"),
     "bomb": (lambda: zipped({"Content/score.gpif": bytes(60 << 20)}), [], "more than 24 MB"),
     "entities": (
         lambda: b'<?xml version="1.0"?><!DOCTYPE score-partwise [<!ENTITY a "b">]><score-partwise>&a;</score-partwise>',
@@ -176,7 +177,7 @@ REFUSED: dict[str, tuple[Callable[[], bytes], list[str], str]] = {
         b"<score-partwise>&a;</score-partwise>",
         [], "declares entities",
     ),
-    "other xml": (lambda: b'<?xml version="1.0"?>\n<score-timewise version="3.1"/>', [], "score-partwise"),
+    "other xml": (lambda: b'<?xml version="1.0"?>\n<a><score-timewise version="3.1"/></a>', [], "score-partwise"),
 }  # fmt: skip
 
 

@@ -14,9 +14,10 @@ from hypothesis import settings
 from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zipped
 
 from livebass.cli.hands import SOUND, Loader
+from livebass.kinds import is_tab
 from livebass.score.reading import ScoreError
 from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo
-from livebass.tab.reading import Asked, arranged, is_tab
+from livebass.tab.reading import Asked, arranged, table
 
 COUNT = 60 if settings().max_examples < 400 else 1000  # of each format; tools/test --all: 1000
 LONGEST = 5.0  # s
@@ -107,3 +108,55 @@ def test_too_much_of_anything_is_refused() -> None:
     nested = b"<score-partwise>" + b"<a>" * 50_000 + b"</a>" * 50_000 + b"</score-partwise>"
     with pytest.raises(ScoreError):
         arranged(nested, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+
+
+@pytest.mark.parametrize(
+    "piece, said",
+    [
+        (b'<sound tempo="60"/>' * 11_000, "more than 10000 tempos"),
+        (b"<note><rest/><duration>1</duration></note>" * 31_000, "notes and rests, more than 30000"),
+        (b"<direction/>" * 61_000, "directions, more than 60000"),
+        (b"<a/>" * 600_001, "more than 600000 elements"),
+        (b'<sound tempo="nan"/>', "nan is not finite"),
+        (b"<note><rest/><duration>1e99999999</duration></note>", "is not finite"),
+        (b'<attributes><divisions>' + b"9" * 5000 + b"</divisions></attributes>", "is damaged"),
+    ],
+)  # fmt: skip
+def test_floods_and_endless_numbers_are_refused_at_once(piece: bytes, said: str) -> None:
+    text = as_musicxml(tab(beats(note(0, 3)))).replace(b"</measure>", piece + b"</measure>")
+    with pytest.raises(ScoreError, match=said) as error:
+        arranged(text, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+    assert len(str(error.value)) < 200
+
+
+def test_a_bar_of_thirds_is_played() -> None:
+    text = as_musicxml(tab(beats(note(0, 3)))).replace(b"<beat-type>4", b"<beat-type>3")
+    arranged(text, Path("a.xml"), Asked(), Loader(dict.fromkeys(SOUND)))
+
+
+def test_of_a_whole_orchestra_only_the_bass_is_read() -> None:
+    text = as_musicxml(tab(beats(note(0, 3), note(0, 5), note(0, 7), note(0, 9)))).decode()
+    violin = "<note><pitch><step>{}</step><octave>5</octave></pitch><duration>1</duration>{}</note>"
+    violins = (
+        violin.format("A", "") + 31_000 * "<note><grace/><rest/></note>" + violin.format("C", "<tie type='stop'/>")
+    )
+    slower = "<direction><sound tempo='60'/></direction>"
+    head = "<attributes><divisions>1</divisions></attributes>"
+    measure = f"<measure number='1'>{head}{violins}{slower}</measure>"
+    text = text.replace("</part-list>", "<score-part id='V'><part-name>Violin</part-name></score-part></part-list>")
+    text = text.replace("</score-partwise>", f"<part id='V'>{measure}</part></score-partwise>")
+    load = Loader(dict.fromkeys(SOUND))
+    song = arranged(text.encode(), Path("a.xml"), Asked(), load)
+    assert [stroke.time for stroke in song.performance.strokes] == pytest.approx([0, 0.5, 1, 2]), (
+        "a tempo of the violin"
+    )
+    assert [row[5] for row in table(text.encode(), Path("a.xml"), Asked())] == ["notes", "4", "2"]
+    with pytest.raises(ScoreError, match="only its basses, not track 2"):
+        arranged(text.encode(), Path("a.xml"), Asked("Violin"), load)
+
+
+def test_a_bar_without_length_is_refused() -> None:
+    piece = tab(beats(note(0, 3)))
+    piece.bars[0].length = F(-1)
+    with pytest.raises(ScoreError, match="bar 1 has -1 quarter notes"):
+        arranged(WRITERS["gp5"](piece), Path("a.gp5"), Asked(), Loader(dict.fromkeys(SOUND)))

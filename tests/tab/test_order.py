@@ -6,8 +6,9 @@ from fractions import Fraction
 
 import pytest
 
-from livebass.tab.model import MOST_BARS, Bar, UnreadableTab
+from livebass.tab.model import MOST_BARS, Bar, Tempo, UnreadableTab
 from livebass.tab.order import order
+from livebass.tab.tempos import Tempos
 
 # Bars by sign: "|:" opens, ":|3" closes and plays 3 times, "[1,3]" are endings, other words a sign ("_" for a space)
 CASES = {
@@ -64,3 +65,8 @@ def test_bars_play_in_this_order(text: str) -> None:
 def test_endless_repeats_are_refused() -> None:
     with pytest.raises(UnreadableTab, match=f"make more than {MOST_BARS} bars"):
         order(bars("|: " * 20 + ":|99 " * 20))
+
+
+def test_a_tempo_before_the_first_bar_is_that_of_the_beginning() -> None:
+    before = Tempos([(Fraction(-2), Tempo(Fraction(-2), 90.0))])
+    assert before.seconds(Fraction(3)) == pytest.approx(2.0, abs=1e-5)

@@ -6,11 +6,12 @@ from fractions import Fraction as F
 from itertools import pairwise, product
 
 import pytest
-from support.tabs import WRITERS, beats, note, tab
+from support.tabs import WRITERS, as_gp, beats, note, tab
 
+from livebass.kinds import is_tab
 from livebass.tab.model import ARTIFICIAL, IN_BELOW, LEGATO, NATURAL, OUT_DOWN, SHIFT, Beat, Grace, Tab, Tempo
 from livebass.tab.perform import Performance, Stroke, partial_at, perform
-from livebass.tab.reading import is_tab, parsed
+from livebass.tab.reading import parsed
 
 Row = tuple[float, str, int, int]  # s, kind, string, fret
 XML, GP3 = {"musicxml", "mxl"}, {"gp3"}
@@ -120,6 +121,60 @@ NOTATIONS: dict[str, tuple[Tab, list[Row], set[str]]] = {
         set(),
     ),
 }  # fmt: skip
+
+
+def swelling(*rows: tuple[int, str]) -> Tab:
+    """Quarter notes of these velocities under these hairpins, and two bars with a rest before the last note."""
+    first = beats(*[note(0, 3, velocity=velocity) for velocity, _ in rows])
+    for beat, (_, hairpin) in zip(first, rows, strict=True):
+        beat.hairpin = hairpin
+    return tab(first, beats(None, note(0, 5, velocity=rows[-1][0])))
+
+
+@pytest.mark.parametrize("kind", ["gpx", "gp", "musicxml"])
+def test_a_hairpin_leads_evenly_to_the_next_dynamic(kind: str) -> None:
+    swell, fall = "crescendo", "diminuendo"
+    for rows, heard in [
+        ([(47, swell), (47, swell), (79, ""), (79, "")], [47, 63, 79, 79, 79]),
+        ([(95, fall), (95, fall), (95, fall), (47, "")], [95, 79, 63, 47, 47]),
+        ([(63, swell), (63, swell), (63, ""), (63, "")], [63, 71, 63, 63, 63]),  # no dynamic: a mark louder
+        ([(95, fall), (63, fall), (63, fall), (31, "")], [95, 63, 47, 31, 31]),  # a dynamic on the way
+        ([(127, swell), (127, swell), (127, swell), (127, swell)], [127] * 5),
+    ]:
+        strokes = played(parsed(WRITERS[kind](swelling(*rows)))).strokes
+        assert [stroke.velocity for stroke in strokes] == heard, rows
+
+
+def test_a_hairpin_lasts_over_rests_and_bars() -> None:
+    piece = tab(beats(note(0, 3, velocity=15), None, None, note(0, 3, velocity=15)), beats(note(0, 3, velocity=79)))
+    for beat in piece.tracks[0].bars[0][0]:
+        beat.hairpin = "crescendo"
+    assert [stroke.velocity for stroke in played(parsed(as_gp(piece))).strokes] == [15, 63, 79]
+
+
+@pytest.mark.parametrize("kind", ["gp", "musicxml"])
+@pytest.mark.parametrize(
+    "ornament, fret, fifths, frets",
+    [
+        ("mordent", 5, 0, [5, 3, 5]), ("mordent", 5, 2, [5, 4, 5]), ("mordent", 7, 0, [7, 5, 7]),
+        ("inverted mordent", 7, 0, [7, 8, 7]), ("inverted mordent", 7, 2, [7, 9, 7]),
+        ("turn", 7, 0, [8, 7, 5, 7]), ("inverted turn", 7, 0, [5, 7, 8, 7]), ("inverted turn", 1, -2, [0, 1, 3, 1]),
+        ("mordent", 0, 0, [0]),
+    ],
+)  # fmt: skip
+def test_an_ornament_turns_to_its_neighbours_in_the_key(
+    ornament: str, fret: int, fifths: int, frets: list[int], kind: str
+) -> None:
+    piece = tab(beats(note(1, fret, ornament=ornament), note(1, 9)))
+    piece.bars[0].fifths = fifths
+    performance = played(parsed(WRITERS[kind](piece)))
+    *turns, last = performance.strokes
+    assert [stroke.fret for stroke in turns] == frets and last.time == pytest.approx(0.5)
+    steps = {1: 0.0, 3: 1 / 16, 4: 1 / 24}
+    assert [stroke.time for stroke in turns] == pytest.approx([k * steps[len(frets)] for k in range(len(frets))])
+    ways = ["hammer" if after > before else "pull" for before, after in pairwise(frets)]
+    assert [stroke.kind for stroke in turns] == ["pluck", *ways] and turns[-1].end == last.time
+    assert performance.lacks["ornament"] == (len(frets) == 1)
 
 
 def played(piece: Tab) -> Performance:
