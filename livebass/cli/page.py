@@ -66,7 +66,9 @@ def page(
       livebass page --tab song.gp5
     """
     from livebass.cli.hands import Loader
-    from livebass.web.export import page_files
+    from livebass.compiling.library import cached as kernels_cached
+    from livebass.web.build import cached as page_cached
+    from livebass.web.export import page_files, waiting_page
     from livebass.web.link import check_link
     from livebass.web.serve import OPENS, PageServer, check_port
     from livebass.web.tab import Opener
@@ -79,17 +81,30 @@ def page(
         except ValueError as error:
             raise click.UsageError(f"--link {link}: {error}") from None
     check_port(port)
-    page_ready()
     stop = StopFlag()
-    files = page_files(basses, quality, sources, {**data, "opens": OPENS})
+    files: dict[str, bytes] = {}
+
+    def make() -> None:
+        page_ready(lambda done: files.update(waiting_page(done)))
+        files.update(page_files(basses, quality, sources, {**data, "opens": OPENS}))
+
+    waits = not (kernels_cached() and page_cached())
+    if waits:
+        files.update(waiting_page(0.0))
+    else:
+        make()
     with PageServer(files, port, opens=Opener(basses, files, load).open) as server:
-        stop_instead(stop, lambda: True)
+        if not waits:
+            stop_instead(stop, lambda: True)
         address = server.address
         if link:
             address += "#" + quote(link.rpartition("#")[2], safe="=&%+", errors="surrogateescape")
         click.echo(address)
         if not no_browser and not opened(address):
             say("no browser could be opened: open the address yourself")
+        if waits:  # Ctrl-C ends the compiling
+            make()
+            stop_instead(stop, lambda: True)
         say("Ctrl-C ends it")
         while not stop.is_set():
             time.sleep(LOOK_EVERY)

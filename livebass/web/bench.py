@@ -84,7 +84,7 @@ def sliders(bass: Instrument) -> Iterator[dict[str, Any]]:
         value, unit = own.get(symbol, (None, ""))
         yield {
             "number": number, "symbol": symbol, "group": p.group, "name": name, "help": row.help, "unit": p.unit,
-            "least": p.least, "most": most, "step": row.step, "own": value, "ownUnit": unit,
+            "least": p.least, "most": most, "step": row.step, "points": p.points, "own": value, "ownUnit": unit,
         }  # fmt: skip
 
 
@@ -102,6 +102,7 @@ def own_values(bass: Instrument) -> dict[str, tuple[float, str]]:
     s = (x[middle] - x[0]) / (x[-1] - x[0]) if middle else 0.0
     hollow = gaps[middle] - gaps[0] - (gaps[-1] - gaps[0]) * s
     made = {
+        "concert_pitch": (bass.a4, "Hz"),
         "action": (gaps[min(12, len(gaps)) - 1], "mm"),
         "neck_relief": (hollow / (4 * s * (1 - s)) if 0 < s < 1 else 0.0, "mm"),
         "nut_height": (gaps[0], "mm"),

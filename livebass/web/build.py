@@ -10,6 +10,7 @@ from pathlib import Path
 
 from livebass.compiling import store
 from livebass.compiling.library import compiled_for
+from livebass.compiling.processes import Progress, silent
 from livebass.web import linking
 from livebass.web.layout import ENTRIES
 
@@ -31,10 +32,10 @@ def cached() -> bool:
     return store.whole(BUILT) is not None or (there is not None and store.whole(there) is not None)
 
 
-def module() -> bytes:
-    """Returns the module; compiles it first if necessary. Raises OSError."""
+def module(progress: Progress = silent) -> bytes:
+    """Returns the module; compiles it first if necessary. `progress` gets the fraction done. Raises OSError."""
     built = store.whole(BUILT)
-    return store.kept_or_made(kept(), lambda: linked(compiled_for(LEVEL))) if built is None else built
+    return store.kept_or_made(kept(), lambda: linked(compiled_for(LEVEL, progress))) if built is None else built
 
 
 def linked(kernels: bytes) -> bytes:

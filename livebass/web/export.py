@@ -15,6 +15,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from livebass import __version__
 from livebass.kernels.bass.instrument import LIVE, STUDIO
@@ -30,6 +31,8 @@ from livebass.web import build
 from livebass.web.bench import Source, bench
 from livebass.web.layout import record
 from livebass.web.modules import joined, text
+from livebass.web.public import ELEMENT, GROUND, PUBLIC, head, public_files
+from livebass.web.recorded import FOLDER, NOTE, is_recorded, recorded_files
 from livebass.web.stories import shown_stories
 
 INDEX, SINGLE = "index.html", "livebass.html"
@@ -47,7 +50,7 @@ NOTHING: Mapping[str, Any] = {}
 # A page on a disk loads its audio thread from a data: address and its worker from a blob: address
 POLICIES = {
     False: "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; worker-src 'self';"
-    " connect-src 'self'; img-src data:",
+    " connect-src 'self'; img-src data:; manifest-src 'self'",
     True: "default-src 'none'; script-src {scripts} data: blob: 'wasm-unsafe-eval'; style-src {styles};"
     " worker-src data: blob:; img-src data:",
 }
@@ -64,9 +67,12 @@ def export_page(
     written. The page begins with the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError
     if the module cannot be built.
     """
-    files = page_files(basses, quality, sources, more)
     if single:
-        files = {SINGLE: single_page(files)}
+        files = {SINGLE: single_page(page_files(basses, quality, sources, more))}
+    else:
+        files = page_files(basses, quality, sources, {**more, "offline": True})
+        names = [quote(name) for name in files if name != INDEX]
+        files |= public_files(names, digest_of({name: data for name, data in files.items() if name != INDEX}))
     write_files(folder, files, is_page)
     return folder / (SINGLE if single else INDEX)
 
@@ -74,9 +80,11 @@ def export_page(
 def is_page(entries: list[Path]) -> bool:
     """True if these are the entries of a page that livebass wrote: they may be replaced."""
     found = {entry.name: entry for entry in entries}
-    if set(found) == {SINGLE}:
+    if set(found) - {ELEMENT} == {SINGLE}:
         return is_single_page(found[SINGLE])
-    if set(found) != {INDEX, BASSES, MODULE, *SOURCES} or not found[BASSES].is_dir():
+    if set(found) - {FOLDER, *PUBLIC} != {INDEX, BASSES, MODULE, *SOURCES} or not found[BASSES].is_dir():
+        return False
+    if FOLDER in found and not is_recorded(found[FOLDER]):
         return False
     return all(entry.suffix in (ENDING, BENCH_ENDING) for entry in found[BASSES].iterdir())
 
@@ -111,7 +119,20 @@ def page_files(
         for name, bass in basses.items()
     ]
     stories = shown_stories([name for name, has in benches.items() if has])
-    return with_html(files, page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories} | dict(more))
+    data = page_data(shown_basses) | {"tier": TIERS[quality], "stories": stories}
+    if NOTE["bass"] in basses and known[NOTE["bass"]] == Source(NOTE["bass"]):
+        files |= recorded_files()
+        data["recorded"] = NOTE
+    return with_html(files, data | dict(more))
+
+
+def waiting_page(done: float) -> dict[str, bytes]:
+    """Returns a page to show while the real one is made; `done` is the fraction made."""
+    style = f"background: {GROUND}; color: #f1e8db; font: 1.25rem/1.5 system-ui, sans-serif; padding: 2rem"
+    words = f"<h1>livebass</h1><p>Compiling the strings, once: {100 * done:.0f} %. The page opens by itself.</p>"
+    bar = f'<progress value="{done:.2f}" aria-label="Compiling"></progress>'
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><meta http-equiv="refresh" content="1">{TITLE}'
+    return {INDEX: f'{head}<body style="{style}">{words}{bar}</body></html>'.encode()}
 
 
 def shell() -> dict[str, bytes]:
@@ -235,7 +256,7 @@ def html(page: dict[str, Any], policy: str) -> str:
         text("index.html")
         .replace('href="style.css"', f'href="style.css?v={page["digest"]}"')
         .replace('src="app.js"', f'src="app.js?v={page["digest"]}"')
-        .replace("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">')
+        .replace("<!-- policy -->", f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n{head(page)}')
         .replace(f"{DATA}</script>", f"{DATA}{data}</script>")
     )
 

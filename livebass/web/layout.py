@@ -27,7 +27,16 @@ from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
-from livebass.techniques import BUTTONS, CC_PARAMETER, FUNCTION_ROWS, GAIN_DB, OF_CHANNEL, TECHNIQUE_ROWS
+from livebass.techniques import (
+    BUTTONS,
+    CC_PARAMETER,
+    EFFECT,
+    FUNCTION_ROWS,
+    GAIN_DB,
+    OF_CHANNEL,
+    PARAMETER,
+    TECHNIQUE_ROWS,
+)
 
 RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
@@ -37,7 +46,7 @@ RECORDS = {
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
-    "PARAMETER": ring.PARAMETER, "EFFECT": ring.EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
+    "PARAMETER": PARAMETER, "EFFECT": EFFECT, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY,

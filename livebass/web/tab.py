@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from livebass.kinds import is_tab
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.instrument import ENDING
 from livebass.score.reading import ScoreError
 from livebass.tab.perform import HARMONIC
-from livebass.tab.reading import Arrangement, Asked, arranged, is_tab
+from livebass.tab.reading import Arrangement, Asked, arranged
 from livebass.web.export import BASSES, shown
 
 NODES = {2: 12, 3: 7, 4: 5, 5: 4, 6: 3, 7: 3, 8: 2}  # frets at which a finger touches, by partial of the open string

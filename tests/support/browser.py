@@ -22,9 +22,10 @@ import pytest
 
 from livebass.bench.jack import end_process
 
-PATIENCE = 20.0  # s
-# Makes the exports of the page's modules, which leave no global names, available to a test's scripts
+PATIENCE = 120.0  # s that a test waits for a page; machines of checks are slow and busy
+# Makes the exports of the page's modules, which leave no global names, available to a test's scripts; messages stay
 INSIDE = 'dispatchEvent(new CustomEvent("livebass", {detail: all => { Object.assign(globalThis, all); }}));'
+INSIDE += "clearTimeout(saying.timer); saying.lasts = 1e9;"
 # A function of the page: plays a score, and returns the samples in base64
 OFFLINE = """
 (async (name, score, frames, rate) => {
@@ -72,8 +73,8 @@ def chromium(profile: Path, **capabilities: Any) -> Iterator[Any]:
         options.set_capability(f"goog:{name}", value)
     driver = webdriver.Chrome(options, webdriver.ChromeService(places[1]))
     try:
-        driver.set_page_load_timeout(60)
-        driver.set_script_timeout(60)
+        driver.set_page_load_timeout(PATIENCE)
+        driver.set_script_timeout(PATIENCE)
         yield driver
     finally:
         driver.quit()
@@ -124,7 +125,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
             assert process.stderr
             address = next(m[1] for line in process.stderr if (m := re.search(r"BiDi listening on (ws://\S+)", line)))
             threading.Thread(target=process.stderr.read, daemon=True).start()  # discards its output
-            socket = websocket.create_connection(f"{address}/session", timeout=60, suppress_origin=True)
+            socket = websocket.create_connection(f"{address}/session", timeout=PATIENCE, suppress_origin=True)
             yield Firefox(socket)
             socket.close()
         finally:

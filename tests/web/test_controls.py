@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from support.browser import chromium, open_page, wait
+from support.browser import PATIENCE, chromium, open_page, wait
 from support.song import midi_file, song_of
 
 # `snapshot` is everything visible except meters, all choices, and counts of invisible actions: messages to the audio
@@ -33,42 +33,47 @@ window.snapshot = () => {
 window.at = async (selector, prepare) => {
   const e = () => document.querySelector(selector);
   state.rolling = false;
-  if (state.rolls) {
-    $("roll").click();
-    await new Promise(done => setTimeout(done, 200));
-  }
+  hush();
+  pauseAll();
+  say("");
   await prepare();
   $("bench-fold").open = !!e().closest("#bench-fold > :not(summary)");
   e().blur();
   do {
     window.before = snapshot();
     await new Promise(done => setTimeout(done, 40));
-  } while (building.now || before !== snapshot());
+  } while (building.now || player.next || before !== snapshot());
   const {left, top, width, height} = e().getBoundingClientRect(), y = top + height / 2, range = e().type === "range";
   const far = range && (e().value - e().min) / (e().max - e().min) > 0.5;
   const x = left + width * (range ? far ? 0.25 : 0.75 : 0.5), hit = document.elementFromPoint(x, y);
   return {x, y, far, type: e().type, free: width > 0 && !e().disabled && (e() === hit || e().contains(hit)),
           tabs: e().tabIndex >= 0 || e().parentElement.id === "neck"};
 };
-window.differs = async () => {
-  for (let k = 0; k < 75 && snapshot() === before; k++) await new Promise(done => setTimeout(done, 20));
+window.differs = async patience => {
+  const end = performance.now() + patience;
+  while (snapshot() === before && performance.now() < end) await new Promise(done => setTimeout(done, 20));
   return snapshot() !== before;
 };
 window.own = () => chooseBass("jazz-finger");
 const bent = values => { own(); onBench(() => bench().setAll(values)); };
 const slowly = async () => {
-  if (!see.replay) await showCase(paperBass().cases[0], false);
+  if (!see.replay) await showCase(paperBass().cases[0]);
+  state.rolling = false;
+};
+const told = async at => {
+  await showStep(PAGE.stories[0], at);
   state.rolling = false;
 };
 // A note was played before the bench changed.
 const noted = async () => {
   own();
   bench().reset();
+  $("story").hidden = true;
   if (see.replay) backToNow();
   await player.sound();
   while (player.playing !== "jazz-finger" || player.next) await new Promise(done => setTimeout(done, 20));
   press("test", 28, 100, performance.now());
-  while (!kept.note) await new Promise(done => setTimeout(done, 20));
+  while (!kept.note || !see.note.wasTold) await new Promise(done => setTimeout(done, 20));
   release("test");
   bent({action: 0.5});
 };
@@ -87,7 +92,7 @@ window.READY = {
   "response-level": () => { $("response-level").hidden = false; },
   "up": () => neckFrom(0), "down": () => neckFrom(3),
   "Side": () => choosePicture("note"), "Fingers, key 1": () => pluckWith(STROKES[1]),
-  "story-next": () => showStep(PAGE.stories[0], 0), "story-back": () => showStep(PAGE.stories[0], 1),
+  "story-next": () => told(0), "story-back": () => told(1),
   "case-a": own, "case-b": own, "case-c": own,
 };
 """
@@ -101,11 +106,11 @@ const few = ["#neck .open", "#neck .fret", "#piano .white", "#piano .black"].fla
   return [all[0], all.at(-1)];
 });
 return [...document.querySelectorAll("button:not(.skip, #later), select, summary, input:not([type=file])")]
-  .filter(e => few.includes(e) || !e.closest("#neck, #piano, #tab")) // a tablature has tests of its own
+  .filter(e => few.includes(e) || !e.closest("#neck, #piano, #tab, #transport")) // they have tests of their own
   .map(e => [path(e), e.id || e.getAttribute("aria-label") || e.textContent]);
 """
 AT = "const [selector, name, done] = arguments; at(selector, READY[name] || own).then(done)"
-DIFFERS = "differs().then(arguments[0])"
+DIFFERS = "const [patience, done] = arguments; differs(patience).then(done)"
 HOLD = 0.1  # s of a finger's touch
 KEYS = {"Enter": (13, "\r"), "ArrowLeft": (37, ""), "ArrowRight": (39, ""), "ArrowDown": (40, "")}  # codes and texts
 
@@ -114,7 +119,6 @@ KEYS = {"Enter": (13, "\r"), "ArrowLeft": (37, ""), "ArrowRight": (39, ""), "Arr
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     profile = tmp_path_factory.mktemp("chromium") / "profile"
     with chromium(profile, loggingPrefs={"browser": "ALL"}) as driver:
-        driver.set_script_timeout(15)
         driver.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "deny"})
         yield driver
 
@@ -190,7 +194,7 @@ def test_every_control_does_something_by(browser: Any, whole: str, means: str, w
                 dead.append((name, here))
                 continue
             act(browser, means, selector, here)
-            if not browser.execute_async_script(DIFFERS):
+            if not browser.execute_async_script(DIFFERS, 500 * PATIENCE):
                 dead.append((name, here))
         assert not dead
 

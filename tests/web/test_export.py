@@ -50,8 +50,8 @@ def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
         (
             [],
             [
-                "app.js", *basses, "index.html", "livebass.wasm", "style.css",
-                "worker.js", "worklet.js",
+                "app.js", *basses, "embed.js", "index.html", "livebass.wasm", "manifest.webmanifest", "offline.js",
+                "recorded/LICENSE.txt", "recorded/note.flac", "style.css", "worker.js", "worklet.js",
             ],
         ),
     ):  # fmt: skip
@@ -93,7 +93,7 @@ def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Pa
         html = export_page(dict.fromkeys(basses, bass), tmp_path / "page").read_text("utf-8")
         digests.append(json.loads(html.split('id="page">')[1].split("</script>")[0])["digest"])
         asked = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
-        assert sorted(asked) == [f"app.js?v={digests[-1]}", f"style.css?v={digests[-1]}"]
+        assert sorted(asked) == [f"app.js?v={digests[-1]}", "manifest.webmanifest", f"style.css?v={digests[-1]}"]
     assert digests[0] == digests[2] != digests[1]
 
 

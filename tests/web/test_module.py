@@ -16,16 +16,17 @@ from support.own_basses import load_preset
 from support.plugins import midi_score
 from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, messages_of, sound_hash
 
+import livebass
 from livebass import QUALITIES, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.compiling import X86
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
-from livebass.live.thread.ring import EFFECT
 from livebass.model.instrument import Effects, Instrument, Response
 from livebass.parts import Pick
 from livebass.plugin.instrument import instrument_file
 from livebass.score.score import Score
+from livebass.techniques import EFFECT
 from livebass.web import build
 from livebass.web.layout import ENTRIES, RECORDS, record
 
@@ -206,7 +207,8 @@ def test_javascript_has_the_records_of_the_kernels() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["pin"]:  # listen first
         for preset, of in PINNED.items():
-            of["hash"] = sound_hash(in_wasm(preset, score_of(HARD, RATE), of["seconds"]))
+            for key, bass in (("hash", load_preset(preset)), ("shipped", livebass.load_preset(preset))):
+                of[key] = sound_hash(in_wasm(bass, score_of(HARD, RATE), of["seconds"]))
         PINS.write_text(json.dumps(PINNED, indent=2) + "\n")
     else:
         sys.stdout.buffer.write(natively(sys.argv[1], score_of(HARD, RATE)).astype(np.float32).tobytes())

@@ -25,10 +25,12 @@ from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 from livebass import load_preset, score_of
 from livebass.arrays import Floats
 from livebass.web.export import shown
+from livebass.web.public import PUBLIC
 
 LOUD = -30.0  # dBFS
 LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400, 2560)  # px
+LEAST_OF = {360: (0.9, 28), 800: (0.9, 28), 1400: (0.7, 15), 2560: (0.75, 24)}  # part that the neck has; px of a fret
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # with the notes they play
 
 
@@ -102,18 +104,25 @@ def text(driver: Any, name: str) -> str:
 
 def start(driver: Any) -> None:
     driver.find_element("css selector", "h1").click()  # browsers want a gesture
-    driver.execute_script("player.sound()")
+    driver.execute_script(f"player.sound(); {LOUDEST}")
     wait(lambda: driver.execute_script("return player.playing"))
 
 
+# The loudest level that the meter has shown since the last look
+LOUDEST = """
+if (!window.meter) {
+  window.meter = {loudest: -60};
+  player.on("report", () => { meter.loudest = Math.max(meter.loudest, state.loud); });
+}
+const {loudest} = meter;
+meter.loudest = -60;
+return loudest;
+"""
+
+
 def hear(driver: Any) -> None:
-    """Waits until the meter shows a loud sound."""
-
-    def level() -> float:
-        shown = text(driver, "level-text").removesuffix(" dB")
-        return -np.inf if shown == "silent" else float(shown)
-
-    wait(lambda: level() > LOUD)
+    """Waits until the meter has shown a loud sound, however short and long ago."""
+    wait(lambda: driver.execute_script(LOUDEST) > LOUD)
 
 
 def chain(driver: Any) -> Any:
@@ -183,7 +192,7 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     choose(browser, "slap")
     wait(lambda: browser.execute_script("return player.playing") == "slap")
     chain(browser).key_up("a").perform()
-    wait(lambda: text(browser, "level-text") == "silent")
+    wait(lambda: text_of(browser, "level-text") == "silent")
     tap(browser, "s")
     faults = "const [done] = arguments; player.on('report', told => done(told.faults))"
     assert browser.execute_async_script(faults) == 0
@@ -193,8 +202,36 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     assert asked and all(url.startswith(home) for url in asked), asked
     assert len(asked) == 1 if place == "disk" else len(asked) > 1
     version = "?v=" + browser.execute_script("return PAGE.digest")
-    assert all(url.endswith(version) for url in asked[1:]), asked
+    others = {home, *(f"{home}{name}" for name in PUBLIC)}
+    assert all(url.endswith(version) or url in others for url in asked[1:]), asked
     assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+
+
+# Keeps place and size of every bass built for the audio thread in `places`
+PLACES = """
+window.places = [];
+const {ask} = workshop;
+workshop.ask = async (...all) => {
+  const made = await ask.apply(workshop, all);
+  if (made?.image) places.push([made.at, made.image.byteLength]);
+  return made;
+};
+"""
+
+
+def test_basses_chosen_one_after_another_use_the_same_memory(page: Any) -> None:
+    """Memory never shrinks, here or in the audio thread. Two basses are there at a time: one plays, one comes.
+
+    Also where a bass is replaced before it is there.
+    """
+    start(page)
+    page.execute_script(PLACES)
+    for first, second in (("slap", "fretless"), ("jazz-finger", "slap"), ("fretless", "jazz-finger")):
+        page.execute_script("chooseBass(arguments[0]); chooseBass(arguments[1])", first, second)
+        wait(lambda second=second: page.execute_script("return player.playing") == second)
+        wait(lambda: page.execute_script("return !player.next && player.names.size === 1"))
+    places, sizes = np.array(page.execute_script("return places")).T
+    assert len(sizes) == 6 and (places + sizes).max() <= places.min() + 3 * sizes.max(), (places, sizes)
 
 
 def test_it_leaves_no_name_in_the_global_scope(browser: Any, addresses: dict[str, str]) -> None:
@@ -316,7 +353,7 @@ def test_the_first_press_sounds_however_short_as_long_as_it_was(
     addresses: dict[str, str], tmp_path: Path, kind: str
 ) -> None:
     """All is ready except the permission to sound, which browsers see in a press, often only at a touch's end."""
-    with chromium(tmp_path / "profile") as driver:
+    with chromium(tmp_path / "profile", loggingPrefs={"browser": "ALL"}) as driver:
         if kind == "touch":
             driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": True})
         page = Untouched(driver, addresses["disk"])
@@ -332,7 +369,7 @@ def test_the_first_press_sounds_however_short_as_long_as_it_was(
         pressed, lifted = page.look("ev")
         assert abs((end - begin) - (lifted - pressed) / 1000 * page.look("player.context.sampleRate")) <= 1
         wait(lambda: page.look("Math.max(0, ...peaks)") > 10 ** (LOUD / 20))
-        assert page.look("held.size") == 0
+        assert page.look("held.size") == 0 and driver.get_log("browser") == []
 
 
 def test_what_is_pressed_while_the_page_is_being_opened_sounds_once_it_is(
@@ -355,13 +392,13 @@ def test_controls_panic_and_stop(page: Any) -> None:
     start(page)
     hold(page, "a")
     page.execute_script("$('gain').value = -60; $('gain').oninput()")
-    wait(lambda: text(page, "level-text") == "silent")
+    wait(lambda: text_of(page, "level-text") == "silent")
     assert text(page, "gain-text") == "silent"
     page.execute_script("$('gain').value = 0; $('gain').oninput()")
     chain(page).key_up("a").key_down("d").perform()
     hear(page)
     page.find_element("id", "panic").click()
-    wait(lambda: text(page, "level-text") == "silent")
+    wait(lambda: text_of(page, "level-text") == "silent")
     page.find_element("id", "power").click()
     wait(lambda: page.execute_script("return player.context.state") == "suspended")
     assert not page.find_element("id", "power").is_displayed()
@@ -390,7 +427,7 @@ def test_a_response_of_ones_own_is_heard_until_it_is_taken_away(page: Any, tmp_p
         """Waits until notes are quieter than `most`."""
         for _ in range(20):
             chain(page).key_down("a").pause(0.3).perform()
-            shown = text(page, "level-text").removesuffix(" dB")
+            shown = text_of(page, "level-text").removesuffix(" dB")
             chain(page).key_up("a").pause(0.2).perform()
             if shown == "silent" or float(shown) < most:
                 return
@@ -670,12 +707,12 @@ def test_a_technique_is_heard(page: Any) -> None:
         chain(page).key_down("a").perform()
         hear(page)
         time.sleep(1.2)
-        shown = text(page, "level-text").removesuffix(" dB")
+        shown = text_of(page, "level-text").removesuffix(" dB")
         levels.append(-60.0 if shown == "silent" else float(shown))
         chain(page).key_up("a").perform()
         if key:
             chain(page).key_up(key).perform()
-        wait(lambda: text(page, "level-text") == "silent")
+        wait(lambda: text_of(page, "level-text") == "silent")
     assert levels[1] < levels[0] - 6, levels
 
 
@@ -826,11 +863,12 @@ def test_axe_finds_nothing(page: Any, scheme: str) -> None:
 
 def test_nothing_moves_where_that_is_not_wanted(page: Any) -> None:
     moving = "return document.getAnimations().length"
-    page.execute_script("showMeters({load: 0.1, peak: 0.1, overload: 0, faults: 0, held: [3, -1, -1, -1]})")
-    assert page.execute_script(moving) > 0
-    with seen_by(page, prefers_reduced_motion="reduce"):
-        page.execute_script("showMeters({load: 0.9, peak: 0.9, overload: 0, faults: 0, held: [-1, 3, -1, -1]})")
-        assert page.execute_script(moving) == 0
+    with sized(page, 1280, 800):
+        page.execute_script("showMeters({load: 0.1, peak: 0.1, overload: 0, faults: 0, held: [3, -1, -1, -1]})")
+        assert page.execute_script(moving) > 0
+        with seen_by(page, prefers_reduced_motion="reduce"):
+            page.execute_script("showMeters({load: 0.9, peak: 0.9, overload: 0, faults: 0, held: [-1, 3, -1, -1]})")
+            assert page.execute_script(moving) == 0
 
 
 def picture(driver: Any, selector: str) -> Any:
@@ -877,7 +915,7 @@ def test_forced_colours_keep_neck_and_meters(page: Any, scheme: str) -> None:
             row = bar[bar.shape[0] // 2, 3:-3]
             full = np.abs(row - row[-1]) > 60
             assert abs(np.count_nonzero(full) / row.size - part) < 0.03
-            assert strokes_across(bar[:, -20]) == 2  # its frame
+            assert strokes_across(bar[:, -8]) == 2  # its frame
         colour = "return getComputedStyle(arguments[0]).backgroundColor"
         for button in page.find_elements("css selector", "[aria-pressed]"):
             seen = []
@@ -895,9 +933,10 @@ def test_it_fits_the_width(page: Any, width: int) -> None:
             wait(lambda: page.execute_script("return $('neck').clientWidth <= innerWidth"))
             assert page.execute_script("const e = document.documentElement; return e.scrollWidth <= e.clientWidth")
             used = "const r = $('neck').getBoundingClientRect(); return (r.right - r.left) / innerWidth"
-            assert page.execute_script(used) > (0.9 if width < 1088 else 0.7)  # the bench is beside it
+            part, least = LEAST_OF[width]
+            assert page.execute_script(used) > part
             cells = page.find_elements("css selector", ".fret")
-            assert min(cell.size["width"] for cell in cells[:25]) >= (28 if width < 800 else 14)
+            assert min(cell.size["width"] for cell in cells[:25]) >= least
             assert min(cell.size["height"] for cell in cells[:25]) >= 40
             keys = page.find_elements("css selector", "#piano button")
             assert len(keys) == 16 and min(key.size["width"] for key in keys) >= LEAST_TARGET
@@ -1286,7 +1325,7 @@ def test_a_midi_file_plays_all_its_notes_in_time(page: Any, drop: bool) -> None:
     wanted = [0, 0.2, 0.4, 0.7, 1.0, 1.3]
     assert np.allclose((frames - frames[0]) / rate, wanted, atol=1e-3)
     heard = np.array(page.execute_script("return heard"))[2::3]
-    assert np.allclose((heard - heard[0]) / rate, wanted, atol=0.05)  # a pluck's pull takes its time
+    assert np.allclose((heard - heard[0]) / rate, wanted, atol=1e-4)
 
 
 def test_no_note_of_a_song_waits_for_a_page_that_is_held_up(page: Any) -> None:
@@ -1305,6 +1344,52 @@ def test_no_note_of_a_song_waits_for_a_page_that_is_held_up(page: Any) -> None:
         assert len(heard) == 12
         times.append(heard[:, 2] - heard[0, 2])
     assert np.abs(times[0] - times[1]).max() < 0.002 * page.execute_script("return player.context.sampleRate")
+
+
+def test_a_song_is_sought_by_bars_looped_slowed_and_paused(page: Any) -> None:
+    """Four bars of 3/4 at 120 beats a minute, a note a beat."""
+    metre = [mido.MetaMessage("time_signature", numerator=3, denominator=4)]
+    page.execute_script(HANDED)
+    open_file(page, "song.mid", midi_file(metre, song_of(list(range(28, 40)), 480)))
+    wait(lambda: page.find_element("id", "roll").is_enabled())
+    back, on = page.find_elements("css selector", "#transport button")
+    bars = page.find_elements("css selector", "#transport input[type=number]")
+    assert [field.get_attribute("max") for field in bars] == ["4", "4"]
+    for _ in range(2):
+        on.click()
+    back.click()
+    on.click()
+    assert page.find_element("css selector", "#transport output").text == "Bar 3"
+    page.find_element("id", "roll").click()
+    wait(lambda: page.execute_script("return heard.length") >= 3)
+    rate = page.execute_script("return player.context.sampleRate")
+
+    def frets() -> list[int]:
+        return [
+            28 + 5 * string + fret - 28
+            for string, fret in np.array(page.execute_script("return heard")).reshape(-1, 3)[:, :2]
+        ]
+
+    assert frets()[0] == 6, "the third bar begins with the seventh note"
+    page.find_element("id", "roll").click()
+    assert text(page, "roll") == "Play"
+    wait(lambda: text_of(page, "level-text") == "silent")
+    count = page.execute_script("return heard.length")
+    time.sleep(0.7)
+    assert page.execute_script("return heard.length") == count, "a pause is silent"
+    page.find_element("id", "roll").click()
+    wait(lambda: page.execute_script("return heard.length") > count)
+    assert frets()[count // 3] > 6, "it goes on where it was"
+    page.execute_script(
+        "const [first, last, tempo] = document.querySelectorAll('#transport input');"
+        "for (const [e, value, kind] of [[first, 2, 'change'], [last, 2, 'change'], [tempo, 50, 'input']]) {"
+        "  e.value = value; e.dispatchEvent(new Event(kind)); } heard.length = 0"
+    )
+    wait(lambda: page.execute_script("return heard.length") >= 18)
+    assert frets()[:6] == [3, 4, 5, 3, 4, 5]
+    heard = np.array(page.execute_script("return heard")).reshape(-1, 3)[:, 2]
+    assert (heard[3] - heard[0]) / rate == pytest.approx(3.0, abs=5e-3)
+    page.find_element("id", "roll").click()
 
 
 def test_another_part_and_what_is_odd_about_a_file(page: Any) -> None:
@@ -1336,7 +1421,7 @@ def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
     page.find_element("id", "roll").click()
     wait(lambda: page.execute_script("return notes.length") >= 3 * 5)
     page.find_element("id", "roll").click()
-    wait(lambda: text(page, "level-text") == "silent")
+    wait(lambda: text_of(page, "level-text") == "silent")
     played = page.execute_script("return notes.length")
     time.sleep(1.2)
     assert page.execute_script("return notes.length") == played
@@ -1356,12 +1441,12 @@ def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(p
         wait(lambda: page.execute_script("return player.sounding"))
         time.sleep(0.3)
         assert page.execute_script("return state.rolls?.begun ?? false") == plays
-        assert text(page, "roll") == ("Stop song" if plays else "Play")
+        assert text(page, "roll") == ("Pause" if plays else "Play")
         if not plays:
             page.find_element("id", "power").click()
             wait(lambda: page.execute_script("return player.context.state") == "suspended")
     roll.click()
-    wait(lambda: text(page, "level-text") == "silent")
+    wait(lambda: text_of(page, "level-text") == "silent")
     played = page.execute_script("return heard.length")
     time.sleep(0.8)
     assert page.execute_script("return heard.length") == played

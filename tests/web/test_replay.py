@@ -74,7 +74,7 @@ def test_the_same_pluck_on_the_changed_bass_is_drawn_over_the_old_one_and_both_a
         " hearing.sources.map(({buffer}) => [...buffer.getChannelData(0).subarray(0, 40000)]), $('seen').textContent]"
     )
     assert before == old and len(new) > 1.5 * len(old)
-    assert said == f"The same pluck: {len(old)} contacts before, {len(new)} contacts now."
+    assert said == f"The same pluck, in its first 0.1 s: {len(old)} contacts before, {len(new)} contacts now."
     assert len(sounds) == 2 and min(np.abs(sound).max() for sound in sounds) > 0.01
     assert np.abs(np.subtract(*sounds)).max() > 0.01
     blue = "pictures.draw(); const c = $('side'), {data} = c.getContext('2d').getImageData(0, 0, c.width, c.height);"

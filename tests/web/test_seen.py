@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import base64
 import time
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
 from support.browser import INSIDE, chromium, open_page, seen_by, sized, wait
+from support.song import midi_file, song_of
 
 MOVES = "return [see.replay !== undefined, see.replay?.at ?? 0, player.context.state, $('seen').textContent]"
 ONE_VIEW = (1280, 800)  # px
@@ -119,9 +121,23 @@ def test_an_embedded_page_is_neck_side_view_action_and_replay(browser: Any, whol
         for name in ("neck", "seen", "side", "again", "bench-action"):
             box = browser.execute_script("return $(arguments[0]).getBoundingClientRect().toJSON()", name)
             assert 0 <= box["top"] < box["bottom"] <= 340 and 0 <= box["left"] < box["right"] <= 600, (name, box)
-        assert browser.execute_script("return bench().values.action") == -1.4
+        assert browser.execute_script("return [bench().values.action, $('said').textContent]") == [-1.4, ""]
+        tall = browser.execute_script("return $('neck').clientHeight")
+        browser.execute_script("chooseBass(paperBass().name)")  # it has one string
+        assert browser.execute_script("return $('neck').clientHeight") == pytest.approx(tall, abs=2)
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_note_is_told_with_hits_that_a_busy_machine_reports_late(page: Any) -> None:
+    before, after = page.execute_script(
+        "const told = [], s = new see.constructor(PAGE.sight, note => told.push(note.contacts.length), () => {});"
+        "s.setBass(chosenBass()); const late = 900 + 0.6 * s.rate;"
+        "const take = (frame, contacts, notes) => s.take({sight: new ArrayBuffer(8), frame, contacts, notes});"
+        "take(1000, [], [0, 3, 900]); s.follow(1000, 0); s.follow(late, 0); const before = [...told];"
+        "take(late, [0, 5, 5000, 1], []); s.follow(late, 0); return [before, told]"
+    )
+    assert before == [] and after == [1]
 
 
 @pytest.mark.parametrize("width", [390, 844, 1280])
@@ -183,9 +199,20 @@ def test_the_neck_shows_motion_along_the_frets_and_the_side_view_motion_towards_
     assert same, "u moves nothing on the neck"
 
 
-def test_text_at_twice_its_size_fits_a_phone(page: Any) -> None:
+@pytest.mark.parametrize("text", ["100%", "200%"])
+def test_a_phone_fits_large_text_and_the_longest_names(page: Any, text: str) -> None:
+    """With the bench open, a story, a song, and a message, all named by 180 letters without a gap."""
+    song = base64.b64encode(midi_file(song_of([28], 480))).decode()
     with sized(page, 390, 844):
-        page.execute_script("document.documentElement.style.fontSize = '200%'")
+        page.execute_script(
+            "const [song, size] = arguments, name = 'a'.repeat(180);"
+            "document.documentElement.style.fontSize = size; $('bench-fold').open = true;"
+            "openSong(new File([Uint8Array.from(atob(song), c => c.charCodeAt(0))], name)); say(name, true);"
+            "$('response-text').textContent = $('midi-text').textContent = name; showStep(PAGE.stories[0], 0)",
+            song,
+            text,
+        )
+        wait(lambda: "aaa" in page.find_element("id", "song-text").text)
         wait(lambda: page.execute_script("return document.documentElement.scrollWidth") <= 390)
 
 

@@ -9,13 +9,15 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from urllib.parse import urlsplit
 
 import pytest
+from support.browser import PATIENCE
 from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
+from livebass.interrupts import StopFlag
 from livebass.web.bench import Source
 from livebass.web.export import page_files
 from livebass.web.link import check_link
@@ -40,14 +42,14 @@ def server() -> Iterator[PageServer]:
     ],
 )
 def test_it_serves_its_files_by_kind(server: PageServer, path: str, file: str, kind: str) -> None:
-    with urllib.request.urlopen(server.address + path, timeout=20) as answer:
+    with urllib.request.urlopen(server.address + path, timeout=PATIENCE) as answer:
         assert answer.read() == FILES[file]
         assert answer.headers["Content-Type"] == kind and answer.headers["Cache-Control"] == "no-store"
 
 
 @pytest.mark.parametrize("path", ["/none", "/../pyproject.toml", "/etc/passwd", "/%2e%2e/pyproject.toml"])
 def test_it_serves_nothing_else(server: PageServer, path: str) -> None:
-    there = http.client.HTTPConnection(urlsplit(server.address).netloc, timeout=20)
+    there = http.client.HTTPConnection(urlsplit(server.address).netloc, timeout=PATIENCE)
     for method in ("GET", "HEAD"):
         there.request(method, path)
         answer = there.getresponse()
@@ -65,7 +67,7 @@ def test_it_is_for_this_machine_alone_and_ends(server: PageServer) -> None:
         PageServer(FILES, port)
     server.close()
     with pytest.raises(OSError, match="refused"):
-        urllib.request.urlopen(server.address, timeout=5)
+        urllib.request.urlopen(server.address, timeout=PATIENCE)
 
 
 def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
@@ -86,15 +88,46 @@ def test_the_command_prints_its_address_and_ends_by_ctrl_c() -> None:
         address = process.stdout.readline().strip()  # once all is ready
         assert address.startswith(f"http://{HOST}:") and address.endswith("/#like=slap&action=-0.5")
         wanted = page_files({"slap": load_preset("slap")}, "live", more={"opens": OPENS})
-        with urllib.request.urlopen(address, timeout=20) as answer:
+        with urllib.request.urlopen(address, timeout=PATIENCE) as answer:
             assert answer.read() == wanted["index.html"]
         time.sleep(0.5)
         process.send_signal(signal.SIGINT)
-        out, err = process.communicate(timeout=30)
+        out, err = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0 and not out and err.splitlines()[-1] == "Ctrl-C ends it", err
     finally:
         process.kill()
         process.wait()
+
+
+def test_on_a_fresh_machine_the_page_opens_at_once_and_says_what_it_waits_for(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    addresses: list[str] = []
+    seen: list[str] = []
+
+    def read() -> str:
+        with urllib.request.urlopen(addresses[0], timeout=PATIENCE) as answer:
+            return str(answer.read().decode())
+
+    def compile_slowly(told: Callable[[float], None]) -> None:
+        seen.append(read())
+        told(0.37)
+        seen.append(read())
+
+    def ready(stop: StopFlag, _: object) -> None:
+        seen.append(read())
+        stop.set()
+
+    monkeypatch.setattr("livebass.web.build.cached", lambda: False)
+    monkeypatch.setattr("livebass.cli.page.page_ready", compile_slowly)
+    monkeypatch.setattr("livebass.cli.page.opened", addresses.append)
+    monkeypatch.setattr("livebass.cli.page.stop_instead", ready)
+    status, out, _ = run("page", "-p", "slap")
+    assert status == 0 and out.strip() == addresses[0]
+    first, later, page = seen
+    for text, part in ((first, "0 %"), (later, "37 %")):
+        assert part in text and "Compiling the strings, once" in text and 'http-equiv="refresh" content="1"' in text
+    assert 'id="page">' in page and "refresh" not in page
 
 
 @pytest.mark.parametrize(

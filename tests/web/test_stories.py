@@ -38,8 +38,10 @@ def test_the_first_story_shows_what_it_says(page: Any, whole: str) -> None:
     page.get("about:blank")
     open_page(page, whole)
     assert not page.find_element("id", "story").is_displayed()
+    wait(lambda: page.execute_script("return state.repeats"))  # the page's first note, until somebody asks for more
     page.find_element("id", "story-buzz").click()
     soft, none = step(page, 1)
+    assert not page.execute_script("return state.repeats")
     assert none == [] and soft.endswith("over its frets: it touches nothing.")
     counts = []
     for at in range(2, 6):

@@ -9,8 +9,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from support.browser import chromium, open_page, wait
+from support.browser import chromium, open_page, sized, wait
 from support.command import Run
 from support.tabs import as_gp5, beats, note, tab
 
@@ -24,13 +25,26 @@ from livebass.web.tab import Opener, tab_data
 
 RATE = 48000
 LOAD = Loader(dict.fromkeys(SOUND))
-SENT = """
-  globalThis.sent = [];
-  const send = player.send.bind(player);
-  player.send = (time, midi, string, frame) => {
-    sent.push([frame / player.context.sampleRate, ...midi]);
-    send(time, midi, string, frame);
-  };
+# The notes that the page hears of: frame, string, fret; and what it tells the bass
+HEARD = """
+  globalThis.heard = [];
+  player.on("sight", ({notes}) => {
+    for (let k = 0; k < notes.length; k += 3) heard.push([notes[k + 2], notes[k], notes[k + 1]]);
+  });
+  globalThis.changed = [];
+  const change = player.changeBy.bind(player);
+  player.changeBy = midi => { changed.push(midi); change(midi); };
+"""
+
+
+BOXES = "return [...arguments].map(e => document.querySelector(e).getBoundingClientRect()).map(b => [b.top, b.bottom])"
+# The controls of the tablature, under a finger, that another element covers when they come into sight
+COVERED = """
+  return [...document.querySelectorAll("#tab :is(button, input)")].filter(e => {
+    e.scrollIntoView({block: "nearest"});
+    const {left, top, width, height} = e.getBoundingClientRect();
+    return height < 36 || document.elementFromPoint(left + width / 2, top + height / 2) !== e;
+  }).map(e => e.ariaLabel || e.textContent);
 """
 
 
@@ -89,31 +103,76 @@ def test_bars_are_shown_as_text_and_on_the_neck(driver: Any, page: str) -> None:
     assert marks(driver) == [("5", 3, 6), ("h7", 3, 8), ("P7", 1, 8), ("<12>", 2, 13)]
 
 
+def choose(driver: Any, **values: float) -> None:
+    """Sets the bars of the loop, `first` and `last`, and the `tempo`, in %."""
+    driver.execute_script(
+        "const inputs = document.querySelectorAll('#tab input'), names = ['first', 'last', 'tempo'];"
+        "names.forEach((name, k) => { if (name in arguments[0]) { inputs[k].value = arguments[0][name];"
+        "  inputs[k].dispatchEvent(new Event(k < 2 ? 'change' : 'input')); } })",
+        values,
+    )
+
+
 def test_a_loop_repeats_its_bars_at_its_tempo_and_a_pause_leaves_nothing(driver: Any, page: str) -> None:
+    """Bar 2: a pluck, a hammer-on, a pop and a harmonic, a quarter of a second each, at 125 %."""
     open_page(driver, page)
-    driver.execute_script(SENT)
-    driver.execute_script("""
-      const [first, last, tempo] = document.querySelectorAll("#tab input");
-      for (const [input, value, kind] of [[first, 2, "change"], [last, 2, "change"], [tempo, 125, "input"]]) {
-        input.value = value;
-        input.dispatchEvent(new Event(kind));
-      }
-    """)
+    driver.execute_script(HEARD)
+    choose(driver, first=2, last=2, tempo=125)
     buttons(driver)["Play"].click()
-    notes = "return sent.filter(m => (m[1] & 0xf0) === 0x90 && m[2] > 24 && m[2] < 110).map(m => [m[0], m[1], m[2]])"
-    found = wait(lambda: len(got := driver.execute_script(notes)) >= 9 and got)
-    assert [row[1:] for row in found[:5]] == [[0x92, 38], [0x92, 40], [0x90, 50], [0x91, 50], [0x92, 38]]
-    assert found[4][0] - found[0][0] == pytest.approx(4 * 0.25 / 1.25, abs=0.03), "a bar of 240 beats a minute at 125 %"
+    wait(lambda: driver.execute_script("return heard.length") >= 9)
     wait(lambda: driver.execute_script('return document.querySelectorAll(".due.now").length'))
     buttons(driver)["Pause"].click()
-    ended = driver.execute_script("return sent")
-    held: set[tuple[int, int]] = set()
-    for _, status, *data in ended:
-        if status & 0xF0 == 0x90:
-            held.add((status & 15, data[0]))
-        elif status & 0xF0 == 0x80:
-            held.discard((status & 15, data[0]))
-    assert not held and ended[-1][1:] == [0xB0, 127, 0]
+    heard = np.array(driver.execute_script("return heard"))
+    plucks = [row[1:] for row in heard.tolist()]
+    assert plucks[:4] == plucks[4:8] and plucks[0] == [1, 5] and plucks[2] == [3, 7]
+    rate = driver.execute_script("return player.context.sampleRate")
+    loop = (heard[4:8, 0] - heard[:4, 0]) / rate
+    assert loop == pytest.approx(4 * 0.25 / 1.25, abs=2e-3), "a bar of 240 beats a minute at 125 %"
+    assert driver.execute_script("return changed.at(-1)") == [0xB0, 127, 0]
+    wait(lambda: driver.execute_script("return document.getElementById('level-text').textContent") == "silent")
+
+
+def test_no_note_of_a_tablature_waits_for_a_page_that_is_held_up(driver: Any, page: str) -> None:
+    open_page(driver, page)
+    driver.execute_script(HEARD)
+    times = []
+    for stall in (0, 1000):
+        driver.execute_script("heard.length = 0")
+        buttons(driver)["Play"].click()
+        wait(lambda: driver.execute_script("return heard.length") >= 2)
+        driver.execute_script("const end = performance.now() + arguments[0]; while (performance.now() < end);", stall)
+        wait(lambda: "Play" in buttons(driver))
+        heard = np.array(driver.execute_script("return heard"))
+        times.append(heard[:, 0] - heard[0, 0])
+    assert len(times[0]) == len(times[1]) == 8
+    assert np.abs(times[0] - times[1]).max() < 2e-3 * driver.execute_script("return player.context.sampleRate")
+
+
+@pytest.mark.parametrize("size", [(360, 640), (390, 844), (844, 390)])
+def test_on_a_phone_nothing_covers_the_buttons_and_the_place_stays_in_sight(
+    driver: Any, page: str, size: tuple[int, int]
+) -> None:
+    open_page(driver, page)
+    with sized(driver, *size):
+        wait(lambda: shown(driver))
+        assert driver.execute_script("return document.documentElement.scrollWidth") <= size[0]
+        if size[0] > size[1]:
+            parts = driver.execute_script(BOXES, ".stage", "#tab .tools", "#tab pre")
+            assert all(0 <= top < bottom <= size[1] for top, bottom in parts), "neck, buttons and text are one view"
+        assert driver.execute_script(COVERED) == []
+        driver.execute_script("document.querySelector('#bench-fold').open = true")
+        assert driver.execute_script(COVERED) == []
+        for _ in range(2):
+            buttons(driver)["›"].click()
+        wait(lambda: shown(driver)[0].split()[0] == "3")
+        driver.execute_script("const {style} = document.querySelector('#tab pre'); style.width = '9rem'")
+        buttons(driver)["‹"].click()
+        wait(lambda: shown(driver)[0].split()[0] == "2")
+        arrow, view = driver.execute_script(
+            "const e = document.querySelector('#tab pre'), lines = e.textContent.split('\\n');"
+            "return [lines.at(-1).indexOf('▲') / lines[1].length * e.scrollWidth, [e.scrollLeft, e.clientWidth]]"
+        )
+        assert view[0] <= arrow <= view[0] + view[1]
 
 
 def test_a_dropped_tablature_is_read_by_the_server(driver: Any, page: str, tmp_path: Path) -> None:

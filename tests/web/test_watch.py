@@ -15,7 +15,7 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from support.browser import INSIDE, chromium, firefox, wait
+from support.browser import INSIDE, PATIENCE, chromium, firefox, wait
 from support.jack import livebass
 from support.live import RATE, feed, run_ahead, synth_and_device
 from support.song import midi_file, song_of
@@ -121,7 +121,7 @@ def served() -> Iterator[tuple[PageServer, Synth]]:
 def test_only_who_knows_the_token_gets_anything(
     served: tuple[PageServer, Synth], path: str, headers: dict[str, str], status: int
 ) -> None:
-    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(served[0].address).port, timeout=5)
+    connection = http.client.HTTPConnection("127.0.0.1", urlsplit(served[0].address).port, timeout=PATIENCE)
     connection.request("GET", path, headers=headers)
     assert connection.getresponse().status == status
     connection.close()
@@ -130,7 +130,7 @@ def test_only_who_knows_the_token_gets_anything(
 def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(served: tuple[PageServer, Synth]) -> None:
     made, synth = served
     url = urlsplit(made.address)
-    connection = http.client.HTTPConnection("127.0.0.1", url.port, timeout=10)
+    connection = http.client.HTTPConnection("127.0.0.1", url.port, timeout=PATIENCE)
     connection.request("GET", f"{url.path}{STREAM}")
     answer = connection.getresponse()
 
@@ -198,7 +198,7 @@ def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: P
             wait(lambda: seen.add(told("seen")[:8]) or seen >= {f"{name} string" for name in "EADG"})
             process.send_signal(signal.SIGINT)
             wait(lambda: "play has ended" in told("said"))
-        _, said = process.communicate(timeout=30)
+        _, said = process.communicate(timeout=PATIENCE)
         assert process.returncode == 0 and "Traceback" not in said, said
     finally:
         process.kill()

@@ -5,14 +5,14 @@
 type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
 type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
-  | "response-level" | "response-off";
+  | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
-type Canvases = "strings" | "side" | "note" | "spectrum";
+type Canvases = "strings" | "side" | "note" | "spectrum" | "both";
 type Others = "page" | "lacks" | "about" | "meters" | "level" | "level-text" | "load" | "load-text" | "state"
   | "overload" | "faults" | "tab" | "neck" | "zoom-text" | "window" | "shown" | "pictures" | "pitch" | "slow-text"
-  | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "song-text" | "bench"
+  | "moment-text" | "cases" | "legend" | "seen" | "piano" | "strokes" | "ways" | "parts" | "transport" | "song-text" | "bench"
   | "bench-count" | "stories" | "story" | "story-at" | "bench-controls" | "force-text" | "midi-text" | "response-text"
-  | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
+  | "recorded" | "recorded-text" | "said" | `${ControlName}-text` | `${"side" | "note" | "spectrum"}-figure`;
 
 interface GetElement {
   (id: Buttons | `slot-${string}`): HTMLButtonElement;
@@ -113,6 +113,8 @@ interface TabData {
 interface PageData {
   opens?: string; // the path that reads a dropped tablature
   tab?: TabData;
+  address?: string; // public
+  offline?: boolean; // it keeps its files for use without a network
   version: string;
   digest: string;
   tier: number;
@@ -123,6 +125,15 @@ interface PageData {
   buttons: PlayButton[];
   basses: Bass[];
   stories: Story[];
+  recorded?: RecordedNote; // livebass/web/recorded.py
+}
+
+interface RecordedNote {
+  bass: string;
+  string: number;
+  note: number;
+  velocity: number;
+  says: string;
 }
 
 interface Story {
@@ -176,6 +187,7 @@ interface PlayerEvents {
   kept: [note: SeenNote]; // as much of a note was heard as a replay shows
   told: [note: SeenNote]; // a note was heard for half a second
   songEnded: []; // a song came to its end
+  songAt: [anchor: {from: number, at: number, tempo: number}]; // it plays its frame `at` at the frame `from`
   taped: [tape: {taped: Float32Array<ArrayBuffer>, last?: boolean}];
 }
 

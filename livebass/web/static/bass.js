@@ -1,6 +1,6 @@
 // The chosen bass: the whole page shows it, and the audio thread plays it.
-import {$, chosenBass} from "./page.js";
-import {keepLink, showBench} from "./benchview.js";
+import {$, bassCalled, chosenBass, saved} from "./page.js";
+import {bench, keepLink, showBench} from "./benchview.js";
 import {sayEffects} from "./controls.js";
 import {letGo} from "./hands.js";
 import {layOut, showNeck} from "./neck.js";
@@ -23,11 +23,19 @@ export function showBass() {
   showBench();
 }
 
+// Chooses the bass that was chosen before a reload.
+export function showSavedBass() {
+  const name = saved.get("bass");
+  if (name && bassCalled(name)) $("bass").value = name;
+  showBass();
+}
+
 $("bass").onchange = () => {
   letGo();
   showBass();
   showParts();
   putPart();
   keepLink();
+  saved.set("bass", bench() ? "" : $("bass").value); // others are in the address
   player.choose($("bass").value);
 };

@@ -55,8 +55,9 @@ export class Bench {
   }
 
   put(symbol, value) {
-    const {least, most} = this.controls.get(symbol);
+    const {least, most, points} = this.controls.get(symbol);
     value = hundredths(Math.min(Math.max(value, least), most));
+    if (points.length) value = Math.round(value);
     if (value) this.values[symbol] = value;
     else delete this.values[symbol];
   }
@@ -149,7 +150,8 @@ export class Bench {
         bench = [...benches.values()].find(({of}) => JSON.stringify(of.like) === value);
         if (!bench) throw new Error(`the preset is like a bass that this page does not have or cannot change: ${value.slice(0, 40)}`);
         found.name = bench.bass.name;
-      } else if (bench && key && section === "bench") {
+      } else if (bench && !section && (key === "name" || key === "description")) continue;
+      else if (bench && key && section === "bench") {
         bench.check("preset", key, value);
         found.values[key] = +value;
       } else if (bench && key && section === "plugin") found.played[key] = +value;

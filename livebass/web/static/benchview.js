@@ -4,7 +4,7 @@ import {Bench, SLOTS} from "./bench.js";
 import {CONTROLS, moveControl} from "./controls.js";
 import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
-import {$, PAGE, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
+import {$, ADDRESS, PAGE, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {offerRiff, riffParts} from "./riff.js";
 import {takePlayed} from "./techniques.js";
@@ -90,7 +90,8 @@ function moveSlider(symbol, value, done) {
 
 // A value as text: the slider's result on this bass, or else its change.
 function benchText(symbol, value) {
-  const {step, unit, ownUnit} = bench().controls.get(symbol), comes = bench().comesTo(symbol, value);
+  const {step, unit, ownUnit, points} = bench().controls.get(symbol), comes = bench().comesTo(symbol, value);
+  if (points.length) return points[Math.round(value)];
   const digits = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
   if (comes === undefined) return `${unit && value > 0 ? "+" : ""}${value.toFixed(digits)} ${unit}`.trimEnd().replace("-", "−");
   const exact = unit === "%" ? Math.max(0, 2 - Math.floor(Math.log10(Math.abs(comes) || 1))) : digits;
@@ -187,8 +188,9 @@ export function takeLink() {
     if (/^#(case|story)=/.test(hash)) return; // cases.js and story.js do
     const {name, values, ignored = []} = Bench.fromLink(hash, benches);
     if (!name || (name === $("bass").value && bench().link() === hash.slice(1))) return;
+    ignored.push(...[...new URLSearchParams(location.search).keys()].filter(key => key !== "embed").map(key => key.slice(0, 40)));
     chooseBench(name, values);
-    say(`The bass is as the link says.${ignored.length ? ` Ignored: ${ignored.join(", ")}.` : ""}`);
+    if (!document.body.classList.contains("embed")) say(`The bass is as the link says.${ignored.length ? ` Ignored: ${ignored.join(", ")}.` : ""}`);
     offerRiff(hash);
   } catch (error) {
     say(`${/** @type {Error} */ (error).message}. The bass is unchanged.`);
@@ -216,13 +218,12 @@ function saveBench() {
 
 // Copies a link: an address that others can open, or else the part after its #.
 async function copyLink() {
-  const shared = location.protocol === "https:", riff = riffParts(), link = bench().link(riff);
-  const text = shared ? `${location.href.split("#")[0]}#${link}` : link;
-  const others = `This page is on your computer alone: others open the link with livebass page --link "${link}".`;
-  const how = shared ? "" : ` ${others}`;
+  const riff = riffParts(), link = bench().link(riff), text = ADDRESS ? `${ADDRESS}#${link}` : link;
+  const others = `This page has no public address: others open the link with livebass page --link "${link}".`;
+  const how = ADDRESS ? "" : ` ${others}`;
   const what = riff.riff ? "The link is copied, with your last notes." : "The link is copied.";
   try {
-    if (shared && navigator.share) await navigator.share({title: document.title, url: text});
+    if (ADDRESS && navigator.share) await navigator.share({title: document.title, url: text});
     else await navigator.clipboard.writeText(text).then(() => say(`${what}${how}`));
   } catch {
     say(`The browser copies nothing; the link is ${text}.${how}`, true);

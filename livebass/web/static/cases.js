@@ -3,19 +3,23 @@ import {$, PAGE, chooseBass, makeButton, say} from "./page.js";
 import {player} from "./player.js";
 import {tell} from "./line.js";
 import {move, showSlowly} from "./replay.js";
-import {hear} from "./sounds.js";
+import {hearBy} from "./sounds.js";
 
 export const paperBass = () => PAGE.basses.find(({cases}) => cases.length);
 
-// Shows a case on the bass with its bench settings.
-export async function showCase(/** @type {Case} */ {apex, place, width, tier, says}, heard = true) {
+// Shows a case on the bass with its bench settings; returns its sound.
+export async function showCase(/** @type {Case} */ {apex, place, width, tier, says}) {
   const {name} = /** @type {Bass} */ (paperBass());
   chooseBass(name);
-  if (heard) await player.sound();
   const made = await move({pluck: {apex, place, width}, tier}, await player.fileOf(name));
   showSlowly(made);
   tell(says);
-  if (heard) hear([made.sound]);
+  return made.sound;
+}
+
+async function hearCase(/** @type {Case} */ one) {
+  await player.sound();
+  return [await showCase(one)];
 }
 
 const failed = (/** @type {Error} */ error) => say(`The case cannot be shown: ${error.message}`);
@@ -26,12 +30,15 @@ export function showLinked() {
   const symbol = new URLSearchParams(location.hash.slice(1)).get("case");
   if (symbol === null) return false;
   const one = paperBass()?.cases.find(one => one.symbol === symbol);
-  if (one) showCase(one, false).catch(failed);
+  if (one) showCase(one).catch(failed);
   else say(`The link names no case of this page: case=${symbol.slice(0, 20)}.`);
   return true;
 }
 
-for (const one of paperBass()?.cases || [])
-  $("cases").append(makeButton(one.title, {id: `case-${one.symbol}`, onclick: () => showCase(one).catch(failed)}));
+for (const one of paperBass()?.cases || []) {
+  const button = makeButton(one.title, {id: `case-${one.symbol}`, ariaPressed: "false"});
+  button.onclick = () => hearBy(button, () => hearCase(one)).catch(failed);
+  $("cases").append(button);
+}
 $("cases").hidden = !paperBass();
 addEventListener("hashchange", () => { if (player.ready) showLinked(); });

@@ -1,5 +1,5 @@
 // Saves the replay as a picture, or as a clip: the note at speed, then slowly, with a tick for each contact.
-import {$, chosenBass, make, save, say} from "./page.js";
+import {$, ADDRESS, busy, chosenBass, make, save, say} from "./page.js";
 import {player} from "./player.js";
 import {goTo, slowness} from "./replay.js";
 import {hear, hush, tick} from "./sounds.js";
@@ -18,7 +18,7 @@ function titleOf() {
 function footOf() {
   const marks = see.other ? "Bright: the changed bass. Blue: the same pluck before. " : "";
   const shows = `Above, from the front, motion magnified ${pictures.magnified} times; below, from the side, and the hits`;
-  return `${marks}${shows} by time. Computed by livebass, not recorded.`;
+  return `${marks}${shows} by time. Computed by livebass, not recorded. ${ADDRESS}`.trimEnd();
 }
 
 const fileName = (/** @type {string} */ ending) => `livebass-${$("bass").value}-${see.moment.toFixed(1)}ms.${ending}`;
@@ -78,5 +78,5 @@ async function saveClip() {
 }
 
 $("picture").onclick = savePicture;
-$("clip").onclick = () => saveClip().catch(error => say(`The clip cannot be recorded: ${error.message}`));
+$("clip").onclick = () => busy($("clip"), saveClip()).catch(error => say(`The clip cannot be recorded: ${error.message}`));
 $("clip").hidden = !window.MediaRecorder || !HTMLCanvasElement.prototype.captureStream;

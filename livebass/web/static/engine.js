@@ -27,6 +27,7 @@ export class Engine {
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
     this.sights = lines(this.sound + 8 * N.CHUNK); // drawing data of each string
     this.home = lines(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // basses may begin here
+    this.begins = this.end = this.home; // of what is in the memory
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
     this.soundAddress = BigInt(this.sound);
@@ -40,6 +41,21 @@ export class Engine {
       this.view = new DataView(this.memory.buffer);
       this.bytes = new Uint8Array(this.memory.buffer);
     }
+  }
+
+  // Adds memory behind what is there; returns its address.
+  add(size) {
+    const at = this.end;
+    this.end = lines(at + size);
+    this.reserve(this.end);
+    return at;
+  }
+
+  // Empties the memory, as if it were new.
+  clear() {
+    this.bytes.fill(0, this.synth, this.home);
+    this.bytes.fill(0, this.begins, this.end);
+    this.begins = this.end = this.home;
   }
 
   get(record, address, name, index = 0) {
@@ -57,16 +73,16 @@ export class Engine {
 
   // --- basses ---
 
-  // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns its end and the
-  // bass's address. `response`, an impulse response at that rate, replaces the file's unless empty. Throws an Error for
+  // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns the bass's
+  // address. `response`, an impulse response at that rate, replaces the file's unless empty. Throws an Error for
   // a file that cannot be played. Basses with the same `of`, unless 0, carry on each other's notes.
   build(file, tier, rate, at, response = new Float64Array(0), of = 0) {
-    const x = this.x, size = file.byteLength;
-    const samples = lines(at + size), pool = lines(samples + response.byteLength);
-    const building = pool + lines(RECORDS.POOL.bytes);
-    let end = building + lines(RECORDS.BUILDING.bytes);
-    this.reserve(end);
-    this.bytes.fill(0, at, end);
+    const {x} = this, size = file.byteLength;
+    this.begins = this.end = at;
+    this.add(size);
+    const samples = this.add(response.byteLength), pool = this.add(RECORDS.POOL.bytes);
+    const building = this.add(RECORDS.BUILDING.bytes);
+    this.bytes.fill(0, at, this.end);
     this.bytes.set(new Uint8Array(file), at);
     if (Number(x.lb_check_file(BigInt(at), BigInt(size))) !== N.GOOD) throw new Error("not a bass of this version");
     [tier, N.COARSE].forEach((which, k) => {
@@ -74,10 +90,9 @@ export class Engine {
       this.set("POOL", pool, "tier", which);
       this.set("POOL", pool, "rate", rate);
       x.lb_measure_pool(BigInt(pool));
-      this.set("POOL", pool, "memory", end);
-      this.set("BUILDING", building, "operators", end, k);
-      end = lines(end + this.get("POOL", pool, "bytes"));
-      this.reserve(end);
+      const operators = this.add(this.get("POOL", pool, "bytes"));
+      this.set("POOL", pool, "memory", operators);
+      this.set("BUILDING", building, "operators", operators, k);
       if (Number(x.lb_fill_pool(BigInt(pool))) !== N.DONE) throw new Error(`cannot be played at ${rate} Hz`);
     });
     this.set("BUILDING", building, "file", at);
@@ -93,19 +108,16 @@ export class Engine {
     this.set("BUILDING", building, "log_room", CONTACTS);
     this.set("BUILDING", building, "told_room", EVENTS);
     x.lb_measure_bass(BigInt(building));
-    this.set("BUILDING", building, "memory", end);
-    const bass = end;
-    end = lines(end + this.get("BUILDING", building, "bytes"));
-    this.reserve(end);
+    const bass = this.add(this.get("BUILDING", building, "bytes"));
+    this.set("BUILDING", building, "memory", bass);
     x.lb_fill_bass(BigInt(building));
-    return {bass, end};
+    return bass;
   }
 
   // Cuts the silence from an impulse response, a Float64Array at a rate (Hz); returns a Float64Array, empty if all is
-  // silence. `normalized`: the bass stays as loud as without the response. The memory must have no bass.
+  // silence. `normalized`: the bass stays as loud as without the response.
   cutResponse(samples, rate, normalized) {
-    const at = this.home;
-    this.reserve(at + samples.byteLength);
+    const at = this.add(samples.byteLength);
     this.bytes.set(new Uint8Array(samples.buffer), at);
     const left = Number(this.x.lb_cut_response(BigInt(at), BigInt(samples.length), rate, normalized ? 1n : 0n));
     return new Float64Array(this.memory.buffer.slice(at, at + 8 * left));
@@ -206,8 +218,7 @@ export class Engine {
   // note to `frames` after it; with `changed`, on a bass that differs: its string is at rest before the first event.
   // Returns the same as `motion`, with `heard` frames of sound.
   again(bass, {told, count, string, frame}, {before, frames, heard, changed = false}) {
-    const place = lines(this.memory.buffer.byteLength);
-    this.reserve(place + told.byteLength);
+    const place = this.add(told.byteLength);
     this.bytes.set(new Uint8Array(told), place);
     if (!changed) this.x.lb_begin_again(BigInt(this.get("BASS", bass, "string", string)), BigInt(place));
     else for (const name of KEPT) this.set("VOICE", this.voice(bass, string), name, this.get("VOICE", place, name));
@@ -235,8 +246,7 @@ export class Engine {
   // `place` (m from the nut) and lets go. Returns the same as `motion`, with `heard` frames of sound from the first
   // frame on.
   pluck(bass, {apex, place, width}, {before, frames, heard}) {
-    const event = lines(this.memory.buffer.byteLength);
-    this.reserve(event + RECORDS.EVENT.bytes);
+    const event = this.add(RECORDS.EVENT.bytes);
     this.set("EVENT", event, "kind", N.PLUCK);
     this.set("EVENT", event, "apex", apex);
     this.set("EVENT", event, "place", place);

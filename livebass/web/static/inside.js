@@ -17,12 +17,13 @@ import * as sounds from "./sounds.js";
 import * as state from "./state.js";
 import * as story from "./story.js";
 import * as techniques from "./techniques.js";
+import * as transport from "./transport.js";
 import * as view from "./view.js";
 import * as workshop from "./workshop.js";
 
 const inside = {
   ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
   ...player, ...replay, ...riff, ...songs, ...sounds, ...story, ...state,
-  ...techniques, ...view, ...workshop,
+  ...techniques, ...transport, ...view, ...workshop,
 };
 addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

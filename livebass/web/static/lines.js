@@ -114,7 +114,7 @@ function placeEvent(event, frame, line) {
 
 // Returns a function from tick to nearest frame, for ticks in any order; ascending order is fastest. It computes in
 // integers, to round as Python does.
-function frameOf(smf, rate) {
+export function frameOf(smf, rate) {
   const times = smf.ticksPerQuarter ? timesOf(smf) : undefined;
   const [over, under] = times ? [BigInt(smf.ticksPerQuarter) * 1000000n, 1n] : smf.ticksPerSecond.map(BigInt);
   let k = 0, before, found;

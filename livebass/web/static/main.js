@@ -11,7 +11,7 @@ import "./response.js";
 import "./midi.js";
 import "./clip.js";
 import "./inside.js";
-import {showBass} from "./bass.js";
+import {showSavedBass} from "./bass.js";
 import {makeBench, takeLink} from "./benchview.js";
 import {showLinked} from "./cases.js";
 import {lacking} from "./files.js";
@@ -20,6 +20,7 @@ import {openMoving} from "./opening.js";
 import {goOn, showButtons} from "./replay.js";
 import {state} from "./state.js";
 import {showLinkedStory} from "./story.js";
+import "./recorded.js";
 import {draw, pictures, see, showPitch} from "./view.js";
 import {watch} from "./watch.js";
 
@@ -56,8 +57,9 @@ function begin() {
 
 document.body.classList.toggle("embed", new URLSearchParams(location.search).has("embed"));
 makeBench();
-showBass();
+showSavedBass();
 takeLink();
+if (PAGE.offline && isSecureContext) navigator.serviceWorker?.register("offline.js").catch(() => {}); // it needs the network then
 const lack = lacking();
 if (PAGE.watching) {
   watch(PAGE.watching);

@@ -1,5 +1,5 @@
 // MIDI keyboards and basses connected to the browser, and the button that ends all notes.
-import {$} from "./page.js";
+import {$, busy} from "./page.js";
 import {letGo} from "./hands.js";
 import {player} from "./player.js";
 import {panic, unlatchAll} from "./techniques.js";
@@ -45,7 +45,7 @@ async function connectMidi() {
 
 $("midi").onclick = () => {
   if (player.ready) player.sound().catch(() => {});
-  connectMidi().catch(error => { $("midi-text").textContent = `The browser gives no MIDI: ${error.message}`; });
+  busy($("midi"), connectMidi()).catch(error => { $("midi-text").textContent = `The browser gives no MIDI: ${error.message}`; });
 };
 if (!navigator.requestMIDIAccess) {
   $("midi").hidden = true;

@@ -6,19 +6,21 @@ export const $ = /** @type {any} */ (document.getElementById.bind(document));
 /** @type {PageData} */
 export const PAGE = JSON.parse($("page").textContent);
 
+// The address that others can open, without the part after its #; "": this page is on a computer of its own.
+export const ADDRESS = PAGE.address || (location.protocol === "https:" ? location.origin + location.pathname : "");
+
 export const NAMES = ["C", "C♯", "D", "D♯", "E", "F", "F♯", "G", "G♯", "A", "A♯", "B"];
 
 /** @param {number} note */
 export const noteName = note => NAMES[note % 12] + (Math.floor(note / 12) - 1);
 
-const SAID = 8000; // ms that a message stays
-let saidBefore = 0; // the timer of the last one
+export const saying = {lasts: 8000, timer: 0}; // ms that a message stays; the timer of the last one
 
 // Shows a message over the page's lower edge, for a while or until the next one.
 export function say(/** @type {string} */ text, stays = false) {
-  clearTimeout(saidBefore);
+  clearTimeout(saying.timer);
   $("said").textContent = text;
-  if (!stays) saidBefore = setTimeout(() => { $("said").textContent = ""; }, SAID);
+  if (!stays) saying.timer = setTimeout(() => { $("said").textContent = ""; }, saying.lasts);
 }
 
 /** @param {string} name @returns {Bass} */
@@ -57,6 +59,13 @@ export const isPressed = button => button.getAttribute("aria-pressed") === "true
 
 export function setPressed(/** @type {Element} */ button, /** @type {boolean} */ on) {
   button.setAttribute("aria-pressed", String(on));
+}
+
+// Shows on a button that its press is being carried out; returns what that makes.
+/** @template T @param {Element} button @param {Promise<T>} work */
+export async function busy(button, work) {
+  button.ariaBusy = "true";
+  return work.finally(() => { button.ariaBusy = null; });
 }
 
 // The memory of a tab beyond a reload; empty where browsers forbid it.

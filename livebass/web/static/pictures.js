@@ -32,7 +32,7 @@ function spark(g, x, y, r) {
 }
 
 export class Pictures {
-  // `canvases`: neck, side, note, spectrum; `see`: what they show.
+  // `canvases`: neck, side, note, spectrum, both; `see`: what they show.
   constructor(canvases, see) {
     /** @type {Record<string, HTMLCanvasElement>} */
     this.canvases = canvases;
@@ -46,6 +46,8 @@ export class Pictures {
     const [neck, side, note] = Array.from({length: 3}, () => document.createElement("canvas"));
     this.parts = {neck, side, note}; // of a poster
     this.bins = new Float32Array(0); // of the spectrum
+    /** @type {Float32Array[]} */
+    this.both = []; // of the recorded and the computed note
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
@@ -86,6 +88,7 @@ export class Pictures {
     if (shown(this.canvases.side)) this.drawSide(colour);
     if (shown(this.canvases.note)) this.drawNote(colour);
     if (analyser && shown(this.canvases.spectrum)) this.drawSpectrum(colour, analyser);
+    if (this.both.length && shown(this.canvases.both)) this.drawLevels(this.canvases.both, colour, this.both, [colour.other, colour.accent]);
   }
 
   // Motion is drawn, except where it is not wanted and nobody asked for a replay.
@@ -349,10 +352,15 @@ export class Pictures {
   }
 
   drawSpectrum(colour, analyser) {
-    const [g, w, h, , px] = this.sheet(this.canvases.spectrum), foot = 18 * px;
     if (!this.bins.length) this.bins = new Float32Array(analyser.frequencyBinCount);
     analyser.getFloatFrequencyData(this.bins);
-    const bin = this.see.rate / 2 / this.bins.length, ratio = HIGHEST_HZ / LOWEST_HZ;
+    this.drawLevels(this.canvases.spectrum, colour, [this.bins], [colour.accent]);
+  }
+
+  // Draws levels (dB) of sounds over frequency, each in its tint.
+  drawLevels(canvas, colour, sounds, tints) {
+    const [g, w, h, , px] = this.sheet(canvas), foot = 18 * px;
+    const bin = this.see.rate / 2 / sounds[0].length, ratio = HIGHEST_HZ / LOWEST_HZ;
     g.font = `${11 * px}px system-ui, sans-serif`;
     g.fillStyle = colour.soft;
     g.strokeStyle = colour.line;
@@ -364,16 +372,18 @@ export class Pictures {
       line(g, x, 0, x, h - foot);
       if (k % every === 0) g.fillText(text, x, h - foot / 2);
     }
-    g.strokeStyle = colour.accent;
     g.lineWidth = 1.5 * px;
-    g.beginPath();
-    for (let x = 0; x < w; x += 2 * px) {
-      const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * px) / w) / bin;
-      let most = -Infinity;
-      for (let k = Math.floor(from); k <= Math.ceil(to); k++) most = Math.max(most, this.bins[k]);
-      g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, most / LEAST_DB)));
+    for (const [i, bins] of sounds.entries()) {
+      g.strokeStyle = tints[i];
+      g.beginPath();
+      for (let x = 0; x < w; x += 2 * px) {
+        const from = LOWEST_HZ * ratio ** (x / w) / bin, to = LOWEST_HZ * ratio ** ((x + 2 * px) / w) / bin;
+        let most = -Infinity;
+        for (let k = Math.floor(from); k <= Math.ceil(to); k++) most = Math.max(most, bins[k]);
+        g.lineTo(x, (h - foot) * Math.min(1, Math.max(0, most / LEAST_DB)));
+      }
+      g.stroke();
     }
-    g.stroke();
   }
 
   // --- a poster ---

@@ -104,13 +104,19 @@ export class WorkletPlayer {
     await this.put();
   }
 
-  // Starts or resumes. Browsers run a context only right after a key, a button or the end of a touch: resume() waits
-  // for that, so every call asks again, at once.
+  // Starts or resumes. Browsers run a context only right after a key, a button or the end of a touch: this waits for
+  // that, and every call asks again, at once.
   async sound() {
-    await Promise.all([this.start(), this.context.resume()]);
+    await Promise.all([this.start(), this.resume()]);
     if (this.sounding) return; // another call came first
     this.sounding = true;
     this.emit("sounds");
+  }
+
+  // Browsers that tell whether somebody has touched the page write a warning if nobody has.
+  async resume() {
+    if (navigator.userActivation?.hasBeenActive === false) await new Promise(done => addEventListener("pointerup", done, {once: true}));
+    await this.context.resume();
   }
 
   silence() {
@@ -231,10 +237,11 @@ export class WorkletPlayer {
   see(/** @type {boolean} */ seeing) { this.node?.port.postMessage({seeing}); }
   giveBack(/** @type {ArrayBuffer | undefined} */ spare) { if (spare) this.node?.port.postMessage({spare}, [spare]); }
 
-  // Plays a song's messages in the audio thread, whatever the page does meanwhile: `from` a frame of the context, for
-  // `length` frames, again and again with `loops`. null: ends it. `goesOn`: in place of the present one.
+  // Plays a song's messages in the audio thread, whatever the page does meanwhile: `from` a frame of the context, which
+  // plays its frame `at`, up to its frame `end`, then again from `begin` on with `loops`. null: ends it. `goesOn`: in
+  // place of the present one. steerSong changes some of these.
   playSong(/** @type {object | null} */ song) { this.node?.port.postMessage({song}); }
-  loopSong(/** @type {boolean} */ loops) { this.node?.port.postMessage({loops}); }
+  steerSong(/** @type {object} */ steer) { this.node?.port.postMessage({steer}); }
 
   // Starts or stops recording.
   record(/** @type {boolean} */ on) { this.node.port.postMessage({record: on}); }
@@ -253,6 +260,7 @@ export class WorkletPlayer {
     if (data.copied || data.faded) this.hearBass(data);
     else if (data.taped) this.emit("taped", data);
     else if (data.songEnded) this.emit("songEnded");
+    else if (data.songAt) this.emit("songAt", data.songAt);
     else if (data.recalled !== undefined) this.recalled.shift()?.(data.recalled);
     else if (data.sight) {
       this.began = data.began;

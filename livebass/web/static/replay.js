@@ -2,10 +2,10 @@
 // pluck is repeated on the changed bass, too, beside the note that was played.
 import {bench} from "./benchview.js";
 import {contactsOf, tell} from "./line.js";
-import {$, PAGE, chosenBass, say} from "./page.js";
+import {$, PAGE, busy, chosenBass, say} from "./page.js";
 import {player} from "./player.js";
 import {SHOWN} from "./see.js";
-import {hear} from "./sounds.js";
+import {hearBy} from "./sounds.js";
 import {state} from "./state.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
@@ -52,27 +52,28 @@ async function showAgain() {
   if (note) showSlowly(await move({recalled: note.recalled, response: note.response}, note.file));
 }
 
-// Shows the same pluck on the bass as it is now, with the note that was played beside it; both are heard.
+// Shows the same pluck on the bass as it is now, with the note that was played beside it; returns both sounds.
 async function showSame() {
   const note = lastNote();
-  if (!note) return;
+  if (!note) return [];
   const {recalled} = note, file = await player.fileOf(note.name);
   await player.sound();
   const before = await move({recalled, response: note.response}, note.file);
   const now = await move({recalled, response: player.response, changed: true}, file);
   showSlowly(now, {...before, heights: note.heights[before.string]});
   const [old, fresh] = [see.other, see.replay].map(replay => contactsOf(replay?.hits.length || 0));
-  tell(`The same pluck: ${old} before, ${fresh} now.`);
-  hear([before.sound, now.sound]);
+  tell(`The same pluck, in its first ${SHOWN.after} s: ${old} before, ${fresh} now.`);
+  return [before.sound, now.sound];
 }
 
-// Shows a motion from the worker slowly, from its beginning; `other` beside it. Returns the replay.
+// Shows a motion from the worker slowly, once, from its beginning; `other` beside it. Returns the replay.
 export function showSlowly(/** @type {Motion} */ made, /** @type {Motion | undefined} */ other = undefined) {
   see.rate = player.context.sampleRate;
   const replay = see.show(made, other);
   Object.assign($("moment"), {max: replay.length - 1, disabled: false});
   $("legend").hidden = !other;
   setButtons(true);
+  state.repeats = false;
   restart();
   return replay;
 }
@@ -132,8 +133,8 @@ export function showButtons() {
 }
 
 const failed = (/** @type {Error} */ error) => say(`The note cannot be repeated: ${error.message}`);
-$("again").onclick = () => showAgain().catch(failed);
-$("same").onclick = () => showSame().catch(failed);
+$("again").onclick = () => busy($("again"), showAgain()).catch(failed);
+$("same").onclick = () => hearBy($("same"), showSame).catch(failed);
 $("now").onclick = backToNow;
 $("slow").oninput = saySlowness;
 $("moment").oninput = () => {

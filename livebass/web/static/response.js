@@ -1,5 +1,5 @@
 // The player's own cabinet impulse response, from an audio file.
-import {$, isPressed, setPressed} from "./page.js";
+import {$, busy, isPressed, setPressed} from "./page.js";
 import {player} from "./player.js";
 import {state} from "./state.js";
 import {workshop} from "./workshop.js";
@@ -60,6 +60,6 @@ $("response-file").onchange = async () => {
   const [file] = $("response-file").files || [];
   $("response-file").value = ""; // the same file may be chosen again
   if (!file || !player.ready) return;
-  await readResponse(file).then(takeResponse)
+  await busy($("response"), readResponse(file).then(takeResponse))
     .catch(error => { $("response-text").textContent = `${file.name}: ${error.message}`; });
 };

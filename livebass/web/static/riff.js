@@ -1,17 +1,19 @@
 // A riff in a link: the last notes that somebody played, with their times, lengths and stroke.
-import {$, say} from "./page.js";
+import {$, make, say} from "./page.js";
 import {player} from "./player.js";
 import {state} from "./state.js";
 import {STROKES, pluckWith} from "./techniques.js";
+import {Transport} from "./transport.js";
 
 const MOST = 16; // notes
 const PAUSE = 3000; // ms after which a new riff begins
 const LONGEST = 60000; // ms
 const NOTE = /^(\d{1,5})\.(\d{1,3})\.(\d{1,3})\.(\d{1,5})$/; // begin (ms), key, velocity, length (ms)
-const BEGINS = 0.1; // s until a riff begins
 /** @typedef {{time: number, key: number, velocity: number, length?: number}} RiffNote */
 /** @type {RiffNote[]} */
 let played = [];
+/** @type {number[][]} */
+let offered = [];
 
 function keep(/** @type {number[]} */ [status, key, velocity], /** @type {number} */ time) {
   const on = (status & 0xf0) === 0x90 && velocity > 0, off = (status & 0xe0) === 0x80 && !on;
@@ -44,15 +46,14 @@ export function readRiff(/** @type {string} */ text) {
   return notes;
 }
 
-async function playRiff(/** @type {number[][]} */ notes) {
-  await player.sound();
-  const {currentTime, sampleRate: rate} = player.context;
-  const frames = (/** @type {number} */ ms) => Math.round(ms / 1000 * rate);
-  const messages = notes.flatMap(([begin, key, velocity, length]) =>
-    [[frames(begin), 0x90, key, velocity], [frames(begin + length), 0x80, key, 0]]).sort((a, b) => a[0] - b[0]);
-  const from = Math.round((currentTime + BEGINS) * rate), length = messages[messages.length - 1][0] + 1;
-  player.playSong({messages: Int32Array.from(messages.flat()), length, from});
+// The messages of a riff for the context, [frame, status, data, data] each.
+function messages() {
+  const frames = (/** @type {number} */ ms) => Math.round(ms / 1000 * player.context.sampleRate);
+  return Int32Array.from(offered.flatMap(([begin, key, velocity, length]) =>
+    [[frames(begin), 0x90, key, velocity], [frames(begin + length), 0x80, key, 0]]).sort((a, b) => a[0] - b[0]).flat());
 }
+
+const transport = new Transport({messages, quiet: () => player.change({panic: true})}, $("riff"), make("button"));
 
 // Offers the riff of an address, by its text from the # on.
 export function offerRiff(/** @type {string} */ hash) {
@@ -60,9 +61,10 @@ export function offerRiff(/** @type {string} */ hash) {
   $("riff").hidden = text === null;
   if (text === null) return;
   try {
-    const notes = readRiff(text), found = STROKES.find(({symbol}) => symbol === stroke);
+    offered = readRiff(text);
+    transport.open([], Math.max(...offered.map(([begin, , , length]) => begin + length)) / 1000);
+    const found = STROKES.find(({symbol}) => symbol === stroke);
     if (found) pluckWith(found);
-    $("riff").onclick = () => playRiff(notes).catch(error => say(error.message));
   } catch (error) {
     $("riff").hidden = true;
     say(`${/** @type {Error} */ (error).message}.`);

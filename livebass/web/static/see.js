@@ -4,7 +4,8 @@ export const POINTS = 160; // steps of a drawn string
 export const SHOWN = {before: 0.005, after: 0.1}; // s of a replay, from the note's release on
 export const FULL_SPEED = 4; // m/s of a string whose hit is drawn at full strength
 const MOST_SIGHTS = 8; // waiting for their sound
-const TOLD = 0.5; // s after which a note is told
+const TOLD = 0.5; // s after which a note is told ...
+const LATEST = 2; // ... once all hits until then are known; or after so many s
 const FLASH = 300; // ms that a flash stays
 const LEAST_REACH = 0.5e-3; // m, that a picture has room for
 const SOME = 24; // frames between measured shapes of a replay
@@ -26,6 +27,7 @@ export class See {
     for (let k = 0; k <= POINTS; k++)
       for (let j = 0; j < this.seen; j++) this.sines[k * this.seen + j] = Math.sin(Math.PI * (j + 1) * k / POINTS);
     this.rate = 48000; // Hz
+    this.known = 0; // the frame of the newest sight
     /** @type {Bass} */
     this.bass = /** @type {any} */ (undefined);
     /** @type {DataView<ArrayBuffer> | undefined} */
@@ -74,6 +76,7 @@ export class See {
     for (let k = 0; k < contacts.length; k += 4)
       this.waiting.push({string: contacts[k], fret: contacts[k + 1], frame: contacts[k + 2], speed: contacts[k + 3]});
     this.sights.push({frame, buffer: sight});
+    this.known = frame;
     return this.sights.length > MOST_SIGHTS ? this.sights.shift()?.buffer : undefined;
   }
 
@@ -181,7 +184,8 @@ export class See {
       note.wasKept = true;
       this.kept(note);
     }
-    if (!note.wasTold && since > TOLD) {
+    const known = (Math.min(frame, this.known) - note.frame) / this.rate;
+    if (!note.wasTold && (known > TOLD || since > LATEST)) {
       note.wasTold = true;
       this.told(note);
     }

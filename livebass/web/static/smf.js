@@ -4,7 +4,7 @@ import {decodeTexts, shownName} from "./names.js";
 import {RULE} from "./rule.js";
 
 const CHUNK_HEAD = 8; // bytes: name and length
-const META = {text: 0x01, trackName: 0x03, instrument: 0x04, channel: 0x20, port: 0x21, end: 0x2f, tempo: 0x51};
+const META = {text: 0x01, trackName: 0x03, instrument: 0x04, channel: 0x20, port: 0x21, end: 0x2f, tempo: 0x51, metre: 0x58};
 export const NOTE_OFF = 0x80;
 export const NOTE_ON = 0x90;
 export const CONTROL = 0xb0;
@@ -95,6 +95,7 @@ class SmfTrack {
                         // message has one byte of data
     this.exclusive = []; // {tick, port, data}
     this.tempos = []; // {tick, tempo}, us per quarter note
+    this.metres = []; // {tick, quarters}: the length of a bar from there on
     this.names = []; // {channel or NO_CHANNEL, kind of meta event, bytes}
     this.texts = [];
     this.oddities = []; // [text, with {} for their number, and the byte]
@@ -139,6 +140,8 @@ class SmfTrack {
     } else if (kind === META.tempo) {
       if (data.length === 3 && data.some(byte => byte)) this.tempos.push({tick: this.tick, tempo: bigEndian(data)});
       else this.oddities.push(["ignored {} tempo event{s} of 0 us or other than 3 bytes", start]);
+    } else if (kind === META.metre && data.length > 1 && data[0] && data[1] < 8) {
+      this.metres.push({tick: this.tick, quarters: 4 * data[0] / 2 ** data[1]});
     } else if (kind === META.text && this.tick === 0) {
       this.texts.push(data);
     } else if (kind === META.trackName || kind === META.instrument) {
@@ -176,6 +179,7 @@ export class Smf {
     const played = this.played(tracks);
     this.messages = byTick(played.map(track => track.messages)); // by tick, track and place in the track
     this.tempos = byTick(played.map(track => track.tempos));
+    this.metres = byTick(played.map(track => track.metres));
     this.exclusive = byTick(played.map(track => track.exclusive));
     this.endTick = played.reduce((end, track) => Math.max(end, track.tick), 0);
     this.channelNames = new Map(); // by "track channel", both from 0, from channel prefixes

@@ -1,12 +1,13 @@
 // A MIDI file on the page: its parts, the bass's parts among them, and their messages. It follows
 // livebass/score/choosing.py and reading.py: the page plays the same as `livebass render`.
-import {Lines, isNote} from "./lines.js";
+import {Lines, frameOf, isNote} from "./lines.js";
 import {isBass, isDrums, isOther} from "./names.js";
 import {RULE} from "./rule.js";
 import {cleaned, endedTake, middleOf, onChannels, withLowNotes} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
 
 const MOST_SONG = 4 << 20; // bytes in a file
+const MOST_BARS = 5000;
 export const AUTO = "auto"; // the automatic choice, among the parts
 const NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass";
 const partKey = ({line, track}) => `${line} ${track}`;
@@ -150,6 +151,21 @@ export class Song {
     this.choice = this.parts.choose(this.take);
     this.remarks = [...smf.warnings, ...this.lines.remarks, ...this.choice.remark ? [this.choice.remark] : []];
     this.length = end / rate; // s
+    this.smf = smf;
+  }
+
+  // Its bars: [begin (s), number, name]. Files without quarter notes have bars of 2 s.
+  bars() {
+    const {ticksPerQuarter, ticksPerSecond = [1, 1], metres, endTick} = this.smf, frame = frameOf(this.smf, this.rate);
+    /** @type {[number, number, string][]} */
+    const found = [];
+    for (let at = 0, k = 0, quarters = 4; (at < endTick || !at) && found.length < MOST_BARS;) {
+      for (; k < metres.length && metres[k].tick <= at; k++) ({quarters} = metres[k]);
+      found.push([frame(at) / this.rate, found.length + 1, ""]);
+      const long = ticksPerQuarter ? quarters * ticksPerQuarter : 2 * ticksPerSecond[0] / ticksPerSecond[1];
+      at = Math.min(at + Math.max(1, Math.round(long)), metres[k]?.tick ?? Infinity);
+    }
+    return found;
   }
 
   // The choices on `bass`, {range, switches}: [value, text]; the automatic choice comes first if it is not a listed

@@ -17,7 +17,7 @@ export async function showStep(/** @type {Story} */ story, /** @type {number} */
   showBar();
   chooseBench(bass, values);
   history.replaceState(null, "", `#story=${story.name}&step=${at + 1}`);
-  tell(says.replace("{hits}", "…"));
+  tell(says.replace(/: \{hits\}.*/, " …"));
   const file = await player.fileOf(bass), made = [];
   for (const [string, fret, velocity] of notes)
     made.push(await move({performed: {string, note: bassCalled(bass).strings[string].note + fret, velocity}}, file));

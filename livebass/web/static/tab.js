@@ -1,15 +1,15 @@
 // Practising a tablature: the neck shows which string and fret each note has, bar by bar, in a loop and at a tempo.
 import {layOut, showNeck} from "./neck.js";
-import {$, NAMES, PAGE, bassCalled, chooseBass, chosenBass, make, makeButton, say, isPressed, setPressed} from "./page.js";
+import {$, NAMES, PAGE, bassCalled, chooseBass, chosenBass, make, makeButton} from "./page.js";
 import {player} from "./player.js";
 import {AUTO, Song} from "./song.js";
 import {state} from "./state.js";
+import {Transport} from "./transport.js";
 
-const AHEAD = 0.15, LOOK_EVERY = 30; // s of messages sent ahead; ms between looks
 const LATEST = 100; // looks that wait for the bass
 const COLUMNS = 40; // of a bar in the text
 const ENDINGS = ".gp,.gp3,.gp4,.gp5,.gpx,.musicxml,.mxl,.xml";
-const CONTROL = 0xB0, NOTE_ON = 0x90, NOTE_OFF = 0x80, ALIKE = 127;
+const CONTROL = 0xB0, ALIKE = 127;
 // The signs beside a fret, in the text and on the neck
 /** @type {Record<string, string>} */
 const KINDS = {hammer: "h", pull: "p", slide: "/", slap: "T", pop: "P", tap: "t", pinch: "*"};
@@ -18,25 +18,11 @@ const KINDS = {hammer: "h", pull: "p", slide: "/", slap: "T", pop: "P", tap: "t"
 let tab;
 /** @type {Song | undefined} */
 let song;
-/** @type {{frame: number, midi: number[]}[]} */
-let messages = [];
-/** @type {number | undefined} */
-let timer; // while it plays
-let sent = 0; // messages
-let place = 0, from = 0, tempo = 1; // s of the song at `from` s of the context
-let part = {begin: 0, end: 0}; // s, of the loop or the whole
 let shownBar = -1;
-/** @type {Set<number>} */
-const held = new Set(); // notes: status and key
 /** @type {{mark: HTMLElement, begin: number, end: number}[]} */
 let marks = []; // on the neck
 
-const back = makeButton("‹", {title: "Bar before", ariaLabel: "Bar before"}), next = makeButton("›", {title: "Next bar", ariaLabel: "Next bar"});
-const play = makeButton("Play", {ariaPressed: "false"}), loop = makeButton("Loop", {ariaPressed: "false"});
-const first = make("input", {type: "number", min: 1, value: 1, ariaLabel: "First bar"});
-const last = make("input", {type: "number", min: 1, value: 1, ariaLabel: "Last bar"});
-const slow = make("input", {type: "range", min: 25, max: 125, step: 5, value: 100, ariaLabel: "Tempo"});
-const text = make("pre", {tabIndex: 0}), about = make("p"), percent = make("output", {textContent: "100 %"});
+const text = make("pre", {tabIndex: 0}), about = make("p");
 
 // True for a file that may be a tablature, by its name.
 export const isTab = (/** @type {File} */ file) => ENDINGS.split(",").some(ending => file.name.toLowerCase().endsWith(ending));
@@ -58,129 +44,33 @@ export async function openTab(/** @type {File} */ file) {
 }
 
 function take(/** @type {TabData} */ data) {
-  pauseTab();
   tab = data;
   song = undefined;
-  place = 0;
   shownBar = -1;
-  const numbers = data.bars.map(([, number]) => number);
-  first.max = last.max = String(Math.max(...numbers));
-  first.value = String(numbers[0]);
-  last.value = String(Math.max(...numbers));
   about.textContent = `${data.title}: ${data.said}.`;
   $("tab").hidden = false;
-  takePart();
+  transport.open(data.bars, data.end);
   show();
 }
 
-// The part between the chosen bars, as they first come; the whole song without a loop.
-function takePart() {
-  if (!tab) return;
-  const {bars, end} = tab, begin = Math.max(0, bars.findIndex(([, number]) => number === Number(first.value)));
-  const final = bars.findIndex(([, number], k) => k >= begin && number === Number(last.value));
-  const whole = !isPressed(loop);
-  part = {begin: whole ? 0 : bars[begin][0], end: whole || final < 0 ? end : bars[final + 1]?.[0] ?? end};
+function messages() {
+  const {sampleRate} = player.context;
+  if (tab && song?.rate !== sampleRate) song = new Song(Uint8Array.from(atob(tab.midi), c => c.charCodeAt(0)).buffer, sampleRate);
+  return (song?.messages(AUTO, chosenBass()) || []).map(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]);
 }
 
-const timeOf = (/** @type {number} */ at) => from + (at - place) / tempo; // of the context, s
-const placeAt = (/** @type {number} */ time) => place + (time - from) * tempo;
-const now = () => timer === undefined ? place : Math.max(place, placeAt(player.context.currentTime));
+// The usual playing: the controllers as a tablature begins, and one channel for all strings.
+function quiet() {
+  for (const [frame, ...midi] of messages()) if (frame === 0 && midi[0] >= 0xA0) player.changeBy(midi);
+  player.changeBy([CONTROL, ALIKE, 0]);
+}
 
-async function start() {
-  if (!tab) return;
-  if (state.rolls) $("roll").click(); // a song stops
-  setPressed(play, true);
-  play.textContent = "Pause";
-  await player.sound();
-  const rate = player.context.sampleRate;
-  if (song?.rate !== rate) song = new Song(Uint8Array.from(atob(tab.midi), c => c.charCodeAt(0)).buffer, rate);
-  messages = song.messages(AUTO, chosenBass());
+async function ready() {
   for (let k = 0; player.playing !== $("bass").value && k < LATEST; k++) await new Promise(done => setTimeout(done, 50));
-  if (!isPressed(play) || timer !== undefined) return; // it was stopped, or started again
-  if (place < part.begin || place >= part.end - 1e-3) place = part.begin;
-  from = player.context.currentTime + 0.1;
-  chase(from);
-  timer = setInterval(sendOn, LOOK_EVERY);
 }
 
-/** @param {number} time @param {number[]} midi */
-const send = (time, midi) => player.send(0, midi, undefined, Math.round(time * player.context.sampleRate));
-
-// Sends all controllers as they are at the place, for a bass that may come from another place of the song.
-function chase(/** @type {number} */ time) {
-  /** @type {Map<number, number[]>} */
-  const latest = new Map(), frame = place * (song?.rate || 0);
-  sent = messages.findIndex(message => message.frame >= frame);
-  if (sent < 0) sent = messages.length;
-  for (const {frame: at, midi} of messages) {
-    if (at > 0 && at >= frame) break;
-    if (midi[0] >= 0xA0) latest.set(midi[0] < 0xC0 ? midi[0] * 128 + midi[1] : midi[0] * 128, midi);
-  }
-  for (const midi of latest.values()) send(time, midi);
-}
-
-function release(/** @type {number} */ time) {
-  for (const note of held) send(time, [NOTE_OFF | note >> 7, note & 127, 64]);
-  held.clear();
-}
-
-// Sends the next moments' messages; goes back at the end of a loop.
-function sendOn() {
-  const until = player.context.currentTime + AHEAD, rate = song?.rate || 1;
-  for (;;) {
-    const stop = part.end * rate;
-    for (; sent < messages.length && messages[sent].frame < stop && timeOf(messages[sent].frame / rate) <= until; sent++) {
-      const {frame, midi} = messages[sent], kind = midi[0] & 0xF0, note = (midi[0] & 15) << 7 | midi[1];
-      if (kind === NOTE_ON) held.add(note);
-      else if (kind === NOTE_OFF) held.delete(note);
-      send(timeOf(frame / rate), midi);
-    }
-    const end = timeOf(part.end);
-    if (end > until) return;
-    if (!isPressed(loop)) {
-      if (end <= player.context.currentTime) pauseTab(part.begin);
-      return;
-    }
-    release(end);
-    [place, from] = [part.begin, end];
-    chase(end);
-  }
-}
-
-// Pauses, here or at a place of the song.
-export function pauseTab(at = now()) {
-  setPressed(play, false);
-  play.textContent = "Play";
-  if (timer !== undefined) {
-    clearInterval(timer);
-    timer = undefined;
-    const quiet = player.context.currentTime + AHEAD; // behind all that was sent ahead
-    release(quiet);
-    place = 0;
-    chase(quiet); // the usual playing
-    send(quiet, [CONTROL, ALIKE, 0]);
-  }
-  place = Math.min(at, tab?.end ?? 0);
-}
-
-// Goes to a place, and plays on from there if it plays.
-function go(/** @type {number} */ at) {
-  const rolls = timer !== undefined;
-  pauseTab(at);
-  if (rolls) start().catch(error => say(error.message));
-}
-
-function step(/** @type {number} */ by) {
-  const at = tab?.bars[Math.max(0, barAt(now()) + by)]?.[0];
-  if (at !== undefined) go(at);
-}
-
-// The number of the bar at a place, as the bars are played, from 0.
-function barAt(/** @type {number} */ at) {
-  if (!tab) return -1;
-  const found = tab.bars.findIndex(([begin]) => begin > at + 1e-6);
-  return (found < 0 ? tab.bars.length : found) - 1;
-}
+const play = makeButton("Play", {ariaPressed: "false"}), loop = makeButton("Loop", {ariaPressed: "false"});
+const transport = new Transport({messages: () => Int32Array.from(messages().flat()), quiet, ready}, play, loop);
 
 // --- what is seen ---
 
@@ -217,7 +107,7 @@ function linesOf(/** @type {number} */ bar) {
 // Shows the present bar and the next as text, and on the neck the places of the present one.
 function show() {
   if (!tab) return;
-  const at = now(), bar = barAt(at);
+  const at = transport.now, bar = transport.barAt(at);
   if (bar !== shownBar || !marks.every(({mark}) => mark.isConnected)) {
     shownBar = bar;
     mark(bar);
@@ -228,8 +118,11 @@ function show() {
   const heads = `   ${number[bar].padEnd(here.width + 1)}${number[bar + 1] ?? ""}`;
   const column = here.columns.filter(([begin]) => begin <= at + 1e-3).at(-1)?.[1] ?? 0;
   const shown = [heads, ...rows, `${" ".repeat(3 + column)}▲`].join("\n");
-  if (text.textContent !== shown) text.textContent = shown;
-  for (const {mark, begin, end} of marks) mark.classList.toggle("now", timer !== undefined && at >= begin && at < end);
+  if (text.textContent !== shown) {
+    text.textContent = shown;
+    text.scrollLeft = (3 + column) * text.scrollWidth / rows[0].length - text.clientWidth / 3; // the place stays in sight
+  }
+  for (const {mark, begin, end} of marks) mark.classList.toggle("now", transport.rolls && at >= begin && at < end);
 }
 
 // Marks the places of a bar on the neck; moves the neck's window to them if they are hidden.
@@ -257,43 +150,12 @@ function look() {
   if (tab) show();
 }
 
-// --- its controls ---
-
-play.onclick = () => {
-  if (isPressed(play)) pauseTab();
-  else start().catch(error => { pauseTab(); say(error.message); });
-};
-loop.onclick = () => {
-  setPressed(loop, !isPressed(loop));
-  change(takePart);
-};
-first.onchange = last.onchange = () => {
-  setPressed(loop, true);
-  change(takePart);
-};
-slow.oninput = () => change(() => {
-  tempo = Number(slow.value) / 100;
-  percent.textContent = `${slow.value} %`;
-});
-back.onclick = () => step(-1);
-next.onclick = () => step(1);
-
-// Makes a change of part or tempo from the present place on.
-function change(/** @type {() => void} */ make) {
-  const at = now();
-  if (timer !== undefined) [place, from] = [at, player.context.currentTime];
-  make();
-  if (at < part.begin || at > part.end) go(part.begin);
-}
-
-const labelled = (/** @type {string} */ name, /** @type {Node[]} */ ...inputs) => make("label", {}, `${name} `, ...inputs);
-$("tab").append(about, text, make("div", {className: "tools"}, back, play, next, loop,
-  labelled("Bars", first), labelled("to", last), labelled("Tempo", slow, percent)));
+const {back, next, labels} = transport;
+$("tab").append(about, text, make("div", {className: "tools"}, back, play, next, loop, ...labels));
 if (PAGE.opens) {
   $("song-file").accept += `,${ENDINGS}`;
   $("song-text").textContent = "Drop a MIDI file or a tablature here.";
 }
-player.on("ends", () => pauseTab());
 const built = PAGE.tab;
 requestAnimationFrame(() => { // when the neck is there
   if (built) take(built);

@@ -1,42 +1,46 @@
 // Builds basses in its own memory, each at addresses that are free in the audio thread, and hands over their bytes: the
 // audio thread only copies them.
-import {Engine, N, RECORDS, lines} from "./engine.js";
+import {Engine, N, RECORDS} from "./engine.js";
 
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */
 const answer = /** @type {any} */ (postMessage);
-/** @type {WebAssembly.Module} */
-let module;
-let home = 0; // basses may begin here
+/** @type {Engine} */
+let engine; // for one job after another: browsers are slow to free the memory of a new one for each
 const taken = new Map(); // address of a bass: [begin of its memory, end]
 const names = []; // of basses built before: versions of one carry on each other's notes
-const sizes = new Map(); // of basses built before, by file, tier, rate and length of an impulse response
+const sizes = new Map(); // of basses built last, by file, tier, rate and length of an impulse response
 
-// The place of `size` free bytes; beyond everything if the size is not known yet.
+// The first place with `size` free bytes, and the free bytes there.
 function place(size) {
   const used = [...taken.values()].sort((a, b) => a[0] - b[0]);
-  let at = home;
+  let at = engine.home;
   for (const [begin, end] of used) {
-    if (size && begin - at >= size) return at;
+    if (begin - at >= size) return {at, room: begin - at};
     at = Math.max(at, end);
   }
-  return at;
+  return {at, room: Infinity};
 }
 
 function build({id, name, file, tier, rate, response}) {
-  const key = `${name} ${tier} ${rate} ${response?.length}`, at = place(sizes.get(key));
-  const engine = new Engine(module); // new: the last bass used all of the old memory
+  const key = `${name} ${tier} ${rate} ${response?.length}`, guess = Math.max(0, ...sizes.values());
   if (!names.includes(name)) names.push(name);
-  const {bass, end} = engine.build(file, tier, rate, at, response, 1 + names.indexOf(name));
-  taken.set(bass, [at, end]);
-  sizes.set(key, end - at);
-  const image = engine.memory.buffer.slice(at, end);
+  let bass, at, room, size = sizes.get(key) ?? guess;
+  do { // it may turn out to be larger
+    ({at, room} = place(size));
+    engine.clear();
+    bass = engine.build(file, tier, rate, at, response, 1 + names.indexOf(name));
+    size = engine.end - at;
+  } while (size > room);
+  taken.set(bass, [at, at + size]);
+  sizes.set(key, size);
+  const image = engine.memory.buffer.slice(at, at + size);
   answer({id, built: {bass, at, image}}, [image]);
-  return [engine, bass];
+  return bass;
 }
 
 // Plays for a while: browsers recompile busy code better, for all instances of a module.
-function warm(engine, bass, rate, ms) {
+function warm(bass, rate, ms) {
   engine.begin(rate);
   engine.setField("next_bass", bass);
   const end = Date.now() + ms;
@@ -50,19 +54,19 @@ function warm(engine, bass, rate, ms) {
 // string without a player.
 function move({id, file, tier, rate, response, recalled, performed, pluck, before, frames, heard, changed}) {
   const fresh = () => {
-    const engine = new Engine(module);
-    return {engine, bass: engine.build(file, tier, rate, home, response).bass};
+    engine.clear();
+    return engine.build(file, tier, rate, engine.home, response);
   };
-  const {engine, bass} = fresh(), how = {before, frames, heard, changed};
+  const bass = fresh(), how = {before, frames, heard, changed};
   let made;
   if (pluck) {
     made = engine.pluck(bass, pluck, how);
   } else if (recalled) {
     made = engine.again(bass, recalled, how);
   } else {
-    const found = engine.perform(bass, performed, rate), other = fresh();
+    const found = engine.perform(bass, performed, rate);
     if (!found) throw new Error("the note does not sound on this string");
-    made = other.engine.again(other.bass, found, how);
+    made = engine.again(fresh(), found, how);
   }
   answer({id, built: made}, [made.rows.buffer, made.across.buffer, made.slots.buffer, made.sound.buffer]);
 }
@@ -71,17 +75,17 @@ function move({id, file, tier, rate, response, recalled, performed, pluck, befor
 // crowns (m from each open string) and its pickups' places (m from the saddle). Throws an Error, one line, for a neck
 // that cannot be played. `names`: of the strings.
 function change({change: values, file, bench, names}) {
-  const engine = new Engine(module), get = (name, k) => engine.get("CHANGE", at, name, k);
-  const given = lines(engine.home + RECORDS.CHANGE.bytes), beside = lines(given + file.byteLength), at = engine.home;
-  const memory = lines(beside + bench.byteLength);
-  engine.reserve(memory);
+  engine.clear();
+  const get = (name, k) => engine.get("CHANGE", at, name, k);
+  const at = engine.add(RECORDS.CHANGE.bytes), given = engine.add(file.byteLength), beside = engine.add(bench.byteLength);
+  const memory = engine.end;
   engine.bytes.set(new Uint8Array(file), given);
   engine.bytes.set(new Uint8Array(bench), beside);
   for (const [name, value] of Object.entries({file: given, bench: beside, size: bench.byteLength, memory}))
     engine.set("CHANGE", at, name, value);
   for (const [k, value] of values) engine.set("CHANGE", at, "value", value, k);
   if (!Number(engine.x.lb_measure_change(BigInt(at)))) throw new Error("its bench file belongs to another bass");
-  engine.reserve(memory + get("bytes"));
+  engine.add(get("bytes"));
   const state = Number(engine.x.lb_make_change(BigInt(at))), record = beside + RECORDS.BENCH_FILE.fields.bench[0];
   const of = (name, k) => engine.get("BENCH", record, name, k);
   if (state !== N.MADE) {
@@ -100,8 +104,7 @@ function change({change: values, file, bench, names}) {
 
 onmessage = ({data}) => {
   if (data.module) {
-    module = data.module;
-    home = new Engine(module).home;
+    engine = new Engine(data.module);
     answer({id: data.id});
   } else if (data.free) {
     taken.delete(data.free);
@@ -117,12 +120,13 @@ onmessage = ({data}) => {
         return;
       }
       if (data.samples) {
-        const cut = new Engine(module).cutResponse(data.samples, data.rate, data.normalized);
+        engine.clear();
+        const cut = engine.cutResponse(data.samples, data.rate, data.normalized);
         answer({id: data.id, built: cut}, [cut.buffer]);
         return;
       }
-      const [engine, bass] = build(data);
-      if (data.warm) warm(engine, bass, data.rate, data.warm);
+      const bass = build(data);
+      if (data.warm) warm(bass, data.rate, data.warm);
     } catch (error) {
       answer({id: data.id, error: /** @type {Error} */ (error).message});
     }

@@ -32,7 +32,9 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.changes = this.changed = 0; // the page's changes of the playing: how many came; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
     this.seeing = false; // the page draws
-    this.song = undefined; // {messages, from, length, loops, next}: frame, status and data of each message; frames
+    // {messages, begin, end, loops, tempo, from, at, next, held}: frame, status and data of each message; frames of the
+    // song, which is `at` one of them at the frame `from`; the next message, -1 after a jump; the notes that sound
+    this.song = undefined;
     this.tape = undefined; // the recording, until it is full: {samples, used}
     this.seen = 0; // bass that was seen last
     this.unseen = 0; // quanta since it was seen
@@ -46,12 +48,12 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record, song, loops}) {
+  hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record, song, steer}) {
     if (record !== undefined) this.record(record);
     if (spare) this.spare.push(spare);
     if (recall) this.port.postMessage({recalled: this.engine.recall(recall.bass, recall.string) || null});
     if (song !== undefined) this.takeSong(song);
-    if (loops !== undefined && this.song) this.song.loops = loops;
+    if (steer && this.song) this.steer(steer);
     if (seeing !== undefined) this.seeing = seeing;
     const e = this.engine, now = e.field("frame"), most = now + Math.round(MOST_AHEAD * sampleRate);
     const when = frame === undefined ? N.NOW : Math.min(most, Math.max(now, frame - (this.start || 0)));
@@ -68,34 +70,79 @@ class LivebassProcessor extends AudioWorkletProcessor {
     }
   }
 
-  // Begins a song, from now on if its beginning is past; null ends it. With `goesOn` it takes the place of the present
-  // one, and goes on where that is.
+  // Begins a song; null ends it. With `goesOn` it takes the place of the present one, and goes on where that is.
   takeSong(song) {
-    const now = this.engine.field("frame"), before = this.song;
+    const before = this.song;
+    if (before) this.release(this.engine.field("frame"));
     this.song = undefined;
     if (!song || (song.goesOn && !before)) return;
-    const {messages} = song, from = song.goesOn ? before.from : song.from - (this.start || 0);
-    let next = 0;
-    while (next < messages.length && from + messages[next] < now) next += 4;
-    this.song = {...song, from, next};
+    if (song.goesOn) {
+      this.song = {...before, ...song, next: -1};
+      this.steer({});
+    } else this.song = {...song, from: song.from - (this.start || 0), next: -1, held: new Set()};
+  }
+
+  // Changes tempo, part or loop of the song from now on, or its place: `at`, a frame of it.
+  steer({at = undefined, ...change}) {
+    const s = this.song, now = this.engine.field("frame");
+    Object.assign(s, {at: s.at + Math.max(0, now - s.from) * s.tempo, from: Math.max(now, s.from), ...change});
+    if (at !== undefined || s.at < s.begin || s.at >= s.end) {
+      this.release(now);
+      Object.assign(s, {at: at ?? s.begin, next: -1});
+    }
+    this.tellPlace();
+  }
+
+  tellPlace() {
+    const {from, at, tempo} = this.song;
+    this.port.postMessage({songAt: {from: from + (this.start || 0), at, tempo}});
+  }
+
+  sendSong(frame, status, a, b) {
+    const kind = status & 0xF0, note = (status & 15) << 7 | a;
+    if (kind === 0x90) this.song.held.add(note);
+    else if (kind === 0x80) this.song.held.delete(note);
+    this.engine.send(frame, status, a, b);
+  }
+
+  // Ends the song's notes.
+  release(frame) {
+    for (const note of this.song.held) this.engine.send(frame, 0x80 | note >> 7, note & 127, 64);
+    this.song.held.clear();
+  }
+
+  // After a jump: sends all controllers as they are at the place.
+  chase(frame) {
+    const {messages: m, at} = this.song, latest = new Map();
+    let k = 0;
+    for (; k < m.length && m[k] < at; k += 4)
+      if (m[k + 1] >= 0xA0) latest.set(m[k + 1] < 0xC0 ? m[k + 1] * 128 + m[k + 2] : m[k + 1] * 128, k);
+    for (const one of latest.values()) this.engine.send(frame, m[one + 1], m[one + 2], m[one + 3]);
+    this.song.next = k;
   }
 
   // Sends the song's messages of the next n frames.
   playSong(n) {
-    const s = this.song, e = this.engine, now = e.field("frame");
-    if (!s) return;
-    for (; s.next < s.messages.length; s.next += 4) {
-      const at = s.from + s.messages[s.next];
-      if (at >= now + n) return;
-      e.send(Math.max(now, at), s.messages[s.next + 1], s.messages[s.next + 2], s.messages[s.next + 3]);
-    }
-    if (now + n < s.from + s.length) return;
-    if (s.loops) {
-      s.from += s.length;
-      s.next = 0;
-    } else {
-      this.song = undefined;
-      this.port.postMessage({songEnded: true});
+    const now = this.engine.field("frame"), until = now + n;
+    while (this.song && this.song.from < until) {
+      const s = this.song, m = s.messages, frameOf = frame => Math.round(s.from + (frame - s.at) / s.tempo);
+      if (s.next < 0) this.chase(Math.max(now, s.from));
+      const last = s.loops ? s.end : s.end + 1; // the last notes may end with the song
+      for (; s.next < m.length && m[s.next] < last; s.next += 4) {
+        const at = frameOf(m[s.next]);
+        if (at >= until) return;
+        this.sendSong(Math.max(now, at), m[s.next + 1], m[s.next + 2], m[s.next + 3]);
+      }
+      const end = frameOf(s.end);
+      if (until < end) return;
+      this.release(Math.max(now, end));
+      if (s.loops) {
+        Object.assign(s, {from: end, at: s.begin, next: -1});
+        this.tellPlace();
+      } else {
+        this.song = undefined;
+        this.port.postMessage({songEnded: true});
+      }
     }
   }
 
