@@ -15,10 +15,12 @@ from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.instrument import BENCH_ENDING, ENDING, bench_file, instrument_file
 from livebass.plugin.systems import System, this_system
+from livebass.preset.sounds import sound_text, sound_title, sounds_of
 from livebass.techniques import MOST_BASSES
 
 LONGEST_NAME = 63  # bytes in an instrument's short name, as in c/core.c
 LIST = "instruments.txt"
+SOUNDS = "sounds"  # folder of the factory sounds, beside the instruments
 STUDIO = "studio"  # follows a name in the list
 Qualities = Mapping[str, str]  # initial quality in the plugins, by a bass's short name
 LIVE: Qualities = {}  # every bass begins in live
@@ -28,6 +30,8 @@ RESOURCES = "Contents/Resources"  # instruments in macOS and VST3 bundles
 def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE) -> dict[str, bytes]:
     """Returns instrument files, bench files and their list, by file name, for `basses`, by short name.
 
+    The factory sounds of these basses are in a folder of their own.
+
     The list gives a bass's initial quality after its name, unless it is `live`. Raises ValueError for unsuitable names
     or basses.
     """
@@ -36,6 +40,7 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
     files |= {f"{name}{BENCH_ENDING}": bench_file(bass, files[f"{name}{ENDING}"]) for name, bass in basses.items()}
+    files |= {f"{SOUNDS}/{sound_title(s)}.toml": sound_text(s).encode() for name in basses for s in sounds_of(name)}
     lines = [f"{name} {STUDIO}\n" if qualities.get(name) == STUDIO else f"{name}\n" for name in basses]
     return files | {LIST: "".join(lines).encode()}
 
@@ -102,7 +107,7 @@ def with_name(title: str, name: str) -> str:
 def are_instruments(entries: list[Path]) -> bool:
     """True if these are an instrument list and files that belong beside it, and nothing else."""
     names = [entry.name for entry in entries]
-    return LIST in names and all(name == LIST or name.endswith((ENDING, BENCH_ENDING)) for name in names)
+    return LIST in names and all(name in (LIST, SOUNDS) or name.endswith((ENDING, BENCH_ENDING)) for name in names)
 
 
 def is_macos(system: System) -> bool:

@@ -21,7 +21,7 @@ from livebass.kernels.player import constants, parameters, performer
 from livebass.kernels.player.touches import KEY_PALM
 from livebass.kernels.string import board, frets, note, preparing, records
 from livebass.live import priority
-from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
+from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
@@ -32,9 +32,11 @@ from livebass.techniques import (
     ON_STRING,
     PALM,
     PARAMETER_ROWS,
+    SLIDER_ROWS,
     STROKE_OF,
     TECHNIQUE,
     TECHNIQUE_ROWS,
+    event,
 )
 from livebass.units import pitch_name
 
@@ -86,6 +88,7 @@ NUMBERS = {
     "LB_BENCH_MAGIC": change.BENCH_MAGIC,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
+TEXTS = ("symbol", "name", "unit", "group")  # of a parameter
 ENTRIES: tuple[Entry, ...] = (
     check.check_file, check.checksum, pool.measure_pool, pool.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
@@ -145,27 +148,30 @@ def _switches() -> list[str]:
         ON_STRING: {pitch: pitch_name(pitch).replace("#", " sharp") for pitch in range(12)},
         HAND_AT: {fret: str(fret) for fret in range(1, FRETS + 1)},
     }
-    rows = []
+    rows, names = list[str](), list[str]()
     for row in TECHNIQUE_ROWS.values():
         stroke, parameter = STROKE_OF[row.number], PARAMETER_ROWS.get(row.symbol)
         moved = TECHNIQUE if stroke else parameter.number if parameter else -1
         on = stroke or (KEY_PALM if row.number == PALM else 1)
         for value, called in values.get(row.number, {-1: ""}).items():
-            rows.append(f"    {{{row.number}, {value}, {moved}, {on}, {json.dumps(row.name.format(called))}}},")
+            names.append(row.name.format(called))
+            rows.append(f"    {{{row.number}, {value}, {moved}, {on}, {json.dumps(names[-1])}}},")
     numbers = ", ".join(f"LB_SWITCH_{symbol.upper()} = {row.number}" for symbol, row in TECHNIQUE_ROWS.items())
     return [
         f"enum {{ {numbers} }}; /* actions */",
         f"enum {{ LB_SWITCHES = {len(rows)} }};",
         "typedef struct {", "    int action, value; /* -1: any */",
         "    int parameter; /* that does the same; -1: none */", "    double on; /* its value then */",
-        "    const char *name;", "} lb_switch;",
+        f"    char name[{longest(names)}];", "} lb_switch;",
         *_table("lb_switch lb_switches[LB_SWITCHES]", rows),
     ]  # fmt: skip
 
 
 def _parameters() -> list[str]:
     """Returns the table of parameters, and their numbers."""
-    lines = ["typedef struct {", "    const char *symbol, *name, *unit, *group;", "    double least, most, usual;"]
+    lines = ["typedef struct {", *(f"    char {k}[{longest(getattr(p, k) for p in PARAMETERS)}];" for k in TEXTS)]
+    lines += ["    const char *help; /* 0: none */"]
+    lines += ["    double least, most, usual;"]
     lines += ["    int whole;", "    const char *const *points; /* names of the values from 0 on, then 0; or 0 */"]
     lines += ["    int kind, number; /* of the synth's event that sets it; kind -1: none does */"]
     lines += [
@@ -173,17 +179,25 @@ def _parameters() -> list[str]:
         f"enum {{ {', '.join(f'LB_{p.symbol.upper()}' for p in PARAMETERS)}, LB_PARAMETERS }};",
     ]
     lines += [f"enum {{ LB_PLAYED_PARAMETERS = {techniques.PARAMETERS} }}; /* those that controllers learn */"]
-    rows, points = [], []
+    rows, points = list[str](), dict[tuple[str, ...], str]()  # points: their names in C
     for p in PARAMETERS:
-        named = f"lb_points_{p.symbol}" if p.points else "0"
-        if p.points:
-            texts = ", ".join(map(json.dumps, p.points))
-            points.append(f"static const char *const {named}[] = {{{texts}, 0}};")
-        texts = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
+        named = points.setdefault(p.points, f"lb_points_{p.symbol}") if p.points else "0"
+        words = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
+        words += f", {json.dumps(SLIDER_ROWS[p.symbol].help)}" if p.symbol in SLIDER_ROWS else ", 0"
         kind, number = event(p) or (-1, 0)
         limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
-        rows.append(f"    {{{texts}, {limits}, {named}, {kind}, {number}}},")
-    return [*lines, *_table("lb_parameter lb_parameters[LB_PARAMETERS]", rows, points)]
+        rows.append(f"    {{{words}, {limits}, {named}, {kind}, {number}}},")
+    sliders = ", ".join(str(row.parameter.number) for row in SLIDER_ROWS.values())
+    lines += _table("int lb_sliders[LB_BUILT]", [sliders])  # their parameters
+    lists = []
+    for texts, name in points.items():
+        lists.append(f"static const char *const {name}[] = {{{', '.join(map(json.dumps, texts))}, 0}};")
+    return [*lines, *_table("lb_parameter lb_parameters[LB_PARAMETERS]", rows, lists)]
+
+
+def longest(texts: Iterable[str]) -> int:
+    """The bytes for the longest text. Tables hold texts as arrays: a pointer takes 32 bytes of the binary."""
+    return max(len(text.encode()) for text in texts) + 1
 
 
 def _table(declared: str, rows: list[str], before: Iterable[str] = ()) -> list[str]:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
 from livebass import __version__
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS, event
+from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
-from livebass.plugin.bundle import LIST, checked_name, distinct_titles, with_name, write_bundle_of, write_files
+from livebass.plugin.bundle import LIST, SOUNDS, checked_name, distinct_titles, with_name, write_bundle_of, write_files
 from livebass.plugin.instrument import BENCH_ENDING, ENDING
 from livebass.plugin.systems import SYSTEMS, System
-from livebass.techniques import SLIDER_ROWS
+from livebass.preset.sounds import sound_title, sound_values, sounds_of
+from livebass.techniques import SLIDER_ROWS, event
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # with one output per string
@@ -72,6 +73,7 @@ PROJECT = (
 )
 UNITS = {
     "dB": "units:db", "semitones": "units:semitone12TET", "mm": "units:mm", "%": "units:pc", "deg": "units:degree",
+    "Hz": "units:hz", "ms": "units:ms",
     **{
         unit: f'[ a units:Unit ; rdfs:label "{unit}" ; units:symbol "{unit}" ; units:render "%f {unit}" ]'
         for unit in ("1/s", "pF")
@@ -140,14 +142,14 @@ def bundle_files(
             + WINDOW
             + "".join(plugin(uri, titles, qualities[0]) for uri in PLUGINS)
         ).encode(),
-        PRESETS: (HEAD + "".join(preset(*row) for row in rows)).encode(),
+        PRESETS: (HEAD + "".join([*(preset(*row) for row in rows), *(sound(*row) for row in rows)])).encode(),
         MANIFEST: (HEAD + manifest(list(basses), binary_name(system))).encode(),
     }
 
 
 def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this module wrote: they may be replaced."""
-    names, always = {entry.name for entry in entries}, {LIST, TURTLE, PRESETS, MANIFEST}
+    names, always = {entry.name for entry in entries} - {SOUNDS}, {LIST, TURTLE, PRESETS, MANIFEST}
     binaries = {binary_name(system) for system in SYSTEMS.values()}
     return always <= names and all(name in always | binaries or name.endswith((ENDING, BENCH_ENDING)) for name in names)
 
@@ -196,13 +198,26 @@ def plugin(uri: str, titles: Sequence[str], quality: int) -> str:
 
 def preset(uri: str, short: str, title: str, number: int | None = None, quality: int = 0) -> str:
     """Returns a preset: the bass `short`, with default parameters; `number` is its index in the bundle."""
-    values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"} | {"quality": quality}
-    if number is not None:
-        values["bass"] = number
+    return described(uri, short, title, {"quality": quality} | ({} if number is None else {"bass": number}))
+
+
+def sound(uri: str, short: str, _title: str, number: int, quality: int) -> str:
+    """Returns the factory sounds of the bass `short` as presets."""
+    return "".join(
+        described(uri, short, sound_title(name), {"quality": quality, "bass": number, **sound_values(name)}, name)
+        for name in sounds_of(short)
+    )
+
+
+def described(uri: str, short: str, title: str, given: Mapping[str, float], name: str = "") -> str:
+    """Returns a preset of the bass `short` with the `given` values; `name`: the factory sound that it is, if any."""
+    values = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"} | dict(given)
+    quality = int(values["quality"])
     ports = " , ".join(f'[ lv2:symbol "{symbol}" ; pset:value {value:g} ]' for symbol, value in values.items())
     kept = f'<{URI}#bass> {quoted(short)} ; <{URI}#quality> "{quality:d}"^^xsd:long'
+    place = f"sound-{name}" if name else f"preset-{short}"
     return f"""
-<{uri}#preset-{short}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:label {quoted(title)} ;
+<{uri}#{place}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:label {quoted(title)} ;
   lv2:port {ports} ;
   state:state [ {kept} ] .
 """
@@ -217,8 +232,9 @@ def manifest(shorts: Sequence[str], binary: str | None = None) -> str:
     for uri in PLUGINS:
         if binary:
             made += f"\n<{uri}> a lv2:Plugin ; lv2:binary <{binary}> ; rdfs:seeAlso <{TURTLE}> .\n"
-        for short in shorts:
-            made += f"<{uri}#preset-{short}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:seeAlso <{PRESETS}> .\n"
+        sounds = [f"sound-{name}" for short in shorts for name in sounds_of(short) if binary]
+        for place in [*(f"preset-{short}" for short in shorts), *sounds]:
+            made += f"<{uri}#{place}> a pset:Preset ; lv2:appliesTo <{uri}> ; rdfs:seeAlso <{PRESETS}> .\n"
     return made
 
 

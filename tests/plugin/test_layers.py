@@ -15,10 +15,10 @@ from livebass.plugin import build
 LAYERS = (
     {"thread", "files", "paint", "stack_win32"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
-    {"values", "neck"},
+    {"values", "neck", "crowns"},
     {"learn", "hand", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
-    {"text"},
+    {"text", "menu"},
     {"sounds", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},
@@ -87,5 +87,5 @@ def test_includes_have_no_circle(files: Files) -> None:
 
 def test_the_picture_knows_no_host(files: Files) -> None:
     """Nor an instance: it draws the data of its face."""
-    picture = ("drawing", "layout", "neck", "parts", "picture", "paint")
+    picture = ("drawing", "layout", "menu", "neck", "crowns", "parts", "picture", "paint")
     assert {called for caller, called, _ in calls(files) if caller in picture} <= {*picture, "look"}

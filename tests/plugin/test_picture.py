@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes as c
 import random
 import sys
 import time
@@ -14,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from support.picture import (
     BEGIN,
+    BENCH,
     DOUBLE,
     DOWN,
     END,
@@ -21,8 +23,11 @@ from support.picture import (
     LEAVE,
     MOVE,
     MOVED,
+    PLAY,
     PRESS,
     RELEASE,
+    SETTINGS,
+    TONE,
     UP,
     WIDTH,
     Host,
@@ -46,8 +51,8 @@ from livebass.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
 
 NAMES = ("slap", "five-string", "six-string", "fretless")
 STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}
-NUT, SADDLE, TOP = 52, 74, 46  # pixels from the picture's left, right and upper edge ...
-MIDDLE, HALF_NECK = 157, 83  # ... of the neck at its saddle; at scale 1
+NUT, SADDLE, TOP = 52, 74, 74  # pixels from the picture's left, right and upper edge ...
+MIDDLE, HALF_NECK = 218, 116  # ... of the neck at its saddle, on the page Tone; at scale 1
 LENGTH = 0.86  # m
 ACROSS, BY_HAND = 2, 1  # shapes of the pointer
 ZOOM = 8  # magnification of motion
@@ -70,6 +75,8 @@ def host(folder: Path) -> Iterator[Host]:
 def picture() -> Iterator[Picture]:
     made = Picture()
     made.show(made_look())
+    made.draw()
+    made.turn_to(TONE)
     yield made
     made.close()
 
@@ -114,6 +121,7 @@ def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> N
         look = made_look(STRINGS[strings], fretless)
         picture.show(look)
         assert picture.draw() == (0, 0, int(WIDTH * scale), int(HEIGHT * scale))
+        picture.turn_to(TONE)
         frets, light = x_of(look["place"][0, 1:21], picture), bright(picture.pixels)
         columns = np.arange(int(x_of(0.01, picture)), int(frets[-1] + 6 * scale))
         rows = np.rint(lane(picture, 0, strings, columns) + 0.32 * 2 * scale * HALF_NECK / strings).astype(int)
@@ -148,7 +156,7 @@ def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fre
     look["bass"] = 2  # another one: no blur of the last picture
     picture.show(look)
     dirty = picture.draw()
-    assert dirty[1] >= TOP - 1 and dirty[1] + dirty[3] < 280
+    assert dirty[1] >= TOP - 1 and dirty[1] + dirty[3] < 368
     metre, compared = (WIDTH - NUT - SADDLE) / LENGTH, 0
     for x, before in zip(columns, rest, strict=True):
         t = ((x + 0.5 - NUT) / metre - stop) / (LENGTH - stop)
@@ -181,6 +189,7 @@ def test_a_contact_lights_its_fret(fretless: bool) -> None:
     picture = Picture()
     picture.show(made_look(fretless=fretless))
     picture.draw()
+    picture.turn_to(TONE)
     rest, gained = bright(picture.pixels), []
     for hard in (0.3, 1.0):
         look = made_look(fretless=fretless)
@@ -190,7 +199,7 @@ def test_a_contact_lights_its_fret(fretless: bool) -> None:
         more = bright(picture.pixels) - rest
         x = float(x_of(look["place"][0, 5], picture))
         rows, columns = np.nonzero(more)
-        assert abs(columns - x).max() < 20 and abs(rows - lane(picture, 2, 4, x)).max() < 32
+        assert abs(columns - x).max() < 20 and abs(rows - lane(picture, 2, 4, x)).max() < 45
         gained.append(more.sum())
     picture.show(made_look(fretless=fretless))
     picture.draw()
@@ -215,6 +224,7 @@ def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
 
 def test_lamps_and_overload(picture: Picture) -> None:
     """Each state lights its own lamp."""
+    picture.turn_to(PLAY)
     lit = []
     for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
         picture.show(made_look())
@@ -226,7 +236,7 @@ def test_lamps_and_overload(picture: Picture) -> None:
         assert picture.draw() != (0, 0, 0, 0), name
         rows, columns = np.nonzero(picture.pixels != dark)
         lit.append((columns.min(), rows.min()))
-        assert name == "overload" or (rows.min() > 260 and rows.max() < 300)
+        assert name == "overload" or (rows.min() > 240 and rows.max() < 330)
         assert name != "overload" or rows.max() < TOP
     assert len(set(lit)) == len(lit)
     look = made_look()
@@ -265,10 +275,12 @@ def sliders(picture: Picture) -> dict[int, tuple[int, int, int]]:
 
 def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
     picture.draw()
-    places = sliders(picture)
-    shown = {number(name) for name in ("gain", "tone", "pluck_position", "dynamics", "palm_mute", "bend_range")}
-    assert shown <= set(places) and number("technique") not in places
-    for symbol, part in (("tone", 0.25), ("gain", 0.5), ("palm_mute", 1.0), ("bend_range", 0.5)):
+    for page, symbol, part in (
+        (TONE, "tone", 0.25), (TONE, "gain", 0.5), (PLAY, "palm_mute", 1.0), (SETTINGS, "bend_range", 0.5),
+    ):  # fmt: skip
+        picture.turn_to(page)
+        places = sliders(picture)
+        assert number("technique") not in places
         p = PARAMETERS[number(symbol)]
         y, first, last = places[p.number]
         before = picture.values[p.number] = p.most  # its knob is elsewhere
@@ -295,7 +307,7 @@ def test_a_press_on_a_name_or_on_a_knob_changes_nothing(picture: Picture) -> Non
     """A drag from there moves the value by as much as the pointer."""
     picture.draw()
     y, first, last = sliders(picture)[number("tone")]
-    for x, row in ((first + 3, y - 16), ((first + last) / 2 + 4, y)):
+    for x, row in ((first + 3, y - 20), ((first + last) / 2 + 4, y)):
         picture.values[number("tone")] = 0.0
         picture.draw()
         picture.sets.clear()
@@ -372,11 +384,11 @@ def test_basses_are_chosen(folder: Path, host: Host) -> None:
     picture.point(PRESS, 300, 23)
     picture.point(RELEASE, 300, 23)
     picture.draw()
-    assert picture.point(MOVE, 60, 62) == BY_HAND
-    picture.point(PRESS, 60, 62 + 24)
+    assert picture.point(MOVE, 60, 137) == BY_HAND
+    picture.point(PRESS, 60, 137 + 24)
     assert picture.values[8] == 1
     picture.draw()
-    assert picture.point(MOVE, 300, 60) != BY_HAND
+    assert picture.point(MOVE, 300, 88) != BY_HAND
     picture.close()
 
 
@@ -415,17 +427,17 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
 
     picture.draw()
     named = seen(picture, 155, 10, 180, 26)
-    host.set("gain", -6.0)
-    click(*save_at)
-    host.set("gain", -3.0)
-    click(*save_at)
+    for gain in (-6.0, -3.0):
+        host.set("gain", gain)
+        click(*save_at)  # it asks for a name
+        click(*save_at)
     assert sorted(file.name for file in own.iterdir()) == ["Slap 1.toml", "Slap 2.toml"]
     assert (seen(picture, 155, 10, 180, 26) != named).any(), "it says that it is saved"
     picture.draw(seconds=10)
     assert (seen(picture, 155, 10, 180, 26) == named).all()
     click(*title)
-    column = 14 + (width - 28) // (4 if width >= WIDTH else 3) + 30
-    first, second = (column, 46 + 4 + 24 + 11), (column, 46 + 4 + 48 + 11)
+    column = 14 + ((width - 28) // 4 if width >= WIDTH else 2 * (width - 28) // 3) + 30
+    first, second = (column, TOP + 4 + 24 + 11), (column, TOP + 4 + 48 + 11)
     assert (
         picture.point(MOVE, *(scale * at for at in first)) == picture.point(MOVE, *(scale * at for at in second)) == 1
     )
@@ -458,6 +470,7 @@ def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size:
     assert len(list(own.iterdir())) == 1, "the one behind it is asked for again"
     picture.point(MOVE, 0, 0)
     click(*save_at)
+    click(*save_at)
     assert len(list(own.iterdir())) == 2 and picture.point(MOVE, *(scale * at for at in second)) == 1
     picture.close()
 
@@ -469,16 +482,16 @@ def test_a_long_list_goes_on(host: Host, own: Path) -> None:
         host.set("gain", -float(k))
         assert host.save_sound() == f"Slap {k + 1}"
     picture.draw()
-    more = 600, 46 + 4 + 3 * 24 + 11
+    more = 600, TOP + 4 + 2 * 24 + 11
     press(picture, 200, 23)
     for way in ("button", "wheel"):
         loaded = set()
-        for _ in range(12 if way == "wheel" else 0):
-            picture.point(UP, 30, 60)
+        for _ in range(14 if way == "wheel" else 0):
+            picture.point(UP, 30, 88)
             picture.draw()
-        for _ in range(8):
-            for k in range(11):
-                x, y = 30 + k // 4 * 204, 46 + 4 + k % 4 * 24 + 11
+        for _ in range(12):
+            for k in range(8):
+                x, y = 30 + k // 3 * 204, TOP + 4 + k % 3 * 24 + 11
                 if picture.point(MOVE, x, y) == BY_HAND:
                     picture.point(PRESS, x, y)
                     loaded.add(host.value("gain"))
@@ -486,7 +499,7 @@ def test_a_long_list_goes_on(host: Host, own: Path) -> None:
             if way == "button":
                 press(picture, *more)
             else:
-                picture.point(DOWN, 30, 60)
+                picture.point(DOWN, 30, 88)
             picture.draw()
         assert loaded == {-float(k) for k in range(30)}, way
     picture.close()
@@ -499,13 +512,13 @@ def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -
         (own / f"Slap {k}.toml").write_bytes((own / "Slap 1.toml").read_bytes())
     picture = Picture(host, (1920, 1080), optional=["list", "sound", "save", "load", "remove"])
     picture.draw()
-    before = seen(picture, 0, 850, 1920, 230)
+    before = seen(picture, 0, 900, 1920, 180)
     press(picture, 200, 23)
-    listed = seen(picture, 0, 50, 1920, 700)
-    assert np.array_equal(seen(picture, 0, 850, 1920, 230), before)
-    picture.point(DOWN, 30, 60)
+    listed = seen(picture, 0, 78, 1920, 700)
+    assert np.array_equal(seen(picture, 0, 900, 1920, 180), before)
+    picture.point(DOWN, 30, 88)
     picture.draw()
-    assert not np.array_equal(seen(picture, 0, 50, 1920, 700), listed)
+    assert not np.array_equal(seen(picture, 0, 78, 1920, 700), listed)
     picture.close()
 
 
@@ -514,12 +527,12 @@ def test_lamps_move_parameters(host: Host) -> None:
     picture = Picture(host)
     picture.draw()
     moved: dict[int, list[float]] = {}
-    for x in range(0, WIDTH, 3):
-        if picture.point(MOVE, x, 280) != BY_HAND:
+    for x, y in ((x, y) for y in range(252, 320, 26) for x in range(20, WIDTH, 36)):
+        if picture.point(MOVE, x, y) != BY_HAND:
             continue
         before = {p.number: host.value(p.symbol) for p in PARAMETERS}
-        picture.point(PRESS, x, 280)
-        picture.point(RELEASE, x, 280)
+        picture.point(PRESS, x, y)
+        picture.point(RELEASE, x, y)
         for k, value in before.items():
             if host.value(PARAMETERS[k].symbol) != value:
                 moved.setdefault(k, []).append(host.value(PARAMETERS[k].symbol))
@@ -548,7 +561,9 @@ def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
             before = picture.pixels.copy()
             x, y, w, h = picture.draw()
             assert 0 <= x <= x + w <= width and 0 <= y <= y + h <= height
-            before[y : y + h, x : x + w] = picture.pixels[y : y + h, x : x + w]
+            for left, top, wide, tall in picture.drawn_areas():
+                assert x <= left <= left + wide <= x + w and y <= top <= top + tall <= y + h
+                before[top : top + tall, left : left + wide] = picture.pixels[top : top + tall, left : left + wide]
             assert (before == picture.pixels).all()
     held: dict[int, int] = {}
     picture.point(LEAVE, 0, 0)
@@ -579,6 +594,26 @@ def test_drawing_is_cheap(host: Host) -> None:
         picture.draw(seconds=5)
     assert picture.draw() == (0, 0, 0, 0)
     picture.close()
+
+
+def test_strips_leave_what_a_whole_picture_shows(picture: Picture) -> None:
+    """Whatever moved before: resting strings, moving ones, and names, over the neck at rest."""
+    chance = random.Random(2)
+    apart = 0
+    for _ in range(12):
+        look = played(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(8)])
+        look["string"][0, 0]["light"][5] = chance.random() < 0.2
+        for amplitude in (1.0, 0.1, 1.0, 1.0, 1.0):  # smaller, then the same until no blur is left
+            look["string"]["sight"]["slot"]["u"] *= amplitude
+            picture.show(look)
+            picture.draw()
+        areas = picture.drawn_areas()
+        apart += len(areas) > 1 or (len(areas) == 1 and areas[0][3] < 100)
+        strips = picture.pixels.copy()
+        picture.resize(WIDTH, HEIGHT)
+        picture.draw()
+        assert np.array_equal(picture.pixels, strips)
+    assert apart > 3
 
 
 def test_little_motion_is_drawn_half_as_often(picture: Picture) -> None:
@@ -742,3 +777,212 @@ def test_letters_are_those_of_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
     assert header(fonts / "DejaVuSans.ttf") == (C / "glyphs.h").read_text()
     assert (C / "DEJAVU.txt").read_text() == (fonts / "LICENSE_DEJAVU").read_text()
     sys.modules.pop("glyphs", None)
+
+
+# --- the pages, the bench's side view, the keyboard ---
+
+WHOLE = ("undo", "swap", "side", "copy", "title", "playing", "group", "list", "sound", "save", "load", "remove")
+ESCAPE, ENTER, TAB, RIGHT_KEY, RIGHT_BUTTON, LISTED = 27, 13, 9, 0x110002, 8, (280, 23)
+
+
+def slider_of(picture: Picture, symbol: str) -> tuple[float, float]:
+    """The place of a slider's name on the present page, found by its menu."""
+    height, width = picture.pixels.shape
+    for y in range(300, height, 5):
+        for x in range(16, width, 16):
+            if picture.point(MOVE, x, y) == ACROSS:
+                picture.sets.clear()
+                picture.point(PRESS, x, y)
+                picture.point(RELEASE, x, y)
+                picture.key(ESCAPE)
+                if picture.sets and picture.sets[0][0] == number(symbol):
+                    return x + 8, y + 3
+    raise AssertionError(symbol)
+
+
+def test_every_parameter_is_on_a_page_at_its_place_whatever_the_bass(host: Host, folder: Path) -> None:
+    """On the keyboard's way through a page. The bass is in the header; techniques are lamps."""
+    picture = Picture(host)
+    ways = []
+    for name in ("slap", "fretless"):
+        host.set("bass", float(NAMES.index(name)))
+        host.play(RATE // 10)
+        picture.draw()
+        seen_on: dict[int, set[int]] = {}
+        for page in range(4):
+            picture.turn_to(page)
+            for _ in range(60):
+                picture.sets.clear()
+                assert picture.key(TAB) and picture.key(RIGHT_KEY)
+                seen_on.setdefault(page, set()).add(picture.sets[0][0])
+        ways.append(seen_on)
+    found = set().union(*ways[0].values())
+    assert ways[0] == ways[1]
+    assert found == {p.number for p in PARAMETERS if p.group != "Techniques" and p.symbol != "bass"}
+    picture.close()
+
+
+def test_a_value_is_typed_in_the_units_that_it_shows(host: Host) -> None:
+    """After a press on the focused control, or by its menu; Escape leaves it, and what is no number changes nothing."""
+    picture = Picture(host)
+    picture.draw()
+    picture.turn_to(BENCH)
+    x, y = slider_of(picture, "action")
+    host.set("action", 0.0)
+    picture.draw()
+    assert not picture.key("1"), "no control is marked yet: keys are the host's"
+    own = -1e3 * load_preset("slap").necks[0].fret_heights[11]
+    for keys, wanted in (("1.4\r", 1.4 - own), ("9\x1b", 1.4 - own), ("x\r", 1.4 - own), ("1.99\x08\r", 1.9 - own)):
+        picture.point(PRESS, x, y, RIGHT_BUTTON)
+        picture.point(RELEASE, x, y, RIGHT_BUTTON)
+        picture.draw()
+        picture.key(0x110003, 0x0D)  # the first line of the menu
+        assert library().lb_wants_keys(picture.address)
+        assert picture.key(keys) and not library().lb_wants_keys(picture.address)
+        picture.draw()
+        assert host.value("action") == pytest.approx(wanted, abs=0.006), keys
+    picture.close()
+
+
+def test_menus_and_tips_leave_no_trace(host: Host) -> None:
+    picture = Picture(host)
+    picture.draw()
+    picture.turn_to(BENCH)
+    x, y = slider_of(picture, "action")
+    picture.point(MOVE, 0, 0)
+    picture.draw()
+    before = picture.pixels.copy()
+    picture.point(MOVE, x, y)
+    picture.draw()
+    hovered = picture.pixels.copy()
+    picture.draw(1.0)
+    assert (picture.pixels != hovered).sum() > 2000, "a tip"
+    picture.point(PRESS, x, y, RIGHT_BUTTON)
+    picture.draw()
+    assert (picture.pixels != hovered).sum() > 2000, "a menu"
+    assert picture.key(ESCAPE)
+    picture.point(MOVE, 0, 0)
+    picture.draw()
+    assert np.array_equal(picture.pixels, before)
+    picture.close()
+
+
+def test_the_side_view_moves_with_the_bench(host: Host) -> None:
+    """Action and relief lower the crowns, gauge thickens the string; a wheel's reset brings the picture back."""
+    picture = Picture(host, (1200, 800))
+    picture.draw()
+    picture.turn_to(BENCH)
+    before = seen(picture, 60, 60, 1000, 560)
+    for symbol, value in (("action", 1.0), ("neck_relief", 0.5), ("nut_height", 0.5), ("gauge", 20.0)):
+        host.set(symbol, value)
+        picture.draw()
+        assert (seen(picture, 60, 60, 1000, 560) != before).sum() > 300, symbol
+        host.set(symbol, 0.0)
+        picture.draw()
+        assert np.array_equal(seen(picture, 60, 60, 1000, 560), before), symbol
+    picture.close()
+
+
+def test_a_changed_bass_leaves_nothing_out(picture: Picture) -> None:
+    """After a pickup has moved, the picture is the one that a new window shows, names of strings and all."""
+    look = made_look()
+    look["string"]["saddle"] += 0.02
+    picture.show(look)
+    picture.draw()
+    new = Picture()
+    new.show(look)
+    new.draw()
+    new.turn_to(TONE)
+    assert np.array_equal(picture.pixels, new.pixels)
+    new.close()
+
+
+def test_the_smallest_window_cuts_nothing_off() -> None:
+    """Every page ends above the lower edge."""
+    picture = Picture(size=(640, 320))
+    picture.show(made_look())
+    picture.draw()
+    for page in range(4):
+        picture.turn_to(page)
+        assert len(np.unique(picture.pixels[-3:])) == 1, page
+    picture.close()
+
+
+def test_a_search_ends_with_the_first_found(host: Host) -> None:
+    """Return takes it, even before it is drawn; if nothing is found, it lists everything."""
+    picture = Picture(host, optional=WHOLE)
+    picture.draw()
+    press(picture, *LISTED)
+    assert picture.key("fretl\r") and host.value("bass") == 3 and not library().lb_wants_keys(picture.address)
+    press(picture, *LISTED)
+    everything = seen(picture, 0, TOP, WIDTH, 150).copy()
+    assert picture.key("xyzzy")
+    picture.draw()
+    assert (seen(picture, 0, TOP, WIDTH, 150) != everything).sum() > 1000
+    picture.key("\r")
+    picture.draw()
+    assert np.array_equal(seen(picture, 0, TOP + 30, WIDTH, 120), everything[30:])
+    picture.close()
+
+
+def test_the_list_marks_what_plays(host: Host, own: Path) -> None:
+    """A sound, or the bass; never both."""
+    accent, first, sound = 0xFFF0A93B, TOP + 4 + 2 * 24 + 2, TOP + 4 + 7 * 24 + 2
+    picture = Picture(host, optional=WHOLE)
+    picture.draw()
+    picture.turn_to(TONE)
+    for saved in (False, True):
+        assert not saved or host.save_sound()
+        press(picture, *LISTED)
+        assert [picture.pixels[y, 100] == accent for y in (first, sound)] == [not saved, saved]
+        press(picture, *LISTED)
+    picture.close()
+
+
+def test_many_choices_open_as_a_menu(host: Host) -> None:
+    """One press of the button shows them all; a press on one takes it."""
+    picture = Picture(host)
+    picture.draw()
+    press(picture, 60, 364)  # the stroke
+    assert not picture.sets
+    picture.point(PRESS, 70, 260)
+    assert {k for k, *_ in picture.sets} == {TECHNIQUE}
+    picture.close()
+
+
+def test_a_sound_has_the_name_that_is_typed(host: Host, own: Path) -> None:
+    """Its name, with * once it has changed, is the title; a search finds it; a second one of the name gets a number."""
+    picture = Picture(host, optional=WHOLE)
+    picture.draw()
+    for wanted in ("Verse", "Verse 2"):
+        picture.point(PRESS, 474, 23)
+        assert picture.key("Verxx\b\bse\r")
+        assert title_of(host) == wanted and (own / f"{wanted}.toml").exists()
+    host.set("gain", -6.0)
+    assert title_of(host) == "Verse 2 *"
+    picture.point(PRESS, 136, 23)  # the one before
+    assert title_of(host) == "Verse" and host.value("gain") == 0
+    picture.draw()
+    press(picture, *LISTED)
+    assert picture.key("RSE 2") and library().lb_wants_keys(picture.address)
+    picture.draw()
+    press(picture, 60, TOP + 4 + 2 * 24 + 11)
+    assert title_of(host) == "Verse 2" and not library().lb_wants_keys(picture.address)
+    picture.close()
+
+
+def title_of(host: Host) -> str:
+    room = c.create_string_buffer(200)
+    library().lb_title(host.address, c.addressof(room), 200)
+    return room.value.decode()
+
+
+def test_a_is_copied_to_b(host: Host) -> None:
+    host.set("gain", -6.0)
+    library().lb_copy_side(host.address)
+    library().lb_swap_sides(host.address)
+    assert host.value("gain") == -6
+    library().lb_undo(host.address)
+    library().lb_undo(host.address)
+    library().lb_swap_sides(host.address)
+    assert host.value("gain") == 0, "the copy is undone"

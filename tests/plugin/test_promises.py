@@ -27,8 +27,9 @@ from support.plugins import (
     rendered,
 )
 from support.scores import SWITCH_KEYS
+from support.tabs import as_gp, hard_tab
 
-from livebass import load_preset, score_of
+from livebass import load_preset, read_tab, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.live.parameters import NUMBERS, PARAMETERS
@@ -90,6 +91,7 @@ def host(make: Any) -> Host:
 
 
 every_format = pytest.mark.parametrize("kind", FORMATS)
+one_format = pytest.mark.parametrize("kind", quick(FORMATS, ["clap"]))  # where the formats share the code
 every_host = pytest.mark.parametrize("kind", HOSTS)
 with_expressions = pytest.mark.parametrize("kind", ["clap", "vst3"])  # LV2 has only MIDI
 
@@ -130,6 +132,15 @@ def test_a_midi_file_is_rendered_alike(host: Host, tmp_path: Path) -> None:
     """With bends, pedal and expression, on two channels that hold the same keys."""
     score = midi_score(tmp_path / "a.mid")
     wanted = mono("jazz-finger", score)
+    assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)
+
+
+@every_host
+def test_a_tablature_is_rendered_alike(host: Host, tmp_path: Path) -> None:
+    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
+    _, score = read_tab(song, RATE)
+    wanted = mono("jazz-finger", score)
+    assert np.abs(wanted).max() > 0.1
     assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)
 
 
@@ -201,7 +212,7 @@ def test_offline_a_changed_bass_is_built_within_a_block(make: Any) -> None:
     assert np.array_equal(plain[:3000], whole[:3000]) and not np.array_equal(plain[3100:], whole[3100:])
 
 
-@every_format
+@one_format
 def test_held_notes_go_on_while_sliders_of_the_bench_move(make: Any) -> None:
     """Action, gauge and a pickup in turn, thirty times a second; and a released key still ends its note."""
     notes = [(0, on(28, 115)), (0, on(38, 115)), (RATE, off(38))]

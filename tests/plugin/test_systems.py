@@ -15,6 +15,7 @@ from livebass.plugin.systems import SYSTEMS
 
 
 @pytest.mark.skipif(not importlib.util.find_spec("ziglang"), reason="needs ziglang")
+@pytest.mark.real  # a compiler runs 60 times
 @pytest.mark.parametrize("name", quick(SYSTEMS, ["windows-x86_64", "macos-arm64"]))
 def test_the_c_compiles(name: str, tmp_path: Path) -> None:
     system = SYSTEMS[name]

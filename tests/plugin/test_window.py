@@ -40,10 +40,12 @@ UI = struct(
 )  # fmt: skip
 # px in a window of the usual size; the first slider is the gain's
 NEXT, SAVE, TITLE = (432, 23), (474, 23), (280, 23)
-PASTE = (744, 306)
-UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (800, 306), (847, 306), (873, 306), (120, 362), (200, 209)
-DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 150, SLIDER[1], "mousemove", 160, SLIDER[1], "mouseup", 1)
-FIRST_SOUND = (300, 84)  # in the list, below the second column's heading: there is no room beside the basses
+PASTE = (702, 59)
+UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (754, 59), (846, 59), (872, 59), (599, 363), (200, 196)
+DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 629, SLIDER[1], "mousemove", 639, SLIDER[1], "mouseup", 1)
+LEARN = ("mousemove", *SLIDER, "click", 3, "mousemove", SLIDER[0] + 20, SLIDER[1] + 70, "click", 1)  # or forget
+ZOOM = (24, 232)
+FIRST_SOUND = (300, 89)  # in the list: the first of the second column
 TITLES = [load_preset(name).name for name in PRESETS]
 GAIN = 0
 LOOK_PORT = 2 + len(PARAMETERS) + 2  # after MIDI, the output, parameters, freewheeling and overload
@@ -409,7 +411,7 @@ def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
         for place, wanted in ((SIDE_B, 0.0), (SIDE_A, moved), (UNDO, 0.0)):
             hand("mousemove", *place, "click", 1)
             heard(plugin, lambda wanted=wanted: plugin.value(GAIN) == wanted and plugin.told[-1] == (GAIN, wanted))
-        hand("mousemove", *SLIDER, "click", 3)
+        hand(*LEARN)
         heard(plugin, lambda: learned_by(plugin, 20, 127) == pytest.approx(0) and learned_by(plugin, 20, 64) < -5)
         learned = plugin.value(GAIN)
         with closing(Plugin(folder)) as other:
@@ -417,7 +419,7 @@ def test_undo_sides_and_learning(screen_name: str, folder: Path) -> None:
             other.block(64, [midi(bytes([0xB0, 20, 127]))])
             assert other.value(GAIN) == pytest.approx(0)
         assert learned_by(plugin, 20, 127) == pytest.approx(0) != learned
-        hand("mousemove", *SLIDER, "click", 3)
+        hand(*LEARN)
         wait_for(lambda: learned_by(plugin, 20, 64) == learned_by(plugin, 20, 127))
 
 
@@ -468,9 +470,10 @@ def test_sounds_are_saved_and_loaded(
         hand("mousemove", *SLIDER, "click", 1)
         heard(plugin, lambda: (GAIN, END) in plugin.gestures)
         moved = plugin.value(GAIN)
-        hand("mousemove", *SAVE, "click", 1)
+        hand("mousemove", *SAVE, "click", 1)  # it asks for a name
+        hand("click", 1)
         wait_for(lambda: [file.name for file in (tmp_path / "livebass").glob("*")] == [f"{TITLES[0]} 1.toml"])
-        hand("mousemove", *NEXT, "click", 1)
+        hand("mousemove", *NEXT, "click", 1, "click", 1)  # after the last sound come the basses
         heard(plugin, lambda: plugin.value(BASS) == 1 and plugin.told[-1] == (BASS, 1))
         hand("mousemove", *SIDE_B, "click", 1)
         heard(plugin, lambda: plugin.value(GAIN) == 0 and plugin.told[-1] == (GAIN, 0))
@@ -485,3 +488,36 @@ def test_sounds_are_saved_and_loaded(
         assert (plugin.value(GAIN), plugin.value(BASS)) == (moved, 0)
         hand("mousemove", *UNDO, "click", 1)
         heard(plugin, lambda: (plugin.value(GAIN), plugin.value(BASS)) == (0, 1))
+
+
+def test_the_zoom_is_kept_for_the_next_window(
+    screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It opens larger; a damaged file counts as 100 %."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    with opened(folder) as (_, window):
+        assert window.size() == (900, 460)
+        before = window.picture()
+        hand("mousemove", *ZOOM, "click", 1)
+        wait_for(lambda: different(window.picture(), before) > 1000)
+    assert (tmp_path / "livebass" / "window.txt").read_text() == "125\n"
+    for text, size in (("125\n", (1125, 575)), ("200", (1800, 920)), ("x", (900, 460)), ("10", (900, 460))):
+        (tmp_path / "livebass" / "window.txt").write_text(text)
+        with opened(folder) as (_, window):
+            assert window.size() == size, text
+
+
+def test_a_value_is_typed_with_the_keyboard(screen_name: str, folder: Path) -> None:
+    """The window takes the focus for that, and gives it back; before and after, keys are the host's."""
+    with opened(folder) as (plugin, _):
+        plugin.block(64)
+        hand("key", "7")
+        hand("mousemove", SLIDER[0] + 160, SLIDER[1] - 14, "click", 1)
+        time.sleep(0.2)
+        hand("key", "minus", "1", "2", "Return")
+        heard(plugin, lambda: (GAIN, END) in plugin.gestures and plugin.value(GAIN) == -12)
+        time.sleep(0.2)
+        hand("key", "minus", "3", "Return")
+        time.sleep(0.2)
+        plugin.block(64)
+        assert plugin.value(GAIN) == -12

@@ -34,7 +34,7 @@ pytestmark = [
 LINUX = ALL["linux-x86_64"]
 SYSTEMS = (LINUX, WINDOWS)
 FILES = {"clap": dict.fromkeys((LINUX.name, WINDOWS.name), clap.BINARY), "vst3": vst3.BINARIES}  # in their bundles
-LOWEST_STRING, SLIDER = (200, 209), (120, 362)  # px in a window of scale 1; the slider is the gain's
+LOWEST_STRING, SLIDER = (200, 196), (599, 363)  # px in a window of scale 1; the slider is the gain's
 GAIN = 0
 
 

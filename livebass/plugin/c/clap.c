@@ -450,8 +450,7 @@ static bool create_window(const clap_plugin *p, const char *api, bool floating) 
     clap *c = of(p);
     if (!has_windows(p, api, floating)) return false;
     if (c->scale <= 0) c->scale = lb_system_scale();
-    c->width = (int)(LB_WIDTH * c->scale);
-    c->height = (int)(LB_HEIGHT * c->scale);
+    lb_usual_size(c->scale, &c->width, &c->height);
     return true;
 }
 
@@ -467,8 +466,7 @@ static bool set_scale(const clap_plugin *p, double scale) {
     clap *c = of(p);
     if (c->editor || !(scale >= 0.5 && scale <= 4) || !strcmp(LB_WINDOWS, "cocoa")) return false;
     c->scale = scale;
-    c->width = (int)(LB_WIDTH * scale);
-    c->height = (int)(LB_HEIGHT * scale);
+    lb_usual_size(scale, &c->width, &c->height);
     return true;
 }
 
@@ -569,9 +567,12 @@ static bool provider_init(const clap_preset_provider *p) {
     const clap_preset_indexer *to = p->data;
     const clap_preset_location here = {CLAP_FACTORY_CONTENT, "livebass", CLAP_LOCATION_PLUGIN, 0};
     const clap_preset_filetype sounds = {"livebass sound", "", LB_SOUND_ENDING};
-    char own[LB_PATH];
+    char own[LB_PATH], factory[LB_PATH];
     if (!to->declare_location(to, &here)) return false;
-    if (!lb_users_folder(own) || !to->declare_filetype(to, &sounds)) return true;
+    if (!to->declare_filetype(to, &sounds)) return true;
+    const clap_preset_location ours = {CLAP_FACTORY_CONTENT, "livebass sounds", CLAP_LOCATION_FILE, factory};
+    if (lb_factory_sounds(folder, factory)) to->declare_location(to, &ours);
+    if (!lb_users_folder(own)) return true;
     const clap_preset_location there = {CLAP_USER_CONTENT, "livebass", CLAP_LOCATION_FILE, own};
     to->declare_location(to, &there); /* a host may refuse a folder that does not exist yet */
     return true;

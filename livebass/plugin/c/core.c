@@ -586,24 +586,33 @@ void lb_relieve(lb_synth *s, int on) {
 enum { NAME = 64, PATH = LB_PATH };
 typedef struct {
     char name[NAME], title[2 * NAME + 4], path[PATH];
-    LB_PLAYER player;
-    int known;                      /* the player is */
+    LB_INSTRUMENT instrument;
+    int known;                      /* the instrument is */
     int quality;                    /* a value of LB_QUALITY */
     lb_own own;
     int measured;                   /* `own` is */
     uint8_t switches[LB_KEY_COUNT]; /* for each key: 1 + its index in lb_switches; 0: a note */
 } place;
 struct lb_shelf {
-    int count;
+    char folder[PATH];
+    int count, listed; /* listed: those that came with the plugin */
     place places[LB_MOST_BASSES];
 };
 
+const char *lb_shelf_folder(const lb_shelf *s) { return s->folder; }
 int lb_shelf_count(const lb_shelf *s) { return s->count; }
 const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; }
 const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
 const char *lb_shelf_path(const lb_shelf *s, int k) { return s->places[k].path; }
 void lb_close_shelf(lb_shelf *s) { free(s); }
-const LB_PLAYER *lb_shelf_player(const lb_shelf *s, int k) { return s->places[k].known ? &s->places[k].player : 0; }
+const LB_INSTRUMENT *lb_shelf_instrument(const lb_shelf *s, int k) {
+    return s->places[k].known ? &s->places[k].instrument : 0;
+}
+int lb_shelf_group(const lb_shelf *s, int k) {
+    const char *name = s->places[k].name;
+    if (k >= s->listed) return LB_MINE;
+    return !strncmp(name, "paper-", 6) || !strcmp(name, "one-contact") ? LB_LABORATORY : LB_SHIPPED;
+}
 int lb_shelf_quality(const lb_shelf *s, int k) { return k < s->count ? s->places[k].quality : 0; }
 const lb_switch *lb_shelf_switch(const lb_shelf *s, int k, int key) {
     const int found = s->places[k].switches[key];
@@ -622,19 +631,46 @@ int lb_shelf_program(const lb_shelf *s, int64_t program) {
     return -1;
 }
 
-/* Reads the gap under the lowest string at a fret from the lists of a bench file, mm. */
-static double gap_at(FILE *in, const LB_BENCH_STRING *s, int64_t fret) {
-    double height;
-    const long at = (long)(sizeof(LB_BENCH_FILE) + sizeof height * (size_t)(s->frets + 2 * fret - 1));
-    if (fret > s->frets_count || s->frets < 0 || fseek(in, at, SEEK_SET) || fread(&height, sizeof height, 1, in) != 1)
-        return NAN;
-    return -1e3 * height;
+/* Reads numbers of a bench file's lists, from the `first` one on; returns 0 if they are not there. */
+static int read_numbers(FILE *in, int64_t first, int64_t count, double *to) {
+    return first >= 0 && !fseek(in, (long)(sizeof(LB_BENCH_FILE) + sizeof *to * (size_t)first), SEEK_SET) &&
+           fread(to, sizeof *to, (size_t)count, in) == (size_t)count;
+}
+
+/* Measures the crowns under the lowest string, and from them action, nut and relief, as the kernels do (note.py). */
+static void measure_neck(FILE *in, const LB_BENCH_STRING *s, lb_own *own) {
+    double rows[2 * LB_PLACES];
+    const int64_t count = s->frets_count;
+    if (count < 3 || count > LB_PLACES || !read_numbers(in, s->frets, 2 * count, rows)) return;
+    own->crowns = (int)count;
+    for (ptrdiff_t k = 0; k < count; k++) {
+        own->at[k] = 1e3 * rows[2 * k];
+        own->height[k] = 1e3 * rows[2 * k + 1];
+    }
+    const double middle = (own->at[0] + own->at[count - 1]) / 2;
+    int k = 1;
+    while (own->at[k] < middle) k++;
+    const double part = (middle - own->at[k - 1]) / (own->at[k] - own->at[k - 1]);
+    const double low = own->height[k - 1] + part * (own->height[k] - own->height[k - 1]);
+    own->action = -own->height[count < 12 ? count - 1 : 11];
+    own->nut_height = -own->height[0];
+    own->relief = (own->height[0] + own->height[count - 1]) / 2 - low;
+}
+
+/* Measures the lowest resonance that bends the neck. */
+static void measure_resonance(FILE *in, const LB_BENCH_STRING *s, lb_own *own) {
+    double bends = 0, row[3];
+    int64_t k = 0;
+    while (k < s->bending_count && read_numbers(in, s->bending + k, 1, &bends) && bends == 0) k++;
+    if (bends == 0 || !read_numbers(in, s->resonances + 3 * k, 3, row)) return;
+    own->resonance = row[0];
+    own->mass = row[2];
 }
 
 static void measure(place *p) {
     char beside[PATH];
     LB_BENCH_FILE head;
-    for (size_t k = 0; k < sizeof p->own / sizeof(double); k++) ((double *)&p->own)[k] = NAN;
+    for (size_t k = 0; k < offsetof(lb_own, crowns) / sizeof(double); k++) ((double *)&p->own)[k] = NAN;
     snprintf(beside, sizeof beside, "%.*s" BENCH, (int)(strlen(p->path) - strlen(ENDING)), p->path);
     FILE *in = lb_open_file(beside, "rb");
     const int good = in && fread(&head, sizeof head, 1, in) == 1 && head.magic == LB_BENCH_MAGIC &&
@@ -642,14 +678,19 @@ static void measure(place *p) {
     if (good) {
         const LB_BENCH *b = &head.bench;
         const LB_BENCH_STRING *low = &b->string[0];
-        p->own = (lb_own){
-            .action = gap_at(in, low, low->frets_count < 12 ? low->frets_count : 12), .nut_height = gap_at(in, low, 1),
-            .foam = low->extra_damping, .place = {1e3 * b->position[0], 1e3 * b->position[1]},
-            .cable = 1e12 * b->capacitance, .finger_width = 1e3 * b->rounding,
-            .pluck_angle = b->pluck_angle * 180 / 3.14159265358979, .thickest = low->diameter / 25.4e-3,
-            .thinnest = b->string[b->strings - 1].diameter / 25.4e-3,
-        };
-        for (int64_t k = b->pickups; k < 2; k++) p->own.place[k < 0 ? 0 : k] = NAN;
+        lb_own *own = &p->own;
+        own->foam = low->extra_damping;
+        for (int k = 0; k < 2 && k < b->pickups; k++) own->place[k] = 1e3 * b->position[k];
+        own->cable = 1e12 * b->capacitance;
+        own->finger_width = 1e3 * b->rounding;
+        own->pluck_angle = b->pluck_angle * 180 / 3.14159265358979;
+        own->thickest = low->diameter / 25.4e-3;
+        own->thinnest = b->string[b->strings - 1].diameter / 25.4e-3;
+        own->a4 = b->a4;
+        own->tension = low->tension / 9.80665;
+        own->length = 1e3 * low->length;
+        measure_neck(in, low, own);
+        measure_resonance(in, low, own);
     }
     if (in) fclose(in);
     p->measured = 1;
@@ -684,7 +725,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
         memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
         p->known = head.version == LB_FILE_VERSION;
         if (p->known) find_switches(p, &head.instrument.key_map);
-        p->player = head.instrument.player;
+        p->instrument = head.instrument;
     }
     if (in) fclose(in);
     s->count++;
@@ -727,10 +768,11 @@ lb_shelf *lb_open_shelf(const char *folder) {
     char users[PATH];
     lb_shelf *s = calloc(1, sizeof *s);
     if (!s) return 0;
+    snprintf(s->folder, PATH, "%s", folder);
     add_listed(s, folder);
-    const int listed = s->count;
+    s->listed = s->count;
     if (lb_users_folder(users)) lb_each_file(users, ENDING, add_own, s);
-    qsort(s->places + listed, (size_t)(s->count - listed), sizeof *s->places, by_name);
+    qsort(s->places + s->listed, (size_t)(s->count - s->listed), sizeof *s->places, by_name);
     tell_apart(s);
     return s;
 }

@@ -28,7 +28,7 @@ const lb_kernels *lb_best_kernels(void);
 
 /* Reads an instrument file and prepares it in a tier, at an audio rate (Hz). Basses of the same file, tier and rate
    share their operators. With `ahead` its strings may run ahead of the clock in quiet times, which takes memory.
-   `built`: the LB_BUILT slider values from LB_ACTION on that change the bass; 0: unchanged. Returns 0 after writing one
+   `built`: the values of lb_sliders, which change the bass; 0: unchanged. Returns 0 after writing one
    line into `error`, (room) bytes. [not the audio thread] */
 lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
                       const lb_kernels *, char *error, size_t room);
@@ -120,19 +120,27 @@ void lb_relieve(lb_synth *, int on);
    if there is no memory. Names and paths are UTF-8 and live as long as the shelf. [not the audio thread] */
 typedef struct lb_shelf lb_shelf;
 lb_shelf *lb_open_shelf(const char *folder);
+const char *lb_shelf_folder(const lb_shelf *);           /* of the plugin's own instruments */
 int lb_shelf_count(const lb_shelf *);                    /* at most LB_MOST_BASSES */
 const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without .lbass: what sessions save */
 const char *lb_shelf_title(const lb_shelf *, int);       /* the file's title, for people; followed by its name if an
                                                             earlier one has the same title */
 const char *lb_shelf_path(const lb_shelf *, int);
 const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* a key's switch; 0: the key plays a note */
+/* Where it is listed for people. */
+enum { LB_SHIPPED, LB_MINE, LB_FACTORY, LB_LABORATORY, LB_SOUND_GROUPS };
+int lb_shelf_group(const lb_shelf *, int);
 int lb_shelf_quality(const lb_shelf *, int);             /* the list's initial quality: a value of LB_QUALITY */
-const LB_PLAYER *lb_shelf_player(const lb_shelf *, int); /* 0: the file cannot be read */
-/* A bass's own values of what sliders move, in the sliders' units, or in mm and inches (strings) for those in %. NaN:
-   not known. Reads the bench file when first asked. [not the audio thread] */
+const LB_INSTRUMENT *lb_shelf_instrument(const lb_shelf *, int); /* 0: the file cannot be read */
+/* A bass's own values of what sliders move, in mm, kg, Hz, pF, degrees, inches (strings). NaN: not known. Reads the
+   bench file when first asked. [not the audio thread] */
 typedef struct {
-    double action, nut_height, foam, place[2], cable, finger_width, pluck_angle; /* action: at fret 12; nut: at fret 1 */
-    double thickest, thinnest; /* strings */
+    double action, nut_height, relief; /* under the lowest string at fret 12 and fret 1, and the hollow */
+    double foam, place[2], cable, finger_width, pluck_angle, a4;
+    double thickest, thinnest, tension, length; /* of the strings; of the lowest one */
+    double resonance, mass;                     /* at which its neck bends */
+    double at[LB_PLACES], height[LB_PLACES];    /* of the crowns under it, from the nut and the open string at rest */
+    int crowns;
 } lb_own;
 const lb_own *lb_shelf_own(lb_shelf *, int);
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */

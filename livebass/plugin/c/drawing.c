@@ -1,11 +1,26 @@
 /* Drawing functions for the parts of the picture. */
 #include "drawing.h"
 
+#include <stdio.h>
+
 void lb_label(lb_picture *p, lb_sheet *s, const part *box, double units, uint32_t colour, const char *text,
               int centred) {
     const double size = px(p, units), wide = lb_text_width(size, text);
     const double left = centred && wide < box->w ? box->x + (box->w - wide) / 2 : box->x;
     lb_text(s, left, box->y + box->h / 2 + 0.36 * size, size, colour, text, box->w);
+}
+
+void lb_stop_typing(lb_picture *p) {
+    p->typing = NOT_TYPING;
+    *p->typed = 0;
+}
+
+void lb_begin_typing(lb_picture *p, int what, int parameter, const char *text) {
+    p->cover.kind = NO_COVER;
+    p->typing = what;
+    p->typed_for = parameter;
+    if (what == VALUE) p->focus = parameter;
+    snprintf(p->typed, sizeof p->typed, "%s", text);
 }
 
 void lb_copy_area(const lb_picture *p, lb_area a) {

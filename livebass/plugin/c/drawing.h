@@ -13,29 +13,48 @@ typedef struct {
 enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 
 /* Pixels at scale 1. */
-enum { EDGE = 14, HEADER = 46, LAMPS = 28, TABS = 26, HEADING = 18, CELL = 38, FOOT = 8 };
+enum { EDGE = 14, HEADER = 46, TABS = 28, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
 enum { SAVE_WIDTH = 44 };
-enum { LEAST_CELL = 150, USUAL_CELL = 212 }; /* widths */
+enum { LEAST_CELL = 144, MOST_CELL = 260, LEAST_LAMP = 100, LEAST_SMALL_LAMP = 76 }; /* widths */
+enum { LAMP_HEIGHT = 26, SMALL_LAMP = 21, LOW = 400 };
+enum { LEAST_NECK = 120 };                                    /* height of a neck beside a side view */
 #define FLOOR_DB (-48.0) /* where the meter begins */
 #define SMALL 11.0 /* letters */
 #define MIDDLE 12.5
 #define LARGE 20.0
 
 enum { NODES = 160, STRIDE = 164, DRAWN = 64 }; /* steps of a string; numbers in a row; modes drawn */
-enum { MOST_PARTS = 256, MOST_PAGES = 16, MOST_COLUMNS = 8, MOST_TEXT = 160 };
+enum { MOST_PARTS = 256, MOST_COLUMNS = 8, MOST_CELLS = 64, MOST_TEXT = 160,
+       MOST_LISTED = 4096 };
+enum { LB_PLAY, LB_BENCH_PAGE, LB_TONE_PAGE, LB_SETTINGS, LB_PAGES };
 static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, KINDS };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, CROWNS, COPY, SEARCHED, ENLARGED, KINDS };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
     uint64_t drawn;    /* its state when last drawn; 0: it must be drawn */
 } part;
 
+enum { NOT_TYPING, VALUE, SAVING, SEARCH, MOST_TYPED = 64 };
+enum { NO_COVER, MENU, TIP, MOST_LINES = 12 };
+typedef struct { /* a menu or a tip */
+    int kind, number, count, lit; /* the menu's parameter, or COPY_SIDE; lines; the one under the pointer, -1: none */
+    int does[MOST_LINES];         /* what a line of a menu does: DO_NOTHING ..., or DO_CHOOSE + a value */
+    char lines[MOST_LINES][MOST_TEXT];
+    double x, y, w, h;
+    uint64_t drawn; /* its state when last drawn */
+} lb_cover;
+
+typedef struct { /* a row of the list: a group's heading, a bass or a sound */
+    int kind, number;
+} listed;
+
 typedef struct { /* a string at one look */
     int on, fret;
+    float most;  /* m, the farthest from rest */
     double stop; /* m from the nut */
     quad u[STRIDE / 4];
 } shape;
@@ -48,14 +67,25 @@ struct lb_picture {
     uint64_t laid_out; /* the layout state of the parts' places */
     part parts[MOST_PARTS];
     int count, board; /* parts; the place of the neck among them */
-    int page, pages, listing, scrolled; /* listing: basses, then sounds, are listed in place of the neck */
+    int page, listing, scrolled; /* listing: basses, then sounds, are listed in place of the neck */
     int columns;                   /* at the list's end, without room */
     int sounds, doomed, lists;     /* how many; the one the next press deletes, -1: none; lists read so far */
+    listed listed[MOST_LISTED + LB_SOUND_GROUPS];
     int pasting;                   /* the clipboard's text is wanted */
     char notice[MOST_TEXT];        /* replaces the title ... */
     double noticed;                /* ... and since when */
-    uint32_t groups[MOST_PAGES]; /* on each page, a bit each */
     double values[LB_PARAMETERS];
+    const lb_own *own; /* the bass's; 0: not known */
+    /* what is typed */
+    int typing, typed_for; /* VALUE: of a parameter */
+    char typed[MOST_TYPED];
+    int focus, keyed; /* the parameter that keys move, -1: none; it is marked */
+    int pressed_number; /* the pointer has pressed a value and not moved */
+    /* what lies over the rest */
+    lb_cover cover;
+    int asked; /* 1 + the parameter whose menu a press has asked for; 0: none */
+    lb_area covered; /* of the last picture */
+    double rested; /* since when the pointer rests */
     /* the pointer */
     int hovered, held; /* parts; -1: none */
     double grabbed, from; /* place and value where a slider was grabbed */
@@ -69,10 +99,14 @@ struct lb_picture {
     int fresh; /* shapes since the last picture drawn */
     quad *sines; /* DRAWN rows of STRIDE */
     int zoom;
+    double enlarged; /* by the user; 1: not */
     double level, told_load, told_at;
     int lively; /* the last picture had something moving */
     int calm, skipped; /* all moved little in the last picture drawn; the one after it was not drawn */
     int metered; /* the meter's reading in the last picture drawn */
+    lb_area busy[LB_STRINGS]; /* where strings moved in it */
+    lb_area strip[LB_STRINGS + 1];
+    int strips; /* what the last picture drew, apart from each other */
     uint64_t still; /* state of everything else on the neck */
     /* the neck: x of nut and saddle, pixels per metre along it; its middle, and half its width at nut and saddle */
     double nut, saddle, metre, middle, half[2];
@@ -125,6 +159,9 @@ static inline void text_of(const lb_picture *p, int k, double v, char text[MOST_
 
 /* Writes a text in the middle of a box, or from its left edge on. */
 void lb_label(lb_picture *, lb_sheet *, const part *box, double units, uint32_t colour, const char *, int centred);
+/* Begins to take keys as a text: VALUE of a parameter, SAVING, SEARCH. */
+void lb_begin_typing(lb_picture *, int what, int parameter, const char *text);
+void lb_stop_typing(lb_picture *);
 /* Copies from the ground to the array. */
 void lb_copy_area(const lb_picture *, lb_area);
 
@@ -144,14 +181,33 @@ void lb_read_looks(lb_picture *);
 /* Draws the neck's moving parts, if they have changed or if `all` is drawn; returns where. */
 lb_area lb_draw_lively(lb_picture *, int all);
 
+/* --- of crowns.c --- */
+
+/* Draws the lowest string from the side over its crowns, in mm, and mixes in all that this shows. */
+void lb_draw_crowns(lb_picture *, const part *);
+void lb_mix_crowns(const lb_picture *, uint64_t *);
+/* True if the present bass cannot use a parameter. */
+int lb_is_idle(const lb_picture *, int parameter);
+
+/* --- of menu.c --- */
+
+void lb_open_menu(lb_picture *, int parameter, double x, double y);
+int lb_point_menu(lb_picture *, int kind, double x, double y); /* 1: it was for the menu */
+/* Makes the tip of the part under the pointer, or takes it away. */
+void lb_follow_tip(lb_picture *);
+void lb_draw_cover(lb_picture *);
+lb_area lb_cover_area(const lb_picture *);
+uint64_t lb_cover_state(const lb_picture *); /* a number, not 0, for all that it shows */
+
 /* --- of layout.c --- */
 
 /* The number of basses: if there is one, its parameter has two values of the same name. */
 int lb_basses(const lb_picture *);
 int lb_key_of(const lb_picture *, int action); /* the key that switches it; -1: none */
 const lb_switch *lb_switch_of(int action); /* without a value; 0: there is none */
-void lb_lamp_name(const lb_picture *, int lamp, int with_key, char text[64]);
-void lb_tab_name(const lb_picture *, int page, char text[MOST_TEXT]);
+const char *lb_tab_name(int page);
+const char *lb_tip_of(int parameter);
+const char *lb_section_name(int section);
 /* A number for everything that the parts' places depend on. */
 uint64_t lb_layout_state(const lb_picture *);
 void lb_lay_out(lb_picture *);
@@ -169,8 +225,12 @@ typedef struct {
     void (*drag)(lb_picture *, const part *, const hand *);
     void (*wheel)(lb_picture *, const part *, const hand *);
     int pointer; /* its shape over the part; LB_POINTER_ACROSS: it moves the parameter with the part's number */
+    const char *tip; /* 0: it has none; parts of a parameter have its tip */
 } lb_kind;
 extern const lb_kind lb_kinds[KINDS];
 void lb_change(const lb_picture *, int parameter, double value); /* at once */
+void lb_step(lb_picture *, int parameter, int way, int fine);     /* as the wheel does */
+void lb_save(lb_picture *);                                       /* under the typed name */
+void lb_take_found(lb_picture *);                                 /* the first in the list */
 void lb_end_note(lb_picture *);                                   /* the note that the pointer plays */
 #endif

@@ -1,5 +1,6 @@
 /* A picture in a window. */
 #include "editor.h"
+#include "files.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -36,6 +37,28 @@ void lb_resize_editor(lb_editor *e, int width, int height, double scale) {
 
 uintptr_t lb_editor_handle(const lb_editor *e) { return lb_window_handle(e->window); }
 
+/* The zoom is kept in a file in the user's folder. */
+#define ZOOM_FILE "window.txt"
+static double zoom(void *owner, double to) {
+    char folder[LB_PATH], path[LB_PATH], text[16] = "";
+    if (!lb_users_folder(folder)) return to > 0 ? to : 1;
+    if (to > 0) {
+        lb_write_file(folder, ZOOM_FILE, text, (size_t)snprintf(text, sizeof text, "%.0f\n", 100 * to));
+        return to;
+    }
+    FILE *in = snprintf(path, sizeof path, "%s/" ZOOM_FILE, folder) < LB_PATH ? lb_open_file(path, "rb") : 0;
+    if (in && !fgets(text, sizeof text, in)) *text = 0;
+    if (in) fclose(in);
+    const long kept = strtol(text, 0, 10);
+    return kept >= 75 && kept <= 200 ? (double)kept / 100 : 1;
+}
+
+void lb_usual_size(double scale, int *width, int *height) {
+    const double whole = scale * zoom(0, 0);
+    *width = (int)(LB_WIDTH * whole);
+    *height = (int)(LB_HEIGHT * whole);
+}
+
 void lb_allowed_size(double scale, int *width, int *height) {
     const int least_width = (int)ceil(LB_LEAST_WIDTH * scale), least_height = (int)ceil(LB_LEAST_HEIGHT * scale);
     if (*width < least_width) *width = least_width;
@@ -46,7 +69,9 @@ void lb_allowed_size(double scale, int *width, int *height) {
 
 static double value(void *i, int parameter) { return lb_value(i, parameter); }
 static double most(void *i, int parameter) { return lb_most(i, parameter); }
-static void set(void *i, int parameter, double value, int phase) {
+static void set(void *instance, int parameter, double value, int phase) {
+    lb_instance *i = instance;
+    if (parameter == LB_BASS) *i->window.sound = 0; /* a bass is chosen, not a sound */
     if (phase == LB_BEGIN) lb_keep_values(i);
     lb_move_value(i, parameter, value, phase);
 }
@@ -57,6 +82,11 @@ static void note(void *i, int on, int string, int key, double velocity) {
     lb_instance *to = i;
     lb_put_touch(&to->touches, on, string, key, velocity);
     to->moved(to->owner);
+}
+static const lb_own *own(void *instance) {
+    const lb_instance *i = instance;
+    const int bass = (int)lb_value(i, LB_BASS);
+    return bass < lb_shelf_count(i->shelf) ? lb_shelf_own(i->shelf, bass) : 0;
 }
 static const lb_switch *switched(void *instance, int key) {
     const lb_instance *i = instance;
@@ -86,9 +116,24 @@ static void swap(void *i) {
     lb_swap_sides(i);
     tell_changes(i, before);
 }
+static void copy(void *instance) {
+    lb_instance *i = instance;
+    lb_copy_side(i);
+    i->moved(i->owner);
+}
+static int read(void *i, int parameter, const char *text, double *value) {
+    return lb_text_to_value(i, parameter, text, value);
+}
+static void title(void *i, char *text, size_t room) { lb_title(i, text, room); }
+static int playing(void *i) { return lb_playing_sound(i); }
+static int group(void *instance, int bass) {
+    const lb_instance *i = instance;
+    return lb_shelf_group(i->shelf, bass);
+}
 static int side(void *i) { return lb_side(i); }
 static int list(void *i) { return lb_list_sounds(i); }
 static const char *sound(void *i, int k) { return lb_sound_name(i, k); }
+static int is_own(void *i, int k) { return lb_sound_is_own(i, k); }
 static int save(void *i, char *name, size_t room) { return lb_save_sound(i, name, room); }
 static int load(void *i, int k) {
     double before[LB_PARAMETERS];
@@ -119,9 +164,10 @@ static void learn(void *i, int parameter) {
 
 lb_face lb_face_of(lb_instance *i) {
     return (lb_face){.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
-                     .note = note, .switched = switched, .undo = undo, .swap = swap, .side = side,
+                     .note = note, .own = own, .switched = switched, .undo = undo, .swap = swap, .side = side,
+                     .copy = copy, .read = read, .title = title, .playing = playing, .group = group, .zoom = zoom,
                      .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
-                     .save = save, .load = load, .remove = discard, .paste = paste};
+                     .is_own = is_own, .save = save, .load = load, .remove = discard, .paste = paste};
 }
 
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {

@@ -150,15 +150,21 @@ static int write_file(const char *path, const void *bytes, size_t count) {
     return 0;
 }
 
+int lb_write_file(const char *folder, const char *name, const void *bytes, size_t count) {
+    char path[LB_PATH];
+    make_folder(folder);
+    return snprintf(path, LB_PATH, "%s/%s", folder, name) < LB_PATH && write_file(path, bytes, count);
+}
+
 int lb_write_numbered(const char *folder, const char *stem, const char *ending, const void *bytes, size_t count,
-                      char name[LB_FILE_NAME]) {
+                      int first, char name[LB_FILE_NAME]) {
     char temporary[LB_PATH], path[LB_PATH];
     int how = TAKEN;
     make_folder(folder);
     if (snprintf(temporary, LB_PATH, "%s/%s.%lu.part", folder, stem, process_number()) >= LB_PATH) return 0;
     if (!write_file(temporary, bytes, count)) return 0;
-    for (int number = 1; how == TAKEN && number <= MOST_NUMBERS; number++) {
-        if (snprintf(name, LB_FILE_NAME, "%s %d", stem, number) >= LB_FILE_NAME) break;
+    for (int number = first; how == TAKEN && number <= MOST_NUMBERS; number += number ? 1 : 2) { /* stem, stem 2 ... */
+        if (snprintf(name, LB_FILE_NAME, number ? "%s %d" : "%s", stem, number) >= LB_FILE_NAME) break;
         if (snprintf(path, LB_PATH, "%s/%s%s", folder, name, ending) >= LB_PATH) break;
         how = move(temporary, path);
     }

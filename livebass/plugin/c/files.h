@@ -14,8 +14,11 @@ int lb_users_folder(char folder[LB_PATH]);
 /* Calls `take` for each file with this ending in a folder, with its name without the ending. */
 void lb_each_file(const char *folder, const char *ending, void (*take)(void *to, const char *folder, const char *name),
                   void *to);
+/* Writes a file into a folder, which is made if missing; on failure there is none. */
+int lb_write_file(const char *folder, const char *name, const void *bytes, size_t count);
 /* Writes a file whole, or not at all, into a folder, which is made if missing, under the first free name: `stem`
-   followed by 1, 2 ...; `name` becomes that name. Returns 0 on failure. */
+   followed by 1, 2 ..., or with `first` 0 `stem` itself if it is free; `name` becomes that name. Returns 0 on
+   failure. */
 int lb_write_numbered(const char *folder, const char *stem, const char *ending, const void *bytes, size_t count,
-                      char name[LB_FILE_NAME]);
+                      int first, char name[LB_FILE_NAME]);
 #endif

@@ -56,7 +56,7 @@ static int64_t wish(const lb_instance *i) {
     uint64_t sum = 0;
     for (int k = 0; k < LB_BUILT; k++) {
         uint64_t bits;
-        const double value = lb_value(i, LB_ACTION + k);
+        const double value = lb_value(i, lb_sliders[k]);
         memcpy(&bits, &value, sizeof bits);
         sum = (sum ^ (value == 0 ? 0 : bits)) * 0x9E3779B97F4A7C15u;
         sum ^= sum >> 29;
@@ -71,9 +71,9 @@ static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n
 /* Takes slider values, and tells the host of those that differ from its own. */
 static void take_sliders(lb_instance *i, const double *built) {
     for (int k = 0; k < LB_BUILT; k++) {
-        if (built[k] == lb_value(i, LB_ACTION + k)) continue;
-        lb_set_value(i, LB_ACTION + k, built[k]);
-        __atomic_fetch_or(&i->untold, 1ull << (LB_ACTION + k), __ATOMIC_RELEASE);
+        if (built[k] == lb_value(i, lb_sliders[k])) continue;
+        lb_set_value(i, lb_sliders[k], built[k]);
+        __atomic_fetch_or(&i->untold, 1ull << lb_sliders[k], __ATOMIC_RELEASE);
     }
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
 }
@@ -88,7 +88,7 @@ static lb_bass *load(lb_instance *i) {
     if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only bass */
     const char *path = lb_shelf_path(i->shelf, number);
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
-    for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, LB_ACTION + k);
+    for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, lb_sliders[k]);
     lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, i->kernels, why, sizeof why);
     if (!b) {
         i->complain(i->owner, why);
@@ -198,12 +198,11 @@ static void change_bass(lb_instance *i) {
         busy = faded != 0;
         __atomic_store_n(&i->done, faded, __ATOMIC_RELEASE);
     }
-    if (busy || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED)) {
-        if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
-            lb_serve(i);
-            if (busy) lb_free_bass(lb_take_faded(s)); /* another has faded since */
-        } else i->ask(i->owner);
-    }
+    if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
+        lb_serve(i); /* always: another thread may be loading the wanted bass */
+        if (busy) lb_free_bass(lb_take_faded(s)); /* another has faded since */
+    } else if (busy || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
+        i->ask(i->owner);
     if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
     __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* it would be replaced before it began */
     lb_bass *b = lb_changing(s) ? 0 : __atomic_exchange_n(&i->ready, 0, __ATOMIC_ACQ_REL);

@@ -96,6 +96,8 @@ typedef struct { /* the window's side: only its thread touches it */
     lb_sound *sounds;     /* of the user, as last listed */
     int sound_count;
     char why[200]; /* reason why the last sound or text was not loaded */
+    char sound[160]; /* the sound that was loaded or saved last; "": none ... */
+    double values[LB_PARAMETERS]; /* ... and its values */
 } lb_window_side;
 
 typedef struct {
@@ -168,7 +170,7 @@ void lb_serve(lb_instance *);
 /* --- of values.c --- */
 
 double lb_value(const lb_instance *, int parameter);
-int lb_is_slider(int parameter); /* on the bench, from LB_ACTION on: it changes the bass */
+int lb_is_slider(int parameter); /* on the bench: it changes the bass */
 /* The nearest value that the parameter allows: within its bounds, whole if it is. NaN gives the usual value. */
 double lb_allowed(const lb_instance *, int parameter, double value);
 double lb_most(const lb_instance *, int parameter);
@@ -252,6 +254,7 @@ void lb_begin_sides(lb_instance *); /* A is active; B's values are usual. [not w
 /* Switches between A and B: swaps all values, except the bass and the processor's, with the other side's.
    [the window's thread] */
 void lb_swap_sides(lb_instance *);
+void lb_copy_side(lb_instance *); /* to the other side. [the window's thread] */
 int lb_side(const lb_instance *); /* [any thread] */
 void lb_read_sides(lb_instance *, lb_sides *);        /* [any thread but the audio thread] */
 void lb_write_sides(lb_instance *, const lb_sides *); /* the values stay. [any thread but the audio thread] */
@@ -279,7 +282,7 @@ typedef struct { /* the contents of a state; anything missing from an older stat
    the log says so. [main thread] */
 void lb_take_kept(lb_instance *, lb_kept *);
 
-/* --- of sounds.c: files in the user's folder, each with a bass by name and all values of a side --- */
+/* --- of sounds.c: files, each with a bass by name and all values of a side --- */
 
 enum { LB_MOST_TEXT = 8192 };  /* bytes in a sound's text or a link, with the final zero */
 #define LB_SOUND_ENDING "toml" /* its file's extension */
@@ -289,19 +292,25 @@ const char *lb_read_sound(const char *path, lb_kept *);
    fault, valid until the next call, and change nothing. [the window's thread; without a window the main thread] */
 const char *lb_take_sound(lb_instance *, const char *path);
 const char *lb_take_text(lb_instance *, const char *text);
+/* Writes the folder of the factory's sounds beside the instruments, LB_PATH bytes; returns 0 if it does not fit. */
+int lb_factory_sounds(const char *instruments, char *folder);
 /* The rest is for windows. [the window's thread] */
 
-/* Reads the folder again and sorts by name; returns the number of sounds. Files that are no sounds, or need a bass that
-   is not on the shelf, are skipped after a line in the log. */
+/* Reads the folders again: the factory's sounds, then the user's, each sorted by name; returns their number. Files that
+   are no sounds, or need a bass that is not on the shelf, are skipped after a line in the log. */
 int lb_list_sounds(lb_instance *);
 const char *lb_sound_name(const lb_instance *, int sound); /* its file's name, without the ending */
+int lb_sound_is_own(const lb_instance *, int sound);       /* the user's, not the factory's */
 void lb_forget_sounds(lb_instance *);                      /* frees the list */
-/* Saves the present values under the bass's title and a number, and writes that into `name`; returns 0 after a line in
-   the log if the folder cannot be written. */
+/* Writes the name of the sound that plays, or the bass's title; with a * if values have changed since. */
+void lb_title(const lb_instance *, char *text, size_t room);
+int lb_playing_sound(const lb_instance *); /* its number in the list; -1: none of them plays */
+/* Saves the present values under `name`, with a number if that is taken, or, if it is empty, under the bass's title and
+   a number, and writes that into `name`; returns 0 after a line in the log if the folder cannot be written. */
 int lb_save_sound(lb_instance *, char *name, size_t room);
 /* Loads a sound; lb_undo restores the old values. On failure returns 0, after a line in the log, and changes
    nothing. */
 int lb_load_sound(lb_instance *, int sound);
-/* Deletes its file. */
+/* Deletes its file, if it is the user's. */
 void lb_remove_sound(lb_instance *, int sound);
 #endif

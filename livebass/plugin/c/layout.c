@@ -19,12 +19,81 @@ static part *add(lb_picture *p, int kind, int number, double x, double y, double
     return q;
 }
 
-static int is_listed(int k) { return k != LB_BASS && k != LB_QUALITY; } /* these are in the header */
+/* The parameters' places: a row each, in sections of a page. Any that is left out is on the last page. */
+static const char pages[LB_PAGES][9] = {"Play", "Bench", "Tone", "Settings"};
+enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, PROCESSOR, PLAYING,
+       UNEVEN, MORE_OF, SECTIONS };
+static const char sections[SECTIONS][15] = {
+    "Stroke", "Hands", "Sound", "Neck", "Frets and wood", "Strings", "Pickups", "Each pickup", "Plucking", "Tone",
+    "Effects", "Processor", "Playing", "Human", "More",
+};
+static const struct {
+    int page, section, parameter;
+    const char *tip; /* 0: its own help */
+} table[] = {
+    {LB_PLAY, STROKE, LB_TECHNIQUE, "What plucks the strings. The buttons above choose it, too."},
+    {LB_PLAY, STROKE, LB_PLUCK_POSITION, "Where the strings are plucked. Drag the mark over the body, too."},
+    {LB_PLAY, STROKE, LB_DYNAMICS, "Force of every note."},
+    {LB_PLAY, HANDS, LB_PALM_MUTE, "How firmly the palm rests on the strings."},
+    {LB_PLAY, HANDS, LB_VIBRATO, "Depth of the vibrato."},
+    {LB_PLAY, HANDS, LB_HAND_DAMPING, "How fast a finger stops a note."},
+    {LB_PLAY, SOUND_OF, LB_GAIN, "Level. 0 dB is the bass as it is."},
+    {LB_PLAY, SOUND_OF, LB_TONE, "The tone pot: 0 is closed, 10 is open."},
+    {LB_PLAY, SOUND_OF, LB_DRIVE, "A valve stage behind the bass."},
+    {LB_BENCH_PAGE, NECK, LB_ACTION, 0},
+    {LB_BENCH_PAGE, NECK, LB_NECK_RELIEF, 0},
+    {LB_BENCH_PAGE, NECK, LB_NUT_HEIGHT, 0},
+    {LB_BENCH_PAGE, NECK, LB_CONTACT_LOSS, 0},
+    {LB_BENCH_PAGE, FRETS, LB_FRET, 0},
+    {LB_BENCH_PAGE, FRETS, LB_FRET_HEIGHT, 0},
+    {LB_BENCH_PAGE, FRETS, LB_NECK_RESONANCE, 0},
+    {LB_BENCH_PAGE, FRETS, LB_NECK_MASS, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_NAMED_TUNING, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_CONCERT_PITCH, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_GAUGE, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_TENSION, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_WEAR, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_FOAM, 0},
+    {LB_BENCH_PAGE, PICKUPS, LB_PICKUP_PLACE, 0},
+    {LB_BENCH_PAGE, PICKUPS, LB_PICKUP_HEIGHT, 0},
+    {LB_BENCH_PAGE, PICKUPS, LB_CABLE, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_1_PLACE, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_1_HEIGHT, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_2_PLACE, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_2_HEIGHT, 0},
+    {LB_BENCH_PAGE, PLUCKING, LB_FINGER_WIDTH, 0},
+    {LB_BENCH_PAGE, PLUCKING, LB_PLUCK_ANGLE, 0},
+    {LB_BENCH_PAGE, PLUCKING, LB_HARDEST, 0},
+    {LB_TONE_PAGE, TONE, LB_GAIN, 0},
+    {LB_TONE_PAGE, TONE, LB_TONE, 0},
+    {LB_TONE_PAGE, PICKUPS, LB_BLEND, "From the pickup at the neck to the one at the bridge."},
+    {LB_TONE_PAGE, EFFECTS, LB_COMPRESSION, "A compressor behind the bass."},
+    {LB_TONE_PAGE, EFFECTS, LB_DRIVE, 0},
+    {LB_SETTINGS, PROCESSOR, LB_QUALITY, "Studio plays more modes, at more load."},
+    {LB_SETTINGS, PROCESSOR, LB_CORES, "Threads that play strings side by side."},
+    {LB_SETTINGS, PROCESSOR, LB_RUNNING_AHEAD, "Computes strings ahead in quiet times. The sound stays the same."},
+    {LB_SETTINGS, PROCESSOR, LB_RELIEF, "Simplifies strings for a moment if time runs out. Never in a bounce."},
+    {LB_SETTINGS, PLAYING, LB_BEND_RANGE, "Range of the pitch wheel."},
+    {LB_SETTINGS, PLAYING, LB_VELOCITY_CURVE, "Below 0 a soft touch plays louder, above 0 softer."},
+    {LB_SETTINGS, PLAYING, LB_HAND_POSITION, "The fret near which the left hand plays. At 0 it moves freely."},
+    {LB_SETTINGS, PLAYING, LB_AVOID_OPEN, "Frets notes that open strings have."},
+    {LB_SETTINGS, UNEVEN, LB_UNEVENNESS, "How much notes differ from each other."},
+    {LB_SETTINGS, UNEVEN, LB_HUMANISE_TIME, "How late notes may come."},
+    {LB_SETTINGS, UNEVEN, LB_HUMANISE_FORCE, "How much the force of notes may differ."},
+};
+enum { PLACED = sizeof table / sizeof *table };
 
-static int group_size(int group) {
-    int size = 0;
-    for (int k = 0; k < LB_PARAMETERS; k++) size += is_listed(k) && !strcmp(lb_parameters[k].group, lb_groups[group]);
-    return size;
+const char *lb_tip_of(int parameter) {
+    for (size_t j = 0; j < PLACED; j++)
+        if (table[j].parameter == parameter && table[j].tip) return table[j].tip;
+    return lb_parameters[parameter].help;
+}
+
+/* A parameter without a row; techniques are lamps, and the bass is in the header. */
+static int is_left(int k) {
+    for (size_t j = 0; j < PLACED; j++)
+        if (table[j].parameter == k) return 0;
+    return k != LB_BASS && strcmp(lb_parameters[k].group, "Techniques") != 0;
 }
 
 static void lay_out_header(lb_picture *p, double width) {
@@ -40,66 +109,84 @@ static void lay_out_header(lb_picture *p, double width) {
     add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
 }
 
-/* Puts groups into pages, each group in its own columns of `rows` cells; adds this page's groups. A group continues on
-   the next page if at least half of it fits on the one before. */
-static void lay_out_panel(lb_picture *p, double width, double top, int rows) {
-    const double units = width / p->scale - EDGE;
-    const double fitting = fmax(floor(units / USUAL_CELL), fmin(floor(units / LEAST_CELL), 4));
-    const int columns = (int)fmin(fmax(fitting, 1), MOST_COLUMNS);
-    const double wide = px(p, units) / columns;
-    int page = 0, column = 0;
-    memset(p->groups, 0, sizeof p->groups);
-    for (int g = 0; g < LB_GROUPS; g++) {
-        const int size = group_size(g);
-        const int needed = (size + rows - 1) / rows;
-        if (column && 2 * (columns - column) < needed) page++, column = 0;
-        for (int k = 0, cell = 0; k < LB_PARAMETERS; k++) {
-            if (!is_listed(k) || strcmp(lb_parameters[k].group, lb_groups[g])) continue;
-            if (cell && cell % rows == 0 && ++column == columns) page++, column = 0; /* more than a page holds */
-            const double x = px(p, EDGE) + column * wide, y = top + px(p, TABS + HEADING) + cell % rows * px(p, CELL);
-            if (page < MOST_PAGES) p->groups[page] |= 1u << g;
-            if (page == p->page) {
-                if (!cell || (!column && cell % rows == 0))
-                    add(p, HEAD, g, x, top + px(p, TABS), wide - px(p, EDGE), px(p, HEADING));
-                add(p, lb_parameters[k].points ? STEPPER : SLIDER, k, x, y, wide - px(p, EDGE), px(p, CELL));
-            }
-            cell++;
+/* A page's cells: sections by section, each led by its heading. */
+typedef struct {
+    int count, sections, longest;           /* cells and headings together; the cells of the longest section */
+    int kind[MOST_CELLS], number[MOST_CELLS]; /* HEAD: a section */
+} cells;
+
+static void add_cell(cells *c, int kind, int number) {
+    if (c->count == MOST_CELLS) return;
+    c->kind[c->count] = kind;
+    c->number[c->count++] = number;
+}
+
+static cells cells_of(int page) {
+    cells c = {0, 0, 0, {0}, {0}};
+    for (int section = 0; section < SECTIONS; section++) {
+        const int first = c.count;
+        for (size_t j = 0; j < PLACED + LB_PARAMETERS; j++) {
+            const int k = j < PLACED ? table[j].parameter : (int)(j - PLACED);
+            const int left = section == MORE_OF && j >= PLACED;
+            const int placed = j < PLACED && table[j].page == page && table[j].section == section;
+            if (!placed && !(left && page == LB_SETTINGS && is_left(k))) continue;
+            if (c.count == first) add_cell(&c, HEAD, section);
+            add_cell(&c, lb_parameters[k].points ? STEPPER : SLIDER, k);
         }
-        if (size) column++;
+        c.sections += c.count > first;
+        if (c.count - first - 1 > c.longest) c.longest = c.count - first - 1;
     }
-    p->pages = page < MOST_PAGES ? page + 1 : MOST_PAGES;
+    return c;
 }
 
-/* Writes the names of a page's groups. */
-void lb_tab_name(const lb_picture *p, int page, char text[MOST_TEXT]) {
-    *text = 0;
-    for (int g = 0; g < LB_GROUPS; g++)
-        if (p->groups[page] >> g & 1) {
-            const size_t end = strlen(text);
-            snprintf(text + end, MOST_TEXT - end, "%s%s", end ? ", " : "", lb_groups[g]);
+const char *lb_section_name(int section) { return sections[section]; }
+
+/* The columns and rows of a page's cells, headings among them: a column for each section, if there is room, or all in
+   a row, one column after the other. */
+typedef struct {
+    int columns, rows, apart;
+    double wide;
+} grid;
+
+static grid grid_of(const lb_picture *p, const cells *c) {
+    const double units = p->sheet.width / p->scale - EDGE;
+    const int fitting = (int)fmin(fmax(floor(units / LEAST_CELL), 1), MOST_COLUMNS);
+    grid g = {c->sections, c->longest + 1, 1, 0};
+    if (fitting < c->sections) {
+        g = (grid){fitting, (c->count + fitting - 1) / fitting, 0, 0};
+        for (int again = 1; again; g.rows += again) { /* a heading at a column's end moves on, and may need a row more */
+            int at = 0, columns = 1;
+            for (int k = 0; k < c->count; k++, at++)
+                if (at == g.rows || (at == g.rows - 1 && c->kind[k] == HEAD)) at = 0, columns++;
+            again = columns > g.columns;
         }
+    }
+    g.wide = px(p, fmin(units / g.columns, MOST_CELL));
+    return g;
 }
 
-static double tab_width(const lb_picture *p, int page) {
-    char text[MOST_TEXT];
-    lb_tab_name(p, page, text);
-    return lb_text_width(px(p, MIDDLE), text) + px(p, 20);
+/* The cells of a page, `tall` pixels each. */
+static void lay_out_cells(lb_picture *p, const cells *c, const grid *g, double top, double tall) {
+    int column = 0, row = 0;
+    for (int k = 0; k < c->count; k++, row++) {
+        const int head = c->kind[k] == HEAD;
+        if (k && (g->apart ? head : row == g->rows || (head && row == g->rows - 1))) column++, row = 0;
+        const double x = px(p, EDGE) + column * g->wide, high = px(p, HEADING), above = tall - high;
+        const double y = top + row * tall - (g->apart && row ? above : 0) + (head && !g->apart ? above : 0);
+        add(p, c->kind[k], c->number[k], x, y, g->wide - px(p, EDGE), head ? high : tall);
+    }
 }
+
+const char *lb_tab_name(int page) { return pages[page]; }
 
 static void lay_out_tabs(lb_picture *p, double width, double top) {
     const double h = px(p, TABS - 4), right = width - px(p, EDGE);
     for (int k = 0; p->face.swap && k < 2; k++)
         add(p, SIDE, k, right - px(p, 26) * (2 - k), top, px(p, 24), h);
-    if (p->face.undo) add(p, UNDO, 0, right - px(p, 112), top, px(p, 52), h);
-    if (p->face.paste) add(p, PASTE, 0, right - px(p, 168), top, px(p, 52), h);
-    const double room = right - px(p, p->face.paste ? 174 : p->face.undo ? 118 : 58) - px(p, EDGE + 4 * p->pages);
-    double x = px(p, EDGE), all = 0;
-    for (int k = 0; k < p->pages; k++) all += tab_width(p, k);
-    for (int k = 0; k < p->pages; k++) { /* without room for all, each is narrower */
-        const double wide = tab_width(p, k) * fmin(1, room / all);
-        add(p, TAB, k, x, top, wide, px(p, TABS - 4));
-        x += wide + px(p, 4);
-    }
+    if (p->face.copy) add(p, COPY, 0, right - px(p, 104), top, px(p, 48), h);
+    if (p->face.undo) add(p, UNDO, 0, right - px(p, 156), top, px(p, 48), h);
+    if (p->face.paste) add(p, PASTE, 0, right - px(p, 208), top, px(p, 48), h);
+    for (int k = 0; k < LB_PAGES; k++) add(p, TAB, k, px(p, EDGE) + px(p, 84) * k, top, px(p, 80), h);
 }
 
 int lb_key_of(const lb_picture *p, int action) {
@@ -115,68 +202,85 @@ const lb_switch *lb_switch_of(int action) {
     return 0;
 }
 
-/* Lamps that are always shown: controllers and parameters switch them, too. */
-static const int always[] = {LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_PALM_MUTE, LB_SWITCH_LEGATO,
-                             LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LB_SWITCH_LET_RING};
-static int is_always(int lamp) {
-    for (size_t k = 0; k < sizeof always / sizeof *always; k++)
-        if (always[k] == lamp) return 1;
-    return 0;
-}
+/* The strokes, then the techniques: always all, in the same places. */
+static const int lamps[] = {
+    LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_THUMB_ON_ALL, LB_SWITCH_POP_ON_ALL, LB_SWITCH_PALM_MUTE,
+    LB_SWITCH_LEGATO, LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LB_SWITCH_LET_RING, LB_SWITCH_GHOST, LB_SWITCH_HARMONIC,
+    LB_SWITCH_TAP, LB_SWITCH_DOWN_STROKE, LB_SWITCH_UP_STROKE, LB_SWITCH_LEFT_SLAP, LB_SWITCH_ARTIFICIAL,
+    LB_SWITCH_ARTIFICIAL_12TH, LB_SWITCH_ARTIFICIAL_15TH, LB_SWITCH_PINCH, LB_SWITCH_SLIDE_OFF_DOWN,
+    LB_SWITCH_SLIDE_OFF_UP, LB_SWITCH_DETACH, LB_SWITCH_STOP_ALL,
+};
+enum { LAMP_COUNT = sizeof lamps / sizeof *lamps };
 
-void lb_lamp_name(const lb_picture *p, int lamp, int with_key, char text[64]) {
-    char key[16] = "";
-    if (with_key) lb_note_name(lb_key_of(p, lamp), key);
-    snprintf(text, 64, "%s%s%s", lb_switch_of(lamp)->name, *key ? "  " : "", key);
+/* True in a window without room for cells and lamps of the usual size. */
+static int is_low(const lb_picture *p) { return p->sheet.height < px(p, LOW); }
+
+static double lamp_height(const lb_picture *p) { return px(p, is_low(p) ? SMALL_LAMP : LAMP_HEIGHT); }
+
+static int lamp_rows(const lb_picture *p) {
+    const double across = floor((p->sheet.width / p->scale - EDGE) / (is_low(p) ? LEAST_SMALL_LAMP : LEAST_LAMP));
+    return (int)ceil(LAMP_COUNT / fmin(fmax(across, 1), LAMP_COUNT));
 }
 
 static void lay_out_lamps(lb_picture *p, double width, double top) {
-    int lamps[LB_SWITCHES], count = 0, with_keys = 1;
-    char text[64];
-    for (size_t k = 0; k < sizeof always / sizeof *always; k++) lamps[count++] = always[k];
-    for (int k = 0; k < LB_SWITCHES; k++)
-        if (lb_switches[k].value < 0 && !is_always(lb_switches[k].action) && lb_key_of(p, lb_switches[k].action) >= 0)
-            lamps[count++] = lb_switches[k].action;
-    for (;; with_keys = 0) {
-        double x = px(p, EDGE);
-        for (int k = 0; k < count; k++) {
-            lb_lamp_name(p, lamps[k], with_keys, text);
-            x += lb_text_width(px(p, SMALL), text) + px(p, 22);
-        }
-        if (!with_keys || x <= width - px(p, EDGE)) break;
-    }
-    double x = px(p, EDGE);
-    for (int k = 0; k < count; k++) {
-        lb_lamp_name(p, lamps[k], with_keys, text);
-        const double wide = lb_text_width(px(p, SMALL), text) + px(p, 18);
-        if (x + wide > width - px(p, EDGE)) continue;
-        add(p, LAMP, lamps[k] * 2 + with_keys, x, top + px(p, 3), wide, px(p, LAMPS - 6));
-        x += wide + px(p, 4);
+    const int rows = lamp_rows(p), across = (LAMP_COUNT + rows - 1) / rows;
+    const double wide = (width - px(p, 2 * EDGE - 4)) / across, tall = lamp_height(p);
+    for (int k = 0; k < LAMP_COUNT; k++) {
+        const int row = k / across;
+        const double x = px(p, EDGE) + k % across * wide;
+        add(p, LAMP, lamps[k], x, top + row * tall, wide - px(p, 4), tall - px(p, 4));
     }
 }
 
-/* Lays out basses column by column and, from a new column on, sounds. If not all fit, the last place has the button
-   that scrolls by a column. */
+/* True if a name has the searched text in it, small or large letters alike. */
+static int is_found(const lb_picture *p, const char *name) {
+    if (p->typing != SEARCH || !*p->typed) return 1;
+    for (; *name; name++) {
+        size_t k = 0;
+        for (; p->typed[k]; k++) {
+            const char a = name[k], b = p->typed[k];
+            if ((a >= 'A' && a <= 'Z' ? a | 32 : a) != (b >= 'A' && b <= 'Z' ? b | 32 : b)) break;
+        }
+        if (!p->typed[k]) return 1;
+    }
+    return 0;
+}
+
+static int list_group(lb_picture *p, int group, listed *rows, int count) {
+    const int basses = lb_basses(p), first = count++;
+    char name[MOST_TEXT];
+    rows[first] = (listed){SOUNDS, group};
+    for (int k = 0; k < basses && count < MOST_LISTED; k++) {
+        text_of(p, LB_BASS, k, name);
+        const int of = p->face.group ? p->face.group(p->face.owner, k) : LB_SHIPPED;
+        if (of == group && is_found(p, name)) rows[count++] = (listed){ITEM, k};
+    }
+    for (int k = 0; k < p->sounds && count < MOST_LISTED; k++) {
+        const int of = !p->face.is_own || p->face.is_own(p->face.owner, k) ? LB_MINE : LB_FACTORY;
+        if (of == group && is_found(p, p->face.sound(p->face.owner, k))) rows[count++] = (listed){SOUND, k};
+    }
+    return count == first + 1 ? first : count; /* no heading for nothing */
+}
+
+/* Lays out the search, then group by group, column by column. If not all fit, the last place has the button that
+   scrolls by a column. */
 static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
     enum { MOST_PLACES = MOST_PARTS / 2, MOST_ROWS = MOST_PLACES / 2 }; /* parts after the list need places, too */
     const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_ROWS);
     const int fitting = MOST_PLACES / rows, columns = (int)fmin(fmax(w / px(p, 200), 1), fitting), room = rows * columns;
-    const int count = lb_basses(p), first = (count + rows - 1) / rows * rows; /* place of the sounds' heading */
-    const int places = p->sounds ? first + 1 + p->sounds : count, full = places > room;
-    p->columns = full ? (places + rows) / rows - columns : 0;
+    listed *all = p->listed;
+    int count = 1;
+    all[0] = (listed){SEARCHED, 0};
+    for (int group = 0; group < LB_SOUND_GROUPS; group++) count = list_group(p, group, all, count);
+    const int full = count > room;
+    p->columns = full ? (count + rows) / rows - columns : 0;
     if (p->scrolled > p->columns) p->scrolled = 0;
     for (int k = 0; k < room; k++) {
-        const int at = k + p->scrolled * rows, more = full && k == room - 1;
-        const int kind = more ? MORE : at < count ? ITEM : at < first || at >= places ? NOTHING : at == first ? SOUNDS : SOUND;
-        const int column = k / rows, row = k % rows, number = kind == SOUND ? at - first - 1 : at;
-        if (kind != NOTHING)
-            add(p, kind, number, x + column * w / columns, y + row * px(p, 24), w / columns - px(p, 6), px(p, 22));
+        const int at = k + p->scrolled * rows, column = k / rows, row = k % rows, more = full && k == room - 1;
+        if (at >= count && !more) break;
+        const listed one = more ? (listed){MORE, 0} : all[at];
+        add(p, one.kind, one.number, x + column * w / columns, y + row * px(p, 24), w / columns - px(p, 6), px(p, 22));
     }
-}
-
-/* The rows of cells that fit into a height. */
-static int rows_of(const lb_picture *p, double height) {
-    return height >= px(p, 560) ? 4 : height >= px(p, 350) ? 3 : 2;
 }
 
 static void lay_out_neck(lb_picture *p, const part *board) {
@@ -194,35 +298,38 @@ static void lay_out_neck(lb_picture *p, const part *board) {
 }
 
 void lb_lay_out(lb_picture *p) {
-    const double width = p->sheet.width, height = p->sheet.height;
-    const int rows = rows_of(p, height);
-    const double panel = height - px(p, TABS + HEADING + CELL * rows + FOOT), lamps = panel - px(p, LAMPS);
+    const double width = p->sheet.width, height = p->sheet.height, top = px(p, HEADER + TABS);
+    const int bench = p->page == LB_BENCH_PAGE;
+    const cells c = cells_of(p->page);
+    const grid g = grid_of(p, &c);
+    const double switches = p->page == LB_PLAY ? lamp_height(p) * lamp_rows(p) + px(p, 2) : 0;
+    const double heads = g.apart ? px(p, HEADING) : 0, room = height - top - px(p, FOOT) - switches - heads;
+    const int rows = g.apart ? g.rows - 1 : g.rows, both = room - rows * px(p, SMALL_CELL) >= px(p, 2 * LEAST_NECK);
+    const int large = room - rows * px(p, CELL) >= px(p, bench ? 2 * LEAST_NECK : LEAST_NECK);
+    const double cell = px(p, large ? CELL : SMALL_CELL), least = px(p, bench && !p->listing ? 0 : 60);
+    const double tall = fmax(room - rows * cell, least), panel = top + tall;
+    const double side = !bench || p->listing ? 0 : both ? fmin(tall * 0.45, px(p, 190)) : tall;
     p->count = 0;
     p->hovered = -1;
     lay_out_header(p, width);
-    const double top = px(p, HEADER), tall = fmax(lamps - top, px(p, 60));
     if (p->listing) lay_out_list(p, px(p, EDGE), top + px(p, 4), width - 2 * px(p, EDGE), tall - px(p, 8));
     p->board = p->count;
-    part *board = add(p, BOARD, 0, 0, top, width, p->listing ? 0 : tall);
-    if (p->listing) p->board = -1;
+    part *board = add(p, BOARD, 0, 0, top, width, p->listing ? 0 : tall - side);
+    lay_out_neck(p, &(part){.x = 0, .y = top, .w = width, .h = fmax(tall - side, 1)});
+    if (board->h <= 0) p->board = -1;
     else {
-        lay_out_neck(p, board);
         add(p, PLUCK, LB_PLUCK_POSITION, 0, top, px(p, 16), px(p, 18));
-        add(p, MOTION, 0, p->nut, top + tall - px(p, 17), px(p, 76), px(p, 15));
+        add(p, MOTION, 0, p->nut, top + tall - side - px(p, 17), px(p, 76), px(p, 15));
+        if (p->face.zoom) add(p, ENLARGED, 0, px(p, EDGE), top + tall - side - px(p, 17), px(p, 36), px(p, 15));
         for (int i = 0; i < strings_of(p); i++) {
             const double lane = 2 * p->half[0] / (double)strings_of(p);
             add(p, NAME, i, p->nut - px(p, 44), lane_at(p, i, p->nut) - lane / 2, px(p, 36), lane);
         }
     }
-    lay_out_lamps(p, width, lamps);
-    const int before = p->count;
-    lay_out_panel(p, width, panel, rows);
-    if (p->page >= p->pages) { /* there were more in a smaller window */
-        p->page = 0;
-        p->count = before;
-        lay_out_panel(p, width, panel, rows);
-    }
-    lay_out_tabs(p, width, panel);
+    if (side > px(p, 40)) add(p, CROWNS, 0, 1, top + tall - side + 1, width - 3, side - 3);
+    lay_out_tabs(p, width, px(p, HEADER));
+    if (switches > 0) lay_out_lamps(p, width, panel);
+    lay_out_cells(p, &c, &g, panel + switches, cell);
 }
 
 uint64_t lb_layout_state(const lb_picture *p) {

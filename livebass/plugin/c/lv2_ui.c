@@ -52,7 +52,8 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->instance.complain = lb_complain;
     u->instance.moved = nothing; /* `idle` looks for moves */
     u->scale = lb_system_scale();
-    const int width = (int)(LB_WIDTH * u->scale), height = (int)(LB_HEIGHT * u->scale);
+    int width, height;
+    lb_usual_size(u->scale, &width, &height);
     if (lb_open_instance(&u->instance, folder)) {
         lb_read_sides(&u->instance, &u->sides);
         u->editor = lb_edit_instance(&u->instance, (uintptr_t)parent, width, height, u->scale);

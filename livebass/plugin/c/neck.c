@@ -5,11 +5,25 @@
 
 enum { WOOD = 0xFF3B2317, WOOD_LIGHT = 0xFF54341F, METAL = 0xFFC9C3B8, METAL_DARK = 0xFF6E6960, BONE = 0xFFF3E9D2 };
 enum { STRING_DARK = 0xFF7A7267, MOVING = 0xFFFFD28A, FLASH = 0xFFFF8A3A };
-enum { SUN = 0xFFD98E3C, SUN_DARK = 0xFFB8631F, RIM = 0xFF6E1F12, RIM_DARK = 0xFF1A0D0A };
+
+/* A family's body. Lengths are parts of the body's, heights of half its height; two values: the side of the lowest
+   string, below, and the other one. */
+typedef struct {
+    uint32_t wood, wood_dark, rim, rim_dark;
+    double horn[2], waist_at[2], waist, shoulder; /* shoulder: height where the body begins, if it has no horns */
+} body;
+enum { PRECISION, JAZZ, OTHER, UPRIGHT };
+static const body bodies[] = {
+    [PRECISION] = {0xFFE0A04A, 0xFFC07A2C, 0xFF2A150C, 0xFF120906, {0.20, 0.13}, {0.42, 0.42}, 0.10, 0},
+    [JAZZ] = {0xFFD98E3C, 0xFFB8631F, 0xFF6E1F12, 0xFF1A0D0A, {0.24, 0.12}, {0.34, 0.54}, 0.12, 0},
+    [OTHER] = {0xFF8A5A36, 0xFF6A4024, 0xFF4A2A18, 0xFF24140C, {0.18, 0.16}, {0.40, 0.40}, 0.14, 0},
+    [UPRIGHT] = {0xFFC8762E, 0xFFA4571C, 0xFF6B3210, 0xFF381A0A, {0, 0}, {0.42, 0.42}, 0.24, 0.5},
+};
 #define FARTHEST 0.1f /* m, the farthest a string may be from rest; NaN is drawn at rest */
+#define UNSEEN 1e-7f /* m of a mode, less than 0.01 pixels at any enlargement */
 #define SHINE 2.4f /* brightness of a blur, over the fraction of time that the string is there */
 
-static const char *const notes[] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
+static const char notes[][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
 void lb_note_name(int key, char text[16]) {
     if (key < 0 || key > 127) *text = 0;
     else snprintf(text, 16, "%s%d", notes[key % 12], key / 12 - 1);
@@ -52,25 +66,62 @@ static double body_begin(const lb_picture *p) {
     return x_of(p, l->place[l->frets] - 0.045);
 }
 
-/* The fourth power of a place's distance from the middle between two others: 0 in the middle, 1 at them. */
-static double towards(double x, double from, double to) {
-    const double way = (2 * x - from - to) / (to - from);
-    return way * way * way * way;
+/* The family, as the look shows it: a double bass is long, a split coil has its halves apart, one to a pair of strings. */
+static int family_of(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    const LB_STRING_LOOK *low = &l->string[0], *high = &l->string[l->strings - 1];
+    if (low->length > 1) return UPRIGHT;
+    if (low->pickups == 1 && fabs(low->saddle[0] - high->saddle[0]) > 5e-3) return PRECISION;
+    return low->pickups == 2 && low->aperture[0] < 0.025 ? JAZZ : OTHER;
+}
+
+/* The part of half a body's height up to which it reaches at a place along it; `inner`: from where on, at a cutaway. */
+static double outline_at(const body *b, int side, double t, double *inner) {
+    const double horn = b->horn[side], apart = t - b->waist_at[side], end = (t - 0.86) / 0.14;
+    double outer = 1 - b->waist * exp(-apart * apart / 0.012);
+    *inner = 0;
+    if (b->shoulder > 0 && t < 0.22) outer *= b->shoulder + (1 - b->shoulder) * sin(fmax(t, 0) / 0.22 * M_PI / 2);
+    if (horn > 0 && t < 0.18) {
+        const double way = (0.18 - t) / (0.18 + horn), tip = 0.7;
+        outer *= tip + (1 - tip) * sqrt(fmax(1 - way * way, 0));
+        const double cut = (t + horn) / (horn + 0.05);
+        if (cut < 1) *inner = tip * sqrt(1 - cut * cut);
+    }
+    return end > 0 ? outer * sqrt(fmax(1 - end * end, 0)) : outer;
 }
 
 static void draw_body(lb_picture *p, const part *q) {
     lb_sheet *s = &p->ground;
-    const double left = body_begin(p), right = q->x + q->w - px(p, 34), r = px(p, 46);
-    const double top = q->y + px(p, 2), foot = q->y + q->h - px(p, 2);
-    const lb_area a = lb_common(lb_area_of(left, top, right - left, foot - top), (lb_area){0, 0, s->width, s->height});
-    for (int y = a.y0; y < a.y1; y++)
-        for (int x = a.x0; x < a.x1; x++) {
-            const double far = towards(x, left + px(p, 20), right) + towards(y, top, foot);
+    const body *b = &bodies[family_of(p)];
+    const double left = body_begin(p), right = q->x + q->w - px(p, 34), long_ = right - left;
+    const double half = q->h / 2 - px(p, 2), middle = q->y + q->h / 2;
+    const double first = left - fmax(b->horn[0], b->horn[1]) * long_;
+    lb_area a = lb_area_of(first, middle - half, right - first, 2 * half);
+    a = lb_common(a, (lb_area){0, 0, s->width, s->height});
+    for (int x = a.x0; x < a.x1; x++) {
+        const double t = (x + 0.5 - left) / long_;
+        double inner[2], outer[2];
+        for (int side = 0; side < 2; side++)
+            outer[side] = t < -b->horn[side] ? 0 : half * outline_at(b, side, t, &inner[side]);
+        for (int y = a.y0; y < a.y1; y++) {
+            const int side = y + 0.5 < middle;
+            const double away = fabs(y + 0.5 - middle), depth = outer[side] - away;
+            const double cover = fmin(depth, away - half * (t < -b->horn[side] ? 1 : inner[side])) + 0.5;
+            if (outer[side] <= 0 || cover <= 0) continue;
+            const double cut = inner[side] > 0 ? away - half * inner[side] : depth; /* from the cutaway's edge */
+            const double rim = fmin(fmin(fmin(depth, cut), right - x) / (0.5 * half), 1), dark = (1 - rim) * (1 - rim);
             const float along = (float)((x - q->x) / p->scale), across = (float)((y - q->y) / p->scale);
-            const uint32_t wood = lb_mixed(SUN_DARK, SUN, grain(along * 0.02f, across * 0.35f));
-            const uint32_t colour = lb_mixed(wood, lb_mixed(RIM, RIM_DARK, far * 0.9 - 0.2), far * 0.95 + 0.12);
-            const double ex = fmax(fmax(left + r - x, x - right + r), 0), ey = fmax(fmax(top + r - y, y - foot + r), 0);
-            lb_dot(s, x, y, colour, (float)(r + 0.5 - sqrt(ex * ex + ey * ey)));
+            const uint32_t wood = lb_mixed(b->wood_dark, b->wood, grain(along * 0.02f, across * 0.35f));
+            const uint32_t colour = lb_mixed(wood, lb_mixed(b->rim, b->rim_dark, dark * 1.2 - 0.3), dark * 1.1 + 0.06);
+            lb_dot(s, x, y, colour, (float)fmin(cover, 1));
+        }
+    }
+    if (b->shoulder <= 0) return;
+    for (int side = -1; side < 2; side += 2) /* the sound holes */
+        for (int k = 0; k < 24; k++) {
+            const double u = (k - 11.5) / 12, x = right - 0.36 * long_ + 0.17 * long_ * u;
+            const double y = middle + side * half * (0.66 + 0.07 * sin(u * 2.4)), r = px(p, fabs(u) > 0.85 ? 3.4 : 1.6);
+            lb_round(s, x - r, y - r, 2 * r, 2 * r, r, 0, 0xFF160B06);
         }
 }
 
@@ -79,7 +130,8 @@ static void draw_number(lb_picture *p, int fret, double x) {
     char text[8];
     const double size = px(p, 9.5);
     snprintf(text, sizeof text, "%d", fret);
-    const uint32_t colour = x > body_begin(p) + px(p, 24) ? lb_faded(BONE, 0.75) : p->t->soft;
+    const double begin = body_begin(p), horn = 0.17 * (p->saddle - begin);
+    const uint32_t colour = x > begin - horn ? lb_faded(BONE, 0.75) : p->t->soft;
     lb_text(&p->ground, x - lb_text_width(size, text) / 2, p->middle + p->half[1] + px(p, 15), size, colour, text, 100);
 }
 
@@ -153,6 +205,11 @@ static void draw_pickup(lb_picture *p, int k) {
 static void draw_bridge(lb_picture *p) {
     lb_sheet *s = &p->ground;
     const double x = p->saddle, half = half_at(p, x) + px(p, 2), lane = 2 * half_at(p, x) / (double)strings_of(p);
+    if (family_of(p) == UPRIGHT) { /* of wood, on its edge */
+        lb_round(s, x - px(p, 2), p->middle - half + px(p, 2), px(p, 9), 2 * half, px(p, 3), 0, 0x60000000);
+        lb_round(s, x - px(p, 4), p->middle - half, px(p, 8), 2 * half, px(p, 3), 0, 0xFFE2BE86);
+        return;
+    }
     lb_round(s, x - px(p, 7), p->middle - half + px(p, 3), px(p, 34), 2 * half, px(p, 4), 0, 0x60000000);
     lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), 0, METAL_DARK);
     lb_round(s, x - px(p, 8), p->middle - half, px(p, 34), 2 * half, px(p, 4), px(p, 1), METAL);
@@ -161,6 +218,18 @@ static void draw_bridge(lb_picture *p) {
         lb_round(s, x - px(p, 3), y - 0.32 * lane, px(p, 22), 0.64 * lane, px(p, 3), 0, METAL);
         lb_box(s, x - px(p, 0.8), y - 0.32 * lane, px(p, 1.6), 0.64 * lane, 0xFF8F897E);
     }
+}
+
+/* Half a string's thickness, for steel at usual tension; somewhat enlarged, as the neck is drawn too wide. */
+static double thickness(const lb_picture *p, int string) {
+    const double speed = look_of(p)->string[string].speed;
+    return fmax(0.14 / fmax(speed, 20) * p->metre, px(p, 0.7));
+}
+
+/* Draws a string's shadow. */
+static void draw_shadow(lb_picture *p, int string) {
+    const double half = thickness(p, string), drop = px(p, 3.5), x0 = p->nut - px(p, 5), x1 = p->saddle + px(p, 14);
+    lb_line(&p->ground, x0, lane_at(p, string, x0) + drop, x1, lane_at(p, string, x1) + drop, 2 * half, 0x480E0B09);
 }
 
 void lb_draw_neck(lb_picture *p, const part *q) {
@@ -176,6 +245,7 @@ void lb_draw_neck(lb_picture *p, const part *q) {
     draw_board(p);
     for (int k = 0; k < 4; k++) draw_pickup(p, k);
     draw_bridge(p);
+    for (int i = 0; i < strings_of(p); i++) draw_shadow(p, i);
     lb_text(s, q->x + q->w - px(p, EDGE + 12), q->y + q->h - px(p, 6), px(p, 9.5), p->t->soft, "out", 100); /* the meter */
     s->clip = (lb_area){0, 0, s->width, s->height};
 }
@@ -215,6 +285,7 @@ static const LB_SLOT_SIGHT *loudest(const LB_STRING_LOOK *l) {
 static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) {
     const LB_SLOT_SIGHT *s = loudest(l);
     to->on = s != 0;
+    to->most = 0;
     if (!s) return;
     const double scale = sqrt(2 / s->length);
     to->fret = (int)s->fret;
@@ -223,12 +294,14 @@ static void take_shape(const lb_picture *p, const LB_STRING_LOOK *l, shape *to) 
     for (int k = 0; k <= NODES; k++) u[k] = (float)(s->stop * (NODES - k) / NODES);
     for (int j = 0; j < DRAWN && j < s->modes && j < LB_SEEN; j++) {
         const float a = (float)scale * s->u[j];
+        if (fabsf(a) < UNSEEN) continue;
         const quad q = {a, a, a, a}, *row = p->sines + (ptrdiff_t)j * (STRIDE / 4);
         for (int k = 0; k < STRIDE / 4; k++) to->u[k] += q * row[k];
     }
     for (int k = 0; k <= NODES; k++) {
         if (!(u[k] == u[k])) u[k] = 0;
         u[k] = u[k] > FARTHEST ? FARTHEST : u[k] < -FARTHEST ? -FARTHEST : u[k];
+        to->most = fmaxf(to->most, fabsf(u[k]));
     }
 }
 
@@ -278,12 +351,7 @@ void lb_read_looks(lb_picture *p) {
 
 /* --- what moves on the neck --- */
 
-/* Half a string's thickness, for steel at usual tension; somewhat enlarged, as the neck is drawn too wide. */
-static double thickness(const lb_picture *p, int string) {
-    const double speed = look_of(p)->string[string].speed;
-    return fmax(0.14 / fmax(speed, 20) * p->metre, px(p, 0.7));
-}
-
+enum { MOST_BLURRED = 4, BLURRED = 2 }; /* shapes and columns in a stretch of blur */
 enum { TONES = 16, MOST_TALL = 1024 }; /* colours across a string; most pixels of a column in a blur */
 
 /* A column of the array, drawn from top to bottom. */
@@ -294,16 +362,16 @@ typedef struct {
 
 static uint32_t *pixel(const column *c, int y) { return c->first + (ptrdiff_t)y * c->width; }
 
-/* Draws a stroke around y, in `tones` from its upper edge to its lower one. */
-static void stroke(const column *c, float y, float half, const uint32_t *tones) {
+/* Draws a stroke around y, `wide` columns wide, in `tones` from its upper edge to its lower one. */
+static void stroke(const column *c, int wide, float y, float half, const uint32_t *tones) {
     const int from = (int)(y - half - 0.5f), to = (int)(y + half + 1.5f);
     const float shades = (TONES - 1) / (2 * half + 1);
     for (int j = from > c->top ? from : c->top; j < to && j < c->foot; j++) {
         const float away = (float)j + 0.5f - y, cover = half + 0.5f - fabsf(away);
         if (cover <= 0) continue;
         uint32_t *p = pixel(c, j);
-        const uint32_t tone = tones[(int)((away + half + 0.5f) * shades)];
-        *p = cover >= 1 ? tone : lb_over(*p, tone, (uint32_t)(int)(256 * cover));
+        const uint32_t tone = tones[(int)((away + half + 0.5f) * shades)], of = (uint32_t)(int)(256 * cover);
+        for (int k = 0; k < wide; k++) p[k] = of >= 256 ? tone : lb_over(p[k], tone, of);
     }
 }
 
@@ -316,7 +384,7 @@ static void smear(float *sums, float from, float to, float share) {
     sums[last + 1] -= share * (to - (float)last);
 }
 
-/* Draws the blur of a string at heights y above its rest, in this column and, with `wide` 2, in the next. */
+/* Draws the blur of a string at heights y above its rest, `wide` columns wide. */
 static void blur(const column *c, int wide, float rest, float half, const float *y, int count) {
     float sums[MOST_TALL + 2], low = y[0], high = y[0], sum = 0;
     for (int k = 1; k < count; k++) {
@@ -337,8 +405,7 @@ static void blur(const column *c, int wide, float rest, float half, const float 
         if (sum < 0.004f || top + j < c->top || top + j >= c->foot) continue;
         uint32_t *p = pixel(c, top + j);
         const uint32_t cover = (uint32_t)(int)(200 * (sum < 1 ? sum : 1));
-        *p = lb_over(*p, MOVING, cover);
-        if (wide > 1) p[1] = lb_over(p[1], MOVING, cover);
+        for (int k = 0; k < wide; k++) p[k] = lb_over(p[k], MOVING, cover);
     }
 }
 
@@ -361,45 +428,52 @@ static const shape *shape_of(const lb_picture *p, int string, int before) {
     return &p->shapes[(p->shaped - 1 - (uint64_t)before) % LB_LOOKS][string];
 }
 
-/* Draws a string over its blur since the last picture. */
+/* The shapes of a string to draw: the newest, and those since the last picture. */
+static int shapes_of(const lb_picture *p, int string) {
+    const int most = p->shaped < MOST_BLURRED ? (int)p->shaped : MOST_BLURRED, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
+    int count = 0;
+    while (count < most && count < wanted && shape_of(p, string, count)->on) count++;
+    return count;
+}
+
+/* The farthest that a string is drawn from its lane, and its enlargement, in pixels. */
+static double farthest(const lb_picture *p) { return 1.9 * p->half[0] / (double)strings_of(p); }
+static double enlarged(const lb_picture *p) { return p->metre * zooms[p->zoom]; }
+
+/* Draws a string over its blur since the last picture; two pixels at a time, on a fine screen three. */
 static void draw_string(lb_picture *p, lb_sheet *s, int string, const uint32_t *tones) {
-    const int most = p->shaped < LB_LOOKS ? (int)p->shaped : LB_LOOKS, wanted = p->fresh > 0 ? p->fresh + 1 : 2;
-    const float half = (float)thickness(p, string), limit = (float)(1.9 * p->half[0] / (double)strings_of(p));
-    const float zoom = (float)(p->metre * zooms[p->zoom]), drop = (float)px(p, 3.5);
-    const int left = (int)(p->nut - px(p, 5)), right = (int)(p->saddle + px(p, 14)), end = (int)p->saddle;
+    const float half = (float)thickness(p, string), limit = (float)farthest(p), zoom = (float)enlarged(p);
+    const int left = (int)fmax(p->nut - px(p, 5), 0), right = (int)fmin(p->saddle + px(p, 14), s->width);
+    const int end = (int)p->saddle, step = (int)(1 + p->scale), count = shapes_of(p, string);
     walk walks[LB_LOOKS];
-    int count = 0, begin = right;
-    for (; count < most && count < wanted && shape_of(p, string, count)->on; count++) {
-        const shape *one = shape_of(p, string, count);
-        const double start = x_of(p, one->stop), step = NODES / (p->saddle - start);
-        if (!count) begin = (int)start > left ? (int)start : left;
-        walks[count] = (walk){(const float *)one->u, (float)((begin + 0.5 - start) * step), (float)step};
+    int begin = right;
+    for (int k = 0; k < count; k++) {
+        const shape *one = shape_of(p, string, k);
+        const double start = x_of(p, one->stop), nodes = NODES / (p->saddle - start);
+        if (!k) begin = (int)start > left ? (int)start : left;
+        walks[k] = (walk){(const float *)one->u, (float)((begin + 0.5 * step - start) * nodes), (float)(nodes * step)};
     }
     const double first = lane_at(p, string, p->nut), last = lane_at(p, string, p->saddle);
     const double slope = (last - first) / (p->saddle - p->nut);
     float y[LB_LOOKS], before = 0;
     column c = {0, s->width, s->clip.y0 > 0 ? s->clip.y0 : 0, s->clip.y1 < s->height ? s->clip.y1 : s->height};
-    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) { /* its shadow */
-        const float rest = (float)(first + (x + 0.5 - p->nut) * slope) + drop;
+    for (int x = left, groups = 0; x < right;) {
+        const int moves = count && x >= begin && x < end, edge = x < begin ? begin : x < end ? end : right;
+        const int to = edge < right ? edge : right, wide = x + step <= to ? step : to - x;
+        const float rest = (float)(first + (x + 0.5 * wide - p->nut) * slope);
         c.first = s->pixels + x;
-        for (int j = (int)(rest - half); j < (int)(rest + half) + 1; j++)
-            if (j >= c.top && j < c.foot) *pixel(&c, j) = lb_over(*pixel(&c, j), BLACK, 72);
-    }
-    for (int x = left > 0 ? left : 0; x < right && x < s->width; x++) {
-        const float rest = (float)(first + (x + 0.5 - p->nut) * slope);
-        c.first = s->pixels + x;
-        if (!count || x < begin || x >= end) {
-            stroke(&c, rest, half, tones);
-            continue;
-        }
-        for (int k = 0; k < count; k++) {
-            const float moved = zoom * next_height(&walks[k]);
-            y[k] = moved > limit ? limit : moved < -limit ? -limit : moved;
-        }
-        if ((x - begin) % 2 == 0) blur(&c, x + 1 < end && x + 1 < s->width ? 2 : 1, rest, half, y, count);
-        const float steep = x > begin ? y[0] - before : 0;
-        stroke(&c, rest - y[0], half * sqrtf(1 + steep * steep), tones);
-        before = y[0];
+        if (moves) {
+            for (int k = 0; k < count; k++) {
+                const float moved = zoom * next_height(&walks[k]);
+                y[k] = moved > limit ? limit : moved < -limit ? -limit : moved;
+            }
+            const int stretch = x + BLURRED * step <= to ? BLURRED * step : to - x;
+            if (groups++ % BLURRED == 0) blur(&c, stretch, rest, half, y, count);
+            const float steep = x > begin ? (y[0] - before) / (float)step : 0;
+            stroke(&c, wide, rest - y[0], half * sqrtf(1 + steep * steep), tones);
+            before = y[0];
+        } else stroke(&c, wide, rest, half, tones);
+        x += wide;
     }
 }
 
@@ -453,15 +527,19 @@ static void draw_pluck(lb_picture *p, lb_sheet *s) {
 /* The meter's reading, 0 to 1. */
 static double meter_part(const lb_picture *p) { return fmin(fmax((p->level - FLOOR_DB) / -FLOOR_DB, 0), 1); }
 
-static void draw_meter(lb_picture *p, lb_sheet *s, const part *q) {
+/* Draws the meter from the ground up, and returns where. */
+static lb_area draw_meter(lb_picture *p, const part *q) {
     const double w = px(p, 8), x = q->x + q->w - px(p, EDGE) - w, top = q->y + px(p, 6), tall = q->h - px(p, 24);
     const double full = tall * meter_part(p);
+    lb_sheet *s = &p->sheet;
+    lb_copy_area(p, lb_area_of(x, top, w, tall));
     lb_round(s, x, top, w, tall, px(p, 3), 0, p->t->trough);
     for (double at = 0; at < full; at += px(p, 3)) {
         const double db = FLOOR_DB * (1 - at / tall);
         const uint32_t colour = db > -1 ? p->t->hot : db > -9 ? p->t->accent : p->t->good;
         lb_box(s, x + px(p, 1), top + tall - at - px(p, 2), w - px(p, 2), px(p, 2), colour);
     }
+    return lb_area_of(x, top, w, tall);
 }
 
 /* The state of the neck's other moving parts, besides strings, lights and the meter. */
@@ -491,39 +569,88 @@ static int is_calm(const lb_picture *p) {
     const double most = px(p, 2) / (p->metre * zooms[p->zoom]);
     for (int i = 0; i < l->strings; i++) {
         const shape *one = shape_of(p, i, 0);
-        for (int k = 0; p->shaped && one->on && k <= NODES; k++)
-            if (fabs((double)((const float *)one->u)[k]) > most) return 0;
+        if (p->shaped && one->on && one->most > most) return 0;
         for (int k = 0; k < LB_PLACES; k++)
             if (l->string[i].light[k] > 0.02f) return 0;
     }
     return 1;
 }
 
-/* While everything moves little, draws only every second picture. */
+/* Where a string is drawn, and the lights on it; `moves`: whether it may differ in the next picture. */
+static lb_area band_of(const lb_picture *p, int string, int *moves) {
+    const LB_LOOK *l = look_of(p);
+    const double one = lane_at(p, string, p->nut), other = lane_at(p, string, p->saddle), thick = thickness(p, string);
+    double away = 0;
+    const int count = shapes_of(p, string);
+    *moves = count > 0;
+    for (int k = 0; k < count; k++) away = fmax(away, fmin(shape_of(p, string, k)->most * enlarged(p), farthest(p)));
+    for (int k = 1; k <= l->frets; k++)
+        if (l->string[string].light[k] > 0.02f) away = 2 * farthest(p), *moves = 1;
+    away += 2 * thick + px(p, 2);
+    const double top = fmin(one, other) - away, foot = fmax(one, other) + away;
+    return lb_area_of(p->nut - px(p, 20), top, p->saddle - p->nut + px(p, 36), foot - top);
+}
+
+/* Finds the strips of the neck to draw: the bands in which strings move or moved, joined where they overlap. */
+static void find_strips(lb_picture *p, const lb_area *bands, const int *moves, lb_area neck) {
+    p->strips = 0;
+    for (int i = 0; i < strings_of(p); i++) {
+        const lb_area now = moves[i] ? bands[i] : (lb_area){0, 0, 0, 0};
+        lb_area strip = lb_common(lb_joined(now, p->busy[i]), neck);
+        p->busy[i] = now;
+        if (lb_empty(strip)) continue;
+        while (p->strips && !lb_empty(lb_common(strip, p->strip[p->strips - 1])))
+            strip = lb_joined(strip, p->strip[--p->strips]);
+        p->strip[p->strips++] = strip;
+    }
+}
+
+/* Draws what moves within a strip. */
+static void draw_strip(lb_picture *p, const lb_area *bands, lb_area strip, const uint32_t *tones) {
+    lb_sheet s = p->sheet;
+    s.clip = strip;
+    lb_copy_area(p, strip);
+    draw_lights(p, &s);
+    for (int i = 0; i < strings_of(p); i++) {
+        s.clip = lb_common(bands[i], strip); /* a steep string is thick: nothing of it may stay beyond its band */
+        if (!lb_empty(s.clip)) draw_string(p, &s, i, tones);
+    }
+    s.clip = strip;
+    draw_names(p, &s);
+    draw_pluck(p, &s);
+}
+
+/* Draws only where something moves or moved in the last picture. While everything moves little, draws only every
+   second picture. */
 lb_area lb_draw_lively(lb_picture *p, int all) {
     const part *q = &p->parts[p->board];
-    const lb_area area = lb_area_of(q->x, q->y, q->w, q->h), nothing = {0, 0, 0, 0};
+    const lb_area nothing = {0, 0, 0, 0}, whole = {0, 0, p->sheet.width, p->sheet.height};
+    const lb_area area = lb_common(lb_area_of(q->x, q->y, q->w, q->h), whole);
     const int lively = is_lively(p), metered = (int)rint(meter_part(p) * 200);
     const uint64_t still = still_state(p);
     const int calm = is_calm(p), moves = metered != p->metered || (p->fresh && (lively || p->lively));
     all = all || still != p->still;
     p->skipped = !all && moves && !p->skipped && calm && p->calm;
+    p->strips = 0;
     if (!all && (!moves || p->skipped)) return nothing;
+    lb_area bands[LB_STRINGS], drawn = nothing;
+    int moving[LB_STRINGS];
+    for (int i = 0; i < strings_of(p); i++) bands[i] = band_of(p, i, &moving[i]);
+    find_strips(p, bands, moving, area);
+    if (all) p->strip[0] = area, p->strips = !lb_empty(area);
+    const int meters = all || metered != p->metered;
     p->metered = metered;
     p->calm = calm;
-    lb_sheet s = p->sheet;
     p->still = still;
     p->lively = lively;
-    lb_copy_area(p, area);
-    s.clip = area;
-    if (strings_of(p)) {
-        draw_lights(p, &s);
-        uint32_t tones[TONES];
-        for (int k = 0; k < TONES; k++) tones[k] = lb_mixed(STRING, STRING_DARK, 1.25 * k / TONES - 0.1);
-        for (int i = 0; i < strings_of(p); i++) draw_string(p, &s, i, tones);
-        draw_names(p, &s);
-        draw_pluck(p, &s);
+    uint32_t tones[TONES];
+    for (int k = 0; k < TONES; k++) tones[k] = lb_mixed(STRING, STRING_DARK, 1.25 * k / TONES - 0.1);
+    for (int k = 0; k < p->strips; k++) {
+        if (strings_of(p)) draw_strip(p, bands, p->strip[k], tones);
+        else lb_copy_area(p, p->strip[k]);
+        drawn = lb_joined(drawn, p->strip[k]);
     }
-    draw_meter(p, &s, q);
-    return area;
+    const lb_area meter = meters ? lb_common(draw_meter(p, q), whole) : nothing;
+    if (!lb_empty(meter)) p->strip[p->strips++] = meter;
+    return lb_joined(drawn, meter);
 }

@@ -69,7 +69,10 @@ void lb_shade(lb_sheet *s, double x, double y, double w, double h, uint32_t abov
         const uint32_t colour = above == below ? above : lb_mixed(above, below, (j + 0.5 - y) / h);
         const float tall = part_of(j, y, y + h);
         uint32_t *p = row(s, j);
-        for (int i = a.x0; i < a.x1; i++) put(p + i, colour, tall * part_of(i, x, x + w));
+        const int solid = tall >= 1 && opacity(colour) == 256, from = (int)ceil(x), to = (int)floor(x + w);
+        for (int i = a.x0; i < a.x1; i++)
+            if (solid && i >= from && i < to) p[i] = colour;
+            else put(p + i, colour, tall * part_of(i, x, x + w));
     }
 }
 
@@ -202,6 +205,7 @@ static void draw_letter(lb_sheet *s, int letter, double x, int y, const double s
     for (int k = 0; k < letter; k++) first += glyph_counts[k];
     o.wide = (int)(256 * scale[0]) + 2;
     o.tall = high + (int)(GLYPH_DOWN * scale[1]) + 1;
+    if (lb_empty(within(s, (lb_area){left, y - high, left + o.wide, y - high + o.tall}))) return;
     for (int j = 0; j < o.tall; j++) memset(o.sums[j], 0, (size_t)(o.wide + 1) * sizeof(float));
     for (int k = 0, from = 0; k < glyph_counts[letter]; k++) {
         const int at = first + k;

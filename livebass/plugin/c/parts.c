@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #define NOTICE 4.0 /* s that a notice stays */
-enum { KNOB = 8 }; /* from a slider's knob or track to where a press takes hold of it */
+enum { KNOB = 7 }; /* from a slider's knob or track to where a press takes hold of it */
 
 /* True if the pointer is over a part, or holds it. */
 static int is_hot(const lb_picture *p, const part *q) { return q - p->parts == p->hovered; }
@@ -43,18 +43,55 @@ static void step(lb_picture *p, int k, int way) {
     lb_change(p, k, least + at - range * floor(at / range));
 }
 
+static void notice(lb_picture *p, const char *text, const char *what) {
+    snprintf(p->notice, sizeof p->notice, "%s%s", text, what);
+    p->noticed = p->seconds;
+}
+
+static void load(lb_picture *p, int sound) {
+    if (!p->face.load(p->face.owner, sound)) notice(p, "Not loaded: see the log of the host", "");
+}
+
+/* The sound that plays, as listed; -1: none. */
+static int playing_sound(const lb_picture *p) {
+    return p->sounds && p->face.playing ? p->face.playing(p->face.owner) : -1;
+}
+
+/* Goes on to the next bass or, after the last, to the user's sounds; and around. */
 static void step_bass(lb_picture *p, int way) {
-    const int count = lb_basses(p), now = (int)value_of(p, LB_BASS);
-    if (count > 1) lb_change(p, LB_BASS, (now + way + count) % count);
+    const int basses = lb_basses(p), sounds = p->face.playing ? p->face.list(p->face.owner) : 0, all = basses + sounds;
+    const int playing = sounds ? p->face.playing(p->face.owner) : -1;
+    const int now = playing >= 0 ? basses + playing : (int)value_of(p, LB_BASS), next = (now + way + all) % all;
+    if (next >= basses) load(p, next - basses);
+    else if (all > 1) lb_change(p, LB_BASS, next);
 }
 
 static void wheel_step(lb_picture *p, const part *q, const hand *h) { step(p, q->number, h->way); }
 
+/* True if a press opens a stepper's values as a menu. */
+static int has_menu(const lb_picture *p, const part *q) { return most_of(p, q->number) > 2; }
+
 static void press_step(lb_picture *p, const part *q, const hand *h) {
-    step(p, q->number, h->modifiers & LB_RIGHT ? -1 : 1);
+    p->focus = q->number;
+    if (h->modifiers & LB_RIGHT || has_menu(p, q)) p->asked = q->number + 1;
+    else step(p, q->number, 1);
+}
+
+void lb_step(lb_picture *p, int k, int way, int fine) {
+    const lb_parameter *known = &lb_parameters[k];
+    if (known->points) step(p, k, way);
+    else {
+        const double range = most_of(p, k) - known->least;
+        lb_change(p, k, value_of(p, k) + way * (known->whole ? 1 : range * (fine ? 0.005 : 0.025)));
+    }
 }
 
 static void wheel_bass(lb_picture *p, const part *q, const hand *h) { step_bass(p, -h->way); }
+
+/* Mixes in the typed text, if this is typed. */
+static void mix_typed(const lb_picture *p, int what, uint64_t *hash) {
+    for (size_t k = 0; p->typing == what && k <= strlen(p->typed); k++) mix(hash, p->typed[k] + 1);
+}
 
 /* --- what several parts draw --- */
 
@@ -73,13 +110,10 @@ static void arrow(lb_picture *p, const part *q, int way, uint32_t colour) {
         lb_line(&p->ground, x + dx / 2, y + dy / 2, x - dx / 2 - side * dy, y - dy / 2 + side * dx, px(p, 1.8), colour);
 }
 
-/* Shortens "0.42 (74 % of the string)" to the more telling part in brackets if both do not fit. */
+/* Cuts "2.40 mm at fret 12" after its unit if it does not fit. */
 static void shorten(lb_picture *p, char *text, double room) {
-    char *open = strstr(text, " (");
-    const size_t end = strlen(text);
-    if (!open || text[end - 1] != ')' || lb_text_width(px(p, SMALL), text) <= room) return;
-    text[end - 1] = 0;
-    memmove(text, open + 2, strlen(open + 2) + 1);
+    char *unit = strchr(text, ' '), *more = unit ? strchr(unit + 1, ' ') : 0;
+    if (more && lb_text_width(px(p, SMALL), text) > room) *more = 0;
 }
 
 static void draw_heading(lb_picture *p, const part *q, const char *name) {
@@ -122,7 +156,9 @@ static void draw_title(lb_picture *p, const part *q) {
     char text[MOST_TEXT];
     const uint32_t colour = p->listing ? p->t->on_accent : p->t->ink;
     button(p, q, p->listing, is_hot(p, q));
-    if (is_noticed(p)) snprintf(text, sizeof text, "%s", p->notice);
+    if (p->typing == SAVING) snprintf(text, sizeof text, "Name: %s|", p->typed);
+    else if (is_noticed(p)) snprintf(text, sizeof text, "%s", p->notice);
+    else if (p->face.title) p->face.title(p->face.owner, text, sizeof text);
     else text_of(p, LB_BASS, p->values[LB_BASS], text);
     const part room = {.x = q->x + px(p, 10), .y = q->y, .w = q->w - px(p, 30), .h = q->h};
     lb_label(p, &p->ground, &room, MIDDLE, colour, text, 0);
@@ -132,6 +168,9 @@ static void draw_title(lb_picture *p, const part *q) {
 static void mix_title(const lb_picture *p, const part *q, uint64_t *hash) {
     mix_bass(p, q, hash);
     mix(hash, is_noticed(p) ? p->noticed + 1 : 0);
+    mix_typed(p, SAVING, hash);
+    for (int k = 0; p->face.title && k < LB_PARAMETERS; k++) mix(hash, p->values[k]);
+    mix(hash, p->lists);
 }
 
 static void draw_quality(lb_picture *p, const part *q) {
@@ -234,6 +273,27 @@ static void press_motion(lb_picture *p, const part *q, const hand *h) {
     p->zoom = (p->zoom + 1) % (int)(sizeof zooms / sizeof *zooms);
 }
 
+static void draw_enlarged(lb_picture *p, const part *q) {
+    char text[16];
+    snprintf(text, sizeof text, "%.0f %%", 100 * p->enlarged);
+    lb_text(&p->ground, q->x, q->y + px(p, 11), px(p, 9.5), is_hot(p, q) ? p->t->ink : p->t->soft, text, q->w);
+}
+
+static void mix_enlarged(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->enlarged); }
+
+/* Sets the next zoom, or the one before. */
+static void wheel_enlarged(lb_picture *p, const part *q, const hand *h) {
+    static const double all[] = {0.75, 1, 1.25, 1.5, 1.75, 2};
+    enum { COUNT = sizeof all / sizeof *all };
+    int at = 0;
+    while (at < COUNT - 1 && all[at] < p->enlarged - 0.01) at++;
+    p->enlarged = p->face.zoom(p->face.owner, all[(at + (h->way < 0 ? COUNT - 1 : 1)) % COUNT]);
+}
+
+static void press_enlarged(lb_picture *p, const part *q, const hand *h) {
+    wheel_enlarged(p, q, &(hand){.way = h->modifiers & LB_RIGHT ? -1 : 1});
+}
+
 static void draw_name(lb_picture *p, const part *q) {
     char text[MOST_TEXT];
     lb_note_name((int)look_of(p)->string[q->number].open, text);
@@ -265,50 +325,55 @@ static int lamp_is_on(const lb_picture *p, int lamp) {
     return (int)(l->switched >> lamp & 1);
 }
 
-static void draw_lamp(lb_picture *p, const part *q) {
-    const int hot = is_hot(p, q);
-    char text[64];
-    const int lamp = q->number / 2, on = lamp_is_on(p, lamp);
-    const theme *t = p->t;
-    lb_lamp_name(p, lamp, q->number % 2, text);
-    char *gap = strstr(text, "  ");
-    lb_round(&p->ground, q->x, q->y, q->w, q->h, q->h / 2, 0, on ? t->accent : hot ? t->edge : t->raised);
-    if (gap) *gap = 0;
-    const double y = q->y + q->h / 2 + px(p, 4), size = px(p, SMALL);
-    const double end = lb_text(&p->ground, q->x + px(p, 9), y, size, on ? t->on_accent : t->ink, text, q->w);
-    const uint32_t dim = on ? lb_faded(t->on_accent, 0.6) : t->soft;
-    if (gap) lb_text(&p->ground, end + lb_text_width(size, "  "), y, size, dim, gap + 2, q->w);
+/* True if the bass can use a lamp: by a parameter, or by a key of its map. */
+static int lamp_works(const lb_picture *p, int lamp) {
+    return lb_switch_of(lamp)->parameter >= 0 || lb_key_of(p, lamp) >= 0;
 }
 
-static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, lamp_is_on(p, q->number / 2)); }
+static void draw_lamp(lb_picture *p, const part *q) {
+    const theme *t = p->t;
+    const int on = lamp_is_on(p, q->number), stroke = lb_switch_of(q->number)->parameter == LB_TECHNIQUE;
+    const uint32_t ink = on ? t->on_accent : lamp_works(p, q->number) ? t->ink : lb_faded(t->soft, 0.5);
+    const double r = stroke ? px(p, 4) : q->h / 2;
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, r, 0, on ? t->accent : is_hot(p, q) ? t->edge : t->raised);
+    if (stroke && !on) lb_round(&p->ground, q->x, q->y, q->w, q->h, r, px(p, 1), lb_faded(t->accent, 0.6));
+    const part room = {.x = q->x + px(p, 3), .y = q->y, .w = q->w - px(p, 6), .h = q->h};
+    lb_label(p, &p->ground, &room, q->h < px(p, LAMP_HEIGHT - 5) ? 9 : SMALL, ink, lb_switch_of(q->number)->name, 1);
+}
+
+static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, lamp_is_on(p, q->number)); }
 
 /* Chooses a lamp's stroke, or switches its technique on or off; without a parameter, presses its key. */
 static void press_lamp(lb_picture *p, const part *q, const hand *h) {
-    const lb_switch *s = lb_switch_of(q->number / 2);
-    if (s->parameter == LB_TECHNIQUE) lb_change(p, s->parameter, s->on);
+    const lb_switch *s = lb_switch_of(q->number);
+    if (h->modifiers & LB_RIGHT) {
+        if (s->parameter >= 0) p->asked = s->parameter + 1;
+    } else if (s->parameter == LB_TECHNIQUE) lb_change(p, s->parameter, s->on);
     else if (s->parameter >= 0) lb_change(p, s->parameter, value_of(p, s->parameter) > 0 ? 0 : s->on);
-    for (int on = 1; s->parameter < 0 && on >= 0; on--)
+    for (int on = 1; s->parameter < 0 && lb_key_of(p, s->action) >= 0 && on >= 0; on--)
         p->face.note(p->face.owner, on, -1, lb_key_of(p, s->action), 0.75);
 }
 
 /* --- the panel --- */
 
 static void draw_tab(lb_picture *p, const part *q) {
-    char text[MOST_TEXT];
-    lb_tab_name(p, q->number, text);
-    lb_label(p, &p->ground, q, MIDDLE, q->number == p->page || is_hot(p, q) ? p->t->ink : p->t->soft, text, 1);
+    const uint32_t ink = q->number == p->page || is_hot(p, q) ? p->t->ink : p->t->soft;
+    lb_label(p, &p->ground, q, MIDDLE, ink, lb_tab_name(q->number), 1);
     if (q->number != p->page) return;
     lb_box(&p->ground, q->x + px(p, 8), q->y + q->h - px(p, 2), q->w - px(p, 16), px(p, 2), p->t->accent);
 }
 
 static void press_tab(lb_picture *p, const part *q, const hand *h) { p->page = q->number; }
 
-static void draw_head(lb_picture *p, const part *q) { draw_heading(p, q, lb_groups[q->number]); }
+static void draw_head(lb_picture *p, const part *q) { draw_heading(p, q, lb_section_name(q->number)); }
+
+/* True if a cell is in the small form, for low windows. */
+static int is_small(const lb_picture *p, const part *q) { return q->h < px(p, CELL - 1); }
 
 /* Finds a slider's track. */
 static void track_of(const lb_picture *p, const part *q, double *x, double *y, double *w) {
     *x = q->x + px(p, 5);
-    *y = q->y + px(p, 25);
+    *y = q->y + px(p, is_small(p, q) ? 19 : 25);
     *w = q->w - px(p, 10);
 }
 
@@ -325,19 +390,30 @@ static int controller_of(const lb_picture *p, int k) {
 static void draw_cell_text(lb_picture *p, const part *q) {
     char text[MOST_TEXT];
     const lb_parameter *k = &lb_parameters[q->number];
-    const int controller = controller_of(p, q->number);
+    const int controller = controller_of(p, q->number), idle = lb_is_idle(p, q->number);
     if (controller < 0) snprintf(text, sizeof text, "%s", k->name);
     else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
-    const double size = px(p, SMALL), y = q->y + px(p, 14), wide = lb_text_width(size, text);
-    lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? p->t->ink : p->t->soft, text, q->w);
-    if (lb_parameters[q->number].points) return; /* a stepper has its value in its box */
+    const double size = px(p, SMALL), y = q->y + px(p, is_small(p, q) ? 12 : 14), wide = lb_text_width(size, text);
+    const double most = k->points && is_small(p, q) ? q->w * 0.5 - px(p, 4) : q->w;
+    const uint32_t ink = idle ? lb_faded(p->t->soft, 0.5) : p->t->ink, soft = idle ? ink : p->t->soft;
+    lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? ink : soft, text, most);
+    if (p->keyed && p->focus == q->number)
+        lb_round(&p->ground, q->x - px(p, 4), q->y, q->w + px(p, 6), q->h - px(p, 1), px(p, 4), px(p, 1), p->t->accent);
+    if (k->points) return; /* a stepper has its value in its box */
+    if (p->typing == VALUE && p->typed_for == q->number) {
+        const double box = fmax(q->w * 0.45, px(p, 60)), left = q->x + q->w - box;
+        snprintf(text, sizeof text, "%s|", p->typed);
+        lb_box(&p->ground, left, y - px(p, 11), box, px(p, 14), p->t->trough);
+        lb_text(&p->ground, left + px(p, 4), y, size, p->t->accent, text, box - px(p, 6));
+        return;
+    }
     const double room = q->w - wide - px(p, 8);
     if (controller == LB_WAITS) snprintf(text, sizeof text, "move a controller");
     else text_of(p, q->number, p->values[q->number], text);
     shorten(p, text, room);
     const double needed = lb_text_width(size, text);
     const double from = needed < room ? q->x + q->w - needed : q->x + wide + px(p, 8);
-    lb_text(&p->ground, from, y, size, p->t->ink, text, room + 1);
+    lb_text(&p->ground, from, y, size, ink, text, room + 1);
 }
 
 static void draw_slider(lb_picture *p, const part *q) {
@@ -346,23 +422,27 @@ static void draw_slider(lb_picture *p, const part *q) {
     const theme *t = p->t;
     const lb_parameter *k = &lb_parameters[q->number];
     track_of(p, q, &x, &y, &w);
+    const double high = is_small(p, q) ? 4.5 : 7; /* half the knob */
+    const int idle = lb_is_idle(p, q->number);
     const double now = x + w * place_on_track(p, q->number, p->values[q->number]);
     const double usual = x + w * place_on_track(p, q->number, k->usual), thick = px(p, 4);
     lb_round(&p->ground, x, y - thick / 2, w, thick, thick / 2, 0, t->trough);
+    if (idle) return;
     lb_round(&p->ground, fmin(now, usual), y - thick / 2, fabs(now - usual), thick, thick / 2, 0, t->accent);
     if (k->usual > k->least && k->usual < most_of(p, q->number))
         lb_box(&p->ground, usual - px(p, 0.75), y - px(p, 5), px(p, 1.5), px(p, 10), t->edge);
-    lb_round(&p->ground, now - px(p, 5), y - px(p, 7), px(p, 10), px(p, 14), px(p, 4), 0, BLACK);
+    lb_round(&p->ground, now - px(p, 5), y - px(p, high), px(p, 10), px(p, 2 * high), px(p, 4), 0, BLACK);
     const uint32_t colour = is_held(p, q) ? t->accent : is_hot(p, q) ? 0xFFFFFFFF : STRING;
-    lb_round(&p->ground, now - px(p, 4), y - px(p, 6), px(p, 8), px(p, 12), px(p, 3), 0, colour);
-    lb_box(&p->ground, now - px(p, 0.5), y - px(p, 4), px(p, 1), px(p, 8), 0x80000000);
+    lb_round(&p->ground, now - px(p, 4), y - px(p, high - 1), px(p, 8), px(p, 2 * high - 2), px(p, 3), 0, colour);
+    lb_box(&p->ground, now - px(p, 0.5), y - px(p, high - 3), px(p, 1), px(p, 2 * high - 6), 0x80000000);
 }
 
 static void draw_stepper(lb_picture *p, const part *q) {
     const int hot = is_hot(p, q);
     draw_cell_text(p, q);
     char text[MOST_TEXT];
-    const part face = {.x = q->x, .y = q->y + px(p, 17), .w = q->w, .h = px(p, 18)};
+    const double part_of = is_small(p, q) ? 0.5 : 0, top = px(p, is_small(p, q) ? 3 : 17);
+    const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
     text_of(p, q->number, p->values[q->number], text);
     const int is_switch = most_of(p, q->number) == 1, on = p->values[q->number] > 0.5;
     const double r = px(p, 3), left = px(p, is_switch ? 20 : 8);
@@ -372,11 +452,24 @@ static void draw_stepper(lb_picture *p, const part *q) {
     const part room = {.x = face.x + left, .y = face.y, .w = face.w - left - px(p, 16), .h = face.h};
     lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
     const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
-    arrow(p, &end, 1, hot ? p->t->ink : p->t->soft);
+    arrow(p, &end, has_menu(p, q) ? 2 : 1, hot ? p->t->ink : p->t->soft);
+}
+
+static void mix_focus(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix(hash, p->keyed && p->focus == q->number);
+}
+
+static void mix_stepper(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix_value(p, q, hash);
+    mix_focus(p, q, hash);
 }
 
 static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
     mix_value(p, q, hash);
+    mix(hash, p->values[LB_GAUGE] + 1000 * p->values[LB_PICKUP_PLACE]); /* other values depend on these */
+    mix(hash, lb_is_idle(p, q->number));
+    mix_focus(p, q, hash);
+    if (p->typed_for == q->number) mix_typed(p, VALUE, hash);
     mix(hash, most_of(p, q->number) + 1000.0 * controller_of(p, q->number));
 }
 
@@ -387,31 +480,33 @@ static double slider_value(const lb_picture *p, const part *q, double x) {
     return allowed(p, q->number, least + (most_of(p, q->number) - least) * (x - left) / wide);
 }
 
-/* Takes hold of a value. Beside the knob, on the track, the value jumps there. */
+/* Takes hold of a value. Beside the knob, on the track, the value jumps there; on the number, a click types it. */
 static void press_slider(lb_picture *p, const part *q, const hand *h) {
+    p->focus = q->number;
     if (h->modifiers & LB_RIGHT) {
-        if (p->face.learn) p->face.learn(p->face.owner, q->number);
+        p->asked = q->number + 1;
         p->held = -1;
         return;
     }
     grab(p, q, h->x);
     double x, y, w;
     track_of(p, q, &x, &y, &w);
+    p->pressed_number = p->face.read && h->y < y - px(p, KNOB) && h->x > q->x + q->w * 0.6;
     const double knob = x + w * place_on_track(p, q->number, p->from);
     if (h->modifiers & LB_SHIFT || h->y < y - px(p, KNOB) || fabs(h->x - knob) <= px(p, KNOB)) return;
     set(p, q->number, p->from = slider_value(p, q, h->x), LB_MOVE);
 }
 
 static void drag_slider(lb_picture *p, const part *q, const hand *h) {
+    if (p->pressed_number && fabs(h->x - p->grabbed) < px(p, 3)) return;
+    p->pressed_number = 0;
     const double range = most_of(p, q->number) - lb_parameters[q->number].least;
     const double moved = range * (h->x - p->grabbed) / (q->w - px(p, 10));
     set(p, q->number, allowed(p, q->number, p->from + (h->modifiers & LB_SHIFT ? 0.1 : 1) * moved), LB_MOVE);
 }
 
 static void wheel_slider(lb_picture *p, const part *q, const hand *h) {
-    const lb_parameter *k = &lb_parameters[q->number];
-    const double range = most_of(p, q->number) - k->least, fine = h->modifiers & LB_SHIFT ? 0.005 : 0.025;
-    lb_change(p, q->number, value_of(p, q->number) + h->way * (k->whole ? 1 : range * fine));
+    lb_step(p, q->number, h->way, h->modifiers & LB_SHIFT);
 }
 
 /* --- A and B, Undo --- */
@@ -435,6 +530,13 @@ static void draw_side(lb_picture *p, const part *q) {
 
 static void mix_side(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->face.side(p->face.owner)); }
 
+static void draw_copy(lb_picture *p, const part *q) { draw_button(p, q, "Copy", 0, is_hot(p, q)); }
+
+static void press_copy(lb_picture *p, const part *q, const hand *h) {
+    p->face.copy(p->face.owner);
+    notice(p, p->face.side(p->face.owner) ? "B is copied to A" : "A is copied to B", "");
+}
+
 static void press_side(lb_picture *p, const part *q, const hand *h) {
     if (q->number != p->face.side(p->face.owner)) p->face.swap(p->face.owner);
 }
@@ -447,18 +549,23 @@ static void read_list(lb_picture *p) {
     p->lists++;
 }
 
-static void notice(lb_picture *p, const char *text, const char *what) {
-    snprintf(p->notice, sizeof p->notice, "%s%s", text, what);
-    p->noticed = p->seconds;
-}
-
 static void draw_save(lb_picture *p, const part *q) { draw_button(p, q, "Save", 0, is_hot(p, q)); }
 
-static void press_save(lb_picture *p, const part *q, const hand *h) {
+void lb_save(lb_picture *p) {
     char name[MOST_TEXT - 16];
+    snprintf(name, sizeof name, "%s", p->typed);
     if (p->face.save(p->face.owner, name, sizeof name)) notice(p, "Saved: ", name);
     else notice(p, "Not saved: see the log of the host", "");
+    p->lists++;
     if (p->listing) read_list(p);
+}
+
+/* Asks for a name; a second press takes the typed one, or the bass's. */
+static void press_save(lb_picture *p, const part *q, const hand *h) {
+    if (p->typing == SAVING) {
+        lb_save(p);
+        lb_stop_typing(p);
+    } else lb_begin_typing(p, SAVING, 0, "");
 }
 
 int lb_wants_text(lb_picture *p) {
@@ -472,13 +579,19 @@ void lb_paste(lb_picture *p, const char *text) {
     notice(p, why ? "The clipboard " : "Taken from the clipboard", why ? why : "");
 }
 
-/* Loads a sound; the right button deletes it with its second press. */
+static void close_list(lb_picture *p) {
+    p->listing = 0;
+    if (p->typing == SEARCH) lb_stop_typing(p);
+}
+
+/* Loads a sound; the right button deletes one of the user's with its second press. */
 static void press_sound(lb_picture *p, const part *q, const hand *h) {
     const int sound = q->number;
     if (!(h->modifiers & LB_RIGHT) && p->doomed != sound) {
-        p->listing = 0;
-        if (!p->face.load(p->face.owner, sound)) notice(p, "Not loaded: see the log of the host", "");
+        close_list(p);
+        load(p, sound);
     } else if (!(h->modifiers & LB_RIGHT)) p->doomed = -1;
+    else if (p->face.is_own && !p->face.is_own(p->face.owner, sound)) return;
     else if (p->doomed != sound) p->doomed = sound;
     else {
         p->face.remove(p->face.owner, sound);
@@ -487,35 +600,72 @@ static void press_sound(lb_picture *p, const part *q, const hand *h) {
 }
 
 static void press_title(lb_picture *p, const part *q, const hand *h) {
-    p->listing = !p->listing;
-    if (p->listing) read_list(p);
+    if (p->listing) close_list(p);
+    else {
+        read_list(p);
+        lb_begin_typing(p, SEARCH, 0, "");
+        p->listing = 1;
+    }
 }
 
 static void wheel_list(lb_picture *p, const part *q, const hand *h) {
     p->scrolled = (int)fmin(fmax(p->scrolled - h->way, 0), p->columns);
 }
 
+/* True if a bass plays as it is, not as a sound. */
+static int is_playing(const lb_picture *p, const part *q) {
+    return (int)p->values[LB_BASS] == q->number && playing_sound(p) < 0;
+}
+
+static void mix_item(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, is_playing(p, q)); }
+
 static void draw_item(lb_picture *p, const part *q) {
     char text[MOST_TEXT];
     text_of(p, LB_BASS, q->number, text);
-    draw_row(p, q, text, (int)p->values[LB_BASS] == q->number, is_hot(p, q), 0);
+    draw_row(p, q, text, is_playing(p, q), is_hot(p, q), 0);
 }
 
 static void press_item(lb_picture *p, const part *q, const hand *h) {
+    close_list(p);
     lb_change(p, LB_BASS, q->number);
-    p->listing = 0;
+}
+
+void lb_take_found(lb_picture *p) {
+    lb_lay_out(p); /* the last letters may not have been drawn */
+    for (int k = 0; k < p->count; k++) {
+        const part *q = &p->parts[k];
+        if (q->kind != ITEM && q->kind != SOUND) continue;
+        lb_kinds[q->kind].press(p, q, &(hand){0});
+        return;
+    }
+    p->lists++; /* nothing was found: all are listed again */
 }
 
 static void draw_sounds(lb_picture *p, const part *q) {
-    draw_heading(p, &(part){.x = q->x + px(p, 8), .y = q->y, .w = q->w, .h = q->h}, "Your sounds");
+    static const char *const groups[LB_SOUND_GROUPS] = {"Basses", "Mine", "Sounds", "Laboratory"};
+    draw_heading(p, &(part){.x = q->x + px(p, 8), .y = q->y, .w = q->w, .h = q->h}, groups[q->number]);
 }
+
+/* The text that the listed names must have. */
+static void draw_search(lb_picture *p, const part *q) {
+    char text[MOST_TEXT];
+    const part room = {.x = q->x + px(p, 8), .y = q->y, .w = q->w - px(p, 16), .h = q->h};
+    snprintf(text, sizeof text, "%s|", *p->typed ? p->typed : "Type to search ");
+    lb_round(&p->ground, q->x, q->y, q->w, q->h, px(p, 5), px(p, 1), p->t->edge);
+    lb_label(p, &p->ground, &room, MIDDLE, *p->typed ? p->t->ink : p->t->soft, text, 0);
+}
+
+static void mix_search(const lb_picture *p, const part *q, uint64_t *hash) { mix_typed(p, SEARCH, hash); }
 
 static void draw_sound(lb_picture *p, const part *q) {
-    const int doomed = p->doomed == q->number;
-    draw_row(p, q, doomed ? "Press again to delete" : p->face.sound(p->face.owner, q->number), 0, is_hot(p, q), doomed);
+    const int doomed = p->doomed == q->number, lit = playing_sound(p) == q->number;
+    const char *text = doomed ? "Press again to delete" : p->face.sound(p->face.owner, q->number);
+    draw_row(p, q, text, lit, is_hot(p, q), doomed);
 }
 
-static void mix_sound(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, p->doomed == q->number); }
+static void mix_sound(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix(hash, (p->doomed == q->number) + 2 * (playing_sound(p) == q->number));
+}
 
 static void draw_more(lb_picture *p, const part *q) {
     draw_row(p, q, p->scrolled < p->columns ? "More" : "Back", 0, 1, 0);
@@ -525,32 +675,38 @@ static void press_more(lb_picture *p, const part *q, const hand *h) {
     p->scrolled = p->scrolled < p->columns ? p->scrolled + 1 : 0;
 }
 
+static void mix_crowns(const lb_picture *p, const part *q, uint64_t *hash) { lb_mix_crowns(p, hash); }
+
 /* --- the table --- */
 
 enum { USUAL = LB_POINTER_USUAL, HAND = LB_POINTER_HAND, ACROSS = LB_POINTER_ACROSS };
 const lb_kind lb_kinds[KINDS] = {
     [WORDMARK] = {.draw = draw_wordmark},
-    [PREVIOUS] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND},
-    [NEXT] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND},
-    [TITLE] = {draw_title, mix_title, press_title, 0, wheel_bass, HAND},
-    [QUALITY] = {draw_quality, mix_value, press_step, 0, wheel_step, HAND},
+    [PREVIOUS] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND, "The bass or sound before."},
+    [NEXT] = {draw_arrow, 0, press_arrow, 0, wheel_bass, HAND, "The next bass or sound."},
+    [TITLE] = {draw_title, mix_title, press_title, 0, wheel_bass, HAND, "Choose a bass or one of your sounds. * means changed."},
+    [QUALITY] = {draw_quality, mix_value, press_step, 0, wheel_step, HAND, 0},
     [LOAD] = {.draw = draw_load, .state = mix_load},
     [OVERLOAD] = {.draw = draw_overload, .state = mix_overload},
-    [LAMP] = {draw_lamp, mix_lamp, press_lamp, 0, 0, HAND},
-    [TAB] = {draw_tab, 0, press_tab, 0, 0, HAND},
+    [LAMP] = {draw_lamp, mix_lamp, press_lamp, 0, 0, HAND, "Press to switch it. Right-click to learn a MIDI controller."},
+    [TAB] = {draw_tab, 0, press_tab, 0, 0, HAND, 0},
     [HEAD] = {.draw = draw_head},
-    [SLIDER] = {draw_slider, mix_slider, press_slider, drag_slider, wheel_slider, ACROSS},
-    [STEPPER] = {draw_stepper, mix_value, press_step, 0, wheel_step, HAND},
-    [ITEM] = {draw_item, mix_bass, press_item, 0, wheel_list, HAND},
-    [BOARD] = {draw_neck, mix_neck, press_neck, press_neck, 0, USUAL},
-    [PLUCK] = {0, 0, press_pluck, drag_pluck, wheel_pluck, ACROSS},
-    [MOTION] = {draw_motion, mix_motion, press_motion, 0, 0, HAND},
+    [SLIDER] = {draw_slider, mix_slider, press_slider, drag_slider, wheel_slider, ACROSS, 0},
+    [STEPPER] = {draw_stepper, mix_stepper, press_step, 0, wheel_step, HAND, 0},
+    [ITEM] = {draw_item, mix_item, press_item, 0, wheel_list, HAND, 0},
+    [BOARD] = {draw_neck, mix_neck, press_neck, press_neck, 0, USUAL, 0},
+    [PLUCK] = {0, 0, press_pluck, drag_pluck, wheel_pluck, ACROSS, 0},
+    [MOTION] = {draw_motion, mix_motion, press_motion, 0, 0, HAND, "Magnification of the strings' motion."},
+    [ENLARGED] = {draw_enlarged, mix_enlarged, press_enlarged, 0, wheel_enlarged, HAND, "Zoom of all windows of livebass."},
     [NAME] = {.draw = draw_name, .state = mix_name},
-    [UNDO] = {draw_undo, 0, press_undo, 0, 0, HAND},
-    [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND},
-    [SAVE] = {draw_save, 0, press_save, 0, 0, HAND},
-    [PASTE] = {draw_paste, 0, press_paste, 0, 0, HAND},
-    [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND},
+    [UNDO] = {draw_undo, 0, press_undo, 0, 0, HAND, "Undo the last change."},
+    [SIDE] = {draw_side, mix_side, press_side, 0, 0, HAND, "Two sets of values to compare."},
+    [COPY] = {draw_copy, 0, press_copy, 0, 0, HAND, "Copy the present set, A or B, to the other one."},
+    [SAVE] = {draw_save, 0, press_save, 0, 0, HAND, "Save a sound: type a name, then Return or Save."},
+    [PASTE] = {draw_paste, 0, press_paste, 0, 0, HAND, "Take a link of the page, or a sound, from the clipboard."},
+    [SOUND] = {draw_sound, mix_sound, press_sound, 0, wheel_list, HAND, "Press to load it. Right-click twice to delete it."},
     [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
-    [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND},
+    [SEARCHED] = {.draw = draw_search, .state = mix_search, .wheel = wheel_list},
+    [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND, 0},
+    [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},
 };

@@ -1,4 +1,4 @@
-/* The picture in the plugin's window: header, neck, lamps, and a panel of parameters by group.
+/* The picture in the plugin's window: header, neck, side view, and four pages of parameters and switches.
 
    Parts that seldom change are drawn into the ground, each when its state changes; the neck's strings, lights and notes
    go over it with each look. */
@@ -20,8 +20,9 @@ lb_picture *lb_new_picture(const lb_face *face) {
     lb_picture *p = calloc(1, sizeof *p);
     if (!p) return 0;
     p->face = *face;
-    p->hovered = p->held = p->string = p->doomed = -1;
+    p->hovered = p->held = p->string = p->doomed = p->focus = -1;
     p->zoom = 1;
+    p->enlarged = face->zoom ? face->zoom(face->owner, 0) : 1;
     p->level = FLOOR_DB;
     p->shapes = calloc(LB_LOOKS, sizeof *p->shapes);
     p->sines = calloc((size_t)DRAWN * STRIDE / 4, sizeof *p->sines);
@@ -86,17 +87,25 @@ static void let_go(lb_picture *p) {
     lb_end_note(p);
 }
 
+static void put_area(lb_area a, int to[4]) {
+    const int all[4] = {a.x0, a.y0, a.x1 - a.x0, a.y1 - a.y0};
+    memcpy(to, all, sizeof all);
+}
+
 void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scale, int dark, double seconds,
              int dirty[4]) {
     memset(dirty, 0, 4 * sizeof *dirty);
     if (width < 1 || height < 1 || !take_sheet(p, pixels, width, height)) return;
-    p->scale = fmin(fmax(scale, 1), 4);
+    scale = fmin(fmax(scale, 1), 4);
+    const double room = fmin(width / (scale * LB_LEAST_WIDTH), height / (scale * LB_LEAST_HEIGHT));
+    p->scale = scale * fmin(p->enlarged, fmax(room, 1));
     p->t = &themes[dark != 0];
     p->level = fmax(p->level - FALL * fmin(fmax(seconds - p->seconds, 0), 1), FLOOR_DB);
     p->seconds = seconds;
     lb_read_looks(p);
     tell_load(p);
     for (int k = 0; k < LB_PARAMETERS; k++) p->values[k] = value_of(p, k);
+    p->own = p->face.own ? p->face.own(p->face.owner) : 0;
     lb_area changed = {0, 0, 0, 0};
     int all = 0;
     if (p->laid_out != lb_layout_state(p)) {
@@ -106,6 +115,13 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
         p->laid_out = lb_layout_state(p);
         changed = (lb_area){0, 0, width, height};
         lb_box(&p->ground, 0, 0, width, height, p->t->ground);
+    }
+    lb_follow_tip(p);
+    const lb_area cover = lb_cover_area(p);
+    if (memcmp(&cover, &p->covered, sizeof cover)) {
+        lb_copy_area(p, p->covered);
+        changed = lb_joined(changed, p->covered);
+        p->still = 0; /* the neck may have been under it */
     }
     for (int k = 0; k < p->count; k++) {
         part *q = &p->parts[k];
@@ -118,15 +134,29 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
         const lb_area area = lb_area_of(x, y, w, h);
         if (!all) lb_copy_area(p, area);
         changed = lb_joined(changed, area);
+        for (int j = k + 1; k == p->board && j < p->count; j++) /* what lies on it is drawn again */
+            if (p->parts[j].y < q->y + q->h) p->parts[j].drawn = 0;
     }
     if (all) lb_copy_area(p, changed);
+    int apart = lb_empty(changed); /* only strips are drawn */
+    p->strips = 0;
     if (p->board >= 0) changed = lb_joined(changed, lb_draw_lively(p, all || !p->still));
+    if (p->cover.kind && (p->cover.drawn != lb_cover_state(p) || !lb_empty(lb_common(cover, changed)))) {
+        lb_draw_cover(p);
+        p->cover.drawn = lb_cover_state(p);
+        changed = lb_joined(changed, cover);
+        apart = 0;
+    }
+    p->covered = cover;
     changed = lb_common(changed, (lb_area){0, 0, width, height});
-    if (lb_empty(changed)) return;
-    dirty[0] = changed.x0;
-    dirty[1] = changed.y0;
-    dirty[2] = changed.x1 - changed.x0;
-    dirty[3] = changed.y1 - changed.y0;
+    if (!apart) p->strip[0] = changed, p->strips = !lb_empty(changed);
+    if (!lb_empty(changed)) put_area(changed, dirty);
+}
+
+int lb_drawn_area(const lb_picture *p, int k, int area[4]) {
+    if (k >= p->strips) return 0;
+    put_area(p->strip[k], area);
+    return 1;
 }
 
 /* --- the pointer --- */
@@ -148,10 +178,18 @@ static void press(lb_picture *p, int k, const hand *h) {
 }
 
 int lb_point(lb_picture *p, int kind, double x, double y, int modifiers) {
+    p->rested = p->seconds;
+    if (p->cover.kind == TIP) p->cover.kind = NO_COVER;
+    if (lb_point_menu(p, kind, x, y)) return LB_POINTER_HAND;
     const int at = kind == LB_POINT_LEAVE || !(fabs(x) + fabs(y) < 1e6) ? -1 : hit(p, x, y);
     const hand h = {x, y, modifiers, (kind == LB_POINT_UP) - (kind == LB_POINT_DOWN)};
     const part *q = at < 0 ? 0 : &p->parts[at];
+    const int pressed = kind == LB_POINT_RELEASE && p->held >= 0 && p->pressed_number ? p->parts[p->held].number : -1;
     if (kind == LB_POINT_RELEASE || kind == LB_POINT_LEAVE) let_go(p);
+    p->pressed_number &= kind == LB_POINT_MOVE;
+    if (pressed >= 0) lb_begin_typing(p, VALUE, pressed, "");
+    const int pressing = kind == LB_POINT_PRESS || kind == LB_POINT_DOUBLE;
+    if (pressing && (p->typing == VALUE || (p->typing == SAVING && !(q && q->kind == SAVE)))) lb_stop_typing(p);
     const part *held = p->held < 0 ? 0 : &p->parts[p->held];
     if (held && kind == LB_POINT_MOVE && lb_kinds[held->kind].drag) lb_kinds[held->kind].drag(p, held, &h);
     if (!held) p->hovered = at;
@@ -161,9 +199,11 @@ int lb_point(lb_picture *p, int kind, double x, double y, int modifiers) {
     } else if (kind == LB_POINT_DOUBLE && q && moves_value(q)) {
         let_go(p);
         lb_change(p, q->number, lb_parameters[q->number].usual);
-    } else if (kind == LB_POINT_PRESS || kind == LB_POINT_DOUBLE) {
+    } else if (pressing) {
         let_go(p);
         if (q) press(p, at, &h);
+        if (p->asked) lb_open_menu(p, p->asked - 1, x, y);
+        p->asked = 0;
     }
     const int shown = p->held >= 0 ? p->held : at;
     return shown >= 0 ? lb_kinds[p->parts[shown].kind].pointer : LB_POINTER_USUAL;

@@ -1,4 +1,5 @@
-/* The user's sounds: one file each, in the folder of the user's own instruments. */
+/* Sounds, one file each: the factory's, beside the plugin's instruments, and the user's, in the folder of the user's own
+   instruments. */
 #include "lock.h"
 #include "text.h"
 
@@ -9,12 +10,22 @@ enum { LINE = 1600, MOST_SOUNDS = 4096, TITLE = LB_FILE_NAME - 16 };
 
 struct lb_sound {
     char name[LB_FILE_NAME];
+    int own; /* the user's */
 };
 
+/* The folder of the user's sounds, or of the factory's; returns 0 if there is none. */
+static int folder_of(const lb_instance *i, int own, char folder[LB_PATH]) {
+    return own ? lb_users_folder(folder) : lb_factory_sounds(lb_shelf_folder(i->shelf), folder);
+}
+
+int lb_factory_sounds(const char *instruments, char *folder) {
+    return snprintf(folder, LB_PATH, "%s/sounds", instruments) < LB_PATH;
+}
+
 /* The path of a sound's file; returns 0 if there is no room for it. */
-static int path_of(const char *name, char path[LB_PATH]) {
+static int path_of(const lb_instance *i, const lb_sound *s, char path[LB_PATH]) {
     char folder[LB_PATH];
-    return lb_users_folder(folder) && snprintf(path, LB_PATH, "%s/%s." LB_SOUND_ENDING, folder, name) < LB_PATH;
+    return folder_of(i, s->own, folder) && snprintf(path, LB_PATH, "%s/%s." LB_SOUND_ENDING, folder, s->name) < LB_PATH;
 }
 
 static void say(const lb_instance *i, const char *path, const char *why) {
@@ -41,10 +52,10 @@ static const char *known(const lb_instance *i, const char *why, lb_kept *to) {
     return bass < 0 ? "has a bass that is not installed" : 0;
 }
 
-/* Reads a file by its name; returns 0 after a line in the log. */
-static int read_named(const lb_instance *i, const char *name, lb_kept *to) {
+/* Reads a sound's file; returns 0 after a line in the log. */
+static int read_file_of(const lb_instance *i, const lb_sound *s, lb_kept *to) {
     char path[LB_PATH];
-    if (!path_of(name, path)) return 0;
+    if (!path_of(i, s, path)) return 0;
     const char *why = known(i, lb_read_sound(path, to), to);
     if (why) say(i, path, why);
     return !why;
@@ -98,26 +109,44 @@ static int by_name(const void *one, const void *other) {
     return *a || *b ? (*a ? 1 : -1) : strcmp(one, other);
 }
 
-static void add(void *instance, const char *folder, const char *name) {
-    (void)folder;
-    lb_instance *i = instance;
+static void add(lb_instance *i, const char *name, int own) {
     lb_kept kept;
-    if (i->window.sound_count == MOST_SOUNDS || !read_named(i, name, &kept)) return;
+    lb_sound made = {.own = own};
+    strcpy(made.name, name);
+    if (i->window.sound_count == MOST_SOUNDS || !read_file_of(i, &made, &kept)) return;
     if (i->window.sound_count % 64 == 0) { /* no room for more */
         lb_sound *more = realloc(i->window.sounds, (size_t)(i->window.sound_count + 64) * sizeof *more);
         if (!more) return;
         i->window.sounds = more;
     }
-    strcpy(i->window.sounds[i->window.sound_count++].name, name);
+    i->window.sounds[i->window.sound_count++] = made;
+}
+
+static void add_factory(void *instance, const char *folder, const char *name) {
+    (void)folder;
+    add(instance, name, 0);
+}
+
+static void add_own(void *instance, const char *folder, const char *name) {
+    (void)folder;
+    add(instance, name, 1);
 }
 
 int lb_list_sounds(lb_instance *i) {
     LB_ALONE(i->window.owner);
     char folder[LB_PATH];
     i->window.sound_count = 0;
-    if (lb_users_folder(folder)) lb_each_file(folder, "." LB_SOUND_ENDING, add, i);
-    if (i->window.sound_count) qsort(i->window.sounds, (size_t)i->window.sound_count, sizeof *i->window.sounds, by_name);
+    for (int own = 0; own < 2; own++) {
+        const int first = i->window.sound_count;
+        if (folder_of(i, own, folder)) lb_each_file(folder, "." LB_SOUND_ENDING, own ? add_own : add_factory, i);
+        const size_t count = (size_t)(i->window.sound_count - first);
+        if (count) qsort(i->window.sounds + first, count, sizeof *i->window.sounds, by_name);
+    }
     return i->window.sound_count;
+}
+
+int lb_sound_is_own(const lb_instance *i, int sound) {
+    return sound < i->window.sound_count && i->window.sounds[sound].own;
 }
 
 const char *lb_sound_name(const lb_instance *i, int sound) {
@@ -142,17 +171,44 @@ static void name_file(const char *title, char stem[TITLE]) {
     if (*stem == '.') *stem = '-'; /* else it would be hidden */
 }
 
+/* Keeps a sound's name, and the present values, to tell whether they have changed since. */
+static void keep_sound(lb_instance *i, const char *name) {
+    snprintf(i->window.sound, sizeof i->window.sound, "%s", name);
+    for (int k = 0; k < LB_PARAMETERS; k++) i->window.values[k] = lb_value(i, k);
+}
+
+/* True while the bass is that of the sound that was loaded or saved last. */
+static int is_sound(const lb_instance *i) {
+    return *i->window.sound && i->window.values[LB_BASS] == lb_value(i, LB_BASS);
+}
+
+int lb_playing_sound(const lb_instance *i) {
+    for (int k = 0; is_sound(i) && k < i->window.sound_count; k++)
+        if (!strcmp(lb_sound_name(i, k), i->window.sound)) return k;
+    return -1;
+}
+
+void lb_title(const lb_instance *i, char *text, size_t room) {
+    const int sound = is_sound(i), bass = lb_value(i, LB_BASS) < lb_shelf_count(i->shelf) ? (int)lb_value(i, LB_BASS) : 0;
+    int changed = 0;
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        changed |= lb_is_of_sides(k) && lb_value(i, k) != (sound ? i->window.values[k] : lb_parameters[k].usual);
+    snprintf(text, room, "%s%s", sound ? i->window.sound : lb_shelf_title(i->shelf, bass), changed ? " *" : "");
+}
+
 int lb_save_sound(lb_instance *i, char *name, size_t room) {
     char text[LB_MOST_TEXT], folder[LB_PATH] = "the user's folder", stem[TITLE], made[LB_FILE_NAME];
     double values[LB_PARAMETERS];
     for (int k = 0; k < LB_PARAMETERS; k++) values[k] = lb_value(i, k);
     const int bass = values[LB_BASS] < lb_shelf_count(i->shelf) ? (int)values[LB_BASS] : 0;
-    name_file(lb_shelf_title(i->shelf, bass), stem);
+    const int named = *name != 0;
+    name_file(named ? name : lb_shelf_title(i->shelf, bass), stem);
     const size_t count = lb_write_text(lb_shelf_name(i->shelf, bass), values, text);
     enter(); /* one at a time per process */
-    const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, "." LB_SOUND_ENDING, text, count, made);
+    const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, "." LB_SOUND_ENDING, text, count, !named, made);
     leave();
     if (good) snprintf(name, room, "%s", made);
+    if (good) keep_sound(i, made);
     else say(i, folder, "cannot be written");
     return good;
 }
@@ -160,14 +216,15 @@ int lb_save_sound(lb_instance *i, char *name, size_t room) {
 int lb_load_sound(lb_instance *i, int sound) {
     LB_ALONE(i->window.owner);
     lb_kept kept;
-    if (sound < 0 || sound >= i->window.sound_count || !read_named(i, lb_sound_name(i, sound), &kept)) return 0;
+    if (sound < 0 || sound >= i->window.sound_count || !read_file_of(i, &i->window.sounds[sound], &kept)) return 0;
     lb_keep_values(i);
     set(i, &kept);
+    keep_sound(i, lb_sound_name(i, sound));
     return 1;
 }
 
 void lb_remove_sound(lb_instance *i, int sound) {
     char path[LB_PATH];
-    if (sound < 0 || sound >= i->window.sound_count || !path_of(lb_sound_name(i, sound), path)) return;
+    if (sound < 0 || !lb_sound_is_own(i, sound) || !path_of(i, &i->window.sounds[sound], path)) return;
     if (!lb_remove_file(path)) say(i, path, "cannot be deleted");
 }

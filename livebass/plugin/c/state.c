@@ -34,6 +34,15 @@ void lb_swap_sides(lb_instance *i) {
     leave();
 }
 
+void lb_copy_side(lb_instance *i) {
+    LB_ALONE(i->window.owner);
+    lb_keep_values(i);
+    enter();
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        if (lb_is_of_sides(k)) i->sides.aside[k] = lb_value(i, k);
+    leave();
+}
+
 int lb_side(const lb_instance *i) { return (int)__atomic_load_n(&i->sides.side, __ATOMIC_RELAXED); }
 
 void lb_read_sides(lb_instance *i, lb_sides *to) {

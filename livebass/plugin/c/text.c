@@ -138,6 +138,7 @@ static const char *read_preset(char *text, lb_kept *to) {
             value = trimmed(value);
             const size_t length = strlen(value);
             if (sliders) why = take_value(to, key, value);
+            else if (!strcmp(key, "name") || !strcmp(key, "description")) continue;
             else if (strcmp(key, "like")) why = wrong(to, "says more than sliders: export it as an instrument: %.40s", key);
             else if (length < 2 || *value != '"' || value[length - 1] != '"') why = take_bass(to, "");
             else {

@@ -32,7 +32,11 @@ double lb_usual(const lb_instance *i, int parameter) {
     return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
 }
 
-int lb_is_slider(int parameter) { return parameter >= LB_ACTION && parameter < LB_ACTION + LB_BUILT; }
+int lb_is_slider(int parameter) {
+    for (int k = 0; k < LB_BUILT; k++)
+        if (lb_sliders[k] == parameter) return 1;
+    return 0;
+}
 
 double lb_allowed(const lb_instance *i, int parameter, double value) {
     const lb_parameter *p = &lb_parameters[parameter];
@@ -68,62 +72,128 @@ void lb_set_value_at(lb_instance *i, int64_t offset, int parameter, double value
         __atomic_fetch_or(&i->changed, 1ull << parameter, __ATOMIC_RELEASE);
 }
 
-/* Writes a slider's result for a bass with its own values, in brackets. */
-static void add_slider(const lb_own *own, int parameter, double value, char *text, size_t room) {
-    const double more = 1 + value / 100;
-    const struct {
-        int parameter, places;
-        double value;
-        const char *unit;
-    } all[] = {
-        {LB_ACTION, 2, own->action + value, "mm at fret 12"},
-        {LB_NUT_HEIGHT, 2, own->nut_height + value, "mm at fret 1"},
-        {LB_FOAM, 1, own->foam + value, "1/s"},
-        {LB_PICKUP_1_PLACE, 0, own->place[0] + value, "mm from the bridge"},
-        {LB_PICKUP_2_PLACE, 0, own->place[1] + value, "mm from the bridge"},
-        {LB_CABLE, 0, own->cable + value, "pF"},
-        {LB_FINGER_WIDTH, 1, own->finger_width * more, "mm"},
-        {LB_PLUCK_ANGLE, 0, own->pluck_angle + value, "deg"},
-    };
-    for (size_t k = 0; k < sizeof all / sizeof *all; k++)
-        if (all[k].parameter == parameter && isfinite(all[k].value))
-            snprintf(text, room, " (%.*f %s)", all[k].places, all[k].value, all[k].unit);
-    if (parameter == LB_GAUGE && isfinite(own->thickest))
-        snprintf(text, room, " (.%03.0f to .%03.0f)", 1e3 * more * own->thinnest, 1e3 * more * own->thickest);
+/* Musicians' measure of a parameter: `zero` for the value 0, and from there `up` more for each 1 above 0, or `down` less
+   for each 1 below; or, `folds`, `zero` times that many powers of ten. */
+typedef struct {
+    double zero, up, down;
+    int folds, places;
+    const char *unit;
+} measure;
+
+/* Measures of a number of lb_own: it is added to, or, PER_CENT, grows by a hundredth for each 1. */
+#define OWN(field) (uint8_t)(offsetof(lb_own, field) / sizeof(double))
+enum { PLUS, PER_CENT, OF_100 = 255 /* in place of a number of lb_own: 100 is the bass's */ };
+static const struct {
+    uint8_t parameter, own, how, places;
+    char unit[24];
+} measures[] = {
+    {LB_ACTION, OWN(action), PLUS, 2, "mm at fret 12"},
+    {LB_NECK_RELIEF, OWN(relief), PLUS, 2, "mm"},
+    {LB_NUT_HEIGHT, OWN(nut_height), PLUS, 2, "mm at fret 1"},
+    {LB_CONTACT_LOSS, OF_100, PLUS, 0, "%"},
+    {LB_GAUGE, OWN(thickest), PER_CENT, 3, ""},
+    {LB_TENSION, OWN(tension), PER_CENT, 1, "kg on the lowest string"},
+    {LB_WEAR, OF_100, PLUS, 0, "%"},
+    {LB_FOAM, OWN(foam), PLUS, 1, "1/s"},
+    {LB_PICKUP_1_PLACE, OWN(place[0]), PLUS, 0, "mm from the bridge"},
+    {LB_PICKUP_2_PLACE, OWN(place[1]), PLUS, 0, "mm from the bridge"},
+    {LB_CABLE, OWN(cable), PLUS, 0, "pF"},
+    {LB_CONCERT_PITCH, OWN(a4), PLUS, 1, "Hz"},
+    {LB_FINGER_WIDTH, OWN(finger_width), PER_CENT, 1, "mm"},
+    {LB_PLUCK_ANGLE, OWN(pluck_angle), PLUS, 0, "deg"},
+    {LB_HARDEST, OF_100, PLUS, 0, "%"},
+    {LB_NECK_RESONANCE, OWN(resonance), PER_CENT, 0, "Hz"},
+    {LB_NECK_MASS, OWN(mass), PER_CENT, 2, "kg"},
+};
+
+static measure slider_measure(const lb_instance *i, const lb_own *own, int parameter, measure m) {
+    for (size_t k = 0; k < sizeof measures / sizeof *measures; k++) {
+        if (measures[k].parameter != parameter) continue;
+        double zero = measures[k].own == OF_100 ? 100 : ((const double *)own)[measures[k].own];
+        const double thicker = 1 + lb_value(i, LB_GAUGE) / 100;
+        if (!isfinite(zero)) return m;
+        if (parameter == LB_TENSION) zero *= thicker * thicker; /* at the same pitch */
+        if (parameter == LB_PICKUP_1_PLACE || parameter == LB_PICKUP_2_PLACE) zero += lb_value(i, LB_PICKUP_PLACE);
+        const double per = measures[k].how == PER_CENT ? zero / 100 : 1;
+        return (measure){zero, per, per, 0, measures[k].places, measures[k].unit};
+    }
+    return m;
 }
 
-/* Writes a relative value's result for this bass, in brackets; nothing if the value says it all. */
-static void add_real_value(const lb_instance *i, int parameter, double value, char *text, size_t room) {
+/* The measure on the present bass. Without one, values show as they are, bench sliders with their sign. */
+static measure measure_of(const lb_instance *i, int parameter) {
+    const lb_parameter *p = &lb_parameters[parameter];
     const int bass = (int)lb_value(i, LB_BASS);
-    const LB_PLAYER *p = bass < lb_shelf_count(i->shelf) ? lb_shelf_player(i->shelf, bass) : 0;
-    if (!p) return;
-    if (lb_is_slider(parameter)) {
-        add_slider(lb_shelf_own(i->shelf, bass), parameter, value, text, room);
-        return;
+    const LB_INSTRUMENT *in = bass < lb_shelf_count(i->shelf) ? lb_shelf_instrument(i->shelf, bass) : 0;
+    measure m = {0, 1, 1, 0, p->whole ? 0 : strcmp(p->unit, "dB") ? 2 : 1, p->unit};
+    if (!in) return m;
+    const LB_PLAYER *player = &in->player;
+    const lb_own *own = lb_shelf_own(i->shelf, bass);
+    const double tone = 10 * in->circuit.tone, place = player->pluck_position;
+    if (lb_is_slider(parameter)) return slider_measure(i, own, parameter, m);
+    switch (parameter) {
+    case LB_TONE: return (measure){tone, 10 - tone, tone, 0, 1, "of 10"};
+    case LB_HAND_DAMPING: return (measure){6.9e3 / player->hand_damping, 0, 0, -1, 0, "ms to silence"}; /* -60 dB */
+    case LB_UNEVENNESS: return (measure){100 * player->unevenness, 100, 100, 0, 0, "%"};
+    case LB_PALM_MUTE:
+    case LB_VIBRATO:
+    case LB_COMPRESSION:
+    case LB_DRIVE: return (measure){0, 100, 0, 0, 0, "%"};
+    case LB_PLUCK_POSITION: {
+        const int known = isfinite(own->length);
+        const double away = known ? own->length : 100, up = away * (place - player->pluck_nearest);
+        const double down = away * (player->pluck_farthest - place);
+        return (measure){away * (1 - place), up, down, 0, 0, known ? "mm from the bridge" : "% from the bridge"};
     }
-    const double most = value < 0 ? p->pluck_farthest : p->pluck_nearest;
-    if (parameter == LB_BEND_RANGE && value == 0) snprintf(text, room, " (the bass has %g)", p->bend_range);
-    else if (parameter == LB_PLUCK_POSITION) {
-        const double place = p->pluck_position + fabs(value) * (most - p->pluck_position);
-        snprintf(text, room, " (%.0f %% of the string)", 100 * place);
-    } else if (parameter == LB_HAND_DAMPING) snprintf(text, room, " (%.3g 1/s)", p->hand_damping * pow(10, value));
-    else if (parameter == LB_UNEVENNESS) {
-        const double all = fmin(fmax(p->unevenness + value, 0), LB_MOST_UNEVENNESS);
-        snprintf(text, room, " (%.2f)", value == 0 ? p->unevenness : all);
+    default: return m;
     }
+}
+
+static double measured(const measure *m, int parameter, double value) {
+    if (parameter == LB_UNEVENNESS) value = fmin(fmax(value, -m->zero / 100), LB_MOST_UNEVENNESS - m->zero / 100);
+    return m->folds ? m->zero * pow(10, m->folds * value) : m->zero + value * (value < 0 ? m->down : m->up);
+}
+
+/* The value for which a measure shows a number. */
+static double value_for(const measure *m, double shown) {
+    if (m->folds) return log10(fmax(shown / m->zero, 1e-9)) / m->folds;
+    const double more = shown - m->zero, per = more < 0 ? m->down : m->up;
+    return per > 0 ? more / per : 0;
+}
+
+/* The number that the value 0 stands for, where it means the bass's own; NaN where it does not. */
+static double own_value(const lb_instance *i, int parameter) {
+    const int bass = (int)lb_value(i, LB_BASS);
+    const LB_INSTRUMENT *in = bass < lb_shelf_count(i->shelf) ? lb_shelf_instrument(i->shelf, bass) : 0;
+    if (parameter == LB_BEND_RANGE && in) return in->player.bend_range;
+    if (parameter == LB_COMPRESSION && in) return 100 * in->compression;
+    return parameter == LB_DRIVE && in ? 100 * in->drive : NAN;
 }
 
 void lb_value_to_text(const lb_instance *i, int parameter, double value, char *text, size_t room) {
     const lb_parameter *p = &lb_parameters[parameter];
     value = lb_allowed(i, parameter, value);
-    if (!p->whole) value = rint(100 * value) / 100 + 0.0; /* rounded like its text, which then reads back the same */
     if (parameter == LB_BASS) {
         const int number = (int)value < lb_shelf_count(i->shelf) ? (int)value : 0;
         snprintf(text, room, "%s", lb_shelf_title(i->shelf, number));
-    } else if (p->points) snprintf(text, room, "%s", p->points[(int)(value - p->least)]);
-    else {
-        snprintf(text, room, p->whole ? "%.0f%s%s" : "%.2f%s%s", value, *p->unit ? " " : "", p->unit);
-        add_real_value(i, parameter, value, text + strlen(text), room - strlen(text));
+        return;
+    }
+    if (p->points) {
+        snprintf(text, room, "%s", p->points[(int)(value - p->least)]);
+        return;
+    }
+    const measure m = measure_of(i, parameter);
+    const double of_bass = own_value(i, parameter), own = value == 0 ? of_bass : NAN, digits = pow(10, m.places);
+    double shown = rint(digits * (isfinite(own) ? own : measured(&m, parameter, value))) / digits + 0.0; /* no -0 */
+    if (isfinite(of_bass) && value > 0 && shown < 1) shown = 1; /* else it would read back as the bass's own */
+    const int is_change = lb_is_slider(parameter) && m.zero == 0 && p->least < 0;
+    if (parameter == LB_FRET && value == 0) snprintf(text, room, "none");
+    else if (parameter == LB_GAUGE && m.zero > 0) {
+        const double thinnest = lb_shelf_own(i->shelf, (int)lb_value(i, LB_BASS))->thinnest;
+        snprintf(text, room, ".%03.0f-.%03.0f", 1e3 * thinnest * (1 + value / 100), 1e3 * shown);
+    } else {
+        snprintf(text, room, "%s%.*f%s%s%s", is_change && shown > 0 ? "+" : "", m.places, shown, *m.unit ? " " : "",
+                 m.unit, isfinite(own) ? " (own)" : "");
     }
 }
 
@@ -141,9 +211,13 @@ int lb_text_to_value(const lb_instance *i, int parameter, const char *text, doub
             if (!strcmp(other, text)) return 1;
         }
     }
-    const double read = strtod(text, &end);
+    const char *last = parameter == LB_GAUGE ? strrchr(text, '-') : 0; /* of two gauges the thickest counts */
+    if (parameter == LB_FRET && !strcmp(text, "none")) text = "0";
+    const double read = strtod(last && last > text ? last + 1 : text, &end);
     if (end == text) return 0;
-    *value = lb_allowed(i, parameter, read);
+    const measure m = measure_of(i, parameter);
+    const double shown = parameter == LB_GAUGE && m.zero > 0 && read > 1 ? 1e-3 * read : read;
+    *value = strstr(end, "own") ? p->usual : lb_allowed(i, parameter, p->points ? read : value_for(&m, shown));
     return 1;
 }
 

@@ -536,6 +536,9 @@ static int32_t group_of(const char *group) {
 
 static int32_t parameter_count(void *self) { return LB_PARAMETERS + LB_HIDDEN + 1; }
 
+/* The unit that hosts add to a value's text; those of sliders are in the text, as a bass has them. */
+static const char *unit_of(uint32_t id) { return lb_is_slider((int)id) ? "" : lb_parameters[id].unit; }
+
 static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) {
     const vst3 *v = of(self);
     char name[64];
@@ -563,7 +566,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     p->id = (uint32_t)index;
     p->unit = index == LB_BASS ? VST3_ROOT_UNIT : group_of(known->group); /* the root has the list of programs */
     to_wide(p->title, known->name);
-    to_wide(p->unit_name, known->unit);
+    to_wide(p->unit_name, unit_of(p->id));
     p->usual = normal(v, p->id, lb_usual(&v->instance, index));
     /* The bass is not automatable: on a longer shelf the same value from 0 to 1 is another bass; sessions save its
        name. Others must be: Ardour hides parameters that are not, except programs. */
@@ -574,7 +577,7 @@ static vst3_result parameter_info(void *self, int32_t index, vst3_parameter *p) 
     return VST3_OK;
 }
 
-/* Cuts a value's text off before its unit: hosts add that. */
+/* Cuts a value's text off before that unit. */
 static void cut_unit(char *text, const char *unit) {
     char *at = *unit ? strstr(text, unit) : 0;
     if (at) at[-1] = 0;
@@ -585,7 +588,7 @@ static vst3_result value_to_text(void *self, uint32_t id, double x, vst3_text ou
     char text[256];
     if (id < LB_PARAMETERS) {
         lb_value_to_text(&v->instance, (int)id, plain(v, id, x), text, sizeof text);
-        cut_unit(text, lb_parameters[id].unit);
+        cut_unit(text, unit_of(id));
     } else if (id == OVERLOAD) snprintf(text, sizeof text, "%.0f", x * LB_STRINGS);
     else snprintf(text, sizeof text, "%.3f", x);
     to_wide(out, text);

@@ -5,7 +5,7 @@
 #define LB_WINDOW_H
 #include "picture.h"
 
-enum { LB_PICTURES = 30 };      /* per second, at most */
+enum { LB_PICTURES = 25 };      /* per second, at most */
 enum { LB_MOST_SIZE = 8192 }; /* pixels per side */
 
 /* The window system, as CLAP and LV2 call it. */

@@ -34,6 +34,7 @@ struct lb_window {
     int width, height; /* points */
     int across, down;  /* pixels */
     double scale;      /* the host's, besides the screen's */
+    int typing;        /* it has taken the keyboard */
 };
 
 /* Functions of the runtime and CoreGraphics. */
@@ -176,16 +177,47 @@ static const char *text_of(id from, const char *what, const char *name) {
     return found ? ((const char *(*)(id, SEL))(void *)c.send)(found, c.selector("UTF8String")) : 0;
 }
 
+/* Takes the keyboard while something is typed, and gives it back to the window. */
+static void follow_focus(lb_window *w) {
+    const int wanted = lb_wants_keys(w->picture);
+    if (wanted == w->typing) return;
+    w->typing = wanted;
+    tell(get(w->view, "window"), "makeFirstResponder:", wanted ? w->view : (id)0);
+}
+
+static int modifiers_of(id event) {
+    const unsigned long flags = word(event, "modifierFlags");
+    return (flags & SHIFT ? LB_SHIFT : 0) | (flags & CONTROL ? LB_CONTROL : 0) | (flags & OPTION ? LB_ALT : 0);
+}
+
+/* The number of a key for lb_key, from the text that it types; 0: none. */
+static int key_of(id event) {
+    static const int special[][2] = {{0x7F, LB_KEY_BACK}, {0x19, LB_KEY_TAB}, {0xF700, LB_KEY_UP}, {0xF701, LB_KEY_DOWN},
+                                     {0xF702, LB_KEY_LEFT}, {0xF703, LB_KEY_RIGHT}, {0xF728, LB_KEY_DELETE}};
+    id typed = get(event, "characters");
+    if (!typed || !word(typed, "length")) return 0;
+    const int key = ((unsigned short (*)(id, SEL, unsigned long))(void *)c.send)(typed, c.selector("characterAtIndex:"), 0);
+    for (size_t k = 0; k < sizeof special / sizeof *special; k++)
+        if (key == special[k][0]) return special[k][1];
+    return key;
+}
+
+static void on_key(id view, SEL name, id event) {
+    lb_window *w = of(view);
+    const int key = w ? key_of(event) : 0, used = key && lb_key(w->picture, key, modifiers_of(event));
+    if (w) follow_focus(w);
+    if (!used) tell(get(view, "nextResponder"), "keyDown:", event);
+}
+
 static void point(id view, id event, int what, int more) {
     lb_window *w = of(view);
     if (!w) return;
     const place at = where(event, view);
-    const unsigned long flags = word(event, "modifierFlags");
-    const int modifiers = (flags & SHIFT ? LB_SHIFT : 0) | (flags & CONTROL ? LB_CONTROL : 0) |
-                          (flags & OPTION ? LB_ALT : 0) | more;
+    const int modifiers = modifiers_of(event) | more;
     static const char *const cursors[] = {"arrowCursor", "pointingHandCursor", "resizeLeftRightCursor"};
     const double fine = density(w);
     const int shape = lb_point(w->picture, what, at.x * fine, at.y * fine, modifiers);
+    follow_focus(w);
     if (lb_wants_text(w->picture))
         lb_paste(w->picture, text_of(get(kind("NSPasteboard"), "generalPasteboard"), "stringForType:",
                                      "public.utf8-plain-text"));
@@ -235,6 +267,8 @@ static int make_class(void) {
         {"mouseMoved:", (IMP)on_move, "v@:@"},
         {"mouseExited:", (IMP)on_leave, "v@:@"},
         {"scrollWheel:", (IMP)on_wheel, "v@:@"},
+        {"keyDown:", (IMP)on_key, "v@:@"},
+        {"acceptsFirstResponder", (IMP)yes, "c@:"},
         {"isFlipped", (IMP)yes, "c@:"},
         {"isOpaque", (IMP)yes, "c@:"},
         {"acceptsFirstMouse:", (IMP)yes_to, "c@:@"},

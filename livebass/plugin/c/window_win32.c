@@ -19,7 +19,8 @@ struct lb_window {
     int width, height, inside, pressed; /* the pointer is in the window; buttons held */
     double scale;
     HCURSOR cursors[3];
-    int pointer;
+    int pointer, typing; /* it has taken the keyboard ... */
+    HWND before;         /* ... from this window */
 };
 
 static HINSTANCE module;
@@ -65,10 +66,38 @@ static void paste(const lb_window *w) {
     lb_paste(w->picture, text);
 }
 
+/* Takes the keyboard while something is typed, and gives it back. */
+static void follow_focus(lb_window *w) {
+    const int wanted = lb_wants_keys(w->picture);
+    if (wanted == w->typing) return;
+    w->typing = wanted;
+    if (wanted) w->before = GetFocus();
+    SetFocus(wanted ? w->window : w->before);
+}
+
+static int modifiers_now(void) {
+    return (GetKeyState(VK_SHIFT) < 0 ? LB_SHIFT : 0) | (GetKeyState(VK_CONTROL) < 0 ? LB_CONTROL : 0) |
+           (GetKeyState(VK_MENU) < 0 ? LB_ALT : 0);
+}
+
+/* Passes a key to the picture; returns 0 if it does not use it. */
+static int take_key(lb_window *w, UINT message, WPARAM code) {
+    static const struct {
+        WPARAM code;
+        int key;
+    } special[] = {{VK_LEFT, LB_KEY_LEFT}, {VK_UP, LB_KEY_UP}, {VK_RIGHT, LB_KEY_RIGHT}, {VK_DOWN, LB_KEY_DOWN},
+                   {VK_DELETE, LB_KEY_DELETE}};
+    int key = message == WM_CHAR ? (int)code : 0;
+    for (size_t k = 0; message == WM_KEYDOWN && k < sizeof special / sizeof *special; k++)
+        if (special[k].code == code) key = special[k].key;
+    const int used = key && lb_key(w->picture, key, modifiers_now());
+    follow_focus(w);
+    return used;
+}
+
 static void point(lb_window *w, int kind, double x, double y, int more) {
-    const int modifiers = (GetKeyState(VK_SHIFT) < 0 ? LB_SHIFT : 0) | (GetKeyState(VK_CONTROL) < 0 ? LB_CONTROL : 0) |
-                          (GetKeyState(VK_MENU) < 0 ? LB_ALT : 0) | more;
-    const int shape = lb_point(w->picture, kind, x, y, modifiers);
+    const int shape = lb_point(w->picture, kind, x, y, modifiers_now() | more);
+    follow_focus(w);
     if (lb_wants_text(w->picture)) paste(w);
     w->pointer = shape >= 0 && shape < 3 ? shape : 0;
     SetCursor(w->cursors[w->pointer]);
@@ -134,6 +163,11 @@ static LRESULT CALLBACK take(HWND window, UINT message, WPARAM first, LPARAM sec
         point(w, GET_WHEEL_DELTA_WPARAM(first) > 0 ? LB_POINT_UP : LB_POINT_DOWN, at.x, at.y, 0);
         return 0;
     }
+    case WM_GETDLGCODE: return DLGC_WANTALLKEYS;
+    case WM_KEYDOWN:
+    case WM_CHAR: /* what the picture does not use is the host's */
+        if (!take_key(w, message, first)) PostMessageW(GetParent(window), message, first, second);
+        return 0;
     case WM_SETCURSOR:
         if (LOWORD(second) != HTCLIENT) break;
         SetCursor(w->cursors[w->pointer]);

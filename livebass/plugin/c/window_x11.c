@@ -7,6 +7,7 @@
 #include <math.h>
 #include <poll.h>
 #include <pthread.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -37,7 +38,7 @@ typedef struct {
     int override_redirect;
     xid colormap, cursor;
 } xattributes;
-typedef struct { /* of a button, the pointer, and its leaving */
+typedef struct { /* of a button, the pointer, and its leaving; of a key, with its number in place of a button's */
     int type;
     unsigned long serial;
     int send_event;
@@ -72,20 +73,33 @@ typedef struct {
     xid requestor, selection, target, property;
     unsigned long time;
 } xselection;
+typedef struct {
+    int type;
+    unsigned long serial;
+    int send_event;
+    display *display;
+    xid window;
+    int mode, detail;
+} xfocus;
 typedef union {
     int type;
     xpointer pointer;
     xexpose expose;
     xconfigure configure;
     xselection selection;
+    xfocus focus;
     long room[24];
 } xevent;
 typedef int (*handler)(display *, void *event, void *wire);
 
-enum { PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, EXPOSE = 12, DESTROYED = 17, CONFIGURED = 22, SELECTION = 31 };
+enum { KEY = 2, PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, FOCUSED = 9, UNFOCUSED = 10, EXPOSE = 12, DESTROYED = 17, CONFIGURED = 22, SELECTION = 31 };
 enum { INPUT_OUTPUT = 1, Z_PIXMAP = 2, LSB_FIRST = 0, REPLACE = 0 };
 enum { BACK_PIXEL = 1 << 1, BORDER_PIXEL = 1 << 3, EVENTS = 1 << 11, COLORMAP = 1 << 13 };
-enum { WANTED = 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 15 | 1 << 17 }; /* press, release, leave, motion, exposure, structure */
+/* Press, release, leave, motion, exposure, structure, focus; and keys, only while the window has the focus: else they
+   would be taken from the host while the pointer is over the window. */
+enum { WANTED = 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 15 | 1 << 17 | 1 << 21, KEYS = 1 << 0 };
+enum { BY_POINTER = 5 }; /* a focus that the window has only because the pointer is over it */
+enum { TO_PARENT = 2 };
 enum { HAND = 60, ACROSS = 108, SHIFT = 1, CONTROL = 4, MOD1 = 8 };
 
 static struct {
@@ -125,6 +139,11 @@ static struct {
     int (*GetWindowProperty)(display *, xid, xid, long, long, int, xid, xid *, int *, unsigned long *, unsigned long *,
                              unsigned char **);
     int (*Free)(void *);
+    int (*SelectInput)(display *, xid, long);
+    int (*SetInputFocus)(display *, xid, int, unsigned long);
+    int (*GetInputFocus)(display *, xid *, int *);
+    int (*LookupString)(xpointer *, char *, int, unsigned long *, void *);
+    int (*SendEvent)(display *, xid, int, long, xevent *);
 } x;
 
 /* Hosts provide the functions that open libraries. No library is linked for them; without them there is no window. */
@@ -133,21 +152,25 @@ extern void *dlsym(void *, const char *) __attribute__((weak));
 
 /* Finds the functions of libX11, which stays open; returns 0 if there is none. */
 static int find_x(void) {
-    static const char *const names[] = {
-        "XOpenDisplay", "XCloseDisplay", "XDefaultScreen", "XDefaultVisual", "XDefaultDepth", "XDefaultColormap",
-        "XRootWindow", "XGetDefault", "XCreateWindow", "XDestroyWindow", "XMapWindow", "XResizeWindow", "XStoreName",
-        "XInternAtom", "XChangeProperty", "XCreateGC", "XFreeGC", "XInitImage", "XPutImage", "XPending", "XNextEvent",
-        "XFlush", "XSync", "XNextRequest", "XConnectionNumber", "XCreateFontCursor", "XDefineCursor", "XUndefineCursor",
-        "XESetWireToError", "XGetGeometry", "XConvertSelection", "XGetWindowProperty", "XFree",
-    };
-    enum { COUNT = sizeof names / sizeof *names };
-    _Static_assert(sizeof x == (COUNT + 1) * sizeof(void *), "a function for each name");
+    static const char names[] = /* each after an X; text, not pointers, which take 32 bytes of the binary each */
+        "OpenDisplay\0CloseDisplay\0DefaultScreen\0DefaultVisual\0DefaultDepth\0DefaultColormap\0RootWindow\0"
+        "GetDefault\0CreateWindow\0DestroyWindow\0MapWindow\0ResizeWindow\0StoreName\0InternAtom\0"
+        "ChangeProperty\0CreateGC\0FreeGC\0InitImage\0PutImage\0Pending\0NextEvent\0Flush\0Sync\0NextRequest\0"
+        "ConnectionNumber\0CreateFontCursor\0DefineCursor\0UndefineCursor\0ESetWireToError\0GetGeometry\0"
+        "ConvertSelection\0GetWindowProperty\0Free\0SelectInput\0SetInputFocus\0GetInputFocus\0LookupString\0"
+        "SendEvent\0";
+    enum { COUNT = sizeof x / sizeof(void *) - 1 };
     void *found[COUNT];
     if (x.library) return 1;
     void *library = dlopen && dlsym ? dlopen("libX11.so.6", RTLD_NOW | RTLD_LOCAL) : 0;
-    for (int k = 0; library && k < COUNT; k++)
-        if (!(found[k] = dlsym(library, names[k]))) return 0;
+    int count = 0;
     if (!library) return 0;
+    for (const char *at = names; count < COUNT && at < names + sizeof names - 1; at += strlen(at) + 1) {
+        char name[32];
+        snprintf(name, sizeof name, "X%s", at);
+        if (!(found[count++] = dlsym(library, name))) return 0;
+    }
+    if (count < COUNT) return 0;
     memcpy(&x.OpenDisplay, found, sizeof found);
     x.library = library;
     return 1;
@@ -158,7 +181,7 @@ static int find_x(void) {
 struct lb_window {
     lb_picture *picture;
     display *display;
-    xid window, cursors[3];
+    xid window, parent, before, cursors[3]; /* before: it had the focus until this window took it, 0: none was taken */
     gc context;
     ximage image;
     uint32_t *pixels;
@@ -232,6 +255,47 @@ static void press(lb_window *w, const xpointer *e) {
     }
 }
 
+/* The number of a key for lb_key; 0: none. */
+static int key_of(xpointer *e) {
+    static const int special[][2] = {{0xFF08, LB_KEY_BACK}, {0xFF09, LB_KEY_TAB}, {0xFE20, LB_KEY_TAB},
+                                     {0xFF0D, LB_KEY_ENTER}, {0xFF8D, LB_KEY_ENTER}, {0xFF1B, LB_KEY_ESCAPE},
+                                     {0xFFFF, LB_KEY_DELETE}, {0xFF51, LB_KEY_LEFT}, {0xFF52, LB_KEY_UP},
+                                     {0xFF53, LB_KEY_RIGHT}, {0xFF54, LB_KEY_DOWN}};
+    char text[8];
+    unsigned long symbol = 0;
+    const int count = x.LookupString(e, text, sizeof text, &symbol, 0);
+    for (size_t k = 0; k < sizeof special / sizeof *special; k++)
+        if (symbol == (unsigned long)special[k][0]) return special[k][1];
+    if (symbol >> 24 == 1) return (int)(symbol & 0xFFFFFF);
+    return count == 1 && (unsigned char)*text >= ' ' ? (unsigned char)*text : 0;
+}
+
+/* Passes a key on: to the picture or, if that does not use it, to the host. */
+static void take_key(lb_window *w, xevent *e) {
+    const unsigned state = e->pointer.state;
+    const int modifiers = (state & SHIFT ? LB_SHIFT : 0) | (state & CONTROL ? LB_CONTROL : 0) | (state & MOD1 ? LB_ALT : 0);
+    const int key = key_of(&e->pointer);
+    if ((key && lb_key(w->picture, key, modifiers)) || e->pointer.send_event || !w->parent) return;
+    e->pointer.window = w->parent;
+    x.SendEvent(w->display, w->parent, 1, KEYS, e);
+}
+
+/* Takes the keyboard while something is typed, and gives it back. */
+static void follow_focus(lb_window *w) {
+    const int wanted = lb_wants_keys(w->picture);
+    int how;
+    if (!w->window || wanted == (w->before != 0)) return;
+    if (wanted) {
+        x.GetInputFocus(w->display, &w->before, &how);
+        x.SetInputFocus(w->display, w->window, TO_PARENT, 0);
+        if (!w->before) w->before = w->parent;
+    } else {
+        x.SetInputFocus(w->display, w->before, TO_PARENT, 0);
+        w->before = 0;
+    }
+    x.Flush(w->display);
+}
+
 /* Requests the clipboard's text, which arrives as an event. */
 static void ask_for_text(lb_window *w, unsigned long time) {
     const xid clipboard = x.InternAtom(w->display, "CLIPBOARD", 0), text = x.InternAtom(w->display, "UTF8_STRING", 0);
@@ -272,11 +336,23 @@ static void take_events(lb_window *w) {
         else if (e.type == MOTION) point(w, &e.pointer, LB_POINT_MOVE, 0);
         else if (e.type == LEAVE && !(e.pointer.state & 0x700)) /* it may be dragged outside */
             point(w, &e.pointer, LB_POINT_LEAVE, 0);
+        else if (e.type == KEY) take_key(w, &e);
+        else if ((e.type == FOCUSED || e.type == UNFOCUSED) && e.focus.detail != BY_POINTER)
+            x.SelectInput(w->display, w->window, WANTED | (e.type == FOCUSED ? KEYS : 0));
         else if (e.type == CONFIGURED) take_size(w, &e.configure);
         else if (e.type == SELECTION) paste(w, &e.selection);
         else if (e.type == EXPOSE) w->exposed = 1;
         else if (e.type == DESTROYED) w->window = 0; /* by the host */
     }
+    follow_focus(w);
+}
+
+/* Shows an area; of a wide one whole rows: Xlib would copy parts of rows. */
+static void show(lb_window *w, const int area[4]) {
+    const int whole = area[2] > w->image.width / 2, left = whole ? 0 : area[0], wide = whole ? w->image.width : area[2];
+    if (wide > 0 && area[3] > 0)
+        x.PutImage(w->display, w->window, w->context, &w->image, left, area[1], left, area[1], (unsigned)wide,
+                   (unsigned)area[3]);
 }
 
 static void draw(lb_window *w) {
@@ -290,14 +366,9 @@ static void draw(lb_window *w) {
     }
     const double seconds = (double)now_ms() * 1e-3, scale = (double)(wanted & 0xFFFF) / 256;
     lb_draw(w->picture, w->pixels, width, height, scale, lb_is_dark(), seconds, dirty);
-    if (w->exposed) {
-        dirty[0] = dirty[1] = w->exposed = 0;
-        dirty[2] = width;
-        dirty[3] = height;
-    }
-    if (!dirty[2] || !dirty[3]) return;
-    x.PutImage(w->display, w->window, w->context, &w->image, dirty[0], dirty[1], dirty[0], dirty[1], (unsigned)dirty[2],
-               (unsigned)dirty[3]);
+    if (w->exposed) show(w, (const int[4]){0, 0, width, height});
+    for (int k = 0; !w->exposed && lb_drawn_area(w->picture, k, dirty); k++) show(w, dirty);
+    w->exposed = 0;
     x.Flush(w->display);
 }
 
@@ -329,6 +400,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
     }
     const int screen = x.DefaultScreen(w->display), depth = x.DefaultDepth(w->display, screen);
     w->picture = picture;
+    w->parent = (xid)parent;
     w->image.depth = depth;
     w->wanted = packed(width, height, scale);
     keep_errors(w);
