@@ -87,6 +87,9 @@ _ENDINGS = {
 # Kinds that may hold sound, kinds that hold notes, and kinds to unpack
 SOUNDS = {kind for _, kind in _SOUND_STARTS} | {"a RIFF file", "an IFF file", "an AAC file", "an MPEG audio file"}
 SCORES = {"a MIDI file", "an MEI file", "a LilyPond file", "an ABC file", *_ENDINGS.values()}
+TABLATURES = {
+    *(f"a Guitar Pro {version} file" for version in range(3, 8)), "a MusicXML file", "a compressed MusicXML file",
+}  # fmt: skip
 ARCHIVES = {"a zip archive"} | {kind for _, kind in _OTHER_STARTS if kind.endswith(" archive")}
 
 
@@ -101,6 +104,11 @@ def kind_of(data: bytes) -> str | None:
         text = data.decode("utf-16" if wide else "utf-8-sig", "ignore").lstrip()
         found = next((kind for start, kind in _TEXTS if start.match(text)), None)
     return found or _mpeg(data)
+
+
+def is_tab(data: bytes) -> bool:
+    """True for the bytes of a tablature."""
+    return kind_of(data) in TABLATURES
 
 
 def kind_of_name(name: str) -> str | None:

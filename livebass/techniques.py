@@ -110,7 +110,7 @@ class Function:
     symbol: str  # in files
     controllers: tuple[int, ...]  # its controllers in the shipped maps
     help: str
-    field: str = ""  # of the performer, above 0 while it is on
+    field: str = ""  # of the performer, not 0 while it is on
     pressed: int = 127  # the value that a button sends
 
 
@@ -139,7 +139,9 @@ CC_LEGATO = function("legato", (68,), "from 64: overlapping notes are hammered o
 BEND_STARTS = 3  # bends only after a lower value: a file that uses it as portamento time does not bend
 CC_BEND = function("bend", (5,), f"bend up, by up to 2 semitones, after it has been below {BEND_STARTS}")
 CC_HAND = function("hand", (4,), "place of the left hand, from the first fret (0) to the last frets (127)")
-CC_BLEND = function("blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own")
+CC_BLEND = function(
+    "blend", (18,), "pickup blend, from neck only (0) to bridge only (127); 64 is the bass's own", "blend"
+)
 SLIDE_STEP = 0.025  # s
 CC_SLIDE_TIME = function(
     "slide_time", (19,), f"time of each slide, in steps of {1e3 * SLIDE_STEP:g} ms; 0, or too little: 22 ms a fret"
@@ -151,6 +153,10 @@ CC_PARAMETER = NO_FUNCTION + 1 + len(FUNCTION_ROWS)  # from here on: the playing
 OF_CHANNEL = ("volume", "expression", "let_ring", "vibrato", "bend")
 
 # --- parameters that hosts move ---
+
+# Kinds of events that set a parameter's value (live/thread/ring.py has the others): a playing parameter; the amount of
+# a controller's function; a knob of the effects, 0 to 1; a technique that is latched (1) or not (0); a player's setting
+PARAMETER, AMOUNT, EFFECT, SWITCHED, SETTING = 1, 6, 9, 10, 11
 
 MOST_BASSES = 128  # in a plugin
 SWITCH = ("off", "on")
@@ -277,9 +283,18 @@ class Slider:
 SLIDER_ROWS: dict[str, Slider] = {}
 
 
-def slider(symbol: str, name: str, group: str, limits: tuple[float, float], unit: str, step: float, does: str) -> int:
+def slider(
+    symbol: str,
+    name: str,
+    group: str,
+    limits: tuple[float, float],
+    unit: str,
+    step: float,
+    does: str,
+    points: tuple[str, ...] = (),
+) -> int:
     """Adds a slider, also a parameter of hosts; returns its number among the sliders."""
-    parameter(symbol, name, group, *limits, unit, whole=step == 1.0 and not unit)
+    parameter(symbol, name, group, *limits, unit, points, whole=step == 1.0 and not unit)
     SLIDER_ROWS[symbol] = Slider(PARAMETER_ROWS[symbol], step, does)
     return len(SLIDER_ROWS) - 1
 
@@ -333,13 +348,86 @@ PICKUP_1_HEIGHT = slider(
 slider("pickup_2_place", "Pickup 2 place", "Pickups", (-60.0, 60.0), "mm", 0.5, "moves this pickup toward the neck")
 slider("pickup_2_height", "Pickup 2 height", "Pickups", (-3.0, 3.0), "mm", 0.05, "moves this pickup toward the strings")
 OWN_PICKUPS = 2  # number with sliders of their own
-SLIDERS = len(SLIDER_ROWS)
 
 # --- techniques that stay on: each that a key holds is also a switch of hosts, unless it has an amount or a value ---
 
 for row in TECHNIQUE_ROWS.values():
     if row.asked == HOLD and row.symbol not in PARAMETER_ROWS and row.number != ON_STRING:
         parameter(row.symbol, row.name, "Techniques", points=SWITCH)
+
+# --- how the bass is tuned, more sliders; and its player's settings, which the performer reads as each note begins ---
+
+CONCERT_PITCH = slider(
+    "concert_pitch", "A4", "Strings", (-25.0, 26.0), "Hz", 0.1, "pitch of the A above middle C, by all strings' tension"
+)
+
+
+class Tuned(NamedTuple):
+    """A tuning by name: how far every string goes, and how much further the string with this open note does."""
+
+    name: str
+    by: int  # semitones
+    dropped: int | None = None  # MIDI
+    further: int = 0  # semitones down
+
+
+B0, E1 = 23, 28  # open notes, MIDI
+TUNINGS = {
+    "standard": Tuned("as it is", 0),
+    "half-step-down": Tuned("half a step down", -1),
+    "whole-step-down": Tuned("a whole step down", -2),
+    "drop-d": Tuned("drop D", 0, E1, 2),
+    "drop-db": Tuned("drop D flat", -1, E1, 2),
+    "drop-c": Tuned("drop C", -2, E1, 2),
+    "drop-b": Tuned("drop B", -3, E1, 2),
+    "drop-a": Tuned("drop A", 0, B0, 2),
+    "bead": Tuned("BEAD", -5),
+    "tenor": Tuned("tenor, ADGC", 5),
+}
+NAMED_TUNING = slider(
+    "named_tuning", "Tuning", "Strings", (0.0, len(TUNINGS) - 1.0), "", 1.0,
+    "strings go up or down by their tension; a drop needs its string",
+    tuple(row.name for row in TUNINGS.values()),
+)  # fmt: skip
+SLIDERS = len(SLIDER_ROWS)
+TUNED_BY = tuple(row.by for row in TUNINGS.values())
+TUNED_DROPPED = tuple(row.dropped or -1 for row in TUNINGS.values())
+TUNED_FURTHER = tuple(row.further for row in TUNINGS.values())
+SETTING_ROWS: dict[str, Parameter] = {}
+
+
+def setting(
+    symbol: str, name: str, least: float, most: float, unit: str = "", points: tuple[str, ...] = (), whole: bool = False
+) -> int:
+    """Adds a setting of the player; returns its number among the settings. Its usual value, 0, changes nothing."""
+    parameter(symbol, name, "Playing", least, most, unit, points, whole=whole)
+    SETTING_ROWS[symbol] = PARAMETER_ROWS[symbol]
+    return len(SETTING_ROWS) - 1
+
+
+parameter("blend", "Pickup blend", "Pickups", least=-1.0)  # a controller's function moves it, too
+VELOCITY_CURVE = setting("velocity_curve", "Velocity curve", -1.0, 1.0)  # soft to hard
+HUMANISE_TIME = setting("humanise_time", "Humanise time", 0.0, 30.0, "ms")  # a stroke comes up to this late
+HUMANISE_FORCE = setting("humanise_force", "Humanise force", 0.0, 6.0, "dB")  # strokes differ by up to this
+HAND_POSITION = setting("hand_position", "Hand position", 0.0, float(FRETS), whole=True)  # fret; 0: where it is
+AVOID_OPEN = setting("avoid_open", "Avoid open strings", 0.0, 1.0, points=SWITCH)
+SETTINGS = len(SETTING_ROWS)
+LEAST_SETTINGS = tuple(row.least for row in SETTING_ROWS.values())
+MOST_SETTINGS = tuple(row.most for row in SETTING_ROWS.values())
+
+
+def event(p: Parameter) -> tuple[int, int] | None:
+    """Returns kind and number of the event that sets a parameter; None for one that no event sets."""
+    if p.symbol in LEARNABLE:
+        return PARAMETER, p.number
+    if p.symbol in EFFECTS:
+        return EFFECT, EFFECTS.index(p.symbol)
+    if p.symbol in SETTING_ROWS:
+        return SETTING, list(SETTING_ROWS).index(p.symbol)
+    if p.symbol in TECHNIQUE_ROWS and p.points:
+        return SWITCHED, TECHNIQUE_ROWS[p.symbol].number
+    return (AMOUNT, FUNCTION_ROWS[p.symbol].number) if p.symbol in FUNCTION_ROWS else None
+
 
 # --- number keys of the page and of a terminal ---
 

@@ -10,8 +10,6 @@ import re
 import unicodedata
 from collections.abc import Sequence
 
-from charset_normalizer import from_bytes
-
 # "Bass", "E-Bass", "bass 2", "BassGtr", "Contrabbasso", "FINGERED BS", and names in other languages
 BASS_WORD = "|".join(
     (
@@ -38,14 +36,16 @@ TELLING_WORD = (
     "ピアノ|ギター|ドラム|メロディ|トラック|ボーカル|ストリングス|音轨|音軌|钢琴|鋼琴|吉他|架子鼓|旋律|主音|鼓组"
     "|пианино|фортепиано|гитара|ударные|барабаны|соло|вокал|피아노|기타|드럼|πιάνο"
 )
-_BASS, _OTHER, _DRUMS, _TELLING = (
-    re.compile(words, re.IGNORECASE) for words in (BASS_WORD, OTHER_WORD, DRUM_WORD, TELLING_WORD)
-)
 ENCODINGS = {
     "cp932": "shift_jis", "gb18030": "gb18030", "big5hkscs": "big5", "cp949": "euc-kr", "cp1251": "windows-1251",
     "koi8_r": "koi8-r", "cp1253": "windows-1253", "cp1255": "windows-1255", "cp874": "windows-874",
 }  # fmt: skip  # tried in turn; values: names in browsers
 _ASCII = bytes(range(0x20, 0x7F))
+
+
+def _found(words: str, name: str) -> re.Match[str] | None:
+    """The first of the words in a name; `re` keeps the compiled pattern."""
+    return re.search(words, name, re.IGNORECASE)
 
 
 def _plain(name: str) -> str:
@@ -55,17 +55,17 @@ def _plain(name: str) -> str:
 
 def is_bass(name: str) -> bool:
     """True if a track of this name plays a bass."""
-    return bool(_BASS.search(_plain(name))) and not is_other(name)
+    return bool(_found(BASS_WORD, _plain(name))) and not is_other(name)
 
 
 def is_other(name: str) -> bool:
     """True if a track of this name plays another low instrument or voice."""
-    return bool(_OTHER.search(_plain(name)))
+    return bool(_found(OTHER_WORD, _plain(name)))
 
 
 def is_drums(name: str) -> bool:
     """True if a track of this name plays drums."""
-    return bool(_DRUMS.search(_plain(name)))
+    return bool(_found(DRUM_WORD, _plain(name)))
 
 
 def decode(texts: Sequence[bytes]) -> list[str]:
@@ -79,6 +79,8 @@ def decode(texts: Sequence[bytes]) -> list[str]:
         return [text.decode() for text in texts]
     encoding = next((e for e in ENCODINGS if any(_tells(text, e) for text in doubtful)), None)
     if encoding is None:
+        from charset_normalizer import from_bytes  # rarely needed, and slow to import
+
         guesses = (guess.encoding for guess in from_bytes(b"\n".join(doubtful)))
         encoding = next((e for e in guesses if _is(_ASCII, e) and _ASCII.decode(e) == _ASCII.decode()), "latin-1")
     return [text.decode() if _is(text, "utf-8") else text.decode(encoding, "replace") for text in texts]
@@ -97,5 +99,5 @@ def _tells(text: bytes, encoding: str) -> bool:
     if not _is(text, encoding):
         return False
     name = _plain(text.decode(encoding))
-    found = _BASS.search(name)
-    return bool(_TELLING.search(name)) or (found is not None and not found[0][0].isascii())
+    found = _found(BASS_WORD, name)
+    return bool(_found(TELLING_WORD, name)) or (found is not None and not found[0][0].isascii())

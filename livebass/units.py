@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,7 @@ def allowed_units(dimension: str) -> str:
     return f"{', '.join(first)} or {last}" if first else last
 
 
+@lru_cache(maxsize=4096)  # files and limits repeat the same few hundred
 def split_quantity(text: str, dimension: str) -> tuple[float, str]:
     """Number and unit of a text such as "34 in". The number is finite, and not negative unless the dimension is signed.
 

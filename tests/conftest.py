@@ -12,7 +12,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from functools import cache
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 from types import CodeType, FunctionType, SimpleNamespace
 from typing import Any
@@ -32,7 +32,9 @@ from support.jack import lasting_server, leave_nothing
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
+from livebass.engine import engine as engine_module
 from livebass.engine import render as render_module
+from livebass.engine.image import Image, Pool, image
 from livebass.plugin import build as build_plugin
 from livebass.plugin.systems import this_system
 from livebass.web import build as build_module
@@ -42,6 +44,30 @@ WORKER = os.environ.get("PYTEST_XDIST_WORKER")
 REAL = "LIVEBASS_REAL_TESTS"  # names the file in which pytest-xdist's workers list the real tests for the controller
 NUMBERS = itertools.count()
 NICE = 10  # of a worker from its first test that is not real
+
+
+class Kept(Image):
+    """An image that computes the operators of a tier and a rate once. Nothing that plays changes them."""
+
+    @cached_property
+    def pools(self) -> dict[tuple[int, int], Pool]:
+        return {}
+
+    def pool(self, tier: int, rate: int) -> Pool:
+        if (tier, rate) not in self.pools:
+            self.pools[tier, rate] = super().pool(tier, rate)
+            self.pools[tier, rate].memory.flags.writeable = False
+        return self.pools[tier, rate]
+
+
+@lru_cache(maxsize=12)
+def kept(*asked: Any) -> Kept:
+    made = image(*asked)
+    return Kept(made.words, made.exact)
+
+
+# Tests make the same few basses thousands of times
+engine_module.image = kept
 
 
 def pytest_configure() -> None:
@@ -64,6 +90,8 @@ def pytest_sessionfinish() -> None:
 # Names used by a test, its fixtures or its file's functions if it has a browser, a server, a host or a screen
 REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_ardour", "needs_wine"}
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
+# Names, and modules they come from, used by a test that runs the plugin in a host within its own process
+HOSTED_PARTS = {"HOSTS", "pedalboard", "support.clap", "support.lv2", "support.picture", "support.vst3"}
 TIMED, WAITS = "timed", "waits"  # scopes of real tests: played in real time, and the others
 # Only one worker of a session has a JACK server
 IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
@@ -101,15 +129,16 @@ def names_in(code: CodeType) -> frozenset[str]:
 
 @cache
 def names_and_functions(function: FunctionType) -> tuple[frozenset[str], list[FunctionType]]:
-    """The names that a function calls by, and the functions of its file among them."""
+    """The names that a function calls by, with the modules they come from, and the functions of its file among them."""
     names = names_in(function.__code__)
-    found = (function.__globals__.get(name) for name in names)
+    found = [function.__globals__[name] for name in names if name in function.__globals__]
+    names |= {getattr(f, "__module__", None) or getattr(f, "__name__", "") for f in found}
     used = (inspect.unwrap(f.__init__ if isinstance(f, type) else f) for f in found if callable(f))
     return names, [f for f in used if isinstance(f, FunctionType) and f.__module__ == function.__module__]
 
 
-def is_real(item: pytest.Item) -> bool:
-    """True if a test, its fixtures or functions they call in their files name one of REAL_PARTS."""
+def uses(item: pytest.Item, parts: set[str]) -> bool:
+    """True if a test, its fixtures or functions they call in their files name one of `parts`."""
     fixtures = [found[-1] for found in item._fixtureinfo.name2fixturedefs.values()]  # type: ignore[attr-defined]
     functions = [item.function, *(fixture.func for fixture in fixtures)]  # type: ignore[attr-defined]
     seen = set()
@@ -118,10 +147,16 @@ def is_real(item: pytest.Item) -> bool:
         if function not in seen:
             seen.add(function)
             names, more = names_and_functions(function)
-            if names & REAL_PARTS:
+            if names & parts:
                 return True
             functions += more
-    return item.nodeid.startswith(REAL_FILES) or item.get_closest_marker("real") is not None
+    return False
+
+
+def is_real(item: pytest.Item) -> bool:
+    """True if a test has a browser, a server, a host of its own process, or a screen."""
+    marked = item.nodeid.startswith(REAL_FILES) or item.get_closest_marker("real") is not None
+    return marked or uses(item, REAL_PARTS)
 
 
 def scope_of(nodeid: str, real: bool) -> str:
@@ -142,13 +177,16 @@ def turn_of(scope: str) -> int:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the tests with real parts, before marks select any, and orders all tests for several workers."""
+    """Marks the tests with real parts or hosts, before marks select any, and orders all tests for several workers."""
     one_of_each = {item.function: item for item in items}  # type: ignore[attr-defined]
     functions = {function for function, item in one_of_each.items() if is_real(item)}
+    hosted = {function for function, item in one_of_each.items() if uses(item, HOSTED_PARTS)}
     real = {item.nodeid for item in items if item.function in functions}  # type: ignore[attr-defined]
     for item in items:
         if item.nodeid in real:
             item.add_marker("real")
+        if item.function in hosted:  # type: ignore[attr-defined]
+            item.add_marker("hosted")
     if WORKER:
         items.sort(key=lambda item: turn_of(scope_of(item.nodeid, item.nodeid in real)))
         Path(os.environ[REAL]).write_text("\n".join(sorted(real)))

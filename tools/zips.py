@@ -1,6 +1,6 @@
 """Makes the zip archives for users without Python; tools/wheels.py calls it.
 
-An archive holds the plugins in all formats with every preset, the page, the licences and three lines of instructions.
+An archive holds the plugins in all formats with every preset and sound, the page, the licences and INSTALL.txt.
 The same sources and tools give the same bytes: files are sorted and have one date.
 """
 
@@ -25,6 +25,11 @@ LICENSE = Path(__file__).parents[1] / "LICENSE"
 FONT = LICENSE.parent / "livebass/plugin/c/DEJAVU.txt"  # licence of the window's font
 FORMATS: dict[str, ModuleType] = {"lv2": lv2, "clap": clap, "vst3": vst3}
 UNIVERSAL = "macos"  # one archive for both kinds of processor
+UNTRIED = {  # what a user must know about a system on which nobody has tried the plugins
+    "macos": "Then run, in Terminal: xattr -dr com.apple.quarantine ~/Library/Audio/Plug-Ins. "
+    "These builds are not signed, and nobody has run them on a Mac yet.",
+    "windows": "These builds have run under Wine only.",
+}
 DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that an archive can have
 FILE, PROGRAM, UNIX = 0o100644, 0o100755, 3
 FAT, ALIGNMENT = 0xCAFEBABE, 14  # of a universal binary: its first word; 2^14 bytes, a page on arm64
@@ -63,7 +68,7 @@ def archive(
     """
     system = SYSTEMS[next(iter(binaries))]
     code = universal(list(binaries.values())) if name == UNIVERSAL else binaries[name]
-    files = {"README.txt": readme(system).encode(), "LICENSE.txt": LICENSE.read_bytes(), SINGLE: page}
+    files = {"INSTALL.txt": install_text(system).encode(), "LICENSE.txt": LICENSE.read_bytes(), SINGLE: page}
     files["LICENSE-DejaVu.txt"] = FONT.read_bytes()
     for kind, module in FORMATS.items():
         made = module.bundle_files(basses, instruments, code, system)
@@ -83,15 +88,14 @@ def title(name: str) -> str:
     return f"livebass-{__version__}-{name}"
 
 
-def readme(system: System) -> str:
+def install_text(system: System) -> str:
     """Returns three lines: where to copy the plugins, how to load them, how to play."""
     places = ", ".join(
         f"{kind.upper()}/{BUNDLES[kind]} into {folder_of_plugins(system, kind)}" for kind in ("vst3", "clap", "lv2")
     )
-    allow = "Then run, in a terminal: xattr -dr com.apple.quarantine ~/Library/Audio/Plug-Ins."
-    allowed = f" {allow}" if is_macos(system) else ""
+    untried = UNTRIED.get(system.name.partition("-")[0], "")
     return (
-        f"Unpack, and copy what your host plays, one or all: {places}.{allowed}\n"
-        "Load: have your host look for new plugins, and put livebass on a track for instruments.\n"
-        f"Play: MIDI from E1 (28) up; or open {SINGLE} in a browser and play there. To uninstall, delete the copies.\n"
+        f"Copy what your host plays, one or all: {places}.{f' {untried}' if untried else ''}\n"
+        "Load: let your host look for new plugins, and put livebass on an instrument track.\n"
+        f"Play MIDI notes from E1 (28) up, or open {SINGLE} in a browser. To uninstall, delete the copies.\n"
     )

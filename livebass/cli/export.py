@@ -162,13 +162,15 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     "Folder to write; created if missing. It may be empty or hold an older page, which is replaced.", required=True
 )
 @flag("--single", "Write one HTML file, livebass.html, which also plays from disk.")
+@option("--address", str, "Public address of the page, for its links, pictures and previews.", metavar="URL")
 @page_tab_options
 @quality_option("live", "Precision of the strings; studio needs a fast computer.", among=("live", "studio"))
 @tuning_options
 @click.argument("more", nargs=-1, metavar="")
 def web(
-    presets: tuple[str, ...], output: Path, single: bool, quality: str, more: tuple[str, ...], **options: Any
-) -> None:
+    presets: tuple[str, ...], output: Path, single: bool, address: str | None, quality: str, more: tuple[str, ...],
+    **options: Any,
+) -> None:  # fmt: skip
     """Write a web page that plays presets in a browser, by keys, mouse, touch or MIDI.
 
     The page is a folder for a web server, over https or on localhost. With --single it is one file that also plays from
@@ -183,14 +185,20 @@ def web(
       livebass export web -p slap -p fretless -o page
       livebass export web -p ./mine.toml -o site/bass -q studio
       livebass export web --tab song.gp5 -o page --single
+      livebass export web -o site/bass --address https://example.org/bass/
     """
     from livebass.files import checked_directory
     from livebass.web.export import export_page, is_page
+    from livebass.web.public import checked_address
 
+    try:
+        public = {"address": checked_address(address)} if address is not None else {}
+    except ValueError as error:
+        raise click.UsageError(f"--address: {error}") from None
     basses, sources, data = page_basses(presets, more, options)
     checked_directory(output, is_page)  # now, not after a minute of work
     page_ready()
-    page = export_page(basses, output, single, quality, sources, data)
+    page = export_page(basses, output, single, quality, sources, data | public)
     where = "open it in a browser" if single else "put the folder on a web server"
     say(f"{page}: {_content(basses, output)}; {where}")
 

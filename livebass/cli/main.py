@@ -8,34 +8,49 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib
 import os
 import sys
 import traceback
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 import click
 
 from livebass import __version__
-from livebass.cli.bench import bench
-from livebass.cli.compare import compare
-from livebass.cli.devices import devices
-from livebass.cli.export import export
-from livebass.cli.fit import fit
-from livebass.cli.help import help_
-from livebass.cli.page import page
-from livebass.cli.play import play
-from livebass.cli.presets import identify, presets
-from livebass.cli.render import render
 from livebass.cli.said import say
-from livebass.cli.study import simulate, study
 from livebass.files import completed_files
 from livebass.interrupts import INTERRUPTED, handled, leave
 
 BROKEN_PIPE = 141  # exit status
 MANY = 8  # an interrupt names up to so many files one by one
 EXPECTED = (ValueError, OSError, MemoryError)  # raised by the package on purpose, besides LookupError itself
+
+
+# Commands whose file is not called like them, or whose function is not: the file of this package and the function
+ELSEWHERE = {"simulate": ("study", "simulate"), "identify": ("presets", "identify"), "help": ("help", "help_")}
+COMMANDS = (
+    "play", "page", "render", "presets", "devices", "export", "simulate", "study", "identify", "compare", "fit",
+    "bench", "help",
+)  # fmt: skip
+
+
+class LoadedAtUse(Mapping[str, click.Command]):
+    """The commands by name. A command's file is imported when it is first asked for."""
+
+    def __getitem__(self, name: str) -> click.Command:
+        if name not in COMMANDS:
+            raise KeyError(name)
+        file, function = ELSEWHERE.get(name, (name, name))
+        found: click.Command = getattr(importlib.import_module(f"livebass.cli.{file}"), function)
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(COMMANDS)
+
+    def __len__(self) -> int:
+        return len(COMMANDS)
 
 
 class Commands(click.Group):
@@ -68,8 +83,7 @@ def livebass() -> None:
     """
 
 
-for command in (play, page, render, presets, devices, export, simulate, study, identify, compare, fit, bench, help_):
-    livebass.add_command(command)
+livebass.commands = LoadedAtUse()  # type: ignore[assignment]
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -34,14 +34,21 @@ def presets() -> None:
 
 
 @presets.command("list")
-def list_() -> None:
+@flag("--sounds", "List the factory sounds instead: basses with sliders, effects and a way to play them.")
+def list_(sounds: bool) -> None:
     """List the presets that come with livebass.
 
     Basses come first, then experiments. GM is the General MIDI program, counted from 1, that chooses the bass.
+    `-p` takes sounds, too.
     """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
     from livebass.preset.programs import PROGRAMS
+    from livebass.preset.sounds import sound_names
 
+    if sounds:
+        for name in sound_names():
+            click.echo(wrapped(f"{name:{max(map(len, sound_names())) + 2}}", load_preset(name).description))
+        return
     names = preset_names() + laboratory_names()
     chosen = {name: " ".join(str(n) for n, preset in PROGRAMS.items() if preset == name) for name in names}
     rows = [("NAME", "GM", "BASS"), *((name, chosen[name], load_preset(name).description) for name in names)]

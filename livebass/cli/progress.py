@@ -11,8 +11,11 @@ import click
 from livebass.cli.said import say
 
 
-def have_kernels() -> None:
-    """Compiles the kernels if needed, with a message: do it first, to keep it out of timings."""
+def have_kernels(told: Callable[[float], None] = lambda done: None) -> None:
+    """Compiles the kernels if needed, with a message: do it first, to keep it out of timings.
+
+    `told` gets the fraction done, from another thread.
+    """
     from livebass.compiling.library import cached, duration, library
 
     if not cached():
@@ -21,6 +24,7 @@ def have_kernels() -> None:
             bar: list[Callable[[float], None] | None] = []
 
             def progress(done: float) -> None:
+                told(done)
                 if not bar:  # not while another process compiles
                     bar.append(shown.enter_context(shown_progress("compiling the kernels")))
                 if bar[0]:

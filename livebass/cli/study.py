@@ -359,7 +359,7 @@ def run(
     study claims`. Needs pip install 'livebass[analysis,plots]'.
 
     --player writes DIR/page/livebass.html, as `livebass export web --single` does, with the string of the paper. Cases
-    A, B and C link to it; it shows them in slow motion with their sound.
+    A, B and C show it in small, and link to it; it shows them in slow motion with their sound.
     """
     from livebass.paper.figures.studies import check_extras, chosen, run_studies
 
@@ -388,11 +388,14 @@ def _write_player(directory: Path) -> None:
     from livebass.preset.load import load_preset
     from livebass.web.bench import Source
     from livebass.web.export import export_page, is_page
+    from livebass.web.modules import text
+    from livebass.web.public import ELEMENT
 
     place = (directory / PLAYER).parent
     checked_directory(place, is_page)  # now, not after a minute of work
     page_ready()
     export_page({PRESET: load_preset(PRESET)}, place, single=True, sources={PRESET: Source(PRESET)})
+    (place / ELEMENT).write_text(text(ELEMENT), "utf-8")
 
 
 study.add_command(claims)

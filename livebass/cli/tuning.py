@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
 TUNING_KEYS = ("tuning", "capo", "a4", "temperament")  # the keys of a preset, too
-FILE = re.compile(r"[/\\]|\.(scl|txt)$", re.IGNORECASE)  # names a temperament file
+FILE = re.compile(r"[/\\]|\.(scl|kbm|txt)$", re.IGNORECASE)  # names a temperament file
 
 
 def _tuning(text: str) -> str:
@@ -54,7 +54,7 @@ tuning_options = together(
         "--temperament",
         Parsed("name|cents|file", _temperament),
         "just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal for the 12 "
-        "notes from C on, with commas; or a file with these or with a scale (.scl).",
+        "notes from C on, with commas; or a file with these, with a scale (.scl), or scale.scl,mapping.kbm.",
     ),
 )
 

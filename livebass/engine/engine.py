@@ -27,11 +27,12 @@ from livebass.engine.prepare import (
 from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
-from livebass.kernels.player import messages, performer
+from livebass.kernels.player import controls, messages, performer
 from livebass.kernels.string.records import EVENT
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
 from livebass.score.score import LONGEST, Score, checked_rate
+from livebass.techniques import PARAMETER_ROWS, event
 
 CHUNK = 1.0  # s computed at once
 SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends after QUIET_FOR with no string louder
@@ -166,6 +167,7 @@ class Engine(Playing):
     coarse: Quality | None = None  # for strings under overload
     play_string = 0  # address of the C function that runs strings ahead of the clock
     contacts, events = 0, 0  # how many each string keeps for inspection
+    takes_values = True  # of the instrument's `played`; else its owner sends them
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
         """Prepares all strings and frets; raises ValueError for an unplayable neck or rate.
@@ -196,6 +198,17 @@ class Engine(Playing):
         self.frame = 0
         self._pending: list[NDArray[np.void]] = [np.zeros(0, EVENT) for _ in self.voices]
         self._took = [0.0] * len(self.voices)  # s, each string in the last block
+        if self.takes_values:
+            self._take_values()
+
+    def _take_values(self) -> None:
+        """Begins with the values of the parameters that play the bass, as a host sets them at frame 0."""
+        events = np.zeros(performer.MOST_EVENTS, EVENT)
+        for symbol, value in self.instrument.played:
+            kind, number = event(PARAMETER_ROWS[symbol]) or (0, 0)
+            self.performer["out"] = 0, events.ctypes.data, 0
+            controls.take_value(self.performer.ctypes.data, self.pool.records.ctypes.data, kind, number, value)
+            self._take(events[: int(self.performer["out"]["count"][0])])
 
     @property
     def pool(self) -> Pool:

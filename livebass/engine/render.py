@@ -95,7 +95,7 @@ def render_to_file(
     OutputError, RenderError. [main thread]
     """
     stems, tail, normalize = options.get("stems", False), options.get("tail"), options.get("normalize")
-    gain_db, basses = options.get("gain_db", 0.0), options.get("basses")
+    gain_db, basses = options.get("gain_db", 0.0) + dict(instrument.played).get("gain", 0.0), options.get("basses")
     started = time.perf_counter()
     out = Path(out)
     if score.rate != rate:

@@ -83,6 +83,10 @@ def run(string, ops, events, count, out, across):
                 end = min(end, events[used].frame)
             i = write_silence(string, out, i, end)
             continue
+        if voice.ends_in > 0:
+            voice.ends_in -= 1
+            if voice.ends_in == 0:
+                damping.end_note(string, ops, voice.ends_by)
         if voice.slide_to >= 0:
             sliding.follow_slide(string, ops)
         if voice.landing > 0:
@@ -104,6 +108,7 @@ def run(string, ops, events, count, out, across):
             out[i] = taps[0]
             if i < across.shape[0]:
                 across[i] = taps[1]
+            answers.next_answer(string)
         else:
             held = hold_sample(string, held)
             if held == BATCH or is_time_to_rest(voice, voice.frame + 1):
@@ -160,7 +165,7 @@ def note_stillness(string):
         and voice.blend == voice.blend_wanted
         and gain == voice.gain
     )
-    quiet = voice.pulling == 0 and voice.landing == 0 and held == 0.0 and not voice.raw
+    quiet = voice.pulling == 0 and voice.landing == 0 and voice.ends_in == 0 and held == 0.0 and not voice.raw
     voice.still = np.int64(1 if quiet and tuned else 0)
     if voice.still:
         voice.depth = 0.0  # a vibrato restarts with the next note
@@ -182,12 +187,16 @@ def handle_event(string, ops, event):
     voice.still = 0
     if event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER):
         voice.cut = 0
+        voice.ends_in = 0
     if event.kind == PLUCK:
         striking.begin_pluck(string, ops, event)
     elif event.kind == STRIKE_EVENT:
         striking.begin_strike(string, ops, event)
     elif event.kind == THROW:
         striking.throw_mass(string, ops, event)
+    elif event.kind == HAND and voice.waiting > 0:
+        voice.ends_in = voice.wait  # as late as the stroke
+        voice.ends_by = event.value
     elif event.kind == HAND:
         damping.end_note(string, ops, event.value)
     elif event.kind == HAMMER:
@@ -225,6 +234,7 @@ def handle_event(string, ops, event):
             voice.slide_to = -1
         pulling.end_pull(string, ops)
         voice.striking = 0
+        voice.ends_in = 0
         voice.cut = 1
         for k in range(2):
             remove_thumb(slots[k])
@@ -264,7 +274,7 @@ def sense_string(string, ops, y):
                 u, moving = modal.sense_1(slot.u, n, op, i)
                 y[2 * i] += u
                 y[2 * i + 1] += moving
-    if voice.pulling > 0:
+    if noise.is_pulling(voice):
         up, moving = pulling.pull_profile(voice, voice.pulling)
         if voice.pickups == 0:
             y[0] += up * voice.held[0]
@@ -313,7 +323,7 @@ def hold_sample(string, held):
     voice = string.voice
     for k in range(2 * max(voice.pickups, 1)):
         string.batch[k, held] = string.taps[k]
-    string.answer[held] = answers.answers_signal(string.answers, string.answers.padded) if voice.answering else 0.0
+    string.answer[held] = answers.next_answer(string)
     return held + 1
 
 
@@ -419,8 +429,8 @@ def move_string(string, ops):
             modal.scale(slot.v, slot.v_active, slot.hand)
         if op.turned > 0:
             turning.exchange(voice, slot, op, after)
-    if voice.answering or voice.idle != 0:
-        answers.move_answers(string, ops, after)
+    if voice.idle != 0:
+        answers.excite_answers(string, ops, after)
     voice.step = after
     voice.frame += 1
     if is_time_to_rest(voice, voice.frame):

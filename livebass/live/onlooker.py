@@ -93,7 +93,7 @@ class Onlooker:
                 count = k
                 break
             if event["kind"] == PLUCK:
-                found.append((i, int(event["fret"]), at + int(voice["pull"])))
+                found.append((i, int(event["fret"]), at + int(voice["wait"]) + int(voice["pull"])))
             elif event["kind"] in STRUCK:
                 found.append((i, int(event["fret"]), at))
         self._events[i] = from_frame, count

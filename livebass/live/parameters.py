@@ -8,22 +8,10 @@ The other parameters belong to the synth's surroundings.
 from __future__ import annotations
 
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.live.thread.ring import AMOUNT, EFFECT, PARAMETER, SWITCH
-from livebass.techniques import EFFECTS, FUNCTION_ROWS, LEARNABLE, PARAMETER_ROWS, TECHNIQUE_ROWS, Parameter
+from livebass.techniques import LEARNABLE, PARAMETER_ROWS
 
 PARAMETERS = tuple(PARAMETER_ROWS.values())  # by number
 NUMBERS = {symbol: PARAMETER_ROWS[symbol].number for symbol in LEARNABLE}
 GROUPS = tuple(dict.fromkeys(p.group for p in PARAMETERS))
 # Port names of plugins with an output per string; ports of strings that the bass lacks are silent.
 OUTPUTS = ("String 1 (lowest)", *(f"String {k}" for k in range(2, MOST_STRINGS + 1)))
-
-
-def event(p: Parameter) -> tuple[int, int] | None:
-    """Returns kind and number of the synth's event that sets a parameter (ring.py); None for one outside the synth."""
-    if p.symbol in NUMBERS:
-        return PARAMETER, p.number
-    if p.symbol in EFFECTS:
-        return EFFECT, EFFECTS.index(p.symbol)
-    if p.symbol in TECHNIQUE_ROWS and p.points:
-        return SWITCH, TECHNIQUE_ROWS[p.symbol].number
-    return (AMOUNT, FUNCTION_ROWS[p.symbol].number) if p.symbol in FUNCTION_ROWS else None

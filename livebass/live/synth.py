@@ -26,11 +26,8 @@ from livebass.live.thread.desk import take_controller
 from livebass.live.thread.records import MOST_HELPERS, RINGS, STOP, SYNTH, field_offset
 from livebass.live.thread.ring import (
     DATA,
-    EFFECT,
     ENTRY,
     NOW,
-    PARAMETER,
-    SWITCH,
     new_message_ring,
     new_sound_ring,
     pop_messages,
@@ -42,7 +39,7 @@ from livebass.live.thread.ring import (
 )
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
-from livebass.techniques import FUNCTION_ROWS
+from livebass.techniques import EFFECT, FUNCTION_ROWS, PARAMETER, PARAMETER_ROWS, SETTING, SWITCHED, event
 from livebass.units import note_name
 
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
@@ -89,6 +86,7 @@ class _AheadEngine(Engine):
 
     coarse = COARSE
     contacts, events = 512, 256
+    takes_values = False
 
     @property
     def play_string(self) -> int:  # type: ignore[override]
@@ -149,6 +147,8 @@ class Synth:
         self, rate: int, channel: int = -1, gain: float = 1.0, adaptive: bool = True, desk: Desk | None = None
     ) -> None:
         self.rate, self.desk = rate, desk
+        self._gain_db = decibels(gain)
+        self._values: dict[str, float] = {}  # of the present bass's parameters, by symbol
         self.record = np.zeros(1, SYNTH)
         rings = np.zeros((RINGS, setup.ring_bytes(RING) // RINGS // WORD), np.int64)
         setup.fill_synth(self.address, rings.ctypes.data, RING, rate, channel, gain, block.process.address)
@@ -244,6 +244,15 @@ class Synth:
         self._basses.append(bass)
         bass.run_ahead(self._runs_ahead)
         self._write("next_bass", bass.address)
+        self._play_by(dict(bass.engine.instrument.played))
+
+    def _play_by(self, values: dict[str, float]) -> None:
+        """Sets the values of the parameters that play a bass; those of the bass before become 0 again."""
+        for symbol in {**self._values, **values}:
+            kind, number = event(PARAMETER_ROWS[symbol]) or (0, 0)
+            value = values.get(symbol, 0.0) + (self._gain_db if symbol == "gain" else 0.0)
+            self.set_value(kind, number, value)
+        self._values = values
 
     @property
     def switching(self) -> bool:
@@ -308,8 +317,8 @@ class Synth:
         if self.bass is None:
             return 0.0
         controls = self.bass.engine.performer["controls"][0]
-        if kind == SWITCH:
-            return float(controls["latched"][number])
+        if kind in (SWITCHED, SETTING):
+            return float(controls["latched" if kind == SWITCHED else "settings"][number])
         field = FIELDS[number]
         return float(controls["channel"][ANY][field] if field in (CHANNEL.names or ()) else controls[field])
 

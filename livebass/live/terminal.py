@@ -75,10 +75,14 @@ class Terminal:
             self._stop_before = None
 
     def _take(self) -> None:
-        """Sets the terminal to single keys, without repeats if possible."""
+        """Sets the terminal to single keys, without repeats if possible; Ctrl-C discards nothing that was written."""
+        import termios
         import tty
 
         tty.setcbreak(0)
+        modes = termios.tcgetattr(0)
+        modes[3] |= termios.NOFLSH
+        termios.tcsetattr(0, termios.TCSADRAIN, modes)
         _write(NO_REPEATS + ASK_PROTOCOL)
 
     def _give_back(self) -> None:

@@ -18,11 +18,12 @@ COUNTED = 60  # modes of an open string that answer, at most
 def answering_modes(instrument: Instrument) -> tuple[int, ...]:
     """Number of modes of each open string, from its lowest, that may answer other strings; 0 if none do.
 
-    Counted by the pitch of the open string, so that every string on the bench keeps its number.
+    Counted by the pitch of the open string before the bench tuned it, so that every string on the bench keeps its
+    number.
     """
     if instrument.player.answering == "off":
         return (0,) * len(instrument.strings)
-    pitches = [s.frequency(s.open_note) for s in instrument.strings]
+    pitches = [s.frequency_before(s.open_note - s.shifted) for s in instrument.strings]
     highest = HIGHEST
     while True:
         counts = tuple(min(COUNTED, int(highest / pitch)) for pitch in pitches)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from livebass.arrays import Floats
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
-from livebass.kernels.bass.change import move_bench
+from livebass.kernels.bass.change import MOST_SLACK, move_bench
 from livebass.kernels.bass.instrument import TIERS
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
 from livebass.kernels.string.preparing import NOTE
@@ -28,7 +28,7 @@ from livebass.techniques import SLIDER_ROWS, SLIDERS
 # Numbers that sliders move: in a BENCH_STRING, in a BENCH per string or pickup, and in the player
 OF_STRING = (
     "diameter", "linear_density", "tension", "inharmonicity", "viscoelastic_angle", "thermoelastic", "extra_damping",
-    "axial_stiffness",
+    "axial_stiffness", "law_fundamental",
 )  # fmt: skip
 OF_PLAYER = ("rounding", "rounding_soft", "pluck_angle", "softest", "hardest")
 
@@ -80,7 +80,7 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
             taps = (output.sensor,), (output.sensor_v,)
         row["taps"], row["taps_count"], row["tap_width"] = len(numbers), len(taps), len(taps[0]) if taps else 1
         numbers.extend(flat(taps))
-        row["answering_modes"] = answering[i]
+        row["answering_modes"], row["open_note"], row["retuned"] = answering[i], string.open_note, 1.0
         to["contact_loss"][i], to["pressing"][i] = neck.contact_loss, neck.pressing
     to["tap"] = -1
     to["pickups"] = 0 if output.kind == "displacement" else len(output.pickups)
@@ -90,7 +90,7 @@ def bench_of(instrument: Instrument, qualities: Sequence[Quality]) -> Bench:
         for i, string in enumerate(instrument.strings):
             if pickup.senses(string.name):
                 to["tap"][p, i] = sum(other.senses(string.name) for other in output.pickups[:p])
-    to["capacitance"] = output.coil.capacitance
+    to["capacitance"], to["a4"] = output.coil.capacitance, instrument.a4
     for name in OF_PLAYER:
         to[name] = getattr(instrument.player, name)
     return Bench(bench, np.array(numbers), tuple(string.name for string in instrument.strings))
@@ -107,7 +107,8 @@ def changed(instrument: Instrument, values: Mapping[str, float]) -> Instrument:
     player: dict[str, Any] = {name: float(to[name]) for name in OF_PLAYER}
     return replace(
         instrument,
-        strings=tuple(_string(instrument.strings[i], to, i) for i in strings),
+        a4=float(to["a4"]),
+        strings=tuple(_string(instrument.strings[i], to, i, numbers) for i in strings),
         necks=tuple(_neck(instrument.necks[i], to, i, numbers) for i in strings),
         output=_output(instrument.output, to),
         player=replace(instrument.player, **player),
@@ -120,9 +121,22 @@ def in_hundredths(value: float) -> float:
     return float(np.rint(100 * value) / 100) + 0.0
 
 
-def _string(string: String, to: np.void, i: int) -> String:
-    numbers: dict[str, Any] = {name: float(to["string"][i][name]) for name in OF_STRING}
-    return replace(string, **numbers)
+def _string(string: String, to: np.void, i: int, numbers: list[float]) -> String:
+    row = to["string"][i]
+    given: dict[str, Any] = {name: float(row[name]) for name in OF_STRING}
+    made = replace(string, **given)
+    if row["retuned"] == 1.0:
+        return made
+    shifted, ratio, first = int(row["shifted"]), float(row["retuned"]), int(row["frequencies"])
+    return replace(
+        made,
+        open_note=string.open_note + shifted,
+        own_note=string.open_note if string.own_note is None else string.own_note,
+        shifted=string.shifted + shifted,
+        retuned=string.retuned * ratio,
+        slack=min(string.slack / (ratio * ratio), MOST_SLACK),
+        measured_frequencies=tuple(numbers[first : first + len(string.measured_frequencies)]),
+    )
 
 
 def _neck(neck: Neck, to: np.void, i: int, numbers: list[float]) -> Neck:

@@ -48,9 +48,15 @@ class String(StringNumbers):
     offsets: tuple[float, ...] = ()  # cents, (12,): notes relative to equal temperament at A4_HZ, C first; empty: 0
     slack: float = 1.0  # pull of a given force, relative to before tuning
     own_note: int | None = None  # open note before tuning and capo; None: open_note
+    shifted: int = 0  # semitones by which the bench has tuned it ...
+    retuned: float = 1.0  # ... and the factor of its pitch
 
     def frequency(self, note: int) -> float:
         """Frequency (Hz) of a MIDI note number as tuned on this string."""
+        return self.frequency_before(note - self.shifted) * self.retuned
+
+    def frequency_before(self, note: int) -> float:
+        """`frequency` before the bench tuned the string."""
         hertz = note_frequency(note)
         return hertz * exp2(self.offsets[note % 12] / 1200) if self.offsets else hertz
 
@@ -183,6 +189,7 @@ class Instrument:
     a4: float = A4_HZ  # Hz, of the A above middle C
     effects: Effects = field(default_factory=Effects)
     grazed: tuple[Neck, ...] = ()  # grazed by the player's force 1, one per string; empty: its own
+    played: tuple[tuple[str, float], ...] = ()  # parameters that play it (techniques.py), by symbol, and their values
 
     @property
     def switches(self) -> frozenset[int]:
@@ -412,7 +419,8 @@ def _ratio(string: String, note: int) -> float:
     """Frequency ratio by which to retune `string` to give `note` its own offset."""
     if not string.offsets:
         return 1.0
-    cents = string.offsets[note % 12] - string.offsets[string.open_note % 12]
+    note, before = note - string.shifted, string.open_note - string.shifted
+    cents = string.offsets[note % 12] - string.offsets[before % 12]
     return exp2(cents / 1200) if cents else 1.0
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from livebass.kernels.bass.change import MOST_SLACK
 from livebass.model.exact import exp2
 from livebass.model.instrument import Neck, Pick, Player, String, tensioned
 from livebass.model.neck import FREE_PART, surface_beyond
 
-MOST_SLACK = 2.0  # times the pull: nobody pulls a slack string farther
 LEAST_PLACE, MOST_PLACE = 0.01, 0.99  # of a pluck, fractions of the open string
 
 

@@ -14,6 +14,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from livebass import units
 from livebass.model.bench import changed
 from livebass.model.instrument import (
@@ -42,11 +44,24 @@ from livebass.preset.checks import (
     replaced,
 )
 from livebass.preset.keymap import keys_of_player
-from livebass.preset.keys import HAND, KEYS, SECTIONS, allowed, checked, each_string, fault, items, key_names, nearest
+from livebass.preset.keys import (
+    HAND,
+    KEYS,
+    SECTIONS,
+    allowed,
+    checked,
+    each_string,
+    fault,
+    items,
+    key_names,
+    keys_of,
+    nearest,
+)
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
 from livebass.rows import REQUIRED, rows
+from livebass.techniques import EFFECTS, PARAMETER_ROWS
 from livebass.units import format_quantity, note_name
 
 # The engine's limits.
@@ -81,7 +96,7 @@ class Builder:
         for name in raw:
             if name not in key_names(section):
                 raise self.unknown(f"{where}." if section else "", name, key_names(section))
-        for key in (k for k in KEYS if k.section == section):
+        for key in keys_of(section):
             place = f"{where}.{key.name}" if section else key.name
             if key.name not in raw:
                 if not defaults or key.default is None:
@@ -166,8 +181,15 @@ class Builder:
             effects=self.effects(data.get("effects", {})),
             grazed=grazed,
         )
-        self.table("plugin", data.get("plugin", {}), "plugin")
+        bass = self.played(bass, self.table("plugin", data.get("plugin", {}), "plugin"))
         return self.on_bench(bass, data["bench"]) if "bench" in data else bass
+
+    @staticmethod
+    def played(bass: Instrument, values: dict[str, float]) -> Instrument:
+        """The bass played with the values of the table [plugin], as precise as a host's."""
+        given = {p.symbol: float(np.float32(values[p.symbol])) for p in PARAMETER_ROWS.values() if values.get(p.symbol)}
+        knobs: dict[str, Any] = {name: given.pop(name) for name in EFFECTS if name in given}
+        return replace(bass, played=tuple(given.items()), effects=replace(bass.effects, **knobs))
 
     def on_bench(self, bass: Instrument, raw: Any) -> Instrument:
         """The bass changed by the sliders of the table [bench]."""
@@ -221,8 +243,8 @@ class Builder:
         """
         lists = {}
         if isinstance(raw, dict):
-            for key in KEYS:
-                if key.section == section and each_string(key) and (listed := items(raw.get(key.name))) is not None:
+            for key in keys_of(section):
+                if each_string(key) and (listed := items(raw.get(key.name))) is not None:
                     place = f"{section}.{key.name}"
                     try:
                         checked(replace(key, kind=f"{key.kind}[]"), listed)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.arrays import Floats
+from livebass.kernels.string import law
 from livebass.kernels.string.note import MOST_DETUNING
 from livebass.model import modes
 from livebass.model.instrument import Neck, Speaking, String, speaking
@@ -205,7 +206,8 @@ def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | No
     """The first mode shifted or damped too much: (fret, index of the mode, whether shifted, whether of v)."""
     for fret in range(len(neck.fret_positions) + 1):
         s = speaking(string, neck, fret)
-        count = min(s.grid_points - 1, MOST_MODES)
+        if not (count := _modes_in_doubt(s)):
+            continue
         shift = modes.neck_detuning(s, count)
         shifted, nu = np.abs(shift) > MOST_DETUNING, modes.frequencies(s, count, shift)
         over = shifted | _cannot_ring(s, nu, False)
@@ -215,6 +217,30 @@ def _first_fault(string: String, neck: Neck) -> tuple[int, int, bool, bool] | No
         if s.own_across and (over := _cannot_ring(s, modes.frequencies(s, count, shift, True), True)).any():
             return fret, int(np.argmax(over)), False, True
     return None
+
+
+def _modes_in_doubt(s: Speaking) -> int:
+    """The number of modes from the first that may be shifted or damped too much: bounds clear all higher ones.
+
+    The neck shifts or damps no mode by more than its greatest admittance would.
+    """
+    j = np.arange(1.0, min(s.grid_points - 1, MOST_MODES) + 1)
+    yielding = max(_greatest(s.felt(across)) for across in (False, True))
+    shift = modes.impedance(s) * yielding / (math.pi * j)
+    # A frequency of v has three shifts: u's own, and the two that tell v from u. Turned axes lie between the two.
+    lowest = j * s.fundamental * (law.stretched(s.paper_law, s.inharmonicity, j) - 3 * shift) / (1 + s.longer_across)
+    nu = modes.law_frequencies(s, j)
+    highest = math.pi * nu * modes.loss_factor(s, nu) + law.neck_damping(yielding, modes.impedance(s), s.fundamental)
+    highest += s.extra_damping + s.extra_damping_slope * 2 * math.pi * nu
+    doubtful = (shift > MOST_DETUNING) | (highest > MOST_DAMPING * 2 * math.pi * lowest)
+    measured = max(len(s.string.measured_frequencies), len(s.string.measured_dampings)) if s.stop == 0 else 0
+    return min(j.size, max(measured, int(np.max(j, where=doubtful, initial=0))))
+
+
+def _greatest(y: Admittance) -> float:
+    """A bound of |Y|, m/s/N, at any frequency."""
+    peaks = sum(r.quality / (2 * math.pi * r.frequency * r.mass) for r in y.resonances)
+    return y.stop + peaks + max((math.hypot(*row[1:]) for row in y.table), default=0.0)
 
 
 def _cannot_ring(s: Speaking, nu: Floats, across: bool) -> NDArray[np.bool_]:

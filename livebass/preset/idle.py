@@ -282,8 +282,6 @@ def _why(given: Given, data: dict[str, Any], bass: Instrument) -> str:
             return "the neck. keys of every string take its place"
     if (key.section, key.name) in WITHOUT_FIELD:
         return WITHOUT_FIELD[key.section, key.name]
-    if key.section == "plugin":
-        return "only plugins and the page read it"
     for rule in RULES:
         if rule.section == key.section and key.name in rule.keys and _holds(rule, given, bass):
             return rule.why

@@ -161,9 +161,15 @@ def each_string(key: Key) -> bool:
 
 
 @functools.cache
+def keys_of(section: str) -> tuple[Key, ...]:
+    """The keys of `section`, in the order of KEYS."""
+    return tuple(key for key in KEYS if key.section == section)
+
+
+@functools.cache
 def key_names(section: str) -> tuple[str, ...]:
     """The names of the keys of `section`, in the order of KEYS."""
-    return tuple(key.name for key in KEYS if key.section == section)
+    return tuple(key.name for key in keys_of(section))
 
 
 def allowed(key: Key, unit: str | None = None) -> str:

@@ -5,16 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from functools import cache
-from importlib import resources
 from importlib.resources.abc import Traversable
-from pathlib import Path
 from typing import Any
 
 from livebass.model.instrument import Instrument
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, Key, allowed, unknown_name
 from livebass.preset.like import whole
-from livebass.preset.source import decoded, file_bytes, is_path, parsed
+from livebass.preset.sounds import sound_names, sound_text
+from livebass.preset.source import decoded, file_bytes, is_path, parsed, shipped
 from livebass.rows import REQUIRED
 
 LABORATORY = "laboratory"  # folder of presets for experiments, not basses
@@ -22,12 +21,12 @@ LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 
 def preset_names() -> list[str]:
     """Names of the shipped basses, sorted."""
-    return _names_in(_shipped())
+    return _names_in(shipped())
 
 
 def laboratory_names() -> list[str]:
     """Names of the presets for experiments, not basses, sorted: for `simulate` and studies."""
-    return _names_in(_shipped() / LABORATORY)
+    return _names_in(shipped() / LABORATORY)
 
 
 def _names_in(folder: Traversable) -> list[str]:
@@ -128,19 +127,15 @@ def _default(key: Key) -> str:
     return f"{key.default:g}" if isinstance(key.default, float) else "" if key.default is None else f"{key.default}"
 
 
-def _shipped() -> Traversable:
-    """The folder of the shipped presets: in the package, or next to it in a checkout."""
-    installed = resources.files("livebass") / "presets"
-    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
-
-
 def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name for messages, and its text. Raises PresetError."""
     name = os.fspath(name_or_path)
     if not is_path(name):
-        folder = _shipped() / LABORATORY if name in laboratory_names() else _shipped()
+        folder = shipped() / LABORATORY if name in laboratory_names() else shipped()
         if name not in _names_in(folder):
-            raise unknown_name("preset", name, [*preset_names(), *laboratory_names()])
+            if name in sound_names():
+                return f"{name}.toml", sound_text(name)
+            raise unknown_name("preset", name, [*preset_names(), *laboratory_names(), *sound_names()])
         label, raw = f"{name}.toml", (folder / f"{name}.toml").read_bytes()
     else:
         label, raw = name, file_bytes(name, "preset", preset_names())

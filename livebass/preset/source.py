@@ -7,6 +7,8 @@ import os
 import stat
 import tomllib
 from collections.abc import Iterable
+from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,12 @@ class PresetError(ValueError):
 
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message))
+
+
+def shipped() -> Traversable:
+    """The folder of the shipped presets: in the package, or next to it in a checkout."""
+    installed = resources.files("livebass") / "presets"
+    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
 
 
 def is_path(name: str) -> bool:

@@ -5,35 +5,21 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, TypeVar
 
 from livebass.bounds import between
 from livebass.model.instrument import A4_HZ, A4_NOTE
 from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
+from livebass.techniques import E1, TUNINGS
 from livebass.units import cents, note_name, note_number, quantity
 
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
 MOST_DOWN, MOST_UP = 5, 7  # semitones from the string's note in the file: beyond, it flaps or breaks
 NOTES = 12  # of a temperament
-_B0, _E1 = 23, 28
-
-# Semitones that every string goes up; the open note of a string that goes down further, and how far
-NAMED: dict[str, tuple[int, int | None, int]] = {
-    "standard": (0, None, 0),
-    "half-step-down": (-1, None, 0),
-    "whole-step-down": (-2, None, 0),
-    "drop-d": (0, _E1, 2),
-    "drop-db": (-1, _E1, 2),
-    "drop-c": (-2, _E1, 2),
-    "drop-b": (-3, _E1, 2),
-    "drop-a": (0, _B0, 2),
-    "bead": (-5, None, 0),
-    "tenor": (5, None, 0),
-}
 # Cents above equal temperament, from C on; both have the same A
 TEMPERAMENTS: dict[str, tuple[float, ...]] = {
     "equal": (0.0,) * NOTES,
@@ -45,9 +31,10 @@ TEMPERAMENTS: dict[str, tuple[float, ...]] = {
     "vallotti": (5.87, 0.0, 1.96, 3.91, -1.96, 7.82, -1.96, 3.91, 1.96, 0.0, 5.87, -3.91),
 }
 MOST_OFF = 100.0  # cents
+MAPPED = re.compile(r"(.+\.scl)\s*,\s*(.+\.kbm)", re.IGNORECASE)  # a scale and its keyboard mapping
 CENTS_ALLOWED = f"cents from {-MOST_OFF:g} to {MOST_OFF:g} for 12 notes, C first, or for each string"
 EXAMPLE = 'notes from the lowest string on, such as "D1 A1 D2 G2" or DADG'
-ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; {", ".join(NAMED)} or "Eb standard"'
+ALLOWED = f'{EXAMPLE}, MIDI numbers or "41.2 Hz"; {", ".join(TUNINGS)} or "Eb standard"'
 
 Pitch = int | float | str  # of an open string: a MIDI number, Hz, or a note name without octave, "Eb"
 
@@ -66,7 +53,8 @@ class Readings:
     each: tuple[tuple[str, ...], ...]
 
 
-Tuning = str | tuple[Pitch, ...] | Shift | Readings  # a name in NAMED, each string's pitch, or a form that needs a bass
+# A name in TUNINGS, each string's pitch, or a form that needs a bass
+Tuning = str | tuple[Pitch, ...] | Shift | Readings
 
 _LETTERS = str.maketrans({"\u266f": "#", "\u266d": "b", "\u266e": None, **dict.fromkeys("'\u2018\u2019\u2032`\"", " ")})
 _WORDS = ((r"[\s-]*\bflat\b", "b"), (r"[\s-]*\bsharp\b", "#"))
@@ -87,7 +75,7 @@ def tuning_of(raw: Any) -> Tuning:
     """The value of `tuning` in a file or on the command line. Raises ValueError that says what is allowed."""
     if isinstance(raw, str):
         name = re.sub(r"[\s_]+", "-", raw.strip().lower())
-        if name in NAMED:
+        if name in TUNINGS:
             return name
         if is_scale(name):
             raise ValueError(SCALE)
@@ -122,7 +110,7 @@ def _by_letters(text: str) -> Tuning | None:
         text = re.sub(form, sign, text, flags=re.IGNORECASE)
     text = text.strip()
     plain = re.sub(r"[\s_-]+", "", text.lower())
-    for name in NAMED:
+    for name in TUNINGS:
         if plain in (name.replace("-", ""), f"{name.replace('-', '')}tuning"):
             return name
     if plain in _STEPS_DOWN:
@@ -197,22 +185,41 @@ def temperament_of(raw: str) -> tuple[float, ...]:
 def temperament_of_file(path: str) -> tuple[float, ...]:
     """The cents of a temperament from a file: numbers as for `temperament_of`, or a Scala scale (.scl).
 
-    Raises ValueError: one line that names the file.
+    "w.scl,w.kbm" is a scale with its keyboard mapping. Raises ValueError: one line that names the file.
     """
-    raw = file_bytes(path, "temperament", TEMPERAMENTS, TEXT)
-    text = decoded(path, raw, "temperament", TEXT)
+    pair = MAPPED.fullmatch(path)
+    if pair is not None:
+        steps = _read(pair[1], _scale_steps)
+        return _read(pair[2], lambda text: _mapped(steps, text))
+    name = path.lower()
+    if name.endswith(".kbm"):
+        raise ValueError(f"{path}: a keyboard mapping needs its scale before it: scale.scl,mapping.kbm")
+    return _read(path, _scala if name.endswith(".scl") else temperament_of)
+
+
+Read = TypeVar("Read")
+
+
+def _read(path: str, reader: Callable[[str], Read]) -> Read:
+    """The result of `reader` for the text of a file. Raises ValueError: one line that names the file."""
+    text = decoded(path, file_bytes(path, "temperament", TEMPERAMENTS, TEXT), "temperament", TEXT)
     try:
-        return _scala(text) if path.lower().endswith(".scl") else temperament_of(text)
+        return reader(text)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _scala(text: str) -> tuple[float, ...]:
-    """The cents of a Scala scale with C as first note and the A of equal temperament. Raises ValueError.
+def _lines(text: str) -> list[str]:
+    """The lines of a file of Scala without its comments."""
+    return [line for line in text.splitlines() if not line.startswith("!")]
+
+
+def _scale_steps(text: str) -> list[float]:
+    """The notes of a Scala scale, cents above its first, with the note that ends it. Raises ValueError.
 
     https://www.huygens-fokker.org/scala/scl_format.html
     """
-    lines = [line.split() for line in text.splitlines() if not line.startswith("!")][1:]
+    lines = [line.split() for line in _lines(text)][1:]
     steps = [0.0]
     try:
         count = int(lines[0][0])
@@ -220,13 +227,60 @@ def _scala(text: str) -> tuple[float, ...]:
             steps.append(float(pitch) if "." in pitch else cents(float(Fraction(pitch))))
     except (IndexError, ValueError, ArithmeticError):
         raise ValueError("not a scale of Scala") from None
-    if count != NOTES or len(steps) != NOTES + 1 or not abs(steps[-1] - 1200) < 0.5:
+    if count < 1 or len(steps) != count + 1 or not all(map(math.isfinite, steps)):
+        raise ValueError("not a scale of Scala")
+    return steps
+
+
+def _scala(text: str) -> tuple[float, ...]:
+    """The cents of a Scala scale with C as first note and the A of equal temperament. Raises ValueError."""
+    steps = _scale_steps(text)
+    if len(steps) != NOTES + 1 or not _is_octave(steps[-1]):
         raise ValueError(f"must be a scale of {NOTES} notes, the last an octave of 1200 cents")
     above = [step - 100 * k for k, step in enumerate(steps[:-1])]
-    offsets = tuple(each - above[A4_NOTE % NOTES] for each in above)
+    return _near_equal([each - above[A4_NOTE % NOTES] for each in above])
+
+
+def _is_octave(step: float) -> bool:
+    return abs(step - 1200) < 0.5
+
+
+def _near_equal(offsets: Sequence[float]) -> tuple[float, ...]:
+    """The cents, checked. Raises ValueError."""
     if not all(abs(each) <= MOST_OFF for each in offsets):
         raise ValueError(f"must be notes within {MOST_OFF:g} cents of equal temperament")
-    return offsets
+    return tuple(offsets)
+
+
+def _mapped(steps: list[float], text: str) -> tuple[float, ...]:
+    """The cents of a scale under a Scala keyboard mapping. A key without a note keeps equal temperament.
+
+    A bass needs the same note in each octave: the mapping repeats after 12 keys. Raises ValueError.
+    https://www.huygens-fokker.org/scala/help.htm#mappings
+    """
+    words = [line.split()[0] for line in _lines(text) if line.split()]
+    try:
+        size, first, last, middle, reference = map(int, words[:5])
+        hertz, octave = float(words[5]), int(words[6])
+        degrees = [None if word in "xX" else int(word) for word in words[7 : 7 + size]]
+    except (IndexError, ValueError):
+        raise ValueError("not a keyboard mapping of Scala") from None
+    if not all(0 <= key <= 127 for key in (first, last, middle, reference)) or first > last or not 0 < hertz < math.inf:
+        raise ValueError("must have keys from 0 to 127, the first not above the last, and a frequency above 0 Hz")
+    count = len(steps) - 1
+    if size == 0:  # the notes of the scale in turn
+        size, octave, degrees = count, count, list(range(count))
+    degrees += [None] * (size - len(degrees))
+    above = [None if d is None else d // count * steps[-1] + steps[d % count] for d in [*degrees, octave]]
+    if size != NOTES or above[-1] is None or not _is_octave(above[-1]):
+        raise ValueError(f"must map {NOTES} keys to an octave of 1200 cents")
+    base = above[(reference - middle) % NOTES]
+    if base is None:
+        raise ValueError(f"must map its reference key, {reference}")
+    base -= 100 * ((reference - middle) % NOTES)
+    shift = cents(hertz / A4_HZ) - 100 * (reference - A4_NOTE)
+    found = [(above[k], k) for k in ((note - middle) % NOTES for note in range(NOTES))]
+    return _near_equal([shift + (0.0 if step is None else step - 100 * k - base) for step, k in found])
 
 
 @dataclass(frozen=True)
@@ -268,14 +322,14 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
 def _pitches(opens: Sequence[int], tuning: Tuning) -> list[int | float]:
     """The pitch of each string, MIDI or Hz; `opens`: their notes in the file. Raises ValueError as `open_strings`."""
     if isinstance(tuning, str):
-        by, dropped, further = NAMED[tuning]
+        _, by, dropped, further = TUNINGS[tuning]
         if dropped is not None and dropped not in opens:
             raise ValueError(f"tuning: this bass has no {note_name(dropped)} string")
         return [note + by - further * (note == dropped) for note in opens]
     if isinstance(tuning, Shift):
         if len(opens) == 1:
             return [_beside(opens[0], tuning.step)]
-        by = _beside(_E1, tuning.step) - _E1
+        by = _beside(E1, tuning.step) - E1
         return [note + by for note in opens]
     fitting = tuning.each if isinstance(tuning, Readings) else (tuning,)
     named = next((each for each in fitting if len(each) == len(opens)), fitting[0])

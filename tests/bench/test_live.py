@@ -74,7 +74,7 @@ FEW = (
     Note("muted", 3, 7, "medium", 70, RATE),
 )
 TINY = Extent(
-    blocks=(128, 1024), qualities=("live", "studio"), runs=2, other_runs=1, fit_runs=1, line=0.3, notes=FEW, plucks=1
+    blocks=(128, 1024), qualities=("live", "studio"), runs=1, other_runs=1, fit_runs=1, line=0.3, notes=FEW, plucks=1
 )
 
 

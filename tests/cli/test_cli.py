@@ -161,8 +161,9 @@ def test_a_file_is_played_on_the_bass_it_asks_for(run: Run, tmp_path: Path) -> N
         assert heard.read_bytes() == wanted.read_bytes(), (programs, expected)
 
 
-def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> None:
+def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It changes at its frame, keeping the controllers; the old bass's strings ring out."""
+    monkeypatch.chdir(tmp_path)
     louder = b"\x00\xb0\x07\x40"
     (tmp_path / "a.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE, b"\x81\x70\xc0\x24", NOTE))
     (tmp_path / "b.mid").write_bytes(song(b"\x00\xc0\x21", louder, NOTE))
@@ -190,8 +191,11 @@ def test_a_program_in_mid_file_changes_the_bass(run: Run, tmp_path: Path) -> Non
     assert with_stems[0] == 0 and np.array_equal(stems[0] + stems[1] + stems[2] + stems[3], sounds["a"])
 
 
-def test_key_switches_are_listed_and_notes_without_a_string_counted(run: Run, tmp_path: Path) -> None:
+def test_key_switches_are_listed_and_notes_without_a_string_counted(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A controller with six strings plays a bass of four: its two lowest channels have no string."""
+    monkeypatch.chdir(tmp_path)
     mode, played = b"\x00\xb0\x7e\x06", b"\x00\x94\x28\x64\x00\x95\x28\x64\x00\x93\x1c\x64"
     (tmp_path / "six.mid").write_bytes(song(b"\x00\xc0\x21", mode, played))
     assert ": 1 note (0 transposed, 2 dropped)" in run("render", tmp_path / "six.mid", "-o", "six.wav", "-q", "live")[2]

@@ -152,11 +152,12 @@ def check_studies(arguments: list[str]) -> None:
 def check_values(context: click.Context) -> None:
     """Checks the names in command values that the parser takes unchecked."""
     from livebass.preset.load import laboratory_names, preset_names
+    from livebass.preset.sounds import sound_names
 
     values = context.params
     preset = values.get("preset") or values.get("name")
     if isinstance(preset, str) and not preset.endswith(".toml"):
-        assert preset in preset_names() + laboratory_names()
+        assert preset in preset_names() + laboratory_names() + sound_names()
     if context.command.name == "help" and values["page"]:
         assert values["page"] in handbook.PAGES
     if context.command.name == "claims":

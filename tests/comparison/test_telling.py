@@ -65,14 +65,13 @@ def test_few_basses_of_a_technique_are_compared_with_all() -> None:
 
 
 def test_shipped_recordings_are_not_compared_with_themselves(run: Run, tmp_path: Path) -> None:
-    """Of seven real basses six are left; the same command says the same, and writes JSON."""
+    """Of seven real basses six are left; the same is written as JSON."""
     figures = tmp_path / "told.json"
     text = cli_text(run, "compare", "--tell", GROWLY, "--json", figures)
     assert text.startswith("growlybass, fingers: beside 6 real basses played with fingers")
     (told,) = json.loads(figures.read_text())["basses"]
     assert set(told["auc"]) == {"all", "no timbre", "no noise"} and len(told["real_auc"]["all"]) == 6
     assert 0.8 < told["auc"]["all"] <= 1 and f"{told['auc']['all']:.2f}" in text
-    assert cli_text(run, "compare", "--tell", GROWLY) == text
 
 
 def test_what_cannot_be_told(run: Run, tmp_path: Path) -> None:

@@ -26,7 +26,9 @@ ROUNDING = 1e-9  # relative to the largest: fused multiply-adds, and sums reorde
 
 def pluck() -> dict[str, list[float]]:
     """An oblique pluck against the frets, of few modes."""
-    trial = dataclasses.replace(oblique(case_b(duration=0.006), 0.6, 4e-3), modes=12, contact_rate=2e5, output_rate=2e4)
+    trial = dataclasses.replace(
+        oblique(case_b(duration=0.0042), 0.6, 4e-3), modes=12, contact_rate=2e5, output_rate=2e4
+    )
     motion = solve_trial(trial)
     assert motion.across_m is not None
     return {
@@ -44,8 +46,8 @@ def note() -> dict[str, list[float]]:
     neck = dataclasses.replace(neck, fret_positions=neck.fret_positions[:2], fret_heights=neck.fret_heights[:2])
     engine = Engine(dataclasses.replace(bass, strings=bass.strings[-1:], necks=(neck,)), FEW, RATE, workers=1)
     key = bass.strings[-1].open_note + 2
-    engine.send(np.array([0, 200]), np.array([[0x90, key, 110], [0x80, key, 0]], np.uint8))
-    return {"sound": engine.process(320)[0].tolist()}
+    engine.send(np.array([0, 130]), np.array([[0x90, key, 110], [0x80, key, 0]], np.uint8))
+    return {"sound": engine.process(140)[0].tolist()}
 
 
 def test_kernels_run_in_plain_python() -> None:

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.costs import quick
 from support.own_basses import load_preset
 from support.strings import g_neck, g_string
 
@@ -72,7 +71,8 @@ def test_the_presets_have_that_neck(name: str) -> None:
     assert saw_tooth(Admittance(tuple(shipped)), np.array(g_string().measured_dampings)) < 0.066
 
 
-@pytest.mark.parametrize("name", quick(["paper-g", "paper-bass"], ["paper-g"]))
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["paper-g", "paper-bass"])
 def test_the_command_gives_back_what_ships(name: str) -> None:
     """Its resonances to the letter, and the figures in preset and notes."""
     tool = Path(__file__).parents[2] / "tools" / "fit_neck.py"

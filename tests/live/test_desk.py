@@ -23,13 +23,12 @@ from livebass.live.recording import MidiRecorder
 from livebass.live.status import clock
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.desk import BEAT, WEAK
-from livebass.live.thread.ring import PARAMETER
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
 from livebass.score.phrases import demo_score
 from livebass.score.reading import read_score
 from livebass.score.score import Score, score_of
-from livebass.techniques import GHOST, LEARNED, LEAST, MOST, THUMB_ON_ALL
+from livebass.techniques import GHOST, LEARNED, LEAST, MOST, PARAMETER, THUMB_ON_ALL
 
 LEADING = round(LEAD * RATE)
 Message = tuple[int, int, int, int]  # frame, status, first, second

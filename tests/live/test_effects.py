@@ -15,9 +15,9 @@ from livebass.engine.engine import Engine
 from livebass.kernels.effects.records import PART
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import EFFECT, PARAMETER, push_event, push_message
+from livebass.live.thread.ring import push_event, push_message
 from livebass.model.instrument import Effects, Instrument, Response
-from livebass.techniques import EFFECTS, GAIN_DB
+from livebass.techniques import EFFECT, EFFECTS, GAIN_DB, PARAMETER
 
 LIGHT = Quality("light", 60, 192e3)
 FRAMES = 40_000

@@ -27,14 +27,13 @@ from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
 from livebass.live.jack import JackOutput
 from livebass.live.osc import OscLost, OscServer
-from livebass.live.parameters import NUMBERS, PARAMETERS, event
+from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.presets import PresetSwitch
 from livebass.live.session import Session
 from livebass.live.settings import Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
-from livebass.live.thread.ring import PARAMETER
 from livebass.score.score import score_of
-from livebass.techniques import LEARNED, SLIDER_ROWS
+from livebass.techniques import LEARNED, PARAMETER, SLIDER_ROWS, event
 
 
 @contextmanager

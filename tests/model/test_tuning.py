@@ -12,11 +12,13 @@ from support.command import Run, assert_one_clear_line
 from support.own_basses import load_preset
 
 from livebass.model import modes
+from livebass.model.bench import changed
 from livebass.model.instrument import Instrument, note_frequency, speaking, tensioned
 from livebass.model.tuning import tuned
 from livebass.preset.build import Builder, PresetError
 from livebass.preset.load import preset_names, preset_tables
-from livebass.preset.tuning import NAMED, TEMPERAMENTS, open_strings, temperament_of_file, tuning_of
+from livebass.preset.tuning import TEMPERAMENTS, open_strings, temperament_of_file, tuning_of
+from livebass.techniques import TUNINGS
 from livebass.units import cents, note_number
 
 load = cache(load_preset)  # checking a preset at every fret takes 0.1 s; frozen, it can be shared
@@ -119,7 +121,7 @@ def test_a_tuning_with_octaves_is_what_it_says_whatever_the_bass(text: str) -> N
 
 
 def test_every_named_tuning_fits_some_bass() -> None:
-    for name in NAMED:
+    for name in TUNINGS:
         assert load_preset("six-string", tuning=name).strings
         assert tuning_of(name) == name
 
@@ -216,9 +218,63 @@ def test_a_temperament_from_a_file(tmp_path: Path) -> None:
     assert temperament_of_file(str(tmp_path / "w.txt")) == (1, 2, 3.5, *(9 * [0]))
 
 
+def kbm(*keys: object, middle: int = 60, reference: int = 69, hertz: float = 440.0, octave: int = 12) -> str:
+    head = [len(keys), 0, 127, middle, reference, hertz, octave]
+    return "! a mapping\n" + "\n".join(map(str, [*head, *keys])) + "\n"
+
+
+def test_a_scale_with_a_keyboard_mapping(tmp_path: Path) -> None:
+    """Pitches by hand: the reference key has its frequency, the others stand above it as in the scale."""
+
+    def offsets(scale: str, mapping: str) -> tuple[float, ...]:
+        (tmp_path / "w.scl").write_text(scale)
+        (tmp_path / "w.kbm").write_text(mapping)
+        return temperament_of_file(f"{tmp_path / 'w.scl'},{tmp_path / 'w.kbm'}")
+
+    plain = TEMPERAMENTS["werckmeister"]
+    for mapping in (kbm(), kbm(*range(12)), kbm(*range(12), middle=24, reference=45, hertz=110)):
+        assert offsets(SCALA, mapping) == pytest.approx(plain, abs=0.02)
+    lower = 1200 * np.log2(432 / 440)
+    assert offsets(SCALA, kbm(hertz=432)) == pytest.approx(np.array(plain) + lower, abs=0.02)
+    on_c = 1200 * np.log2(256 / 261.6255653)  # C is the reference: it has 256 Hz
+    assert offsets(SCALA, kbm(reference=60, hertz=256)) == pytest.approx(np.array(plain) - plain[0] + on_c, abs=0.02)
+    from_d = [plain[(k - 2) % 12] - plain[7] for k in range(12)]  # the scale begins at D: A is its 7th step
+    assert offsets(SCALA, kbm(middle=62)) == pytest.approx(from_d, abs=0.02)
+    just = "five\n5\n9/8\n5/4\n3/2\n5/3\n2/1\n"  # on C D E G A, with A as reference; the others stay
+    wanted = [15.64, 0, 19.55, 0, 1.96, 0, 0, 17.6, 0, 0, 0, 0]
+    keys = [0, "x", 1, "x", 2, "x", "x", 3, "x", 4]  # the last two are left out
+    text = kbm(*keys, octave=5).replace("\n10\n", "\n12\n", 1)
+    assert offsets(just, text) == pytest.approx(wanted, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "says"),
+    [
+        ("", "not a keyboard mapping"),
+        (kbm(*range(11), "y"), "not a keyboard mapping"),
+        (kbm().replace("127", "128"), "keys from 0 to 127"),
+        (kbm(hertz=0), "frequency above 0 Hz"),
+        (kbm(hertz=np.nan), "frequency above 0 Hz"),
+        (kbm(*range(7)), "must map 12 keys"),
+        (kbm(*range(12), octave=11), "octave of 1200 cents"),
+        (kbm(*range(9), "x", 10, 11), "must map its reference key, 69"),
+        (kbm(hertz=400), "within 100 cents"),
+        (None, "no such file"),
+    ],
+)
+def test_a_mapping_that_is_none_is_one_clear_line(tmp_path: Path, run: Run, mapping: str | None, says: str) -> None:
+    (tmp_path / "a.scl").write_text(SCALA)
+    if mapping is not None:
+        (tmp_path / "a.kbm").write_text(mapping)
+    status, _, err = run("render", "--note", "A1", "--temperament", f"{tmp_path / 'a.scl'},{tmp_path / 'a.kbm'}")
+    assert_one_clear_line(status, err)
+    assert "a.kbm" in err and says in err and "a.scl:" not in err
+
+
 @pytest.mark.parametrize(
     ("name", "text", "says"),
     [
+        ("a.kbm", kbm(), "needs its scale before it"),
         ("a.scl", "", "not a scale of Scala"),
         ("a.scl", "x\n12\n3/0\n", "not a scale of Scala"),
         ("a.scl", SCALA.replace("2/1", "1300."), "an octave of 1200 cents"),
@@ -345,3 +401,28 @@ def test_a_capo_under_a_fret_that_stands_proud_is_one_clear_line() -> None:
     label, data = preset_tables("jazz-finger")
     with pytest.raises(PresetError, match=r"fret 1 stands .* string E at rest \(counted from the capo\)"):
         Builder(label).instrument(data | {"neck": data["neck"] | {"lift": {"6": "2 mm"}}, "capo": 5})
+
+
+@pytest.mark.parametrize(
+    ("preset", "number"),
+    [*((("five-string", "jazz-finger")[k % 2], k) for k in range(len(TUNINGS))), ("paper-bass", 1), ("fretless", 2)],
+)
+def test_a_tuning_on_the_bench_is_the_one_of_the_preset(preset: str, number: int) -> None:
+    """Also with another A, and on strings with measured modes; a drop without its string moves the others alone."""
+    bass, name = load_preset(preset), list(TUNINGS)[number]
+    made = changed(bass, {"named_tuning": number, "concert_pitch": 2.0})
+    dropped = TUNINGS[name].dropped
+    if dropped is not None and dropped not in [string.open_note for string in bass.strings]:
+        assert [a.open_note - b.open_note for a, b in zip(made.strings, bass.strings, strict=True)] == [
+            TUNINGS[name].by
+        ] * len(bass.strings)
+        return
+    wanted = load_preset(preset, tuning=name, a4=442.0)
+    assert made.a4 == 442.0 and made.note_range == wanted.note_range
+    for one, other in zip(made.strings, wanted.strings, strict=True):
+        assert (one.open_note, one.called) == (other.open_note, other.called)
+        for field in ("tension", "inharmonicity", "slack", "law_fundamental"):
+            assert getattr(one, field) == pytest.approx(getattr(other, field), rel=1e-12), field
+        for note in range(one.open_note, one.open_note + 20):
+            assert one.frequency(note) == pytest.approx(other.frequency(note), rel=1e-12)
+        assert one.measured_frequencies == pytest.approx(other.measured_frequencies, rel=1e-12)

@@ -196,6 +196,7 @@ def test_cases_link_to_the_page_that_plays_them_where_there_is_one(tmp_path: Pat
     run_studies(told, tmp_path)
     text = (tmp_path / "index.html").read_text()
     assert link in text and text.count("#case=") == 1
+    assert 'src="page/embed.js"' in text and text.count('<live-bass page="livebass.html" link="case=b"') == 1
 
 
 def test_what_studies_share_is_solved_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

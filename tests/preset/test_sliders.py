@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from support.command import Run
 
@@ -31,7 +33,7 @@ def test_the_sliders_change_what_the_other_sections_say(tmp_path: Path) -> None:
     text = 'like = "slap"\ncapo = 2\n[neck]\ncontact_loss = "90 N s/m"\n[bench]\n'
     plain = of(tmp_path, text)
     made = of(tmp_path, text + "gauge = 10\nwear = 50.004\ncontact_loss = 100\n[plugin]\ngain = -3\n")
-    assert made == changed(plain, {"gauge": 10, "wear": 50, "contact_loss": 100}) != plain
+    assert made == changed(replace(plain, played=(("gain", -3.0),)), {"gauge": 10, "wear": 50, "contact_loss": 100})
     assert made.necks[0].contact_loss == 180.0
     assert of(tmp_path, text + "action = -1\n") == plain  # with a capo heights stay
 
@@ -60,8 +62,8 @@ def test_faults_are_one_line(tmp_path: Path, lines: str, says: str) -> None:
     assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: {says}")
 
 
-def test_the_check_says_what_only_plugins_read(tmp_path: Path, run: Run) -> None:
-    of(tmp_path, 'like = "slap"\n[bench]\ngauge = 10\n[plugin]\ntone = 0.5\n')
+def test_the_values_of_a_plugin_play_the_bass(tmp_path: Path, run: Run) -> None:
+    made = of(tmp_path, 'like = "slap"\n[bench]\ngauge = 10\n[plugin]\ntone = 0.3\ndrive = 0.5\n')
+    assert made.played == (("tone", float(np.float32(0.3))),) and made.effects.drive == 0.5
     status, out, err = run("presets", "check", tmp_path / "mine.toml")
-    assert status == 0 and "bench.gauge" not in out + err
-    assert "plugin.tone" in out + err and "only plugins and the page read it" in out + err
+    assert status == 0 and "plugin.tone" not in out + err and "plugin.drive" not in out + err

@@ -87,8 +87,9 @@ def test_the_balance_closes(name: str, modes: int, frets: bool) -> None:
         assert not (isinstance(hand, Finger) and given.any())
 
 
-@pytest.mark.parametrize(("stiffness", "loss"), [(1e13, 1.0), (1e10, 3.0), (1e8, 100.0), (1e8, 1e5)])
-@pytest.mark.parametrize("modes", [23, 12])
+@pytest.mark.parametrize(
+    ("modes", "stiffness", "loss"), [(23, 1e13, 1.0), (12, 1e10, 3.0), (23, 1e8, 100.0), (12, 1e8, 1e5)]
+)
 @pytest.mark.parametrize("name", SETS)
 def test_the_balance_closes_over_frets_that_lose(name: str, modes: int, stiffness: float, loss: float) -> None:
     played = play(yielding(rough(modes), stiffness, loss), SETS[name])
@@ -147,7 +148,7 @@ def random_hands(seed: int, length: float, duration: float) -> list[Hand]:
     return [one() for _ in range(rng.integers(1, 6))]
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", range(12))
 def test_the_balance_closes_with_random_hands(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     modes, rate = int(rng.integers(8, 24)), 10 ** rng.uniform(4.8, 6)

@@ -25,21 +25,26 @@ from support.states import STATE
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
 WIDTH, HEIGHT = 900, 460
+PLAY, BENCH, TONE, SETTINGS = range(4)  # pages
+PAGES = 4
 GUARD = 64  # numbers around the pixels that must not be written
 Pixels = NDArray[np.uint32]
 
 VALUE = c.CFUNCTYPE(c.c_double, c.c_void_p, c.c_int)
 SET = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_double, c.c_int)
 TEXT = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_double, c.POINTER(c.c_char), c.c_size_t)
+READ = c.CFUNCTYPE(c.c_int, c.c_void_p, c.c_int, c.c_char_p, c.POINTER(c.c_double))
 NOTE = c.CFUNCTYPE(None, c.c_void_p, c.c_int, c.c_int, c.c_int, c.c_double)
 SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
 
 
 # Filled by the C of an instance, for a picture of it
 OPTIONAL = {
-    "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "learn": None, "controller": None,
-    "list": "lb_list_sounds", "sound": "lb_sound_name", "save": "lb_save_sound", "load": "lb_load_sound",
-    "remove": "lb_remove_sound", "paste": "lb_take_text",
+    "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "copy": "lb_copy_side", "learn": None,
+    "controller": None, "title": "lb_title", "playing": "lb_playing_sound", "group": "host_group",
+    "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
+    "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
+    "zoom": None, "paste": "lb_take_text",
 }  # fmt: skip
 
 
@@ -48,7 +53,8 @@ class Face(c.Structure):
 
     _fields_ = [
         ("owner", c.c_void_p), ("look", c.c_void_p), ("value", VALUE), ("most", VALUE), ("set", SET), ("text", TEXT),
-        ("note", NOTE), ("switched", SWITCHED), *((name, c.c_void_p) for name in OPTIONAL),
+        ("read", READ), ("note", NOTE), ("own", c.c_void_p), ("switched", SWITCHED),
+        *((name, c.c_void_p) for name in OPTIONAL),
     ]  # fmt: skip
 
 
@@ -72,8 +78,14 @@ def library() -> Any:
         ("lb_new_picture", address, [c.POINTER(Face)]),
         ("lb_free_picture", None, [address]),
         ("lb_draw", None, [address, address, whole, whole, real, whole, real, c.POINTER(c.c_int * 4)]),
+        ("lb_drawn_area", whole, [address, whole, c.POINTER(c.c_int * 4)]),
         ("lb_point", whole, [address, whole, real, real, whole]),
         ("lb_watch", None, [address, whole]),
+        ("lb_key", whole, [address, whole, whole]),
+        ("lb_wants_keys", whole, [address]),
+        ("lb_text_to_value", whole, [address, whole, c.c_char_p, c.POINTER(real)]),
+        ("lb_copy_side", None, [address]),
+        ("lb_title", None, [address, address, c.c_size_t]),
         ("lb_put_look", None, [address, address]),
         ("lb_read_look", whole, [address, whole, address]),
         ("lb_looks_taken", c.c_uint64, [address]),
@@ -227,7 +239,8 @@ class Picture:
         self.look = host.look if host else library().new_looks()
         self.face = Face(
             host.address if host else None, self.look, VALUE(self._value), VALUE(self._most), SET(self._set),
-            TEXT(self._text), NOTE(self._note),
+            TEXT(self._text), READ(self._read), NOTE(self._note),
+            c.cast(library().host_own, c.c_void_p) if host else None,
             SWITCHED(lambda _, key: library().host_switched(host.address, key) if host else None),
         )  # fmt: skip
         for name in optional:
@@ -259,6 +272,18 @@ class Picture:
             said = PARAMETERS[k].points[int(value)] if PARAMETERS[k].points else f"{value:.2f} {PARAMETERS[k].unit}"
             c.memmove(text, said.encode()[: room - 1] + b"\0", min(len(said), room - 1) + 1)
 
+    def _read(self, _: int, k: int, text: bytes, to: Any) -> int:
+        if self.host:
+            return int(library().lb_text_to_value(self.host.address, k, text, to))
+        to[0] = float(text)
+        return 1
+
+    def key(self, *keys: int | str, modifiers: int = 0) -> bool:
+        """Types keys, or texts; returns whether the window used them all."""
+        codes = [code for key in keys for code in (map(ord, key) if isinstance(key, str) else (key,))]
+        used = [library().lb_key(self.address, code, modifiers) for code in codes]
+        return all(used)
+
     def _note(self, _: int, on: int, string: int, key: int, velocity: float) -> None:
         self.notes.append((on, string, key))
         if self.host:
@@ -279,9 +304,29 @@ class Picture:
         assert (self.memory[:GUARD] == 0x12345678).all() and (self.memory[-GUARD:] == 0x12345678).all()
         return tuple(dirty)
 
+    def drawn_areas(self) -> list[tuple[int, ...]]:
+        """The areas that the last picture has drawn, as from `draw`."""
+        found, area = list[tuple[int, ...]](), (c.c_int * 4)()
+        while library().lb_drawn_area(self.address, len(found), c.byref(area)):
+            found.append(tuple(area))
+        return found
+
     def point(self, kind: int, x: float, y: float, modifiers: int = 0) -> int:
         """Moves or clicks the pointer; returns its shape."""
         return int(library().lb_point(self.address, kind, x, y, modifiers))
+
+    def turn_to(self, page: int) -> None:
+        """Presses a page's tab: the row is found by the pointer."""
+        scale, places = self.scale, [14 + 84 * k + 40 for k in range(PAGES)]
+        row = next(
+            y
+            for y in range(int(46 * scale), len(self.pixels), 2)
+            if all(self.point(MOVE, x * scale, y) == 1 and not self.point(MOVE, (x + 42) * scale, y) for x in places)
+        )
+        self.point(PRESS, places[page] * scale, row)
+        self.point(RELEASE, places[page] * scale, row)
+        self.point(MOVE, 0, 0)
+        self.draw()
 
     def save(self, file: Path) -> None:
         """Writes a PNG."""

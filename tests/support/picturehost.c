@@ -39,6 +39,8 @@ double host_most(host *h, int parameter) { return lb_most(&h->instance, paramete
 void host_text(host *h, int parameter, double value, char *text, size_t room) {
     lb_value_to_text(&h->instance, parameter, value, text, room);
 }
+int host_group(host *h, int bass) { return lb_shelf_group(h->instance.shelf, bass); }
+const lb_own *host_own(host *h) { return lb_shelf_own(h->instance.shelf, (int)lb_value(&h->instance, LB_BASS)); }
 const lb_switch *host_switched(host *h, int key) {
     return lb_shelf_switch(h->instance.shelf, (int)lb_value(&h->instance, LB_BASS), key);
 }

@@ -27,6 +27,14 @@ def beats(*rows: Sequence[Note] | Note | None, length: Fraction = BEAT) -> list[
     return [Beat(k * length, length, each) for k, each in enumerate(notes)]
 
 
+def hard_tab() -> Tab:
+    """Two bars of all hands: thumb, pop, hammer-on, slide, harmonic, dead note, bend and palm mute."""
+    first = beats(note(0, 3, technique="slap"), note(3, 5, technique="pop"), note(1, 2, hammer=True), note(1, 4))
+    bent = note(0, 5, bend=((Fraction(0), 0.0), (Fraction(1), 2.0)), palm=True)
+    slide, natural = note(2, 5, slides=frozenset([model.LEGATO])), note(3, 12, harmonic=model.NATURAL, node=12.0)
+    return tab(first, beats(slide, [note(2, 7), note(1, 3, dead=True)], natural, bent), bpm=240.0)
+
+
 def tab(*bars: list[Beat], tuning: tuple[int, ...] = BASS, bpm: float = 120.0, **track: Any) -> Tab:
     """A piece with a bass in bars of 4/4."""
     whole = [Bar(Fraction(4)) for _ in bars]
@@ -54,7 +62,7 @@ def as_gp5(piece: Tab, version: tuple[int, int, int] = (5, 1, 0)) -> bytes:
         made.measures = [gp.Measure(made, header) for header in song.measureHeaders]
         for measure, bar, voices in zip(made.measures, piece.bars, track.bars, strict=True):
             for voice, own in zip(measure.voices, voices or [[Beat(Fraction(0), bar.length, [])]], strict=False):
-                voice.beats = [_gp_beat(gp, voice, beat, len(track.tuning)) for beat in own]
+                voice.beats = [_gp_beat(gp, voice, beat, len(track.tuning), version) for beat in own]
                 for tempo in bar.tempos:
                     place = next((k for k, beat in enumerate(own) if beat.at == tempo.at), None)
                     if place is not None and (tempo.at or bar is not piece.bars[0]):
@@ -93,7 +101,7 @@ def _gp_length(gp: Any, length: Fraction) -> Any:
     raise ValueError(length)
 
 
-def _gp_beat(gp: Any, voice: Any, beat: Beat, strings: int) -> Any:
+def _gp_beat(gp: Any, voice: Any, beat: Beat, strings: int, version: tuple[int, ...]) -> Any:
     made = gp.Beat(voice, duration=_gp_length(gp, beat.length))
     made.status = gp.BeatStatus.normal if beat.notes else gp.BeatStatus.rest
     if beat.stroke:
@@ -132,7 +140,10 @@ def _gp_beat(gp: Any, voice: Any, beat: Beat, strings: int) -> Any:
             effect.harmonic = gp.ArtificialHarmonic(gp.PitchClass(0), gp.Octave.ottava)
         for grace in each.graces:
             way = gp.GraceEffectTransition[grace.joined or "none"]
-            effect.grace = gp.GraceEffect(int(4 / grace.length), grace.fret, grace.dead, grace.on_beat, way)
+            length = int(4 / grace.length)
+            if version[0] < 5:  # where PyGuitarPro confuses these two
+                way, length = gp.GraceEffectTransition(8 - length.bit_length()), 1 << 7 - way.value
+            effect.grace = gp.GraceEffect(length, grace.fret, grace.dead, grace.on_beat, way)
     return made
 
 
@@ -193,6 +204,7 @@ def _gpif_bar(bar: Bar, bars: list[int]) -> str:
     tags = {sign: "Jump" if sign.startswith("da ") else "Target" for sign in bar.signs}
     signs = "".join(f"<{tags[sign]}>{names[sign]}</{tags[sign]}>" for sign in bar.signs)
     text += f"<Directions>{signs}</Directions>" if signs else ""
+    text += f"<Key><AccidentalCount>{bar.fifths}</AccidentalCount></Key>"
     text += "<TripletFeel>Triplet8th</TripletFeel>" if bar.swing else ""
     return text + (f"<Section><Text>{bar.name}</Text></Section>" if bar.name else "")
 
@@ -229,6 +241,8 @@ def _gpif_beat(put: Callable[[str, str], int], beat: Beat, track: Track, grace: 
     text += f"<Notes>{' '.join(notes)}</Notes>" if notes else ""
     text += f"<GraceNotes>{grace}</GraceNotes>" if grace else ""
     text += "<Fadding>FadeIn</Fadding>" if "fade in" in beat.signs else ""
+    hairpins = {"crescendo": "Crescendo", "diminuendo": "Decrescendo"}
+    text += f"<Hairpin>{hairpins[beat.hairpin]}</Hairpin>" if beat.hairpin else ""
     properties = {"slap": "Slapped", "pop": "Popped"}
     own = "".join(
         f'<Property name="{properties[each.technique]}"><Enable/></Property>'
@@ -278,6 +292,9 @@ def _gpif_note(each: Note, track: Track) -> str:
     text += "<AntiAccent>Normal</AntiAccent>" if each.ghost else ""
     text += "<LetRing/>" if each.let_ring else ""
     text += "<Vibrato>Slight</Vibrato>" if each.vibrato == 0.5 else ""
+    ornaments = {"mordent": "LowerMordent", "inverted mordent": "UpperMordent", "turn": "Turn",
+                 "inverted turn": "InvertedTurn"}  # fmt: skip
+    text += f"<Ornament>{ornaments[each.ornament]}</Ornament>" if each.ornament else ""
     if each.trill:
         text += f"<Trill>{track.tuning[each.string] + track.capo + each.trill[0]}</Trill>"
         ticks = int(480 * each.trill[1])
@@ -296,6 +313,16 @@ def zipped(files: dict[str, bytes]) -> bytes:
         for name, content in files.items():
             archive.writestr(name, content)
     return out.getvalue()
+
+
+def locked(archive: bytes) -> bytes:
+    """A zip archive whose files are marked as locked."""
+    made = bytearray(archive)
+    for head, flags in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
+        at = -1
+        while (at := made.find(head, at + 1)) >= 0:
+            made[at + flags] |= 1
+    return bytes(made)
 
 
 def as_gpx(piece: Tab) -> bytes:
@@ -348,7 +375,7 @@ def _measure(piece: Tab, track: Track, number: int) -> str:
         )
         capo = f"<capo>{track.capo}</capo>" if track.capo else ""
         text += f"<staff-details><staff-lines>{len(track.tuning)}</staff-lines>{lines}{capo}</staff-details>"
-    text += "</attributes>"
+    text += f"<key><fifths>{bar.fifths}</fifths></key></attributes>"
     if bar.opens:
         text += '<barline location="left"><repeat direction="forward"/></barline>'
     if bar.endings:
@@ -364,7 +391,11 @@ def _measure(piece: Tab, track: Track, number: int) -> str:
     for k, voice in enumerate(track.bars[number]):
         if k:
             text += f"<backup><duration>{int(bar.length * DIVISIONS)}</duration></backup>"
-        text += "".join(_xml_beat(beat, k + 1, track) for beat in voice)
+        before = [beat for voices in track.bars[:number] for beat in voices[k] if beat.notes] if not k else []
+        for beat in voice:
+            text += _xml_force(beat, before[-1] if before else None) if not k else ""
+            text += _xml_beat(beat, k + 1, track)
+            before += [beat]
     end = f'<ending number="{",".join(map(str, sorted(bar.endings)))}" type="stop"/>' if bar.endings else ""
     end += f'<repeat direction="backward" times="{bar.plays}"/>' if bar.plays > 1 else ""
     return f'<measure number="{number + 1}">{text}{f"<barline>{end}</barline>" if end else ""}</measure>'
@@ -381,6 +412,20 @@ def _pitch(value: int, prefix: str = "") -> str:
     step = "CCDDEFFGGAAB"[value % 12]
     alter = f"<{prefix}alter>1</{prefix}alter>" if value % 12 in (1, 3, 6, 8, 10) else ""
     return f"<{prefix}step>{step}</{prefix}step>{alter}<{prefix}octave>{value // 12 - 1}</{prefix}octave>"
+
+
+def _xml_force(beat: Beat, before: Beat | None) -> str:
+    """The dynamic and the hairpin that begin at a beat, and the end of the hairpin of the one before."""
+    rows = []
+    last = before.hairpin if before else ""
+    if last and beat.hairpin != last:
+        rows.append('<wedge type="stop"/>')
+    if beat.hairpin and beat.hairpin != last:
+        rows.append(f'<wedge type="{beat.hairpin}"/>')
+    now, then = (each.notes[0].velocity if each and each.notes else model.FORTE for each in (beat, before))
+    if beat.notes and now != then:
+        rows.append(f"<dynamics><{model.DYNAMICS[(now - model.SOFTEST) // model.STEP]}/></dynamics>")
+    return "".join(f"<direction><direction-type>{row}</direction-type></direction>" for row in rows)
 
 
 def _xml_beat(beat: Beat, voice: int, track: Track) -> str:
@@ -428,6 +473,7 @@ def _xml_notations(beat: Beat, each: Note, track: Track) -> str:
                      "falloff": model.OUT_DOWN in each.slides, "doit": model.OUT_UP in each.slides}  # fmt: skip
     text += f"<articulations>{''.join(f'<{tag}/>' for tag, on in articulations.items() if on)}</articulations>"
     ornaments = '<wavy-line type="start"/>' * bool(each.vibrato) + "<trill-mark/>" * bool(each.trill)
+    ornaments += f"<{each.ornament.replace(' ', '-')}/>" if each.ornament else ""
     if each.tremolo:
         ornaments += f'<tremolo type="single">{(1 / each.tremolo).numerator.bit_length() - 1}</tremolo>'
     text += f"<ornaments>{ornaments}</ornaments>"

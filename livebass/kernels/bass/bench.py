@@ -32,6 +32,9 @@ BENCH_STRING = np.dtype(
         ("tap_width", "i8"),  # numbers of a tap
         ("capo", "i8"),  # 1: the neck has a capo, so even the open string has a stop
         ("bowed", "i8"),  # 1: the surface is a bare board through the frets, see `bow_through`
+        ("open_note", "i8"),  # MIDI
+        ("shifted", "i8"),  # semitones by which the sliders have tuned it ...
+        ("retuned", "f8"),  # ... and the factor of its pitch, with the A
         ("length", "f8"),  # m, nut to saddle
         # The rows of string and neck, in SI; but `contact_loss` is c of contact.py, s/m
         *((name, "f8") for part in (StringNumbers, NeckNumbers) for name in rows(part)),
@@ -73,6 +76,7 @@ BENCH = np.dtype(
         ("decay_length", "f8", (PICKUPS,)),  # m
         ("pickup_level", "f8", (PICKUPS,)),
         ("tap", "i8", (PICKUPS, MOST_STRINGS)),  # the pickup's tap on a string; -1: it does not sense the string
+        ("a4", "f8"),  # Hz
         ("capacitance", "f8"),  # F
         ("rounding", "f8"),  # of the player, as the next four
         ("rounding_soft", "f8"),

@@ -30,13 +30,14 @@ from livebass.kernels.bass.instrument import (
     response_of,
     words_before_numbers,
 )
-from livebass.kernels.machine.elementary import exp
+from livebass.kernels.machine.elementary import exp, exp2
 from livebass.kernels.machine.native import floats_at, record_at, words_at
-from livebass.kernels.string.note import MADE, gap_under
+from livebass.kernels.string.note import MADE, gap_under, under_tension
 from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES, note_at
 from livebass.techniques import (
     ACTION,
     CABLE,
+    CONCERT_PITCH,
     CONTACT_LOSS,
     FINGER_WIDTH,
     FOAM,
@@ -44,6 +45,7 @@ from livebass.techniques import (
     FRET_HEIGHT,
     GAUGE,
     HARDEST,
+    NAMED_TUNING,
     NECK_MASS,
     NECK_RELIEF,
     NECK_RESONANCE,
@@ -56,6 +58,9 @@ from livebass.techniques import (
     PLUCK_ANGLE,
     SLIDERS,
     TENSION,
+    TUNED_BY,
+    TUNED_DROPPED,
+    TUNED_FURTHER,
     WEAR,
 )
 
@@ -100,6 +105,7 @@ change_at = record_at(CHANGE)
 MM, PERCENT, PICO, DEGREE = 1e-3, 1e-2, 1e-12, math.pi / 180.0
 LEAST_CAPACITANCE = 50e-12  # F
 STEEPEST = 1.55  # rad from straight up
+MOST_SLACK = 2.0  # times the pull: nobody pulls a slack string farther
 LEAST_FRETS = 3  # that a neck needs for action, relief and nut to set its heights
 APART = 1.0  # Hz between resonances of the neck, at least
 
@@ -168,6 +174,7 @@ def move(bench, value):
     """Moves a BENCH by the slider values; returns True if frets or board have moved."""
     numbers = floats_at(bench.numbers, ALL)
     move_strings(bench, value)
+    tune_strings(bench, numbers, value)
     move_pickups(bench, numbers, value)
     move_hand(bench, value)
     move_resonance(bench, numbers, value)
@@ -195,6 +202,34 @@ def move_strings(bench, value):
         string.axial_stiffness = string.axial_stiffness * g * g
         bench.contact_loss[i] *= 1.0 + PERCENT * value[CONTACT_LOSS]
         string.contact_loss = bench.contact_loss[i] / bench.pressing[i]
+
+
+@jit
+def tune_strings(bench, numbers, value):
+    """Tunes the strings by their tension: model.instrument.tensioned for each, with its measured modes.
+
+    A string pulled tighter gives way less: see `take_bench`. Notes keep their offsets from the frets' own pitches.
+    """
+    named, higher = np.int64(value[NAMED_TUNING]), (bench.a4 + value[CONCERT_PITCH]) / bench.a4
+    if named == 0 and value[CONCERT_PITCH] == 0.0:
+        return
+    bench.a4 += value[CONCERT_PITCH]
+    for i in range(bench.strings):
+        string = bench.string[i]
+        string.shifted = TUNED_BY[named]
+        if string.open_note == TUNED_DROPPED[named]:
+            string.shifted -= TUNED_FURTHER[named]
+        string.retuned = exp2(string.shifted / 12.0) * higher
+        square, f0 = string.retuned * string.retuned, string.law_fundamental
+        if f0 == 0.0:
+            f0 = np.sqrt(string.tension / string.linear_density) / (2 * string.length)
+        for j in range(string.frequencies_count):
+            nu = numbers[string.frequencies + j]
+            numbers[string.frequencies + j] = np.sqrt(nu * nu + (square - 1.0) * (((j + 1) * f0) * ((j + 1) * f0)))
+        string.tension, string.inharmonicity = under_tension(string.tension, string.inharmonicity, string.retuned)
+        string.law_fundamental *= string.retuned
+        for k in range(string.pitches_count):
+            numbers[string.pitches + 2 * k] *= string.retuned
 
 
 @jit
@@ -321,6 +356,10 @@ def take_bench(bench, instrument):
     player.pluck_angle = bench.pluck_angle
     player.hardest = bench.hardest
     for i in range(bench.strings):
+        instrument.open_note[i] += bench.string[i].shifted
+        if bench.string[i].retuned != 1.0:
+            square = bench.string[i].retuned * bench.string[i].retuned
+            instrument.slack[i] = min(instrument.slack[i] / square, MOST_SLACK)
         instrument.stretch[i] = bench.string[i].axial_stiffness / (2 * (bench.string[i].length + BEYOND))
         for p in range(bench.pickups):
             k = bench.tap[p, i]

@@ -90,11 +90,17 @@ def end_noise(noise):
 
 
 @jit
+def is_pulling(voice):
+    """True while the finger pulls the string, after its wait on it."""
+    return 0 < voice.pulling <= voice.pull
+
+
+@jit
 def hear_hands(voice, y):
     """Adds this frame's noises to each pickup's speed in `y`, which follows its displacement."""
     skin, click, knock = voice.skin, voice.click, voice.knock
     x = 0.0
-    if voice.pulling > 0:
+    if is_pulling(voice):
         skin.speed += skin.growth
     if skin.speed > 0.0:
         x += skin.speed * next_of_band(skin.band, chance(voice.seed, APART + 2 * skin.frames))

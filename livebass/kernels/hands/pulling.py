@@ -7,6 +7,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands import thumb
+from livebass.kernels.hands.noise import is_pulling
 from livebass.kernels.machine.elementary import cos, exp, sin, squared
 from livebass.kernels.string import glide, modal
 from livebass.kernels.string.frame import invalidate_contact
@@ -107,7 +108,7 @@ def pull_profile(voice, left):
 def end_pull(string, ops):
     """Ends a pull early: the string continues from its present displacement and velocity."""
     voice = string.voice
-    if 0 < voice.pulling <= voice.pull:
+    if is_pulling(voice):
         slot = string.slots[voice.slot]
         op = glide.current_operator(string, ops, voice.slot)
         up, moving = pull_profile(voice, voice.pulling - 1)
@@ -117,6 +118,7 @@ def end_pull(string, ops):
             slot.v_active = op.padded
         wake_slot(slot, op, voice.step)
     voice.pulling = 0
+    voice.waiting = 0
     voice.landing = 0
     slot = string.slots[voice.slot]
     if slot.active == 0 and slot.v_active == 0:
@@ -150,6 +152,9 @@ def excite(voice, slot, op):
         invalidate_contact(slot.u, op)  # the finger moves the string, so the earlier penetration is stale
         invalidate_contact(slot.v, op)
         voice.fingering -= 1
+    if voice.waiting > 0:
+        voice.waiting -= 1
+        return
     if voice.pulling > 0:
         voice.pulling -= 1
         if voice.pulling == 0:

@@ -30,14 +30,16 @@ def lift_fingers(string, frames):
 
 
 @jit
-def begin_stroke(string, ops, fret, frames):
-    """Prepares the string for a stroke at `fret`; returns its slot.
+def begin_stroke(string, ops, event, frames):
+    """Prepares the string for a stroke's event; returns its slot.
 
-    Fingers on the string lift within `frames` frames; a striking thumb is removed.
+    Fingers on the string lift within `frames` frames after the stroke's wait; a striking thumb is removed.
     """
     voice = string.voice
-    prepare_string(string, ops, fret)
-    lift_fingers(string, frames)
+    prepare_string(string, ops, event.fret)
+    voice.wait = np.int64(np.rint(event.wait * voice.rate))
+    voice.waiting = voice.wait
+    lift_fingers(string, voice.wait + frames)
     slot = string.slots[voice.slot]
     slot.on = 1
     slot.touching = 0
@@ -48,14 +50,14 @@ def begin_stroke(string, ops, fret, frames):
 
 @jit
 def begin_pluck(string, ops, event):
-    """Grips the string with a finger, which pulls it for voice.pull frames and lets go.
+    """Grips the string with a finger, which waits, pulls it for voice.pull frames and lets go.
 
     If the event has no width, release or angle, the string's own applies.
     """
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
     op = ops[event.fret]
-    slot = begin_stroke(string, ops, event.fret, voice.pull)
+    slot = begin_stroke(string, ops, event, voice.pull)
     apex, position = event.apex, event.place
     rounding = event.width if event.width != 0.0 else voice.rounding
     release = event.seconds if event.seconds != 0.0 else voice.release
@@ -79,6 +81,7 @@ def begin_pluck(string, ops, event):
     begin_click(voice, event.value)
     voice.pulling = voice.pull + 1 if voice.pull > 0 else 0  # this frame counts one down already
     if voice.pull == 0:
+        voice.waiting = 0
         release_held_shape(voice, slot, op, voice.follow)
 
 
@@ -88,7 +91,7 @@ def begin_strike(string, ops, event):
     voice, slots = string.voice, string.slots
     sounding = slots[voice.slot].on
     op, position = ops[event.fret], event.place
-    slot = begin_stroke(string, ops, event.fret, voice.strike)
+    slot = begin_stroke(string, ops, event, voice.strike)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         # the thumb lies on the string, then throws it
         grip(voice, slot, op, position, max(voice.strike // 2, 1), MOST_NEPERS, 0.0)
@@ -108,7 +111,7 @@ def throw_mass(string, ops, event):
     if not 0.0 < event.speed < np.inf:
         return
     sounding = string.slots[voice.slot].on
-    slot = begin_stroke(string, ops, event.fret, np.int64(np.rint(TOUCHED_BEFORE * voice.rate)))
+    slot = begin_stroke(string, ops, event, np.int64(np.rint(TOUCHED_BEFORE * voice.rate)))
     voice.fingering = 0
     thumb.set_out(slot.thumb, voice, op, event)
     if sounding and (slot.active > 0 or slot.v_active > 0):

@@ -13,7 +13,7 @@ from livebass.kernels.player.events import send_value_to_all
 from livebass.kernels.player.expression import follow_wheel, send_bends, send_gains, send_vibratos
 from livebass.kernels.player.fingering import HAND_SPAN, move_hand, note_range, string_called
 from livebass.kernels.player.notes import cut_string, forget_keys, release_all_notes, stop_pedalled, stop_string
-from livebass.kernels.player.parameters import adjust_player, turn_parameter
+from livebass.kernels.player.parameters import adjust_player, set_amount, set_parameter, turn_parameter, within_limits
 from livebass.kernels.player.performer import (
     ALL_ALIKE,
     ANY,
@@ -22,12 +22,14 @@ from livebass.kernels.player.performer import (
     MOST_RANGE,
     MOST_STRINGS,
     NO_RPN,
+    operators_at,
     performer_at,
 )
 from livebass.kernels.player.touches import touch_palms
 from livebass.kernels.string.records import BLEND
 from livebass.techniques import (
     ACTIONS,
+    AMOUNT,
     BEND_STARTS,
     CC_BEND,
     CC_BLEND,
@@ -44,16 +46,22 @@ from livebass.techniques import (
     CC_VOLUME,
     GAIN_DB,
     HAND_AT,
+    LEAST_SETTINGS,
     LET_RING,
+    MOST_SETTINGS,
     NO_FUNCTION,
     NO_SWITCH,
     ON_STRING,
     OWN,
     PALM,
+    PARAMETER,
     PARAMETERS,
+    SETTING,
+    SETTINGS,
     SLIDE_STEP,
     STOP_ALL,
     STROKE_OF,
+    SWITCHED,
     TECHNIQUE,
     TOP_KEYS,
     VIBRATO,
@@ -302,6 +310,27 @@ def latch(p, ops, action, on):
     if more != 0:
         p.controls.latched[action] = on
         use_technique(p, ops, action, more)
+
+
+@jit
+def set_value(p, ops, kind, number, value):
+    """Sets a parameter's value by the `kind` and number of its event (techniques.event); others change nothing."""
+    if kind == PARAMETER and number < PARAMETERS:
+        set_parameter(p, number, within_limits(number, value))
+    elif kind == AMOUNT:
+        set_amount(p, ops, number, value)
+    elif kind == SWITCHED and number < ACTIONS:
+        latch(p, ops, number, np.int64(value > 0.5))
+    elif kind == SETTING and number < SETTINGS:
+        value = 0.0 if np.isnan(value) else value
+        p.controls.settings[number] = min(max(value, LEAST_SETTINGS[number]), MOST_SETTINGS[number])
+
+
+@entry("void(int64, int64, int64, int64, float64)", SMALL)
+def take_value(p, ops, kind, number, value):
+    """C function: `set_value` for addresses."""
+    performer = performer_at(p)
+    set_value(performer, operators_at(ops, performer.strings, performer.frets + 1), kind, number, value)
 
 
 @jit

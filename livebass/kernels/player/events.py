@@ -29,6 +29,7 @@ def next_event(p, i, kind):
 def send_pluck(p, i, fret, apex, place, width, release, angle):
     """Plucks the string; returns the event, still without skin noise."""
     e = next_event(p, i, PLUCK)
+    e.wait = p.hands.late
     e.fret = fret
     e.apex = apex
     e.place = place
@@ -42,6 +43,7 @@ def send_pluck(p, i, fret, apex, place, width, release, angle):
 def send_throw(p, i, fret, speed, place, mass, width, stiffness):
     """Throws a mass on the string: the thumb's if the last three arguments are 0."""
     e = next_event(p, i, THROW)
+    e.wait = p.hands.late
     e.fret = fret
     e.speed = speed
     e.place = place

@@ -5,11 +5,13 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.player.channels import followed, follows
 from livebass.kernels.player.performer import FREE, HELD
+from livebass.techniques import AVOID_OPEN, HAND_POSITION
 
 HAND_SPAN = 3  # frets beyond the first finger
 # The cheapest string is chosen. Costs: per fret, per fret beyond the hand, and for taking a sounding string, less for
 # older notes. A sounding string is only taken for its own note, or if no other string can play this one.
 FRET_COST, MOVE_COST, TAKEN_COST, AGE_GAIN = 0.4, 2.5, 1000.0, 1e-6
+OPEN_COST = 200.0  # of an open string that the player avoids
 SHARED_COST = 500.0  # of a string that sounds this note for another channel: both sound if a string is free
 HARMONICS = (12, 19, 24, 28, 31, 34, 36)  # semitones of harmonics 2 to 8 above the open string
 UNCALLED = 5  # of these sound on any string, the others on a string that the player chose
@@ -17,8 +19,13 @@ UNCALLED = 5  # of these sound on any string, the others on a string that the pl
 
 @jit
 def choose_string(p, channel, note):
-    """Returns the string for `note` of `channel`, -1: none has it. Prefers free, then near, then oldest strings."""
-    hands = p.hands
+    """Returns the string for `note` of `channel`, -1: none has it. Prefers free, then near, then oldest strings.
+
+    Near is the hand, or the place of HAND_POSITION. With AVOID_OPEN a string is open only if no free one has the note.
+    """
+    hands, place = p.hands, np.int64(p.controls.settings[HAND_POSITION])
+    if place == 0:
+        place = hands.place
     best = -1
     least = np.inf
     for i in range(p.strings):
@@ -27,8 +34,10 @@ def choose_string(p, channel, note):
             continue
         cost = FRET_COST * fret
         if fret > 0:
-            away = max(hands.place - fret, fret - hands.place - HAND_SPAN, 0)
+            away = max(place - fret, fret - place - HAND_SPAN, 0)
             cost += MOVE_COST * away
+        elif p.controls.settings[AVOID_OPEN] > 0.0:
+            cost += OPEN_COST
         if hands.state[i] != FREE:
             same = hands.key[i] >= 0 and p.open[i] + hands.fret[i] == note
             if same:

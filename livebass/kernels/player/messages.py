@@ -40,6 +40,7 @@ from livebass.kernels.player.performer import (
     CHANNELS,
     FREE,
     MOST_STRINGS,
+    NEVER,
     NOTE_A_CHANNEL,
     STRING_A_CHANNEL,
     WHILE_HELD,
@@ -239,6 +240,8 @@ def update_idle(p):
 
     With WHILE_HELD, the hands that end the last note also rest on the idle strings.
     """
+    if p.answering == NEVER:
+        return
     idle, held = 0, False
     for i in range(p.strings):
         held = held or p.hands.state[i] != FREE

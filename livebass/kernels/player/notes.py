@@ -19,7 +19,7 @@ from livebass.kernels.player.fingering import (
     stopped_at,
 )
 from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALLED, STACK, STRING_A_CHANNEL
-from livebass.kernels.player.strokes import force_at, play_stroke, speed_of_pluck
+from livebass.kernels.player.strokes import force_at, part_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import palm_is_on, touch_palm
 from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
 from livebass.techniques import (
@@ -86,7 +86,7 @@ def note_on(p, ops, channel, key, velocity):
     end_note_expression(p, i)
     before = stopped_at(p, i, before)
     take_channel(p, i, channel)
-    part, stop = p.part[velocity], stopped_at(p, i, fret)
+    part, stop = part_at(p, velocity), stopped_at(p, i, fret)
     if p.switched[TAP] > 0 and fret > 0:
         tap_string(p, ops, i, stop, part)
     elif tied and stop != before:

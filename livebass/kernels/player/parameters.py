@@ -14,9 +14,10 @@ from livebass.kernels.player.expression import send_bends, send_gains, update_vi
 from livebass.kernels.player.performer import ANY
 from livebass.kernels.player.strokes import position_at
 from livebass.kernels.player.touches import touch_palms
-from livebass.kernels.string.records import TONE
+from livebass.kernels.string.records import BLEND, TONE
 from livebass.techniques import (
     BEND_RANGE,
+    CC_BLEND,
     CC_PALM,
     CC_VIBRATO,
     DYNAMICS,
@@ -106,12 +107,16 @@ def set_technique(p, which):
 
 @jit
 def set_amount(p, ops, function, amount):
-    """Sets palm mute or vibrato to `amount`, 0 to 1, as its controller does.
+    """Sets palm mute or vibrato, 0 to 1, or the blend, -1 to 1, to `amount`, as its controller does.
 
-    `function`: CC_PALM or CC_VIBRATO. NaN means 0.
+    `function`: CC_PALM, CC_VIBRATO or CC_BLEND. NaN means 0.
     """
     controls = p.controls
-    amount = min(max(amount, 0.0), 1.0) if not np.isnan(amount) else 0.0
+    least = -1.0 if function == CC_BLEND else 0.0
+    amount = min(max(amount, least), 1.0) if not np.isnan(amount) else 0.0
+    if function == CC_BLEND and amount != controls.blend:
+        controls.blend = amount
+        send_value_to_all(p, BLEND, amount)
     if function == CC_PALM:
         controls.palm_set = amount
         if amount != controls.palm:

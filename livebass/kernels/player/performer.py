@@ -10,7 +10,7 @@ import numpy as np
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.player.constants import KEY_MAP, KEYS, PLAYER, STROKE, STROKES
 from livebass.kernels.string.records import OPERATOR
-from livebass.techniques import ACTIONS, PARAMETERS
+from livebass.techniques import ACTIONS, PARAMETERS, SETTINGS
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
@@ -65,6 +65,7 @@ CONTROLS = np.dtype(
         ("string_of", "i8", (KEYS,)),  # string for each key's next note; -1: the performer chooses
         ("place_of", "f8", (KEYS,)),  # of each key's next note, as PLUCK_POSITION; NaN: none of its own
         ("adjusted", "f8", (PARAMETERS,)),  # the parameters' values; 0: the bass's own
+        ("settings", "f8", (SETTINGS,)),  # of the player, by number; 0: none
         # channels
         ("mode", "i8"),  # ALL_ALIKE, STRING_A_CHANNEL or NOTE_A_CHANNEL
         ("first_channel", "i8"),  # first channel with its own string or notes ...
@@ -97,6 +98,7 @@ HANDS = np.dtype(
         ("latest", "i8"),  # string of the last note; -1: it was dropped
         ("channel_string", "i8", (CHANNELS,)),  # string of the channel's last note; -1: none
         ("other", "i8"),  # 1: the next stroke is the middle finger's, or goes up
+        ("late", "f8"),  # s, by which the present stroke waits
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
     ],

@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.hands.pulling import LEAST_GRAZE, grazing, unit_apex
-from livebass.kernels.machine.elementary import chance, cos, log2, power, squared
+from livebass.kernels.machine.elementary import chance, cos, exp2, log2, power, squared
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.machine.noise import amplitude
 from livebass.kernels.player.constants import PICK, STROKES
@@ -23,7 +23,18 @@ from livebass.kernels.player.touches import (
 )
 from livebass.kernels.string.records import MOST_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
-from livebass.techniques import ARTIFICIAL, ARTIFICIALS, DOWN_STROKE, HARMONIC, LEFT_SLAP, PINCH, UP_STROKE
+from livebass.techniques import (
+    ARTIFICIAL,
+    ARTIFICIALS,
+    DOWN_STROKE,
+    HARMONIC,
+    HUMANISE_FORCE,
+    HUMANISE_TIME,
+    LEFT_SLAP,
+    PINCH,
+    UP_STROKE,
+    VELOCITY_CURVE,
+)
 from livebass.units import OFF
 
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
@@ -44,7 +55,8 @@ SKIN, SKIN_SOFTER, LEAST_SKIN = 1.4, 95.0, 0.2
 CLICK = 5.0  # the same for a pick's noise
 LEAST_PINCH, MOST_PINCH = 3, 8  # partials of pinch harmonics
 PINCH_THUMB = 10e-3  # m from the pick to the thumb that touches the node behind it
-MORE_CHANCE = 1 << 40  # random numbers beyond those for force and place
+MORE_CHANCE, HUMAN_CHANCE = 1 << 40, 1 << 41  # random numbers beyond those for force and place
+MILLI = 1e-3
 # The left hand's slap: fret, kg, half width (m) and stiffness (N/m^1.5) of its fingers
 LEFT_FRET, LEFT_MASS, LEFT_WIDTH, LEFT_STIFFNESS = 7, 0.06, 15e-3, 3e5
 LEFT_SPEED = 0.5  # part of the string's speed after a pluck of the same force
@@ -69,6 +81,13 @@ def fill_strokes(p, given):
             row.angle = player.pluck_angle
         if row.nearer == 0.0:
             row.nearer = player.nearer_when_hard
+
+
+@jit
+def part_at(p, velocity):
+    """The part of a velocity, 0 for the softest note to 1 for the hardest, by the bass's curve and the player's."""
+    part, curve = p.part[velocity], p.controls.settings[VELOCITY_CURVE]
+    return part if curve == 0.0 or part == 0.0 else power(part, exp2(curve))
 
 
 @jit
@@ -166,6 +185,11 @@ def play_stroke(p, ops, i, fret, node, part, ghost, own_place):
     uneven = 1.0 + p.unevenness * chance(p.seed, 2 * p.notes)
     aside = UNEVEN_PLACE * p.unevenness * chance(p.seed, 2 * p.notes + 1)
     weaker = GHOST_FORCE if ghost and not left else 1.0
+    if p.controls.settings[HUMANISE_FORCE] > 0.0:
+        decibels = p.controls.settings[HUMANISE_FORCE] * chance(p.seed, HUMAN_CHANCE + 2 * p.notes)
+        weaker *= power(10.0, decibels / 20.0)
+    later = 0.5 + 0.5 * chance(p.seed, HUMAN_CHANCE + 2 * p.notes + 1)
+    p.hands.late = MILLI * p.controls.settings[HUMANISE_TIME] * later
     force = force_at(p, part) * uneven * weaker
     position = position_at(p, own_place) if not np.isnan(own_place) else p.position
     touched = node if node > 0 else artificial_partial(p, ops, i, stop, position)
@@ -244,6 +268,7 @@ def strike_string(p, ops, i, stop, force, aside):
     if p.usual_slapped == 0:
         depth *= GUEST_THUMB * heard(pull_angle(p, p.strokes[p.usual_stroke], hardness(p, force)))
     e = next_event(p, i, STRIKE_EVENT)
+    e.wait = p.hands.late
     e.fret = stop
     e.apex = depth
     e.place = where

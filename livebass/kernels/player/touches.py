@@ -35,7 +35,8 @@ def touch_node(p, op, i, number):
     """Lays a finger on the node of harmonic `number` nearest to the stop."""
     resistance = NODE_RESISTANCE[number - 2] * characteristic_impedance(op)
     seconds = max(NODE_TIME, NODE_PERIODS[number - 2] * 2.0 * op.length / op.speed)
-    send_touch(p, i, np.int64(NODE_FINGER), op.length - op.length / number, resistance, NODE_WIDTH, seconds)
+    place = op.length - op.length / number
+    send_touch(p, i, np.int64(NODE_FINGER), place, resistance, NODE_WIDTH, seconds + p.hands.late)
 
 
 @jit

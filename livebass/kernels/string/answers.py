@@ -34,7 +34,7 @@ from livebass.kernels.string.touch import linear_density
 
 NEAR = 2 * np.pi * 20.0  # rad/s
 WEAK = 0.004  # |G| over the frequency difference: an answer stays 48 dB below its partial
-EVERY = 16  # frames between two exchanges of a pair; the pairs take turns
+EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
 MOST_FLOW = 0.1  # |G| times the time between two exchanges
 DEAD = 1e-13  # m^1.5: an answer below this is silence
@@ -89,22 +89,18 @@ def fill_answers(string, i, instrument, ops):
 
 
 @fast
-def answers_signal(a, n):
-    """Sums the contributions of `n` answering modes to the signal before the filters."""
-    x = 0.0
-    for g in range(n):
-        x += a.of_q[g] * a.q[g] + a.of_y[g] * a.y[g]
-    return x
-
-
-@fast
 def rotate_answers(a, n):
-    """Moves `n` answering modes by one frame: free motion, damped by hands on their strings."""
+    """Returns the signal of `n` answering modes, before the filters, and moves them by one frame: free motion, damped
+    by hands on their strings.
+    """
+    x = np.float32(0.0)
     for g in range(n):
         q = a.q[g]
         y = a.y[g]
+        x += a.of_q[g] * q + a.of_y[g] * y
         a.q[g] = a.now_cosine[g] * q + a.now_sine[g] * y
         a.y[g] = a.now_cosine[g] * y - a.now_sine[g] * q
+    return x
 
 
 @jit
@@ -173,23 +169,26 @@ def find_pairs(string, slot, op):
     for p in range(n):
         g, i = a.pair_answer[p], a.pair_mode[p]
         r = np.sqrt(linear_density(op) / a.density[g]) * u.omega[i] / a.omega[g]
-        set_flow(a, p, a.pair_allowed[p] * a.pair_real[p] * time, a.pair_imaginary[p] * time, r)
+        set_flow(a.flow[p], a.pair_allowed[p] * a.pair_real[p] * time, a.pair_imaginary[p] * time, r)
+        scale = u.kappa[i] * u.omega[i]
+        a.flow[p, 6] = scale
+        a.flow[p, 7] = 1.0 / scale
     a.pairs = n
 
 
 @jit
-def set_flow(a, p, x, y, r):
-    """Sets the flow of pair `p`: cosh and sinh of the small z = x + i y, with sinh both times and over `r`."""
+def set_flow(flow, x, y, r):
+    """Sets a pair's `flow`: cosh and sinh of the small z = x + i y, with sinh both times and over `r`."""
     square_x, square_y = x * x - y * y, 2 * x * y
     c_x, c_y = 0.5 + square_x / 24.0, square_y / 24.0
     s_x, s_y = 1.0 + square_x / 6.0, square_y / 6.0
-    a.flow_x[p] = 1.0 + square_x * c_x - square_y * c_y
-    a.flow_y[p] = square_x * c_y + square_y * c_x
+    flow[0] = 1.0 + square_x * c_x - square_y * c_y
+    flow[1] = square_x * c_y + square_y * c_x
     sinh_x, sinh_y = x * s_x - y * s_y, x * s_y + y * s_x
-    a.on_x[p] = sinh_x * r
-    a.on_y[p] = sinh_y * r
-    a.back_x[p] = sinh_x / r
-    a.back_y[p] = sinh_y / r
+    flow[2] = sinh_x * r
+    flow[3] = sinh_y * r
+    flow[4] = sinh_x / r
+    flow[5] = sinh_y / r
 
 
 @jit
@@ -204,26 +203,33 @@ def exchange(string, slot, op, step):
     voice, a, u = string.voice, string.answers, slot.u
     for p in range((voice.frame - voice.begun) % EVERY, a.pairs, EVERY):
         g, i = a.pair_answer[p], a.pair_mode[p]
-        scale = u.kappa[i] * u.omega[i]
+        flow = a.flow[p]
+        c_x, c_y, on_x, on_y, back_x, back_y = flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]
         q, y = modal.state_of(u, i)
-        y = -y / scale
+        y *= -flow[7]
         x, z = a.q[g], -a.y[g]
-        c_x, c_y = a.flow_x[p], a.flow_y[p]
-        back = c_x * q - c_y * y + a.back_x[p] * x - a.back_y[p] * z
-        modal.set_state(u, i, back, -scale * (c_x * y + c_y * q + a.back_x[p] * z + a.back_y[p] * x))
-        a.q[g] = c_x * x - c_y * z + a.on_x[p] * q - a.on_y[p] * y
-        a.y[g] = -(c_x * z + c_y * x + a.on_x[p] * y + a.on_y[p] * q)
+        back = c_x * q - c_y * y + back_x * x - back_y * z
+        modal.set_state(u, i, back, -flow[6] * (c_x * y + c_y * q + back_x * z + back_y * x))
+        a.q[g] = c_x * x - c_y * z + on_x * q - on_y * y
+        a.y[g] = -(c_x * z + c_y * x + on_x * y + on_y * q)
         slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
         voice.answering = 1
 
 
 @jit
-def move_answers(string, ops, step):
-    """Moves the answers by one frame, after the string has moved to fine step `step`."""
+def next_answer(string):
+    """Returns the answers' signal in this frame and moves them to the next."""
     voice, a = string.voice, string.answers
-    if voice.answering:
-        set_answer_damping(voice, a)
-        rotate_answers(a, a.padded)
+    if not voice.answering:
+        return 0.0
+    set_answer_damping(voice, a)
+    return rotate_answers(a, a.padded)
+
+
+@jit
+def excite_answers(string, ops, step):
+    """Exchanges energy with the answers, after the string has moved to fine step `step`."""
+    voice, a = string.voice, string.answers
     slot = string.slots[voice.slot]
     if voice.idle != 0 and slot.on and a.count > 0 and not voice.cut:
         exchange(string, slot, ops[slot.fret], step)

@@ -55,9 +55,10 @@ jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 apart = compiled(fastmath=LANES, attributes="noinline")  # for events, which call it in many places, in both widths
 
-# m^1.5/s: slower modes are silent (slot.silence_of), as pickups hear velocity. A loud mode has 1: FAINT is 200 dB below
-# that; ENDED, for a string whose note a hand has ended, 160 dB, which is below 24 bits.
-DEAD, FAINT, ENDED = 1e-13, 1e-10, 1e-8
+# m^1.5/s: slower modes are silent (slot.silence_of), as pickups hear velocity. A loud mode has 1. In exact qualities
+# modes are silent at DEAD, 260 dB below that, and at FAINT once a hand has ended the note; in the others at UNHEARD,
+# 160 dB below, and at ENDED, 144 dB below, which is the range of 24 bits.
+DEAD, FAINT, UNHEARD, ENDED = 1e-13, 1e-10, 1e-8, 6e-8
 MOST_TURN = 2 * np.pi * 0.45  # rad per fine step, of a mode that sounds
 
 
@@ -639,15 +640,15 @@ def damp_by_finger(rows, n, finger):
 
 
 @jit
-def exchange(u, v, flow, n):
+def exchange(u, v, flow, scale, n):
     """Exchanges amplitudes between the first `n` modes of u and v, float64, by the rows of slot.flow (turning.py)."""
     for j in range(n):
-        of_u, of_v = u.kappa[j] * u.omega[j], v.kappa[j] * v.omega[j]
+        of_u, of_v = scale[0, j], scale[1, j]
         x_u, p_u, x_v, p_v = of_u * u.low.q[j], u.low.p[j], of_v * v.low.q[j], v.low.p[j]
         a_x, a_y, b_x, b_y, g_x, g_y = flow[0, j], flow[1, j], flow[2, j], flow[3, j], flow[4, j], flow[5, j]
-        u.low.q[j] = (a_x * x_u + a_y * p_u + g_x * x_v + g_y * p_v) / of_u
+        u.low.q[j] = (a_x * x_u + a_y * p_u + g_x * x_v + g_y * p_v) * scale[2, j]
         u.low.p[j] = a_x * p_u - a_y * x_u + g_x * p_v - g_y * x_v
-        v.low.q[j] = (b_x * x_v + b_y * p_v + g_x * x_u + g_y * p_u) / of_v
+        v.low.q[j] = (b_x * x_v + b_y * p_v + g_x * x_u + g_y * p_u) * scale[3, j]
         v.low.p[j] = b_x * p_v - b_y * x_v + g_x * p_u - g_y * x_u
 
 
@@ -745,12 +746,20 @@ def slope_square(rows, n, first):
 
 @from_mode()
 @jit
-def tighten(rows, n, first, push):
+def set_tense(rows, n, first):
+    """Sets rows.tense from rows.kappa."""
+    for j in range(n):
+        number = number_like(rows, first + j)
+        rows.tense[j] = rows.kappa[j] * (number * number)
+
+
+@over()
+@jit
+def tighten(rows, n, push):
     """Subtracts push j^2 q_j from the velocities, j from 1: more tension for a moment (tension.py)."""
     push = like(rows, push)
     for j in range(n):
-        number = number_like(rows, first + j)
-        rows.p[j] -= rows.kappa[j] * push * (number * number) * rows.q[j]
+        rows.p[j] -= rows.tense[j] * (push * rows.q[j])
 
 
 @jit
@@ -964,6 +973,7 @@ def retune(w, op, rows, ratio):
     split = w.split
     retune_of(w.low, split, w.kappa, w.omega, w.sigma, op)
     retune_of(w.high, op.padded - split, w.kappa[split:], w.omega[split:], w.sigma[split:], op)
+    set_tense(w, op.padded)
 
 
 @jit
@@ -1020,6 +1030,7 @@ def take_coefficients(w, op, rows):
     copy_row(w.high.kappa, w.kappa[split:], n - split)
     copy_row(w.low.sigma, w.sigma, split)
     copy_row(w.high.sigma, w.sigma[split:], n - split)
+    set_tense(w, n)
 
 
 @jit

@@ -64,6 +64,7 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
             ("leaps", leap, (3,)),
             _row("pace", kind),  # 1 / kappa: modal velocity is pace P - sigma q
             _row("kappa", kind),
+            _row("tense", kind),  # j^2 kappa, j from 1: what tension takes from P per displacement (tension.py)
             _row("sigma", kind),
         ]
     )
@@ -271,7 +272,8 @@ SLOT = on_lines(
         ("coupled_ratio", "f8"),  # ... and `ratio`
         # turned axes: recomputed for another operator or tuning
         ("flow", "f8", (6, LOW)),  # of an exchange: what u keeps, v keeps, and passes on, complex (turning.py) ...
-        ("flow_key", "f8", (3,)),  # ... and its key: operator, its length, tuning
+        ("flow_scale", "f8", (4, LOW)),  # ... and kappa omega of u and v, and their inverses ...
+        ("flow_key", "f8", (4,)),  # ... and its key: operator, its length and fine step, tuning
         # touching fingers: recomputed when their places change
         ("touch_shape", "f8", (TOUCHES, DASHPOTS, ROW)),  # mode shapes at the dashpots of each ...
         ("touch_shape_high", "f4", (TOUCHES, DASHPOTS, ROW)),  # the same for modes in `high` ...
@@ -386,6 +388,10 @@ VOICE = np.dtype(
         ("skin", NOISE),
         ("click", NOISE),  # of a pick; `growth`: its second click, until it lets go
         ("knock", NOISE),
+        ("wait", "i8"),  # frames that the last stroke's finger or thumb waits on the string ...
+        ("waiting", "i8"),  # ... and those that are left
+        ("ends_in", "i8"),  # frames until a note that was released while its stroke waited ends; 0: none does ...
+        ("ends_by", "f8"),  # ... and its hand's damping
         ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py)
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, including answers
@@ -427,23 +433,23 @@ ANSWERS = np.dtype(
         ("count", "i8"),
         ("padded", "i8"),  # rounded up to a whole BLOCK with zeros
         # m^1.5: displacement, and (velocity + sigma q) / omega; zeros unless voice.answering
-        _answers("q"),
-        _answers("y"),
+        _answers("q", "f4"),
+        _answers("y", "f4"),
         ("own_density", "f8"),  # kg/m, of the sounding string
         _answers("string", "i8"),
         _answers("omega"),  # rad/s; 0: no such mode
         _answers("sigma"),  # 1/s
         _answers("density"),  # kg/m
         _answers("stiffness"),  # N/m, tension over length
-        _answers("of_q"),  # weights in the signal before the filters
-        _answers("of_y"),
+        _answers("of_q", "f4"),  # weights in the signal before the filters
+        _answers("of_y", "f4"),
         _answers("cosine"),  # one frame: q <- cosine q + sine y, y <- cosine y - sine q
         _answers("sine"),
         _answers("muted"),  # factor per frame of the hands on an idle string ...
         _answers("rested"),  # ... and of those on one that answers
         # workspace: recomputed when the hands or the sounding fret change
-        _answers("now_cosine"),
-        _answers("now_sine"),
+        _answers("now_cosine", "f4"),
+        _answers("now_sine", "f4"),
         ("damped_for", "i8"),  # key of these two
         ("pairs", "i8"),
         ("pairs_for", "i8", (2,)),  # key of these: operator, idle strings ...
@@ -453,13 +459,8 @@ ANSWERS = np.dtype(
         _answers("pair_real"),  # G, 1/s
         _answers("pair_imaginary"),
         _answers("pair_allowed"),  # factor of its real part
-        # one exchange of complex amplitudes: cosh, sinh times r, sinh over r
-        _answers("flow_x"),
-        _answers("flow_y"),
-        _answers("on_x"),
-        _answers("on_y"),
-        _answers("back_x"),
-        _answers("back_y"),
+        # one exchange of a pair: cosh, sinh times r, sinh over r, complex; the scale of P and its inverse
+        ("flow", "f8", (MOST_ANSWERS, 8)),
     ],
     align=True,
 )
@@ -513,6 +514,7 @@ EVENT = np.dtype(
         # Of a pluck: m/s, the noise of a pick
         ("value", "f8"),
         ("rate", "f8"),  # Hz, of a vibrato
+        ("wait", "f8"),  # s, for which a stroke's finger or thumb waits on the string
     ],
     align=True,
 )

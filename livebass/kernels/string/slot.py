@@ -18,7 +18,7 @@ FOR_EVER = 1 << 60  # a fine step
 # strings stopped at a higher fret 4.8, the narrow pulse of a thumb more.
 SAFETY, SAFETY_HANDED, SAFETY_STRUCK = 5.0, 6.5, 10.0
 SLACK = 0.02  # m/s
-STEADY = 1e-9  # of the tension: a motion that adds less is ignored
+STEADY = 1e-7  # of the tension, 1e-4 cents: a motion that adds less is ignored
 REST_EVERY = 64  # frames between checks for dead modes
 STEEPEST = 0.1  # rms velocity over wave speed above which a motion is scaled back: no playing reaches a third of it
 
@@ -207,7 +207,7 @@ def silence_of(slot, op):
     """Velocity (m^1.5/s) below which a mode is silent; a hand that ends a note stays there until the next note."""
     if is_exact(op):
         return modal.FAINT if slot.hand < 1.0 else modal.DEAD
-    return modal.ENDED if slot.hand < 1.0 else modal.FAINT
+    return modal.ENDED if slot.hand < 1.0 else modal.UNHEARD
 
 
 @jit

@@ -44,8 +44,8 @@ def tighten_by_motion(voice, slot, op, h):
     across = min(n, slot.v_active)
     total = k1 * k1 * (modal.slope_square(slot.u, n) + modal.slope_square(slot.v, across))
     mu = linear_density(op)
-    more = min(voice.stretch * total, MOST * mu * op.speed * op.speed)
-    push = h * more / mu * k1 * k1
+    most, for_each = MOST * mu * op.speed * op.speed, h / mu * k1 * k1  # while the sum is not yet known
+    push = for_each * min(voice.stretch * total, most)
     modal.tighten(slot.u, n, push)
     modal.tighten(slot.v, across, push)
 

@@ -46,9 +46,9 @@ def duration(voice, op):
 def set_flow(voice, slot, op):
     """Computes the flow of an exchange, unless it is up to date."""
     key = slot.flow_key
-    if key[0] == op.turning and key[1] == op.length and key[2] == slot.ratio:
+    if key[0] == op.turning and key[1] == op.length and key[2] == slot.ratio and key[3] == op.fine:
         return
-    key[0], key[1], key[2] = op.turning, op.length, slot.ratio
+    key[0], key[1], key[2], key[3] = op.turning, op.length, slot.ratio, op.fine
     time = duration(voice, op)
     rate, of_u, of_v, across = (exchange_row(op, 0), exchange_row(op, 1), exchange_row(op, 2), exchange_row(op, 3))
     for j in range(op.turned):
@@ -63,6 +63,11 @@ def set_flow(voice, slot, op):
         slot.flow[3, j] = kept[1] + h * part[1]
         slot.flow[4, j] = -d * part[0] - e * part[1]
         slot.flow[5, j] = e * part[0] - d * part[1]
+        scale_u, scale_v = slot.u.kappa[j] * slot.u.omega[j], slot.v.kappa[j] * slot.v.omega[j]
+        slot.flow_scale[0, j] = scale_u
+        slot.flow_scale[1, j] = scale_v
+        slot.flow_scale[2, j] = 1.0 / scale_u
+        slot.flow_scale[3, j] = 1.0 / scale_v
 
 
 @jit
@@ -90,7 +95,7 @@ def exchange(voice, slot, op, step):
     set_flow(voice, slot, op)
     due = min(slot.owed, EXCHANGES_AT_ONCE)
     for _ in range(due):
-        modal.exchange(slot.u, slot.v, slot.flow, n)
+        modal.exchange(slot.u, slot.v, slot.flow, slot.flow_scale, n)
     slot.owed -= due
     slot.active = max(slot.active, n)
     slot.v_active = max(slot.v_active, n)

@@ -99,22 +99,21 @@ def switch_bass(synth):
     if synth.old_bass == 0 and load_acquire(here + FADED_BASS) == 0:
         store_release(here + NEXT_BASS, 0)
         synth.old_bass = synth.bass
-        synth.fade_left = RINGING
         synth.bass = wanted
+        synth.overload = 0
         synth.carried = np.int64(synth.old_bass != 0 and is_same_bass(bass_at(wanted), bass_at(synth.old_bass)))
         if synth.carried:
             carry_bass(synth, bass_at(wanted), bass_at(synth.old_bass))
             begin_fade(synth, CARRIED)
             if is_silent(bass_at(synth.old_bass), synth.frame):
                 let_go_of_old_bass(synth)
-            synth.overload = 0
             return
+        synth.fade_left = RINGING
         bass_at(wanted).frame = synth.frame
         apply_parameters(synth, bass_at(wanted))
         if synth.old_bass != 0:
             bass_at(synth.old_bass).floor.closes = synth.frame - bass_at(synth.old_bass).frame
             take_controllers(bass_at(wanted), bass_at(synth.old_bass))
-        synth.overload = 0
 
 
 @jit

@@ -14,9 +14,7 @@ from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MOST_EVENTS
 from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
 from livebass.live.thread.ring import (
-    AMOUNT,
     CHANNEL_BIT,
-    EFFECT,
     KIND_BIT,
     MIDI,
     NOTE_BEND,
@@ -25,9 +23,7 @@ from livebass.live.thread.ring import (
     NOTE_STRING,
     NOTE_VIBRATO,
     NOW,
-    PARAMETER,
     STRING_BEND,
-    SWITCH,
     controller_of,
     key_channel_of,
     next_frame,
@@ -35,7 +31,7 @@ from livebass.live.thread.ring import (
     push_midi,
     unpack,
 )
-from livebass.techniques import ACTIONS, GAIN_DB, LEARNED, LEAST, PARAMETERS, TECHNIQUE
+from livebass.techniques import EFFECT, GAIN_DB, LEARNED, LEAST, PARAMETER, PARAMETERS, TECHNIQUE
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
 
@@ -137,13 +133,7 @@ def send_event(synth, b, frame, word, value):
     """Hands an event other than MIDI to the performer of `b`."""
     p = performer_for(b, frame)
     kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
-    if kind == PARAMETER and number < PARAMETERS:
-        parameters.set_parameter(p, number, synth.parameters[number])
-    elif kind == AMOUNT:
-        parameters.set_amount(p, operators_of(b, 0), number, value)
-    elif kind == SWITCH and number < ACTIONS:
-        controls.latch(p, operators_of(b, 0), number, np.int64(value > 0.5))
-    elif kind == STRING_BEND:
+    if kind == STRING_BEND:
         expression.bend_string(p, number, value)
     elif kind == NOTE_BEND:
         expression.bend_note(p, key_channel_of(word), number, value)
@@ -155,6 +145,8 @@ def send_event(synth, b, frame, word, value):
         parameters.place_note(p, number, value)
     elif kind == NOTE_STRING:
         parameters.string_note(p, number, value)
+    else:
+        controls.set_value(p, operators_of(b, 0), kind, number, value)
 
 
 @jit

@@ -13,18 +13,17 @@ import numpy as np
 from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.native import load_acquire, samples_at, store_release, words_at
 from livebass.kernels.player.performer import ANY
+from livebass.techniques import PARAMETER
 
 HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes
 ENTRY = 2  # words of a message
 NOW = -1  # instead of a frame: as soon as possible
-# Kinds of messages: MIDI; a parameter (techniques.py) and its value; a string's bend, semitones; the pluck position of
+# Kinds of messages: MIDI; a string's bend, semitones; the pluck position of
 # a key's next note, as PLUCK_POSITION; the bend of the string that played a key last, semitones; the string of a key's
-# next note; the amount of a controller function, 0 to 1 (`parameters.set_amount`); the vibrato of the string that
-# played a key last, 0 to 1; the end of a key's sound, whatever the pedal does; a knob of the effects, 0 to 1; a
-# technique that is latched (1) or not (0)
-MIDI, PARAMETER, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, AMOUNT = 0, 1, 2, 3, 4, 5, 6
-NOTE_VIBRATO, NOTE_CUT, EFFECT, SWITCH = 7, 8, 9, 10
+# next note; the vibrato of the string that played a key last, 0 to 1; the end of a key's sound, whatever the pedal
+# does. techniques.py has those that set a parameter: 1, 6, 9 and above.
+MIDI, STRING_BEND, NOTE_PLACE, NOTE_BEND, NOTE_STRING, NOTE_VIBRATO, NOTE_CUT = 0, 2, 3, 4, 5, 7, 8
 KIND_BIT, VALUE_BIT, CHANNEL_BIT = 24, 8, 16
 NUMBER, OF_CHANNEL = 0xFF, 0x1F  # masks: of an event's number, and of the channel above it
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.records import bass_at
+from livebass.kernels.hands.noise import is_pulling
 from livebass.kernels.hands.pulling import pull_profile
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import glide, modal
@@ -75,7 +76,7 @@ def see_string(string, ops, sight):
             continue
         op = glide.current_operator(string, ops, k)
         up = 0.0
-        if k == voice.slot and voice.pulling > 0:
+        if k == voice.slot and is_pulling(voice):
             up, _ = pull_profile(voice, voice.pulling)
         n = min(op.modes, SEEN)
         seen.fret = slot.fret

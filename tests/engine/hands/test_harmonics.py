@@ -15,7 +15,7 @@ from livebass.kernels.string.records import EVENT, PLUCK, TOUCH_EVENT
 from livebass.model.keymap import MODO
 
 RATE = 48000
-STRINGS = [("five-string", 0), *(("jazz-finger", i) for i in range(4))]
+STRINGS = [("five-string", 0), ("jazz-finger", 0), ("jazz-finger", 3)]
 NUMBERS = range(2, 9)
 MEASURED = 48  # modes
 SWITCHES = {(action, value): key for key, action, value in MODO.keys}

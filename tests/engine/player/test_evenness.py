@@ -32,7 +32,7 @@ LAST_THUMB = 7.0  # dB, at the last fret under slap's thumb: no fret lies under 
 # Key switches of the strokes, by the usual map; "own": the bass's initial stroke
 KEYS = {"own": None, "fingers": 13, "pick": 15, "thumb and pops": 18, "tap": 2, "ghost": 10, "left": 7}
 STROKES = ("own", "pick", "thumb and pops")
-SOME, FEW = (0, 1, 4, 9, 12, 16, 19, 20, 24), (0, 7, 14, 20, 24)  # frets, for hard notes and for others
+SOME, FEW = (0, 4, 9, 16, 20, 24), (0, 9, 20, 24)  # frets, for hard notes and for others
 PAPER = ("paper-bass", "paper-fretless", "paper-g")  # laboratory strings, which nobody slaps
 SLAPPED = ("slap", "slap-impulse")
 # Always run: the preset's initial stroke on one bass of each kind, and two others
@@ -211,7 +211,7 @@ def second(name: str, i: int, before: int, fret: int, stroke: str) -> float:
     ("name", "stroke"),
     quick(
         itertools.product(("slap", "slap-impulse", "jazz-finger", "fretless"), ("fingers", "pick", "thumb and pops")),
-        always=[("slap", "thumb and pops"), ("slap-impulse", "fingers"), ("jazz-finger", "pick"), ("fretless", "pick")],
+        always=[("slap", "thumb and pops"), ("fretless", "pick")],
     ),
 )
 def test_a_note_is_as_loud_on_a_string_that_hands_have_just_ended(name: str, stroke: str) -> None:

@@ -212,7 +212,7 @@ def test_two_plucks_at_once_are_the_second() -> None:
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "precision-finger", "flatwound", "muted", "slap", "paper-bass"])
 @pytest.mark.parametrize("velocity", [QUIET, 127])
-@pytest.mark.parametrize("key", [28, 40, 50, 62])
+@pytest.mark.parametrize("key", [28, 50])
 def test_a_hand_damps_within_tens_of_milliseconds(key: int, velocity: int, preset: str) -> None:
     """Within 20 to 100 ms the level of 10-ms windows falls 40 dB below the last 30 ms."""
     sound = mix([(0.0, on(key, velocity)), (THEN, off(key))], 0.7, preset)
@@ -266,7 +266,7 @@ def pitch(x: Floats, near: float) -> float:
         ([BEND_UP, control(121, 0)], 0.0),
     ],
 )
-@pytest.mark.parametrize("key", [28, 40, 55])
+@pytest.mark.parametrize("key", [28, 55])
 @pytest.mark.parametrize("when", [0.0, 0.3])
 def test_bends_are_in_tune(when: float, key: int, messages: list[Message], interval: float) -> None:
     """Within 2 cents, whether the wheel moves before the note or during it."""

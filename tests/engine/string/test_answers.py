@@ -164,7 +164,7 @@ def test_the_energy_of_all_never_grows(lossless: bool) -> None:
         length = float(ops[fret]["length"])
         play_frames(voice, ops, told(voice, 15, fret, 2e-3, 0.8 * length), np.zeros(2000))
         before, nothing, turn = energy(engine, sounding), np.zeros(0, EVENT), np.zeros(EVERY)
-        for k in range(1500):
+        for k in range(800):
             play_frames(voice, ops, nothing, turn)
             now = energy(engine, sounding)
             assert now <= before, (sounding, fret, k, now / before - 1)

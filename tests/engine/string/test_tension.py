@@ -10,7 +10,7 @@ from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string.records import EVENT, HAND, PLUCK
 
 LOOK = 64  # frames
-LEAST = 1e-9  # of the tension
+LEAST = 1e-7  # of the tension
 
 
 def tension_added(string: Played) -> float:
@@ -39,7 +39,7 @@ def test_tension_is_left_out_of_small_motion_alone(preset: str, quality: str) ->
     pluck(string, 1e-3)
     slot = string.voice.slots[int(string.record["slot"])]
     none, out, steady = np.zeros(0, EVENT), np.zeros(LOOK), []
-    rings, lasts = round(0.2 * RATE / LOOK), round(0.68 * RATE / LOOK)
+    rings, lasts = round(0.2 * RATE / LOOK), round(0.62 * RATE / LOOK)
     for k in range(lasts):
         now = none
         if k == rings:
