@@ -193,8 +193,11 @@ def test_every_control_does_something_by(browser: Any, whole: str, means: str, w
             if not here["free"] or (means == "key" and not here["tabs"]):
                 dead.append((name, here))
                 continue
-            act(browser, means, selector, here)
-            if not browser.execute_async_script(DIFFERS, 500 * PATIENCE):
+            for _ in range(3):  # where the machine is busy, a touch can last so long that it is no tap
+                act(browser, means, selector, here)
+                if browser.execute_async_script(DIFFERS, 150 * PATIENCE):
+                    break
+            else:
                 dead.append((name, here))
         assert not dead
 
