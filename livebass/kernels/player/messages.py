@@ -48,7 +48,7 @@ from livebass.kernels.player.performer import (
     operators_at,
     performer_at,
 )
-from livebass.kernels.string.records import EVENT, IDLE, PLUCK, STRIKE_EVENT, THROW
+from livebass.kernels.string.records import EVENT, IDLE, PLUCK, RING_ON, STRIKE_EVENT, THROW
 from livebass.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
@@ -238,7 +238,8 @@ def has_harmonic(p, i, key):
 def update_idle(p):
     """Tells every string which strings are neither played nor muted, if that changed: they may answer (answers.py).
 
-    With WHILE_HELD, the hands that end the last note also rest on the idle strings.
+    With WHILE_HELD, the hands that end the last note also rest on the idle strings, and those that move mute them in
+    passing. Under the pedal, or with ALWAYS, they ring on.
     """
     if p.answering == NEVER:
         return
@@ -246,10 +247,13 @@ def update_idle(p):
     for i in range(p.strings):
         held = held or p.hands.state[i] != FREE
     with_pedal = p.answering in (WITH_PEDAL, WHILE_HELD) and pedal_is_down(p)
-    if p.answering == ALWAYS or with_pedal or (p.answering == WHILE_HELD and held):
+    ringing_on = p.answering == ALWAYS or with_pedal
+    if ringing_on or (p.answering == WHILE_HELD and held):
         for i in range(p.strings):
             if p.hands.state[i] == FREE:
                 idle |= 1 << i
+    if ringing_on and idle != 0:
+        idle |= RING_ON
     if idle == p.idle:
         return
     p.idle = idle

@@ -17,6 +17,9 @@ The exchange is passive. Once in EVERY frames a pair advances by its exact flow,
 losses of both modes are greater, as Re G is kept below the limit they allow. While the string presses on a fret, its
 pairs wait.
 
+Unless these RING_ON, hands that move to another fret mute the idle strings in passing, for MOVING s: answers to one
+note do not ring on under the next.
+
 `string` is a STRING, `slot` its sounding SLOT. [audio thread]
 """
 
@@ -29,7 +32,7 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import is_touching
 from livebass.kernels.string.modal import LANES
 from livebass.kernels.string.operators import OMEGA, SIGMA, coefficient, number_at, tap_row
-from livebass.kernels.string.records import BLOCK, UNKNOWN
+from livebass.kernels.string.records import BLOCK, RING_ON, UNKNOWN
 from livebass.kernels.string.touch import linear_density
 
 NEAR = 2 * np.pi * 20.0  # rad/s
@@ -38,6 +41,7 @@ EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
 MOST_FLOW = 0.1  # |G| times the time between two exchanges
 DEAD = 1e-13  # m^1.5: an answer below this is silence
+MOVING = 0.06  # s
 CUT_RATE = 900.0  # 1/s of all-sound-off
 # The hands resting on idle strings: places as part of the length, resistance (N s/m), and the rest nearby (1/s). Hands
 # of another resistance damp in proportion.
@@ -106,12 +110,13 @@ def rotate_answers(a, n):
 @jit
 def set_answer_damping(voice, a):
     """Computes one frame's damped coefficients for the strings muted now."""
-    key = 2 * voice.idle + voice.cut
+    moving = voice.frame < voice.hands_until and voice.idle & RING_ON == 0
+    key = 4 * voice.idle + 2 * moving + voice.cut
     if a.damped_for == key:
         return
     a.damped_for = key
     for g in range(a.count):
-        kept = a.rested[g] if (voice.idle >> a.string[g]) & 1 else a.muted[g]
+        kept = a.rested[g] if (voice.idle >> a.string[g]) & 1 and not moving else a.muted[g]
         if voice.cut:
             kept = exp(-CUT_RATE / voice.rate)
         a.now_cosine[g] = kept * a.cosine[g]
@@ -199,8 +204,12 @@ def exchange(string, slot, op, step):
     """
     if slot.moving or slot.hand < 1.0 or slot.active == 0 or is_touching(slot, op, step):
         return
-    find_pairs(string, slot, op)
     voice, a, u = string.voice, string.answers, slot.u
+    if slot.fret != voice.answered_fret:
+        voice.answered_fret = slot.fret
+        if voice.answering:
+            voice.hands_until = voice.frame + round(MOVING * voice.rate)
+    find_pairs(string, slot, op)
     for p in range((voice.frame - voice.begun) % EVERY, a.pairs, EVERY):
         g, i = a.pair_answer[p], a.pair_mode[p]
         flow = a.flow[p]

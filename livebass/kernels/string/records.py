@@ -20,6 +20,7 @@ BATCH = 16  # frames filtered together
 BLOCK = 16  # modes woken and dropped together
 GROUP, GROUP_ROOM = 16, 128  # contact points in a group of a board; maximum number of groups
 UNKNOWN = -1  # a step number: never
+RING_ON = 1 << 30  # in `idle`: hands that move do not mute these strings
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
 LOW = TURNED_MODES  # float64 modes in qualities that are not exact: whole BLOCKs
 BETWEEN_ROWS = 15 + 15 + 4 + 1  # coefficients of operators.py for u and v, a tap for each pickup or sensor, exchange
@@ -392,7 +393,9 @@ VOICE = np.dtype(
         ("waiting", "i8"),  # ... and those that are left
         ("ends_in", "i8"),  # frames until a note that was released while its stroke waited ends; 0: none does ...
         ("ends_by", "f8"),  # ... and its hand's damping
-        ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py)
+        ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py); and RING_ON
+        ("answered_fret", "i8"),  # of the last note that they answered ...
+        ("hands_until", "i8"),  # ... and the frame until which hands that moved to another mute them
         ("answering", "i8"),  # 1: some answer
         ("cut", "i8"),  # 1: all sound is off until the next note, including answers
         ("weakened", "i8"),  # number of times the motion was scaled back to a string's limit (slot.limit_motion)

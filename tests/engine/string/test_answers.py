@@ -226,6 +226,24 @@ def test_resting_hands_damp_answers_partly() -> None:
     assert answered[0] - 2 > answered[1] > answered[2] + 6, answered
 
 
+@pytest.mark.parametrize("when, pedal, muted", [("held", False, True), ("held", True, False), ("always", False, False)])
+def test_hands_that_move_to_another_fret_mute_the_answers_unless_these_ring_on(
+    when: str, pedal: bool, muted: bool
+) -> None:
+    engine = prepared(when).another()
+    if pedal:
+        send(engine, PEDAL_DOWN)
+    send(engine, (0x90, 9, 100), (0x90, 40, 100))
+    play(engine, 1.0)
+    before = loudest(engine, A, E)
+    send(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 40, 100))
+    play(engine, 0.1)
+    assert db(loudest(engine, A, E) / before) > -3, "the same fret"
+    send(engine, (0x80, 40, 64), (0x90, 9, 100), (0x90, 41, 100))
+    play(engine, 0.1)
+    assert (db(loudest(engine, A, E) / before) < -20) == muted
+
+
 def test_idle_strings_answer_while_the_pedal_is_down() -> None:
     """E, open, answers the A string at fret 7; after the pedal, hands damp it by 40 dB in 0.4 s."""
     engine = prepared("pedal").another()
