@@ -150,7 +150,7 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     found = best_qualities(basses, RATE_OF_HOSTS)
     fine = [name for name, best in found.items() if best != "live"]
     chosen = "live" if not fine else "studio" if len(fine) == len(found) else f"studio for {', '.join(fine)}, else live"
-    say(f"new tracks begin in the quality that this machine carries: {chosen}; --quality sets another")
+    say(f"new tracks begin in the best quality for this machine: {chosen}; --quality sets another")
     return found
 
 

@@ -196,7 +196,7 @@ def identify(
     bass = load_preset(preset)
     if output is not None and (keys := [key for key in TUNING_KEYS if key in preset_tables(preset)[1]]):
         raise click.UsageError(
-            f"--preset {preset}: has {', '.join(keys)}, and a string is written as it sounds: leave out -o"
+            f"--preset {preset}: its {', '.join(keys)} would tune the new string again: leave out -o"
         )
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.identification.fit import fit_neck

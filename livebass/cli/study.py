@@ -198,7 +198,7 @@ def sweep(
     if not axes:
         raise click.UsageError(f"--vary {USAGE}")
     if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers is of this machine, --scheduler of a cluster: give one")
+        raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
     settings = Settings(quality=quality, **pluck)
     draw = picture and sweeping.drawable(axes)
@@ -220,7 +220,7 @@ def sweep(
         kept = f"{count} of {len(points)} points are kept in {directory}: the same command goes on"
         raise Interrupted(f"interrupted, {kept if count else 'nothing written'}") from None
     if picture and not draw:
-        say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
+        say("no picture: it shows up to 3 parameters, the first of three with up to 12 values")
     say(f"{len(points)} points -> {directory / sweeping.TABLE}")
 
 

@@ -101,7 +101,7 @@ def test_an_axis(text: str, unit: str, numbers: tuple[float, ...]) -> None:
         (["--string", "B", "--vary", "pluck.apex=1mm:2mm:3"], "this bass has G"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--workers", 0], "--workers"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--workers", 2, "--scheduler", "tcp://a:1"], "give one"),
-        (["--vary", "pluck.apex=1mm:2mm:3", "--scheduler", "nonsense"], "nonsense: is no address such as tcp://host"),
+        (["--vary", "pluck.apex=1mm:2mm:3", "--scheduler", "nonsense"], "nonsense: must be an address such as tcp://host"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--quantity", "loudness"], "--quantity"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--json", "."], "is a directory"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--json", "d/sweep.csv"], "is one of the files a sweep writes"),
