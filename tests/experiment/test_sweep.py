@@ -170,7 +170,7 @@ def test_an_address_where_something_else_than_dask_answers_or_nobody_says_a_word
                 kept[-1].sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
 
     vary = "--vary", "pluck.apex=1mm:2mm:3"
-    for serves, words in ((True, "is no Dask scheduler"), (False, "does not answer")):
+    for serves, words in ((True, "is not a Dask scheduler"), (False, "does not answer")):
         with socket.create_server(("127.0.0.1", 0)) as server:
             if serves:
                 threading.Thread(target=answer, args=(server,), daemon=True).start()
