@@ -29,14 +29,9 @@ def table(*rows: tuple[str, ...]) -> str:
 
 
 def technique_table() -> str:
-    """The handbook's table of techniques, with their keys and controllers."""
-    return table(
-        ("", "`modo`", "`modo-12`", "controller", "technique"),
-        *(
-            (row.asked, keys_text(row.modo), keys_text(row.modo_12), controller_of(row), meaning(row))
-            for row in TECHNIQUE_ROWS.values()
-        ),
-    )
+    """The handbook's table of techniques, with their keys and controllers in the default map."""
+    rows = [(row.asked, keys_text(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
+    return table(("", "key", "controller", "technique"), *(row for row in rows if row[1] or row[2]))
 
 
 def short_table() -> str:

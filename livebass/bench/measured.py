@@ -16,13 +16,13 @@ WAVEFORMS: dict[str, dict[str, tuple[int, int]]] = {
     "lossless": {"live": (-20, -2), "studio": (-25, -5)},
 }
 CALLED = {
-    "frets with loss": "frets with loss: plucked",
+    "frets with loss": "plucked, frets with loss",
     "thumb": "thumb with a mass",
     "pops": "pops",
     "guests": "pick and pop on a bass for fingers",
     "straight": "fingers straight up",
-    "boards": "boards that lose",
-    "lossless": "frets that give all energy back",
+    "boards": "boards with loss",
+    "lossless": "frets without loss",
 }
 
 
@@ -39,4 +39,4 @@ def waveform_sentence() -> str:
     """README's sentence: the medians of `live`."""
     plucked, boards, pops = (WAVEFORMS[kind]["live"][0] for kind in ("frets with loss", "boards", "pops"))
     aside = f"(boards {boards}, pops {pops}; [cost](livebass/help/cost.md))"
-    return f"Hard notes in `live` have the waveform of `reference` to {plucked} dB {aside}."
+    return f"Hard notes in `live` match the waveform of `reference` to {plucked} dB {aside}."

@@ -87,11 +87,11 @@ def compare(
     Prints rows for attack, touch, pitch and decay: medians over the notes of each bass, beside the range of real basses
     played with the same technique, and whether they lie inside. Then prints distances between notes of the same pitch,
     from each bass to each real bass; the differences within one bass give the scale. A dash marks a value that short or
-    cut notes do not show; the reason stands below the table.
+    cut notes do not show; a line below the table gives the reason.
 
-    With --tell a small classifier learns to tell each bass from real ones, whose figures livebass knows, and prints how
-    well it does (AUC: 0.5 is chance, 1 certainty), how well it tells real basses from each other, and which figures
-    give the bass away first. REAL may be left out: presets then play notes of their own choice.
+    With --tell a small classifier learns to tell each bass from real ones, whose figures livebass knows. The command
+    prints how well it does (AUC: 0.5 is chance, 1 certainty), how well it tells real basses from each other, and which
+    figures give the bass away first. Without REAL, presets choose the notes that they play.
 
     \b
     Examples:

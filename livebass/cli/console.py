@@ -120,7 +120,7 @@ class LogFile(logging.FileHandler):
             super().handleError(record)
             return
         self.close()
-        LOG.warning("%s: no more log", output_error(self.path, error))
+        LOG.warning("%s: the log ends here", output_error(self.path, error))
 
     def close(self) -> None:
         self._ended = True

@@ -29,7 +29,7 @@ effects_options = together(
     option(
         "--response-level",
         click.Choice(["normalized", "file"]),
-        "Level of the response: keep the loudness of the bass, or the level of the file.  "
+        "normalized: keep the loudness of the bass; file: keep the level of the file.  "
         "[default: normalized with --response, else the preset's]",
     ),
 )

@@ -89,14 +89,14 @@ def plugin_command(kind: str) -> click.Command:
     @hands_options
     @effects_options
     @folder_option(
-        f"Folder to write {BUNDLES[kind]} in; created if missing. Replaces an older one.  "
+        f"Folder to write {BUNDLES[kind]} into; created if missing. An older one is replaced.  "
         "[default: the current directory]"
     )
     @flag("--install", "Write the plugin where hosts on this system look for it.")
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @quality_option(
         AUTO,
-        "Quality of a new track. auto: with --install, studio for basses that this machine can play in it; else live.",
+        "Quality of a new track. auto: with --install, studio for basses that this machine can play so; else live.",
         among=(AUTO, "live", "studio"),
     )
     @tuning_options
@@ -150,7 +150,7 @@ def _qualities(basses: dict[str, Instrument], install: bool, quality: str) -> di
     found = best_qualities(basses, RATE_OF_HOSTS)
     fine = [name for name, best in found.items() if best != "live"]
     chosen = "live" if not fine else "studio" if len(fine) == len(found) else f"studio for {', '.join(fine)}, else live"
-    say(f"new tracks begin in the quality that this machine carries: {chosen}; --quality sets another")
+    say(f"new tracks begin in the best quality for this machine: {chosen}; --quality sets another")
     return found
 
 
@@ -174,7 +174,7 @@ def web(
     """Write a web page that plays presets in a browser, by keys, mouse, touch or MIDI.
 
     The page is a folder for a web server, over https or on localhost. With --single it is one file that also plays from
-    disk. It needs no network, and Chrome 97, Edge 97, Firefox 113, Safari 16.4 or later.
+    disk. It plays without a network, in Chrome 97, Edge 97, Firefox 113, Safari 16.4 or later.
 
     From a release wheel this takes a second. A checkout first compiles the kernels for browsers, once, in about half a
     minute.

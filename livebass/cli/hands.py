@@ -62,7 +62,7 @@ hands_options = together(
         metavar="NAME|FILE",
     ),
     velocity_curve_option,
-    option("--wheel", click.Choice(["bend", "slide"]), "Job of the pitch wheel.  [default: bend]"),
+    option("--wheel", click.Choice(["bend", "slide"]), "What the pitch wheel does.  [default: bend]"),
     flag("--no-noise", "Turn off the noise of hands and electronics: skin, pick, knock, floor, hum and squeak."),
 )
 

@@ -176,7 +176,7 @@ def play(**options: Any) -> None:
       livebass play --learn tone --metronome 100 --tuner
       livebass play --keys mine.toml --velocity-curve soft --wheel slide
 
-    livebass remembers bass, tuning, capo, A, temperament, gain, devices and learned controllers.
+    livebass remembers bass, tuning, capo, pitch, temperament, gain, devices and learned controllers.
     """
     asked = {name: options[name] for name in SOUND}
     hands, behind = Hands.taken(options), Behind.taken(options)

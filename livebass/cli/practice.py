@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 def page_tab_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Adds the options for a tablature on a page."""
-    path = option("--tab", PATH, "Practise this tablature on the page. The first -p plays it.  [default: by the track]")
+    path = option(
+        "--tab", PATH, "Practise this tablature on the page. The first -p plays it, else a bass for its track."
+    )
     return path(tab_options(command))
 
 

@@ -107,7 +107,7 @@ def keys() -> None:
 @presets.command()
 @click.argument("key_map", metavar="NAME|FILE", default="modo")
 def keymap(key_map: str) -> None:
-    """Print a key map: the jobs of MIDI keys and controllers.
+    """Print a key map: what MIDI keys and controllers do.
 
     livebass comes with modo (the default, as in MODO BASS) and modo-12 (an octave higher). The command also checks a
     FILE of your own, for --keys of play, render and export, or player.keys of a preset.
@@ -175,9 +175,9 @@ def identify(
     partials, the preset gets them. The levels of the partials tell the place of the pluck, the finger, the pickups and
     the tone.
 
-    Lines that begin "doubt:" name clipped sound, loops, fades, other notes and partials that no string has, which are
-    left out, and cuts and compression. -o writes a preset for `livebass render`, `play` and `simulate`: the preset of
-    -p with this string, pluck, pickups and tone.
+    Lines that begin "doubt:" name what the command leaves out (clipped sound, loops, fades, other notes, partials that
+    no string has), and cuts and compression. -o writes a preset for `livebass render`, `play` and `simulate`: the
+    preset of -p with this string, pluck, pickups and tone.
 
     \b
     Examples:
@@ -196,7 +196,7 @@ def identify(
     bass = load_preset(preset)
     if output is not None and (keys := [key for key in TUNING_KEYS if key in preset_tables(preset)[1]]):
         raise click.UsageError(
-            f"--preset {preset}: has {', '.join(keys)}, and a string is written as it sounds: leave out -o"
+            f"--preset {preset}: its {', '.join(keys)} would tune the new string again: leave out -o"
         )
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
     from livebass.identification.fit import fit_neck

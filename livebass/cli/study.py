@@ -72,11 +72,12 @@ def claims(
     """Check the paper's statements: all, or those with the given IDs.
 
     Computes the cases of Issanchou et al. (2018) with all modes at the paper's contact rates and compares each
-    statement with the result. Prints a table; its first column has the IDs. Contacts are chaotic: a millimetre of place
-    or rounding moves their end by a third. Statements about contacts are therefore judged by the median of many plucks
-    within what the paper leaves open. A number that the paper takes from one such pluck holds if it lies between the
-    5 and 95 % quantiles of these plucks. Takes about a minute on two cores, with --plucks 0 a quarter of a minute. The
-    exit status is 1 if a statement fails.
+    statement with the result. Prints a table; its first column has the IDs. The exit status is 1 if a statement fails.
+
+    Contacts are chaotic: a millimetre of place or rounding moves their end by a third. So many plucks, within what the
+    paper leaves open, judge a statement about contacts: their median must agree. A number that the paper takes from one
+    such pluck must lie between their 5 and 95 % quantiles. Takes about a minute on two cores, with --plucks 0 a quarter
+    of a minute.
 
     \b
     Examples:
@@ -197,7 +198,7 @@ def sweep(
     if not axes:
         raise click.UsageError(f"--vary {USAGE}")
     if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers is of this machine, --scheduler of a cluster: give one")
+        raise click.UsageError("--workers is for this machine, --scheduler for a cluster: give one of them")
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
     settings = Settings(quality=quality, **pluck)
     draw = picture and sweeping.drawable(axes)
@@ -219,7 +220,7 @@ def sweep(
         kept = f"{count} of {len(points)} points are kept in {directory}: the same command goes on"
         raise Interrupted(f"interrupted, {kept if count else 'nothing written'}") from None
     if picture and not draw:
-        say("no picture: that shows up to 3 parameters, the first of 3 with up to 12 values")
+        say("no picture: it shows up to 3 parameters, the first of three with up to 12 values")
     say(f"{len(points)} points -> {directory / sweeping.TABLE}")
 
 
@@ -288,7 +289,7 @@ def simulate(
     """Pluck one string once and write its motion.
 
     DIR gets displacement.wav (the sensor, peak -1 dBFS; wav_metres_per_unit in result.npz converts it to metres),
-    contacts.csv (time_s,fret,position_m; fret 0 is wood) and result.npz (everything), all three or none.
+    contacts.csv (time_s,fret,position_m; fret 0 is wood) and result.npz (everything): all three files or none.
 
     --analyse adds to result.npz the pitch over time (YIN), the characteristic frequency (eq. 14; needs SciPy), T60 by
     mode and, with the engine, the total energy and the energy of each mode at about 100 times.
@@ -354,12 +355,12 @@ def run(
 ) -> None:
     """Run the named studies, or `all`. You may omit the word `run`.
 
-    DIR/NAME gets figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json, all
+    DIR/NAME gets figures (PNG, SVG), data (result.npz, CSV), sounds (WAV, 44.1 kHz, peak -1 dBFS) and summary.json: all
     of them or none. DIR/index.html shows all studies in DIR. The study `statements` shows the results of `livebass
     study claims`. Needs pip install 'livebass[analysis,plots]'.
 
-    --player writes DIR/page/livebass.html, as `livebass export web --single` does, with the string of the paper. Cases
-    A, B and C show it in small, and link to it; it shows them in slow motion with their sound.
+    --player also writes DIR/page/livebass.html, the page of `livebass export web --single` with the paper's string.
+    Cases A, B and C embed it, to show the pluck in slow motion with its sound.
     """
     from livebass.paper.figures.studies import check_extras, chosen, run_studies
 

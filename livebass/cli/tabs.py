@@ -33,7 +33,9 @@ _ROW = PARAMETER_ROWS["dynamics"]
 tab_options = together(
     option("--track", str, "Track of a tablature to play.  [default: the bass]", metavar="NAME|NUMBER"),
     option("--bars", Parsed("[from-to]", _bars), "Bars of a tablature to play, such as 9-16, without repeats."),
-    option("--dynamics", Number("dB", _ROW.least, _ROW.most, unit="dB"), "Force of a tablature's notes, -12 to 12 dB."),
+    option(
+        "--dynamics", Number("dB", _ROW.least, _ROW.most, unit="dB"), "Play a tablature softer or harder, -12 to 12 dB."
+    ),
 )
 
 

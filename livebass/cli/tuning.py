@@ -53,8 +53,8 @@ tuning_options = together(
     option(
         "--temperament",
         Parsed("name|cents|file", _temperament),
-        "just, pythagorean, meantone, werckmeister, kirnberger, vallotti, equal; cents off equal for the 12 "
-        "notes from C on, with commas; or a file with these, with a scale (.scl), or scale.scl,mapping.kbm.",
+        "equal, just, pythagorean, meantone, werckmeister, kirnberger or vallotti; or 12 numbers with commas, the "
+        "cents off equal from C on; or a file: these numbers, a scale (.scl), or scale.scl,mapping.kbm.",
     ),
 )
 

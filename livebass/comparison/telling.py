@@ -2,7 +2,7 @@
 
 A logistic regression over the figures of notes learns to tell the bass from all real basses but one, on every second
 pitch of the bass; then it orders the remaining notes of the bass and the notes of that one real bass. AUC is the
-probability that it takes a note of the bass, and not the real note, for the one of the bass: 0.5 for chance, 1 for
+probability that it tells which of two notes, one of the bass and one real, is the bass's: 0.5 for chance, 1 for
 certainty, on average over the real basses, each left out in turn. Real basses among each other give the scale.
 
 The figures of real notes stand in notes.csv, which tools/real_notes.py makes from recordings in the public domain. A

@@ -131,7 +131,7 @@ def operators(
     if state == OVERDAMPED:
         raise ValueError("damping is above critical for a mode: lower the extra damping")
     if state == FROZEN:
-        raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at it, take another one")
+        raise ValueError(f"contact rate {rates.contact_rate} Hz: a mode stands still at this rate; take another")
     return Pool(records, memory)
 
 

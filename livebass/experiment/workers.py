@@ -186,7 +186,7 @@ def connected(address: str, solve: Solve = measured) -> Iterator[Compute]:
     except ImportError:
         raise LookupError(f"--scheduler needs Dask: {install('cluster')}") from None
     if not ADDRESS.fullmatch(address):
-        raise ValueError(f"scheduler {address}: is no address such as tcp://host:8786")
+        raise ValueError(f"scheduler {address}: must be an address such as tcp://host:8786")
     for name in LOGGERS:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     times = {"distributed.comm.timeouts.connect": f"{CONNECT}s", "distributed.comm.retry.count": 0}
@@ -212,7 +212,7 @@ def solved_there(solve: Solve, work: Any, wanted: str) -> Result:
     import threadpoolctl
 
     if program() != wanted:
-        raise OSError(f"the worker on {socket.gethostname()} has {program()}; needed is {wanted}")
+        raise OSError(f"the worker on {socket.gethostname()} has {program()}; it needs {wanted}")
     with threadpoolctl.threadpool_limits(1):  # rounds as in the processes of `_pool`
         return solve(work)
 
@@ -231,7 +231,7 @@ async def _shake_hands(address: str) -> None:
     except OSError:
         raise OSError(f"scheduler {address}: does not answer") from None
     except Exception:
-        raise OSError(f"scheduler {address}: is no Dask scheduler; those listen on port 8786 mostly") from None
+        raise OSError(f"scheduler {address}: is not a Dask scheduler; they usually listen on port 8786") from None
     await comm.close()
 
 

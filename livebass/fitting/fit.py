@@ -162,7 +162,7 @@ def _candidates(recorded: Recorded, tuning: Any) -> list[tuple[str, Tables, list
         if (bass.player.technique == "slap") == (recorded.technique in STRUCK):
             found.append((name, tables, estimates.places_of(recorded, bass)))
     if not found:
-        raise ValueError("--tuning: no shipped preset can be tuned so; name one with --like")
+        raise ValueError("--tuning: no shipped preset can have this tuning; name one with --like")
     most = max(len(places) for _, _, places in found)
     return [each for each in found if len(each[2]) >= ENOUGH * most]
 

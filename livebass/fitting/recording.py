@@ -74,7 +74,7 @@ def record(steps: Sequence[Step], folder: Path, read: Read, say: Say) -> int:
 
 
 def _note(read: Read, level: float) -> Floats:
-    """Waits until all is quieter than `level`, then for a note, and returns that from a little before."""
+    """Waits until all is quieter than `level`, then for a note; returns it, with a little of the silence before."""
     blocks: list[Floats] = [read()]
     while np.abs(blocks[-1]).max() >= level:
         blocks = [read()]

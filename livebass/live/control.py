@@ -67,7 +67,7 @@ def control_table(
 
     def loop(begin: Value, end: Value) -> None:
         if desk.follows_transport:
-            raise ValueError("JACK's transport has the say")
+            raise ValueError("JACK's transport controls this")
         part = checked(begin, 0.0, math.inf), checked(end, 0.0, math.inf)
         desk.loop = part if part[1] > part[0] else None
 

@@ -139,7 +139,7 @@ class Desk:
         return {PARAMETERS[int(numbers[c]) - 1].symbol: c for c in np.flatnonzero(numbers).tolist()}
 
     def learn(self, symbol: str, controller: int | None) -> None:
-        """Assigns a `controller` to the parameter `symbol`; earlier assignments of either end; None: no controller."""
+        """Assigns a `controller`, or None, to the parameter `symbol`; ends earlier assignments of either."""
         number, learned = NUMBERS[symbol] + 1, self.record["learned"][0]
         learned[learned == number] = 0
         if controller is not None:

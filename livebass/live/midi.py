@@ -248,7 +248,7 @@ def new_input(name: str, hardware_only: bool = False) -> Any:
         except rtmidi.RtMidiError:  # names the library's functions
             continue
     tried = " or ".join(SYSTEMS.get(rtmidi.get_api_name(api), rtmidi.get_api_display_name(api)) for api in apis)
-    raise MidiLost(f"MIDI input: no answer from {tried or 'python-rtmidi, which was built without any system'}")
+    raise MidiLost(f"MIDI input: no answer from {tried or 'python-rtmidi, which was built without a MIDI system'}")
 
 
 def find_port(names: list[str], wanted: str | None) -> int | None:

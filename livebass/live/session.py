@@ -102,7 +102,7 @@ class Session(Rig):
                 ends.push(take)  # ends first: a device that hangs later cannot lose the recording
         self.say_playing()
         if settings.quality is None:
-            LOG.info("quality %s, by what this machine carries; --quality and Enter choose another", presets.quality)
+            LOG.info("quality %s, the best for this machine; --quality and Enter choose another", presets.quality)
         if osc:
             LOG.info("control socket: OSC at %s:%d", HOST, osc.port)
         self.status, self.synth = Status(self, presets, Gauge(synth), keys), synth

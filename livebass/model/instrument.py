@@ -42,7 +42,7 @@ class String(StringNumbers):
     name: str
     open_note: int  # MIDI note number
     length: float  # m, nut to saddle
-    stiffness_law: str = choice("hinged", STIFFNESS_LAWS, "f0 j sqrt(1 + B j^2); eq. 8, for B j^2 < 0.04")
+    stiffness_law: str = choice("hinged", STIFFNESS_LAWS, "hinged: f0 j sqrt(1 + B j^2); paper: eq. 8, B j^2 < 0.04")
     measured_frequencies: tuple[float, ...] = ()  # Hz, of the first modes of the open string
     measured_dampings: tuple[float, ...] = ()  # 1/s, of the same modes
     offsets: tuple[float, ...] = ()  # cents, (12,): notes relative to equal temperament at A4_HZ, C first; empty: 0
@@ -104,10 +104,10 @@ class Pickup:
 
     position: float  # m from the saddle
     aperture: float = number(0.02, "length", "0 mm", "100 mm", "length of string it senses")
-    decay_length: float = number(4e-3, "length", "0.5 mm", "50 mm", "rise that weakens the flux e times")
+    decay_length: float = number(4e-3, "length", "0.5 mm", "50 mm", "height over which its field falls by a factor e")
     level: float = number(1.0, "number", "-10", "10", "in the mix; negative: reversed")
     across: float = number(
-        0.3, "number", "-10", "10", "how strongly it senses motion across, of motion up", of="across"
+        0.3, "number", "-10", "10", "how strongly it senses sideways motion, relative to motion up", of="across"
     )  # the field changes less along the frets
     strings: tuple[str, ...] = ()  # names of the strings it senses; empty: all
 
@@ -120,12 +120,12 @@ class Pickup:
 class Output:
     """Turns the motion of the strings into a signal: through pickups, or as the displacement at a sensor."""
 
-    kind: str = choice("pickups", ("pickups", "displacement"), "magnetic, or the string at the sensor")
+    kind: str = choice("pickups", ("pickups", "displacement"), "magnetic pickups, or displacement at the sensor")
     pickups: tuple[Pickup, ...] = (Pickup(0.09),)
     coil: Coil = field(default_factory=Coil)
     sensor: float = number(0.009, "length", "1 mm", "500 mm", "displacement sensor, from the saddle", of="sensor")
-    sensor_v: float = number(0.018, "length", "1 mm", "500 mm", "the same for the motion across", of="sensor across")
-    across: float = number(0.0, "number", "-10", "10", "level of the motion across in displacement", of="sensor across")
+    sensor_v: float = number(0.018, "length", "1 mm", "500 mm", "the same for sideways motion", of="sensor across")
+    across: float = number(0.0, "number", "-10", "10", "level of sideways motion in displacement", of="sensor across")
     gain: float = number(1.0, "number", "0", "1e9", "signal per volt, or per metre of displacement")
 
 

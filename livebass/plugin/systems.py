@@ -80,5 +80,5 @@ def own_folder_of_plugins(kind: str) -> Path:
     written = folder_of_plugins(this_system(), kind)
     found = os.path.expanduser(os.path.expandvars(written))
     if not os.path.isabs(found):
-        raise OSError(f"{written}: there is no such folder, as what it begins with is not set")
+        raise OSError(f"{written}: the variable it begins with is not set")
     return Path(found)

@@ -35,7 +35,7 @@ def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], d
     if not isinstance(name, str) or not name.strip():
         raise fault(label, "like", 'must be the name of a preset, or the path of one, "x.toml"', name)
     if deep == MOST:
-        raise fault(label, "like", f"more than {MOST} presets, each like the next", name)
+        raise fault(label, "like", f"a chain of more than {MOST} presets", name)
     try:
         base_label, base = read(str(Path(label).parent / name) if is_path(name) else name)
     except PresetError as error:
@@ -88,7 +88,7 @@ def _strings(label: str, base: Any, own: Any, neck: Any) -> Any:
         there = found.get(_name(given))
         if there is None and not ("name" in given and PITCH in given):
             known = [str(string.get("name", "")) for string in base]
-            why = f"the bass that it is like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
+            why = f"the preset named by like has {', '.join(known)}" + ("" if "name" in given else "; say which one")
             raise fault(label, f"string[{number}].name", why, *([given["name"]] if "name" in given else []))
         found[_name(given)] = given if there is None else _joined(there, given)
     return [found[_name(string)] for string in (own if len(found) > len(made) else base)]
@@ -121,7 +121,7 @@ def _pickups(label: str, base: Any, own: Any) -> Any:
     if not _are_tables(base) or not _are_tables(own):
         return own
     if len(own) > len(base):
-        raise PresetError(f"{label}: pickup: {len(own)} of them; the bass that it is like has {len(base)}")
+        raise PresetError(f"{label}: pickup: {len(own)} of them; the preset named by like has {len(base)}")
     return [there | given for there, given in zip(base, own, strict=False)] + base[len(own) :]
 
 

@@ -1,4 +1,4 @@
-"""The factory sounds: basses with sliders and the values that play them, by what they are for.
+"""The factory sounds: basses with sliders and the values that play them, each for one style.
 
 One file holds all of them. Here each becomes the text of a preset, for `-p` and for the plugins.
 """

@@ -308,7 +308,7 @@ def open_strings(opens: Sequence[int], tuning: Tuning, a4: float, temperament: S
             least, most = note_name(max(opens[i] - MOST_DOWN, 0)), note_name(min(opens[i] + MOST_UP, 127))
             name = note_name(min(max(note, 0), 127))
             raise ValueError(
-                f"tuning: {name} on the {note_name(opens[i])} string, where notes from {least} to {most} sound"
+                f"tuning: {name} on the {note_name(opens[i])} string, which takes notes from {least} to {most}"
             )
         own = tuple(temperament) if len(temperament) == NOTES else (temperament[i] if temperament else 0.0,) * NOTES
         found.append(OpenString(note, tuple(standard + off + each for each in own)))

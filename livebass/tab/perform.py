@@ -345,7 +345,7 @@ class _Performer:
             stroke.time, stroke.kind, stroke.slow = begin, SLIDE, slow
 
     def _graces(self, line: list[Stroke], stroke: Stroke, note: Note) -> None:
-        """Plays the grace notes of a stroke: before it, or, where no time is left there, at its time and it later."""
+        """Plays the grace notes of a stroke before it; if no time is left there, in its place, and the stroke later."""
         room = stroke.time - (line[-1].time + LEAST_GRACE if line else 0.0)
         lengths = [min(max(self.tempos.seconds(self.tempos.quarters(stroke.time) + float(grace.length)) - stroke.time,
                            LEAST_GRACE), MOST_GRACE) for grace in note.graces]  # fmt: skip

@@ -301,7 +301,7 @@ def test_a_string_is_not_written_into_a_tuned_preset(run: Run, tmp_path: Path) -
     (tmp_path / "mine.toml").write_text(text)
     status, _, err = run("identify", tmp_path / "a.wav", "-p", tmp_path / "mine.toml", "-o", tmp_path / "new.toml")
     assert_one_clear_line(status, err, (2,))
-    assert "mine.toml: has capo, a4, and a string is written as it sounds: leave out -o" in err
+    assert "mine.toml: its capo, a4 would tune the new string again: leave out -o" in err
 
 
 def low_song(*notes: int) -> bytes:

@@ -101,7 +101,7 @@ def test_an_axis(text: str, unit: str, numbers: tuple[float, ...]) -> None:
         (["--string", "B", "--vary", "pluck.apex=1mm:2mm:3"], "this bass has G"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--workers", 0], "--workers"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--workers", 2, "--scheduler", "tcp://a:1"], "give one"),
-        (["--vary", "pluck.apex=1mm:2mm:3", "--scheduler", "nonsense"], "nonsense: is no address such as tcp://host"),
+        (["--vary", "pluck.apex=1mm:2mm:3", "--scheduler", "nonsense"], "nonsense: must be an address such as tcp://host"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--quantity", "loudness"], "--quantity"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--json", "."], "is a directory"),
         (["--vary", "pluck.apex=1mm:2mm:3", "--json", "d/sweep.csv"], "is one of the files a sweep writes"),
@@ -170,7 +170,7 @@ def test_an_address_where_something_else_than_dask_answers_or_nobody_says_a_word
                 kept[-1].sendall(b"HTTP/1.1 400 Bad Request\r\n\r\n")
 
     vary = "--vary", "pluck.apex=1mm:2mm:3"
-    for serves, words in ((True, "is no Dask scheduler"), (False, "does not answer")):
+    for serves, words in ((True, "is not a Dask scheduler"), (False, "does not answer")):
         with socket.create_server(("127.0.0.1", 0)) as server:
             if serves:
                 threading.Thread(target=answer, args=(server,), daemon=True).start()

@@ -461,7 +461,7 @@ def test_a_log_is_added_to_as_it_goes(tmp_path: Path, caplog: pytest.LogCaptureF
         logger.warning("line")
     logger.removeHandler(full)
     assert [m for m in caplog.messages if m != "line"] == [
-        "/dev/full: cannot be written: No space left on device: no more log"
+        "/dev/full: cannot be written: No space left on device: the log ends here"
     ]
 
 

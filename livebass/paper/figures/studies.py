@@ -116,7 +116,7 @@ def chosen(names: Iterable[str]) -> list[Study]:
     asked = [name.lower() for name in names]
     for name in asked:
         if name not in STUDIES and name != "all":
-            raise ValueError(f"study {name!r}: there are {', '.join(STUDIES)}, and all of them as all")
+            raise ValueError(f"study {name!r}: unknown; there are {', '.join(STUDIES)}, or all")
     return [study for name, study in STUDIES.items() if name in asked or "all" in asked]
 
 
