@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import inspect
 import itertools
 import os
@@ -10,7 +11,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import suppress
 from functools import cache, cached_property, lru_cache
 from pathlib import Path
@@ -92,7 +93,8 @@ REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_
 REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
 # Names, and modules they come from, used by a test that runs the plugin in a host within its own process
 HOSTED_PARTS = {"HOSTS", "pedalboard", "support.clap", "support.lv2", "support.picture", "support.vst3"}
-TIMED, WAITS = "timed", "waits"  # scopes of real tests: played in real time, and the others
+TIMED, WAITS = "timed", "waits in "  # the scope of real tests in real time; begins those of the other real tests
+REAL_AT_ONCE = 2  # scopes of real tests, so that browsers and servers do not wait for each other
 # Only one worker of a session has a JACK server
 IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
 # Products that tests need, by folder or file; a process makes them while other tests run
@@ -118,6 +120,22 @@ NEXT = (
     "tests/preset/test_preset.py", "tests/comparison/test_notes.py", "tests/engine/hands/test_touch.py",
     "tests/engine/string/test_turned.py", "tests/cli/test_streams.py", "tests/experiment/test_sweep.py",
 )  # fmt: skip
+# The same of real tests
+LONGEST_REAL = (
+    "tests/web/test_page.py", "tests/web/test_bench.py", "tests/web/test_controls.py", "tests/plugin/test_window.py",
+    "tests/plugin/test_ardour.py", "tests/web/test_replay.py", "tests/web/test_seen.py", "tests/web/test_tab.py",
+)  # fmt: skip
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Leaves the thousands of tests and the modules, which live to the end, out of every search for garbage."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.freeze()
+        gc.enable()
 
 
 @cache
@@ -160,19 +178,24 @@ def is_real(item: pytest.Item) -> bool:
 
 
 def scope_of(nodeid: str, real: bool) -> str:
-    """The scope that one worker takes whole: a file, or one of the two scopes of real tests."""
+    """The scope that one worker takes whole: all timed tests, or the real tests of a file, or its others."""
+    file = nodeid.split("::")[0]
     if real:
-        return TIMED if nodeid.startswith(IN_REAL_TIME) else WAITS
-    return nodeid.split("::")[0]
+        return TIMED if nodeid.startswith(IN_REAL_TIME) else WAITS + file
+    return file
 
 
-def turn_of(scope: str) -> int:
+def has_real(scope: str) -> bool:
+    """True if a scope is one of real tests."""
+    return scope.startswith((TIMED, WAITS))
+
+
+def turn_of(scope: str) -> tuple[int, int]:
     """A scope's place in the overall order; equal ones keep theirs."""
-    if scope in (TIMED, WAITS):
-        return 0 if scope == TIMED else 1
-    if scope.startswith(WITHOUT_KERNELS):
-        return 2
-    return 3 + (NEXT.index(scope) if scope in NEXT else len(NEXT))
+    file = scope.removeprefix(WAITS)
+    kind = (scope == TIMED, file != scope, file.startswith(WITHOUT_KERNELS), True).index(True)
+    longest = LONGEST_REAL if kind == 1 else NEXT
+    return kind, longest.index(file) if file in longest else len(longest)
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -199,6 +222,16 @@ def pytest_xdist_make_scheduler(config: Any, log: Any) -> Any:
     class ByScope(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             return scope_of(nodeid, nodeid in real_tests())
+
+        def _assign_work_unit(self, node: Any) -> None:
+            """Assigns a scope of real tests, unless other workers have as many as go at once; then another one."""
+            begun = (units for other, units in self.assigned_work.items() if other is not node)
+            busy = sum(any(has_real(scope) and not all(units[scope].values()) for scope in units) for units in begun)
+            wanted = busy < REAL_AT_ONCE
+            scope = next((scope for scope in self.workqueue if has_real(scope) == wanted), None)
+            if scope:
+                self.workqueue.move_to_end(scope, last=False)
+            super()._assign_work_unit(node)
 
     return ByScope(config, log)
 

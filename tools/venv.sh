@@ -1,5 +1,7 @@
 # tools/check, tools/demo and tools/test source this in the project directory: `make_venv` leaves a working .venv there.
 
+bytecode=$PWD/.venv/pycache # of tests and all that they import
+
 say() { printf '%s\n' "$*" >&2; }
 
 # Finds the first of the usual names that starts Python 3.11 or later.
@@ -47,6 +49,6 @@ install_tests() {
     if [ "$(cat .venv/installed 2>/dev/null)" = "$asked" ]; then
         return 0
     fi
-    pip_install --editable '.[test]'
+    PYTHONPYCACHEPREFIX=$bytecode pip_install --editable '.[test]' # pip compiles for the first run of the tests
     printf '%s\n' "$asked" >.venv/installed
 }

@@ -32,12 +32,12 @@ def played(preset: str, count: int, how: str, least: int) -> Floats:
     assert helping() == count
     rng, sounds = np.random.default_rng(11), []
     try:
-        for k in range(300):
+        for k in range(100):
             for _ in range(int(rng.integers(0, 5))):
                 first, second, frame = int(rng.integers(26, 60)), int(rng.integers(1, 128)), int(rng.integers(64))
                 kind = int(rng.choice([0x90, 0x90, 0x90, 0x80, 0xE0]))
                 synth.send(kind, first if kind != 0xE0 else 0, second, frame=synth.frame + frame)
-            if k == 150:
+            if k == 50:
                 synth.switch_to(LiveBass(without_noise("five-string"), QUICK, RATE))  # the old bass rings out
             sounds.append(device.block(BLOCKS[k % len(BLOCKS)]))
         end = time.monotonic() + PATIENCE

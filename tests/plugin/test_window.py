@@ -87,8 +87,10 @@ def test_the_audio_thread_allocates_and_locks_nothing_under_an_open_window(
     """While it draws, reopens and is played; with an idle pointer the sound is the same as without it."""
     host, sounds = counting_host(tmp_path), []
     with closing(Screen(900, 500)) as screen:
-        command = [host, folder / "livebass.clap", "4", "3", "0", "-", str(screen.window)]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as playing:
+        command = [host, folder / "livebass.clap", "1"]
+        with subprocess.Popen(
+            [*command, "3", "0", "-", str(screen.window)], stdout=subprocess.PIPE, text=True
+        ) as playing:
             presses = 0
             while playing.poll() is None:
                 hand(*DRAG, "mousemove", *LOWEST_STRING, "click", 1)
@@ -96,10 +98,10 @@ def test_the_audio_thread_allocates_and_locks_nothing_under_an_open_window(
             said = playing.communicate(timeout=60)[0]
         assert playing.returncode == 0 and presses > 1
         blocks, counted, greatest = said.split()
-        assert int(blocks) > 500 and counted == "0" and 0 < float(greatest) < 1000
+        assert int(blocks) > 100 and counted == "0" and 0 < float(greatest) < 1000
         for window in ([], [str(screen.window)]):
             out = tmp_path / f"{len(window)}.raw"
-            subprocess.run([*command[:2], "1", "3", "0", out, *window], check=True, stdout=subprocess.PIPE)
+            subprocess.run([*command, "2", "0", out, *window], check=True, stdout=subprocess.PIPE)
             sounds.append(out.read_bytes())
     assert len(sounds[0]) > 100_000 and sounds[0] == sounds[1]
 

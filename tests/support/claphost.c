@@ -312,7 +312,7 @@ int main(int count, char **words) {
         done += frames;
         blocks++;
         draw_windows();
-        if (parent && blocks % 500 == 0) {
+        if (parent && blocks % 100 == 0) {
             gui->destroy(p);
             if (!open_window(p, gui, parent)) return 9;
         }

@@ -88,8 +88,9 @@ def sliders(name: str) -> list[dict[str, Any]]:
 
 @pytest.mark.parametrize("name", quick(BASSES, ["fretless", "paper-bass"]))
 def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tmp_path: Path, name: str) -> None:
+    """Moved to one of its places on every second bass, to the other one on the next."""
     usual, refused = instrument_file(load_preset(name)), []
-    for values in each_slider(name):
+    for values in list(each_slider(name))[BASSES.index(name) % 2 :: 2]:
         toml, file = made(page, name, values)
         (tmp_path / "saved.toml").write_text(toml)
         if isinstance(file, str):  # an unplayable neck, here as there
@@ -208,12 +209,12 @@ def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(opened
     moved = [values for values in each_slider("jazz-finger") if list(values) != ["fret"]][::4]
     for hit, values in [(False, {}), (True, {}), *((bool(heights & set(values)), values) for values in moved)]:
         score = score_of(HIT if hit else SOFT, RATE)
-        frames = RATE // QUANTUM * QUANTUM
+        frames = RATE // 2 // QUANTUM * QUANTUM
         toml, text = opened.execute_async_script(HEARD, "jazz-finger", values, messages_of(score), frames, RATE)
         sound = np.frombuffer(base64.b64decode(text), np.float32)
         (tmp_path / "saved.toml").write_text(toml)
         bass = load_preset(tmp_path / "saved.toml")
-        wanted = np.clip(mixed(render_to_array(bass, score, QUALITIES["live"], tail=1.0).astype(np.float32)), -1, 1)
+        wanted = np.clip(mixed(render_to_array(bass, score, QUALITIES["live"], tail=0.0).astype(np.float32)), -1, 1)
         assert np.abs(sound - wanted[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max(), values
         assert not values or np.abs(sound - usual[hit]).max() > 1e-6, values
         usual.setdefault(hit, sound)
