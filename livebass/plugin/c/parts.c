@@ -473,6 +473,35 @@ static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
     mix(hash, most_of(p, q->number) + 1000.0 * controller_of(p, q->number));
 }
 
+/* --- the response --- */
+
+static void draw_response(lb_picture *p, const part *q) {
+    char text[MOST_TEXT] = "";
+    const double part_of = is_small(p, q) ? 0.5 : 0, top = px(p, is_small(p, q) ? 3 : 17);
+    const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
+    const part room = {.x = face.x + px(p, 8), .y = face.y, .w = face.w - px(p, 24), .h = face.h};
+    const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
+    const uint32_t soft = is_hot(p, q) ? p->t->ink : p->t->soft;
+    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), soft, "Cabinet", q->w);
+    button(p, &face, 0, is_hot(p, q));
+    p->face.response(p->face.owner, text, sizeof text);
+    lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
+    arrow(p, &end, 2, soft);
+}
+
+static void mix_response(const lb_picture *p, const part *q, uint64_t *hash) {
+    char text[MOST_TEXT] = "";
+    p->face.response(p->face.owner, text, sizeof text);
+    for (int k = 0; text[k]; k++) mix(hash, text[k]);
+}
+
+static void press_response(lb_picture *p, const part *q, const hand *h) { p->asked = q->number + 1; }
+
+void lb_choose_response(lb_picture *p, int file) {
+    const char *why = p->face.respond(p->face.owner, file);
+    if (why) notice(p, why, "");
+}
+
 static double slider_value(const lb_picture *p, const part *q, double x) {
     double left, y, wide;
     track_of(p, q, &left, &y, &wide);
@@ -708,5 +737,7 @@ const lb_kind lb_kinds[KINDS] = {
     [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
     [SEARCHED] = {.draw = draw_search, .state = mix_search, .wheel = wheel_list},
     [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND, 0},
+    [RESPONSE] = {draw_response, mix_response, press_response, 0, 0, HAND,
+                  "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
     [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},
 };
