@@ -146,7 +146,7 @@ def test_freewheeling_waits_for_a_bass_that_the_worker_is_loading(bundle: Path) 
 NEEDED = {  # by controls without effect on hard fretted notes
     "bend_range": [(0, bytes([0xE0, 0, 96])), (0, bytes([0x90, 40, 100]))],
     "avoid_open": [(0, bytes([0x90, 33, 100]))],  # the open A
-    "detach": [(0, bytes([0x90, 40, 100])), (4000, bytes([0x90, 43, 100])), (9000, bytes([0x80, 43, 64]))],
+    "detach": [(0, bytes([0xB0, 64, 127])), (0, bytes([0x90, 40, 100])), (4000, bytes([0x80, 40, 64]))],
 }
 
 

@@ -44,6 +44,7 @@ OPTIONAL = {
     "controller": None, "title": "lb_title", "playing": "lb_playing_sound", "group": "host_group",
     "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
+    "response": "lb_response_title", "responses": None, "response_name": None, "respond": None,
     "zoom": None, "paste": "lb_take_text",
 }  # fmt: skip
 
