@@ -73,5 +73,4 @@ def write_presets(basses: Iterable[str], folder: Path) -> None:
     made = preset_files(basses)
     for plugin in CLASSES:
         files = {name.partition("/")[2]: data for name, data in made.items() if name.startswith(f"{plugin}/")}
-        if files:
-            write_files(folder / plugin, files, lambda entries: all(entry.suffix == PRESET for entry in entries))
+        write_files(folder / plugin, files, lambda entries: all(entry.suffix == PRESET for entry in entries))

@@ -54,7 +54,7 @@ void lb_free_response(lb_response *r) {
 static int is_good(const lb_response_head *h, size_t size) {
     if (size < sizeof *h || memcmp(h->magic, MAGIC, sizeof h->magic)) return 0;
     if (!(h->rate >= LB_LEAST_RATE && h->rate <= LB_MOST_RATE)) return 0;
-    if (h->count < 1 || h->count > LB_LONGEST * h->rate || size != kept_size(h->count)) return 0;
+    if (h->count < 1 || (double)h->count > LB_LONGEST * h->rate || size != kept_size(h->count)) return 0;
     if (!memchr(h->name, 0, sizeof h->name)) return 0;
     const float *samples = (const float *)(h + 1);
     for (int64_t k = 0; k < h->count; k++)
@@ -127,7 +127,7 @@ static int parse_wave(const uint8_t *bytes, size_t size, wave *w) {
             const int known = w->kind == WHOLE ? w->bytes >= 1 && w->bytes <= 4 : w->kind == REAL && (w->bytes == 4 || w->bytes == 8);
             if (!known || w->channels < 1) return 0;
             w->data = part;
-            w->frames = (int64_t)count / (w->channels * w->bytes);
+            w->frames = (int64_t)count / ((int64_t)w->channels * w->bytes);
             return w->frames > 0;
         }
         at += 8 + count + (count & 1);
@@ -158,7 +158,7 @@ static const char *make(const wave *w, const char *name, const lb_kernels *kerne
         for (int64_t k = 0; k < w->frames; k++) samples[k] = sample_at(w, k, channel);
         const int64_t count = kernels->cut_response((int64_t)(intptr_t)samples, w->frames, w->rate, 0);
         if (count < 1) why = "is silent";
-        else if (count > LB_LONGEST * w->rate) why = "lasts longer than 1 s";
+        else if ((double)count > LB_LONGEST * w->rate) why = "lasts longer than 1 s";
         else if (!(r = new_response(kept_size(count)))) why = "has no memory";
         else {
             memcpy(r->kept->magic, MAGIC, sizeof r->kept->magic);
@@ -229,7 +229,8 @@ int lb_list_responses(char names[LB_MOST_RESPONSES][LB_FILE_NAME]) {
 }
 
 int lb_write_response(const lb_response *r, const lb_kernels *kernels, char name[LB_FILE_NAME]) {
-    static const uint8_t form[] = {'W', 'A', 'V', 'E', 'f', 'm', 't', ' ', 16, 0, 0, 0, REAL, 0, 1, 0};
+    static const uint8_t form[44] = {'R', 'I', 'F', 'F', 0, 0, 0, 0, 'W', 'A', 'V', 'E', 'f', 'm', 't', ' ', 16, 0, 0, 0,
+                                     REAL, 0, 1, 0, [36] = 'd', 'a', 't', 'a'};
     char folder[LB_PATH], path[LB_PATH];
     lb_response *there;
     snprintf(name, LB_FILE_NAME, "%s", r->kept->name);
@@ -239,18 +240,16 @@ int lb_write_response(const lb_response *r, const lb_kernels *kernels, char name
     lb_free_response(there);
     if (same || !r->kept->count) return same;
     const uint32_t data = (uint32_t)r->kept->count * 4, rate = (uint32_t)r->kept->rate, whole = data + 36;
-    uint8_t *bytes = malloc(data + 44);
+    uint8_t *bytes = malloc(data + sizeof form);
     if (!bytes) return 0;
     const uint32_t numbers[] = {rate, 4 * rate, 4 | 32 << 16};
-    memcpy(bytes, "RIFF", 4);
+    memcpy(bytes, form, sizeof form);
     memcpy(bytes + 4, &whole, 4);
-    memcpy(bytes + 8, form, sizeof form);
     memcpy(bytes + 24, numbers, sizeof numbers);
-    memcpy(bytes + 36, "data", 4);
     memcpy(bytes + 40, &data, 4);
-    memcpy(bytes + 44, samples_of(r), data);
+    memcpy(bytes + sizeof form, samples_of(r), data);
     enter(); /* one at a time per process */
-    const int good = lb_write_numbered(folder, r->kept->name, ENDING, bytes, data + 44, 0, name);
+    const int good = lb_write_numbered(folder, r->kept->name, ENDING, bytes, data + sizeof form, 0, name);
     leave();
     free(bytes);
     return good;
