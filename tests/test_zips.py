@@ -28,6 +28,7 @@ from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import FOLDERS, SYSTEMS, this_system
+from livebass.preset.sounds import sound_title, sounds_of
 from livebass.techniques import SLIDER_ROWS
 
 ROOT = Path(__file__).parents[1]
@@ -80,7 +81,7 @@ def test_an_archive_holds_plugins_page_licence_and_three_lines(zips: ModuleType,
     (folder,) = tmp_path.iterdir()
     assert f"{folder.name}.zip" == f"{zips.title(name)}.zip" and folder.name.endswith(name)
     assert {path.name for path in folder.iterdir()} == {
-        "LV2", "CLAP", "VST3", "INSTALL.txt", "LICENSE.txt", "LICENSE-DejaVu.txt", "livebass.html",
+        "LV2", "CLAP", "VST3", "VST3 Presets", "INSTALL.txt", "LICENSE.txt", "LICENSE-DejaVu.txt", "livebass.html",
     }  # fmt: skip
     code = zips.universal(list(MAC.values())) if name == "macos" else BINARIES[name]
     for place, module in BUNDLES.items():
@@ -89,6 +90,8 @@ def test_an_archive_holds_plugins_page_licence_and_three_lines(zips: ModuleType,
         files = [path for path in bundle.rglob("*") if path.is_file()]
         programs = [path for path in files if path.read_bytes() == code]
         assert len(programs) == 1 and any(path.name == "slap.lbass" for path in files)
+    presets = {path.stem for path in (folder / "VST3 Presets" / "livebass").iterdir()}
+    assert presets == {sound_title(name) for name in sounds_of("slap")} and presets
     for entry in entries:
         program = (tmp_path / entry.filename).read_bytes() == code
         assert entry.external_attr >> 16 & 0o777 == (0o755 if program else 0o644)

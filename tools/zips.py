@@ -18,12 +18,13 @@ from livebass.cli.export import BUNDLES
 from livebass.model.instrument import Instrument
 from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.bundle import is_macos
-from livebass.plugin.systems import SYSTEMS, System, folder_of_plugins
+from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, System, folder_of_plugins
 from livebass.web.export import SINGLE
 
 LICENSE = Path(__file__).parents[1] / "LICENSE"
 FONT = LICENSE.parent / "livebass/plugin/c/DEJAVU.txt"  # licence of the window's font
 FORMATS: dict[str, ModuleType] = {"lv2": lv2, "clap": clap, "vst3": vst3}
+PRESETS = "VST3 Presets"  # folder of the factory sounds for VST3 hosts
 UNIVERSAL = "macos"  # one archive for both kinds of processor
 UNTRIED = {  # what a user must know about a system on which nobody has tried the plugins
     "macos": "Then run, in Terminal: xattr -dr com.apple.quarantine ~/Library/Audio/Plug-Ins. "
@@ -73,6 +74,7 @@ def archive(
     for kind, module in FORMATS.items():
         made = module.bundle_files(basses, instruments, code, system)
         files |= {f"{kind.upper()}/{BUNDLES[kind]}/{place}": data for place, data in made.items()}
+    files |= {f"{PRESETS}/{place}": data for place, data in vst3.preset_files(basses).items()}
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w") as to:
         for place, data in sorted(files.items()):
@@ -95,7 +97,9 @@ def install_text(system: System) -> str:
     )
     untried = UNTRIED.get(system.name.partition("-")[0], "")
     return (
-        f"Copy what your host plays, one or all: {places}.{f' {untried}' if untried else ''}\n"
+        f"Copy what your host plays, one or all: {places}.{f' {untried}' if untried else ''}"
+        f" So that VST3 hosts list the sounds, copy the folders in {PRESETS} into "
+        f"{folder_of_plugins(system, VST3_PRESETS)}.\n"
         "Load: let your host look for new plugins, and put livebass on an instrument track.\n"
         f"Play MIDI notes from E1 (28) up, or open {SINGLE} in a browser. To uninstall, delete the copies.\n"
     )

@@ -121,7 +121,7 @@ def _write_plugin(
 ) -> None:
     from livebass.files import checked_directory
     from livebass.plugin import build
-    from livebass.plugin.systems import SYSTEMS, folder_of_plugins, own_folder_of_plugins, this_system
+    from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, folder_of_plugins, own_folder_of_plugins, this_system
 
     if wanted is not None and wanted not in SYSTEMS:
         raise click.UsageError(f"--system must be {either(SYSTEMS)}, not {wanted}")
@@ -137,6 +137,8 @@ def _write_plugin(
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
     plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
     say(f"{folder}: {_content(basses, folder)}, for {system.name}")
+    if install and kind == "vst3":
+        plugin.write_presets(basses, own_folder_of_plugins(VST3_PRESETS))
     copy = "" if install else f"copy it into {folder_of_plugins(system, kind)} and "
     say(f"{copy}let your host look for new plugins")
 

@@ -34,11 +34,22 @@ FLAGS = (
     "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
 LINKING = {
-    "so": ("-fPIC", "-fno-asynchronous-unwind-tables", "-Wl,-z,now", "-Wl,-z,defs", "-lm", "-lpthread"),
+    "so": (
+        "-fPIC",
+        "-fno-asynchronous-unwind-tables",
+        "-fno-unwind-tables",
+        "-Wl,-z,now",
+        "-Wl,-z,defs",
+        "-lm",
+        "-lpthread",
+    ),
     "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else the binary names its build folder
     "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
 }
-CLOSER = ("-Wl,-z,noseparate-code",)  # sections share pages, which saves 8 kB; ziglang does so by itself
+CLOSER = (
+    "-Wl,-z,noseparate-code",  # sections share pages, which saves 8 kB; ziglang does so by itself
+    "-Wl,-z,pack-relative-relocs",  # saves 12 kB; a release must run on older systems, which do not know it
+)
 # Taken from Windows instead of the compiler's own library, 47 kB in one piece; stack_win32.c replaces the rest
 OF_WINDOWS = {
     "api-ms-win-crt-private-l1-1-0": ("memcmp", "memcpy", "memmove"),

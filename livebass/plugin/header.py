@@ -16,6 +16,8 @@ from livebass import __version__, parts, techniques
 from livebass.compiling import SMALL, Entry, emitter
 from livebass.kernels.bass import bench, change, check, instrument, pool
 from livebass.kernels.bass import setup as bass
+from livebass.kernels.effects import records as effects
+from livebass.kernels.effects import response
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer
 from livebass.kernels.player.touches import KEY_PALM
@@ -70,7 +72,8 @@ OF_MODULES: tuple[tuple[Any, str], ...] = (
     (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN OTHER_VERSION DAMAGED"), (note, "MADE"),
     (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK POP"), (sight, "SEEN"),
     (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
-    (priority, "PRIORITY"), (parameters, "MOST_UNEVENNESS"), (ring, "VALUE_BIT NUMBER"),
+    (effects, "LONGEST LEAST_RATE MOST_RATE"), (priority, "PRIORITY"),
+    (parameters, "MOST_UNEVENNESS"), (ring, "VALUE_BIT NUMBER"),
 )  # fmt: skip
 KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in ring.py
 NUMBERS = {
@@ -94,6 +97,7 @@ ENTRIES: tuple[Entry, ...] = (
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
     board.over_board, look.see_synth, change.measure_change, change.make_change,
+    response.cut_response,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "u8": "uint64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}

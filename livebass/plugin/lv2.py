@@ -54,6 +54,7 @@ KEPT = "".join(
         ("seed", "Seed of the player's unevenness", "long"),
         ("side", "A (0) or B (1) counts", "long"),
         ("technique", "Stroke, if a key has chosen it", "float"),
+        ("response", "Impulse response, with its samples", "base64Binary"),
         *(
             (f"aside-{p.symbol}", f"{p.name}, of the other side", "float")
             for p in PARAMETERS

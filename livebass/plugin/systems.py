@@ -48,13 +48,16 @@ SYSTEMS = {
     )
 }  # fmt: skip
 OPERATING = {"linux": "linux", "darwin": "macos", "win32": "windows"}  # by sys.platform
+VST3_PRESETS = "vst3 presets"  # the makers' folders of presets for VST3 plugins, in place of a format
 FOLDERS = {  # the user's plugin folders, by the first part of a system's name and by format
-    "linux": {"lv2": "~/.lv2", "clap": "~/.clap", "vst3": "~/.vst3"},
-    "macos": {kind: f"~/Library/Audio/Plug-Ins/{kind.upper()}" for kind in ("lv2", "clap", "vst3")},
+    "linux": {"lv2": "~/.lv2", "clap": "~/.clap", "vst3": "~/.vst3", VST3_PRESETS: "~/.vst3/presets/livebass"},
+    "macos": {kind: f"~/Library/Audio/Plug-Ins/{kind.upper()}" for kind in ("lv2", "clap", "vst3")}
+    | {VST3_PRESETS: "~/Library/Audio/Presets/livebass"},
     "windows": {
         "lv2": r"%APPDATA%\LV2",
         "clap": r"%LOCALAPPDATA%\Programs\Common\CLAP",
         "vst3": r"%LOCALAPPDATA%\Programs\Common\VST3",
+        VST3_PRESETS: r"%USERPROFILE%\Documents\VST3 Presets\livebass",
     },
 }
 

@@ -19,6 +19,7 @@ from livebass.extras import install
 from livebass.plugin import build
 from livebass.plugin.build import binary, name_of
 from livebass.plugin.systems import FOLDERS, SYSTEMS, System, own_folder_of_plugins, this_system
+from livebass.preset.sounds import sound_title, sounds_of
 
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
 KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]
@@ -83,7 +84,11 @@ def test_a_plugin_is_installed_where_hosts_look(run: Run, elsewhere: Path, kind:
         assert err.startswith(f"{folder}: 1 bass, ") and "copy" not in err and "let your host look" in err
         assert {Path(name).stem for name in contents(folder) if name.endswith(".lbass")} == {preset}
     assert list(elsewhere.iterdir()) == [home] and list(home.iterdir()) == [folder.parent]
-    assert list(folder.parent.iterdir()) == [folder]
+    presets = home / ".vst3" / "presets"
+    assert set(folder.parent.iterdir()) == ({folder, presets} if kind == "vst3" else {folder})
+    for plugin in ("livebass", "livebass strings") if kind == "vst3" else ():
+        found = {file.stem for file in (presets / "livebass" / plugin).iterdir()}
+        assert found == {sound_title(name) for name in sounds_of("fretless")} and found
 
 
 def test_an_installed_plugin_begins_in_the_quality_that_is_carried(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.clap import Library, Plugin
+from support import vst3 as vst3host
+from support.clap import RELIEF, Library, Plugin
 from support.picture import Host, library
 from support.plugins import RATE, hard_score
 
@@ -16,8 +18,9 @@ from livebass import QUALITIES, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
 from livebass.engine.render import mixed
+from livebass.files import OutputError
 from livebass.live.parameters import PARAMETERS
-from livebass.plugin import clap, lv2
+from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.bundle import SOUNDS, instrument_files
 from livebass.plugin.systems import this_system
 from livebass.preset.sounds import sound_title, sound_values, sounds_of
@@ -111,3 +114,58 @@ def test_a_tuning_on_the_bench_sounds_as_render_makes_it(plugin: Plugin, tmp_pat
     assert np.array_equal(sound[: -RATE // 20], wanted[: -RATE // 20])
     assert plugin.text(SLIDER_ROWS["named_tuning"].parameter.number, 3.0) == "drop D"
     assert plugin.text(SLIDER_ROWS["concert_pitch"].parameter.number, -8.0) == "432.0 Hz"
+
+
+LINUX = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="hosts on Linux")
+
+
+@pytest.fixture(scope="module")
+def vst3_bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("factory") / "livebass.vst3"
+    vst3.write_bundle({name: load_preset(name) for name in NAMES}, made)
+    return made
+
+
+@LINUX
+def test_presets_of_vst3_are_the_states_of_the_sounds(folder: Path, vst3_bundle: Path, tmp_path: Path) -> None:
+    """Each is what the plugin saves after it has loaded the sound; a new export replaces them, and nothing else."""
+    vst3.write_presets(NAMES, tmp_path)
+    vst3.write_presets(NAMES, tmp_path)
+    for which, name in ((vst3host.MONO, "livebass"), (vst3host.STRINGS, "livebass strings")):
+        files = sorted((tmp_path / name).iterdir())
+        assert [file.stem for file in files] == sorted(map(sound_title, FACTORY))
+        plugin = vst3host.Plugin(vst3_bundle, which)
+        for file in files:
+            data = file.read_bytes()
+            at, size = struct.unpack("<qq", data[-16:])
+            state = data[at : at + size]
+            assert data[8:40] == vst3.CLASSES[name].encode() and data[-20:-16] == b"Comp"
+            with closing(Plugin(folder, active=False)) as other:
+                other.set(RELIEF, PARAMETERS[RELIEF].usual)  # the host of tests had set it
+                assert other.load_sound(folder / SOUNDS / f"{file.stem}.toml")
+                wanted = other.save()
+            assert plugin.load(state) and plugin.save() == wanted
+        plugin.close()
+    (tmp_path / "livebass" / "song.txt").touch()
+    with pytest.raises(OutputError):
+        vst3.write_presets(NAMES, tmp_path)
+
+
+@LINUX
+def test_pedalboard_plays_a_preset_of_vst3(vst3_bundle: Path, tmp_path: Path) -> None:
+    """As `render` plays the sound, but for values that the host rounds to 32 bits."""
+    pedalboard = pytest.importorskip("pedalboard")
+    vst3.write_presets(NAMES, tmp_path)
+    plugin = pedalboard.load_plugin(str(vst3_bundle), plugin_name="livebass")
+    name = next(name for name in FACTORY if dict(load_preset(name).played).get("gain", 0.0) == 0.0)
+    plugin.load_preset(str(tmp_path / "livebass" / f"{sound_title(name)}.vstpreset"))
+    score = hard_score()
+    wanted, _ = rendered(name)
+    n = len(wanted) - RATE // 20
+    plugin.relief_under_overload = False
+    notes = [
+        (message.tobytes(), (frame + 0.25) / RATE)
+        for frame, message in zip(score.frames.tolist(), score.messages, strict=True)
+    ]
+    sound = plugin(notes, (n + 0.25) / RATE, RATE, 1, 512, True)[0]
+    assert np.abs(sound[:n] - wanted[:n]).max() < 1e-4 * np.abs(wanted).max()

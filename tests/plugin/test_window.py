@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import soundfile
 from support import lv2, vst3
 from support.clap import Plugin, counting_host, function, midi, note_on, struct, value
 from support.jack import wait_for
@@ -523,3 +524,21 @@ def test_a_value_is_typed_with_the_keyboard(screen_name: str, folder: Path) -> N
         time.sleep(0.2)
         plugin.block(64)
         assert plugin.value(GAIN) == -12
+
+
+def test_a_cabinet_is_chosen_in_the_window(
+    screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On the page Tone, from the files in the user's folder; the state keeps it until none is chosen."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    file = tmp_path / "livebass" / "responses" / "Old.wav"
+    file.parent.mkdir(parents=True)
+    soundfile.write(file, np.r_[0.5, np.zeros(99), 0.25], 48000)
+    menu = ("mousemove", 600, 440, "click", 1, "sleep", 0.2, "mousemove")
+    with opened(folder) as (plugin, _):
+        before = plugin.save()
+        hand("mousemove", 222, 58, "click", 1, "sleep", 0.2, *menu, 620, 385, "click", 1)
+        wait_for(lambda: len(plugin.save()) > len(before))
+        assert b"Old\0" in plugin.save()[len(before) :]
+        hand(*menu, 620, 365, "click", 1)
+        wait_for(lambda: plugin.save() == before)

@@ -44,6 +44,7 @@ OPTIONAL = {
     "controller": None, "title": "lb_title", "playing": "lb_playing_sound", "group": "host_group",
     "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
+    "response": "lb_response_title", "responses": None, "response_name": None, "respond": None,
     "zoom": None, "paste": "lb_take_text",
 }  # fmt: skip
 
@@ -110,6 +111,7 @@ def library() -> Any:
         ("lb_reset_instance", None, [address]),
         ("lb_take_midi", None, [address, c.c_int64, c.c_char_p, c.c_size_t]),
         ("lb_save_state", None, [address, address]),
+        ("lb_new_state", address, [address, c.POINTER(c.c_size_t)]),
         ("lb_load_state", whole, [address, address, c.c_size_t]),
         ("lb_list_sounds", whole, [address]),
         ("lb_sound_name", c.c_char_p, [address, whole]),
@@ -194,6 +196,14 @@ class Host:
         room = c.create_string_buffer(8192)
         library().lb_save_state(self.address, c.addressof(room))
         return room.raw[: STATE.itemsize]
+
+    def whole_state(self) -> bytes:
+        """Its state as hosts keep it, with its response."""
+        count = c.c_size_t()
+        place = library().lb_new_state(self.address, c.byref(count))
+        made = c.string_at(place, count.value)
+        c.CDLL(None).free(c.c_void_p(place))
+        return made
 
     def load(self, state: bytes) -> bool:
         """Loads a state; returns whether the instance took it."""

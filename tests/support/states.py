@@ -3,32 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.kernels.bass.check import checksum
 from livebass.live.parameters import PARAMETERS
+from livebass.plugin.state import STATE, sealed
 from livebass.techniques import CHANNEL_MODES
-
-HEAD = [
-    ("magic", "S8"), ("version", "i8"), ("seed", "i8"), ("count", "i8"), ("bass", "S64"),
-    ("learned", "u1", (CHANNEL_MODES,)), ("side", "i8"),
-]  # fmt: skip
-STATE = np.dtype([*HEAD, ("values", "f8", (len(PARAMETERS), 2)), ("checksum", "u8")])
 
 
 def read(state: bytes) -> NDArray[np.void]:
     """A copy of a state's record, (1,)."""
     return np.frombuffer(state, STATE).copy()
-
-
-def sealed(words: NDArray[Any]) -> bytes:
-    """A state with a valid checksum."""
-    whole = np.frombuffer(words.tobytes(), np.int64).copy()
-    whole[-1:] = np.array([checksum(whole.ctypes.data, len(whole) - 1)], np.uint64).view(np.int64)
-    return whole.tobytes()
 
 
 def with_sides(state: bytes, side: int, aside: Mapping[int, float]) -> bytes:

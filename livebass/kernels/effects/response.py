@@ -5,7 +5,7 @@
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.effects.fourier import fill_turns, spectrum_of
 from livebass.kernels.effects.records import (
     BINS,
@@ -35,7 +35,7 @@ MOST_GAIN = 16.0  # for a set level, on average over 24 kHz: a response of only 
 BAND = 48_000.0  # Hz
 
 
-@entry("int64(int64, int64, float64, int64)")
+@entry("int64(int64, int64, float64, int64)", SMALL)
 def cut_response(address, count, rate, normalized):
     """Cuts silence off `count` float64 at an address, at `rate` Hz, in place; returns the count left, 0 for silence.
 

@@ -6,6 +6,7 @@
 #include "clap_abi.h"
 #include "editor.h"
 #include "files.h"
+#include "response.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -14,7 +15,7 @@
 #define MONO "org.livebass.bass" /* must never change: sessions use them */
 #define APART "org.livebass.strings"
 #define PROVIDER "org.livebass.presets"
-enum { TAIL = 12 /* s */, ROOM = 1 << 16 };
+enum { TAIL = 12 /* s */, ROOM = sizeof(lb_state) + LB_KEPT_RESPONSE + 16000 /* of later parameters */ };
 enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
 
 static char folder[CLAP_PATH]; /* with the plugin's own instruments */
@@ -349,14 +350,12 @@ static bool remote_page(const clap_plugin *p, uint32_t index, clap_remote_page *
 /* --- state --- */
 
 static bool save(const clap_plugin *p, const clap_out_stream *to) {
-    lb_state state;
-    lb_save_state(&of(p)->instance, &state);
-    for (size_t done = 0; done < sizeof state;) {
-        const int64_t written = to->write(to, (const char *)&state + done, sizeof state - done);
-        if (written <= 0) return false;
-        done += (size_t)written;
-    }
-    return true;
+    size_t count, done = 0;
+    char *state = lb_new_state(&of(p)->instance, &count);
+    for (int64_t written; done < count; done += (size_t)written)
+        if ((written = to->write(to, state + done, count - done)) <= 0) break;
+    free(state);
+    return state && done == count;
 }
 
 static bool load(const clap_plugin *p, const clap_in_stream *from) {
@@ -410,6 +409,7 @@ static int take_bass(lb_instance *i, const char *name) {
     for (int k = 0; k < LB_PARAMETERS; k++)
         if (lb_is_of_sides(k)) lb_set_value(i, k, lb_parameters[k].usual);
     lb_set_value(i, LB_BASS, bass);
+    lb_set_response(i, 0);
     __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass was already playing */
     return 1;
 }

@@ -3,6 +3,7 @@
 #include "core.h"
 #include "files.h"
 #include "lock.h"
+#include "response.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -96,6 +97,7 @@ struct lb_bass {
     LB_BUILDING building;
     const lb_kernels *kernels;
     file source;
+    lb_response *response; /* 0: the file's */
     pool *pools[2];
 };
 
@@ -225,7 +227,7 @@ static void give_pool_back(pool *p) {
 /* --- basses --- */
 
 lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
-                      const lb_kernels *kernels, char *error, size_t room) {
+                      lb_response *response, const lb_kernels *kernels, char *error, size_t room) {
     lb_bass *b = calloc(1, sizeof *b);
     snprintf(error, room, "%s: no memory for it", path);
     if (!b) return 0;
@@ -239,6 +241,14 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     if (!made) {
         lb_free_bass(b);
         return 0;
+    }
+    if (response) {
+        b->response = response;
+        __atomic_add_fetch(&response->users, 1, __ATOMIC_RELAXED);
+        building->response = ADDRESS(response->played);
+        building->response_count = response->count;
+        building->response_rate = response->kept->rate;
+        building->of ^= (int64_t)response->sum; /* the old effects ring out: no version can carry them on */
     }
     building->file = ADDRESS(b->source.words);
     building->tier = tier;
@@ -296,6 +306,7 @@ void lb_free_bass(lb_bass *b) {
     if (b->building.memory) free_lines((char *)(intptr_t)b->building.memory - LINE);
     for (int k = 0; k < 2; k++) give_pool_back(b->pools[k]);
     free_lines(b->source.words);
+    lb_free_response(b->response);
     free(b);
 }
 

@@ -10,6 +10,7 @@
 #define LB_NO_HELPERS "one core plays: threads of the plugin's own need real-time priority, which the system refuses"
 
 typedef struct lb_bass lb_bass;
+typedef struct lb_response lb_response; /* of response.h */
 typedef struct {
     LB_SYNTH record; /* first: the kernels take its address */
     const lb_kernels *kernels;
@@ -28,10 +29,11 @@ const lb_kernels *lb_best_kernels(void);
 
 /* Reads an instrument file and prepares it in a tier, at an audio rate (Hz). Basses of the same file, tier and rate
    share their operators. With `ahead` its strings may run ahead of the clock in quiet times, which takes memory.
-   `built`: the values of lb_sliders, which change the bass; 0: unchanged. Returns 0 after writing one
-   line into `error`, (room) bytes. [not the audio thread] */
+   `built`: the values of lb_sliders, which change the bass; 0: unchanged. `response`: in place of the bass's own; 0:
+   that; the bass becomes a user of it. Returns 0 after writing one line into `error`, (room) bytes. [not the audio
+   thread] */
 lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
-                      const lb_kernels *, char *error, size_t room);
+                      lb_response *response, const lb_kernels *, char *error, size_t room);
 /* Moves sliders from values that a file's bass can have towards those in `built`, as far as it can have them, and writes
    them there. Returns 0 if it cannot even have the first ones. [not the audio thread] */
 int lb_fit_sliders(const char *path, const double *from, double *built, const lb_kernels *);

@@ -31,7 +31,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, CROWNS, COPY, SEARCHED, ENLARGED, KINDS };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE, KINDS };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -83,7 +83,7 @@ struct lb_picture {
     int pressed_number; /* the pointer has pressed a value and not moved */
     /* what lies over the rest */
     lb_cover cover;
-    int asked; /* 1 + the parameter whose menu a press has asked for; 0: none */
+    int asked; /* 1 + the parameter, or LB_PARAMETERS for the response, whose menu a press has asked for; 0: none */
     lb_area covered; /* of the last picture */
     double rested; /* since when the pointer rests */
     /* the pointer */
@@ -231,6 +231,7 @@ extern const lb_kind lb_kinds[KINDS];
 void lb_change(const lb_picture *, int parameter, double value); /* at once */
 void lb_step(lb_picture *, int parameter, int way, int fine);     /* as the wheel does */
 void lb_save(lb_picture *);                                       /* under the typed name */
+void lb_choose_response(lb_picture *, int file);                    /* -1: none */
 void lb_take_found(lb_picture *);                                 /* the first in the list */
 void lb_end_note(lb_picture *);                                   /* the note that the pointer plays */
 #endif

@@ -1,6 +1,6 @@
 /* A picture in a window. */
 #include "editor.h"
-#include "files.h"
+#include "response.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -142,6 +142,20 @@ static int load(void *i, int k) {
     tell_changes(i, before);
     return 1;
 }
+static void response(void *i, char *text, size_t room) { lb_response_title(i, text, room); }
+static char response_names[LB_MOST_RESPONSES][LB_FILE_NAME]; /* of the window that listed them last */
+static int responses(void *i) {
+    (void)i;
+    return lb_list_responses(response_names);
+}
+static const char *response_name(void *i, int file) {
+    (void)i;
+    return response_names[file];
+}
+static const char *respond(void *i, int file) {
+    char path[LB_PATH] = "";
+    return file < 0 || lb_response_path(response_names[file], path) ? lb_take_response(i, path) : "The path is too long";
+}
 static const char *paste(void *i, const char *text) {
     double before[LB_PARAMETERS];
     note_values(i, before);
@@ -167,7 +181,8 @@ lb_face lb_face_of(lb_instance *i) {
                      .note = note, .own = own, .switched = switched, .undo = undo, .swap = swap, .side = side,
                      .copy = copy, .read = read, .title = title, .playing = playing, .group = group, .zoom = zoom,
                      .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
-                     .is_own = is_own, .save = save, .load = load, .remove = discard, .paste = paste};
+                     .is_own = is_own, .save = save, .load = load, .remove = discard, .paste = paste, .response = response,
+                     .responses = responses, .response_name = response_name, .respond = respond};
 }
 
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {

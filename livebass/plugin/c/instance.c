@@ -1,6 +1,8 @@
 /* An instance from beginning to end: its bass, its threads, and the blocks it plays. */
 #include "instance.h"
 #include "lock.h"
+#include "response.h"
+#include "retuning.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -31,6 +33,8 @@ int lb_open_instance(lb_instance *i, const char *folder) {
     i->shelf = lb_open_shelf(folder);
     for (int k = 0; i->shelf && k < LB_PARAMETERS; k++) i->values[k] = lb_usual(i, k);
     lb_begin_sides(i);
+    lb_join_master();
+    i->joined = 1;
     if (i->shelf && lb_shelf_count(i->shelf)) return 1;
     snprintf(line, sizeof line, "%.1400s: there is no instrument here, nor in the user's directory", folder);
     i->complain(i->owner, line);
@@ -42,6 +46,9 @@ void lb_close_instance(lb_instance *i) {
     lb_deactivate_instance(i);
     if (i->shelf) lb_close_shelf(i->shelf);
     i->shelf = 0;
+    if (i->joined) lb_leave_master();
+    i->joined = 0;
+    lb_set_response(i, 0);
     lb_forget_sounds(i);
 }
 
@@ -63,7 +70,7 @@ static int64_t wish(const lb_instance *i) {
     }
     const uint64_t plain = (uint64_t)seed_of(i) << 16 | (uint64_t)lb_value(i, LB_RUNNING_AHEAD) << 9 |
                            (uint64_t)lb_value(i, LB_QUALITY) << 8 | (uint64_t)lb_value(i, LB_BASS);
-    return (int64_t)(plain ^ sum << 16);
+    return (int64_t)(plain ^ (sum ^ __atomic_load_n(&i->response_sum, __ATOMIC_ACQUIRE)) << 16);
 }
 
 static int wants_other(const lb_instance *i) { return wish(i) != __atomic_load_n(&i->loaded, __ATOMIC_ACQUIRE); }
@@ -78,9 +85,9 @@ static void take_sliders(lb_instance *i, const double *built) {
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
 }
 
-/* Loads the wanted bass; the log reports failures. Sliders that it cannot have stop on their way from the last ones. If
-   no bass plays and the wanted one cannot be built, loads it unchanged. */
-static lb_bass *load(lb_instance *i) {
+/* Loads the wanted bass with this response; the log reports failures. Sliders that it cannot have stop on their way from
+   the last ones. If no bass plays and the wanted one cannot be built, loads it unchanged. */
+static lb_bass *load_with(lb_instance *i, lb_response *r) {
     char why[LINE];
     double built[LB_BUILT];
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
@@ -89,18 +96,25 @@ static lb_bass *load(lb_instance *i) {
     const char *path = lb_shelf_path(i->shelf, number);
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
     for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, lb_sliders[k]);
-    lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, i->kernels, why, sizeof why);
+    lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
     if (!b) {
         i->complain(i->owner, why);
         if (number != i->built_of) memset(i->built, 0, sizeof i->built);
         if (lb_fit_sliders(path, i->built, built, i->kernels)) {
             take_sliders(i, built);
-            b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, i->kernels, why, sizeof why);
+            b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
         }
     }
     if (b) memcpy(i->built, built, sizeof i->built);
     if (b) i->built_of = number;
-    return b || i->synth ? b : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, i->kernels, why, sizeof why);
+    return b || i->synth ? b : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, r, i->kernels, why, sizeof why);
+}
+
+static lb_bass *load(lb_instance *i) {
+    lb_response *r = lb_use_response(i);
+    lb_bass *b = load_with(i, r);
+    lb_free_response(r);
+    return b;
 }
 
 /* How many of its own threads should play strings: none if the host has some, or renders. */

@@ -2,6 +2,7 @@
    state. It knows no host interface. */
 #ifndef LB_INSTANCE_H
 #define LB_INSTANCE_H
+#include "files.h"
 #include "look.h"
 #include "thread.h"
 
@@ -68,6 +69,7 @@ enum { LB_EXPRESS_BEND, LB_EXPRESS_VIBRATO, LB_EXPRESSIONS }; /* of notes: semit
 typedef struct { /* the last note of a key of a channel */
     int32_t id;    /* the host's number for it; -1: none */
     uint8_t state; /* of notes.c */
+    double retuning; /* semitones, by a master (retuning.h) */
     uint8_t untold[LB_EXPRESSIONS]; /* tell the synth this amount in the next block */
     double amounts[LB_EXPRESSIONS];
 } lb_note;
@@ -76,6 +78,7 @@ typedef struct { /* the audio thread's side: no other thread touches it while th
     LB_OWNER(owner)
     lb_note notes[LB_NOTES]; /* [channel * LB_KEYS + key] */
     int untold;              /* notes may have untold amounts */
+    int retuned;             /* notes may be retuned */
     int64_t programs;        /* program changes answered so far */
     double stroke;           /* LB_TECHNIQUE as the synth had it last */
     lb_taps taps;
@@ -114,6 +117,7 @@ typedef struct {
     lb_shelf *shelf;
     lb_synth *synth; /* 0 while the instance is not active */
     double rate;
+    int joined; /* it follows a master (retuning.h) */
 
     /* Every thread reads and writes these, with atomic operations: */
     double values[LB_PARAMETERS];
@@ -132,6 +136,9 @@ typedef struct {
     lb_moves moves;        /* ... and the changes made in them */
     lb_touches touches;
     lb_learned learned;
+    uint32_t responses;    /* set so far */
+    uint64_t response_sum; /* of the response; 0: the bass's own plays */
+    lb_response *response; /* under the lock of response.c */
     /* and these under the lock of state.c: */
     char missing_name[LB_STATE_NAME];
     lb_sides sides;
@@ -231,7 +238,7 @@ void lb_express(lb_instance *, int64_t offset, lb_named, int what, double amount
 void lb_express_place(lb_instance *, int64_t offset, int key, int32_t id, double brightness);
 /* Takes the host's MIDI: a controller that has learned a parameter moves it; the rest is played. */
 void lb_take_midi(lb_instance *, int64_t offset, const uint8_t *bytes, size_t count);
-/* Sends the synth expressions that a flood has held back. */
+/* Sends the synth expressions that a flood has held back, and the held notes' tuning where the master has changed it. */
 void lb_tell_notes(lb_instance *);
 
 /* --- of hand.c --- */
@@ -265,7 +272,18 @@ void lb_set_values(lb_instance *, const double values[LB_PARAMETERS], int all);
 /* Restores what was kept last and has changed since, if there is any. [the window's thread] */
 void lb_undo(lb_instance *);
 
-void lb_save_state(lb_instance *, lb_state *);
+/* --- of response.c --- */
+
+/* Gives the instance a response, which it takes over; 0: the bass's own. [not the audio thread] */
+void lb_set_response(lb_instance *, lb_response *);
+/* Loads one from a WAV file, "": none; returns the fault, valid until the next call, 0: none. [the window's thread] */
+const char *lb_take_response(lb_instance *, const char *path);
+void lb_response_title(lb_instance *, char *text, size_t room); /* "none", or the name of its file without ending */
+void lb_free_response(lb_response *);                           /* takes one user away; may be 0 */
+
+void lb_save_state(lb_instance *, lb_state *); /* without its response */
+/* The state with its response, allocated by malloc: writes its bytes. 0: there is no memory. */
+void *lb_new_state(lb_instance *, size_t *count);
 /* Loads a state, aligned to 8 bytes; if it is not valid, returns 0 after a line in the log and changes nothing. [main
    thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);
@@ -276,6 +294,8 @@ typedef struct { /* the contents of a state; anything missing from an older stat
     double values[LB_PARAMETERS];
     lb_sides sides;
     uint8_t learned[LB_CONTROLLERS];
+    lb_response *response;       /* lb_take_kept takes it over; 0: none */
+    char response_path[LB_PATH]; /* of a sound: its file, still to be read; "": none */
     char why[200]; /* the fault in it */
 } lb_kept;
 /* Loads these contents; `values` gets the bass as a number. If the bass is not on the shelf, the present one stays and

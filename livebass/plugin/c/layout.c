@@ -69,6 +69,7 @@ static const struct {
     {LB_TONE_PAGE, PICKUPS, LB_BLEND, "From the pickup at the neck to the one at the bridge."},
     {LB_TONE_PAGE, EFFECTS, LB_COMPRESSION, "A compressor behind the bass."},
     {LB_TONE_PAGE, EFFECTS, LB_DRIVE, 0},
+    {LB_TONE_PAGE, EFFECTS, LB_PARAMETERS /* the response */, 0},
     {LB_SETTINGS, PROCESSOR, LB_QUALITY, "Studio plays more modes, at more load."},
     {LB_SETTINGS, PROCESSOR, LB_CORES, "Threads that play strings side by side."},
     {LB_SETTINGS, PROCESSOR, LB_RUNNING_AHEAD, "Computes strings ahead in quiet times. The sound stays the same."},
@@ -121,7 +122,7 @@ static void add_cell(cells *c, int kind, int number) {
     c->number[c->count++] = number;
 }
 
-static cells cells_of(int page) {
+static cells cells_of(const lb_picture *p, int page) {
     cells c = {0, 0, 0, {0}, {0}};
     for (int section = 0; section < SECTIONS; section++) {
         const int first = c.count;
@@ -129,9 +130,10 @@ static cells cells_of(int page) {
             const int k = j < PLACED ? table[j].parameter : (int)(j - PLACED);
             const int left = section == MORE_OF && j >= PLACED;
             const int placed = j < PLACED && table[j].page == page && table[j].section == section;
+            if (k == LB_PARAMETERS && !p->face.response) continue;
             if (!placed && !(left && page == LB_SETTINGS && is_left(k))) continue;
             if (c.count == first) add_cell(&c, HEAD, section);
-            add_cell(&c, lb_parameters[k].points ? STEPPER : SLIDER, k);
+            add_cell(&c, k == LB_PARAMETERS ? RESPONSE : lb_parameters[k].points ? STEPPER : SLIDER, k);
         }
         c.sections += c.count > first;
         if (c.count - first - 1 > c.longest) c.longest = c.count - first - 1;
@@ -300,7 +302,7 @@ static void lay_out_neck(lb_picture *p, const part *board) {
 void lb_lay_out(lb_picture *p) {
     const double width = p->sheet.width, height = p->sheet.height, top = px(p, HEADER + TABS);
     const int bench = p->page == LB_BENCH_PAGE;
-    const cells c = cells_of(p->page);
+    const cells c = cells_of(p, p->page);
     const grid g = grid_of(p, &c);
     const double switches = p->page == LB_PLAY ? lamp_height(p) * lamp_rows(p) + px(p, 2) : 0;
     const double heads = g.apart ? px(p, HEADING) : 0, room = height - top - px(p, FOOT) - switches - heads;

@@ -39,7 +39,11 @@ typedef struct {
     double watched;            /* s until the window counts as closed, unless it reports again */
     lb_sides sides[2];         /* the present and the next: save() may read during run() */
     int sides_at, sides_asked; /* sides_asked: send them to the window */
-    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom;
+    char titles[2][LB_STATE_NAME]; /* the response's name, likewise */
+    int title_at, title_asked;
+    char wanted[LB_PATH], path[LB_PATH]; /* the file of a response, from a window ... */
+    int is_wanted, path_full; /* ... and on its way to the worker */
+    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, chunk;
     uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side, key_stroke;
     uint32_t key_aside[LB_PARAMETERS]; /* for the other side's values; 0: it has none of its own */
     const lv2_schedule *worker;
@@ -86,7 +90,7 @@ static void map_names(plugin *p, const lv2_map *map) {
         {&p->sides_atom, SIDES_ATOM},     {&p->string, LV2_STRING},           {&p->whole, LV2_LONG},
         {&p->real, LV2_FLOAT},            {&p->key_bass, URI "#bass"},        {&p->key_quality, URI "#quality"},
         {&p->key_seed, URI "#seed"},      {&p->key_side, URI "#side"},
-        {&p->key_stroke, URI "#technique"},
+        {&p->key_stroke, URI "#technique"}, {&p->response_atom, RESPONSE_ATOM}, {&p->chunk, LV2_CHUNK},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) *all[k].number = map->map(map->handle, all[k].uri);
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -196,15 +200,30 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         int32_t asks = 0;
         if (atom->size == sizeof asks) memcpy(&asks, atom + 1, sizeof asks);
         if (asks) p->sides_asked = 1;
+        if (asks) __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELAXED);
         p->watched = WATCHED;
     }
     if (atom->type == p->sides_atom && atom->size == sizeof sides) {
         memcpy(&sides, atom + 1, sizeof sides);
         set_sides(p, &sides);
     }
+    if (atom->type == p->response_atom && atom->size && atom->size <= sizeof p->wanted) {
+        memcpy(p->wanted, atom + 1, atom->size);
+        p->wanted[atom->size - 1] = 0;
+        p->is_wanted = 1;
+    }
     if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
     memcpy(&touch, atom + 1, sizeof touch);
     if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->instance.synth, &p->instance.audio.taps, &touch);
+}
+
+/* Hands the file that a window wants to the worker, once that has read the last one. */
+static void pass_path(plugin *p) {
+    if (!p->is_wanted || __atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE)) return;
+    memcpy(p->path, p->wanted, sizeof p->path);
+    p->is_wanted = 0;
+    __atomic_store_n(&p->path_full, 1, __ATOMIC_RELEASE);
+    ask(p);
 }
 
 /* Writes an empty sequence of looks; returns the bytes in its head. */
@@ -228,14 +247,18 @@ static void send_look(plugin *p) {
     const lb_look *look = &p->instance.look;
     if (!p->shown) return;
     const uint32_t room = p->shown->atom.size, head = clear_looks(p);
-    const int sides = p->sides_asked;
-    const lv2_atom body = {sides ? sizeof(lb_sides) : sizeof(LB_LOOK), sides ? p->sides_atom : p->look_atom};
+    const int sides = p->sides_asked, title = !sides && __atomic_load_n(&p->title_asked, __ATOMIC_ACQUIRE);
+    const lv2_atom body = sides   ? (lv2_atom){sizeof(lb_sides), p->sides_atom}
+                          : title ? (lv2_atom){LB_STATE_NAME, p->response_atom}
+                                  : (lv2_atom){sizeof(LB_LOOK), p->look_atom};
     const uint32_t size = (uint32_t)sizeof(lv2_event) + (body.size + 7) / 8 * 8;
     lv2_event *e = (lv2_event *)(p->shown + 1);
-    if (!look->watchers || room < head + size || (!sides && p->looks == lb_looks_taken(look))) return;
+    if (!look->watchers || room < head + size || (!sides && !title && p->looks == lb_looks_taken(look))) return;
     if (sides) memcpy(e + 1, &p->sides[p->sides_at], sizeof(lb_sides));
+    else if (title) memcpy(e + 1, p->titles[__atomic_load_n(&p->title_at, __ATOMIC_ACQUIRE)], LB_STATE_NAME);
     else if (!lb_read_look(look, 0, (LB_LOOK *)(e + 1))) return;
     if (sides) p->sides_asked = 0;
+    else if (title) __atomic_store_n(&p->title_asked, 0, __ATOMIC_RELAXED);
     else p->looks = lb_looks_taken(look);
     e->frame = 0;
     e->body = body;
@@ -273,6 +296,7 @@ static void run(void *handle, uint32_t frames) {
     follow_ports(p);
     lb_begin_block(i);
     send_midi(p);
+    pass_path(p);
     watch(p, frames);
     lb_play_block(i, p->outputs > 1, p->outs, frames);
     send_look(p);
@@ -283,9 +307,33 @@ static void run(void *handle, uint32_t frames) {
     end_run(p);
 }
 
+/* Tells a window the response's name. [not the audio thread] */
+static void tell_title(plugin *p) {
+    const int other = !p->title_at;
+    lb_response *r = lb_use_response(&p->instance);
+    snprintf(p->titles[other], LB_STATE_NAME, "%s", r ? r->kept->name : "");
+    lb_free_response(r);
+    __atomic_store_n(&p->title_at, other, __ATOMIC_RELEASE);
+    __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELEASE);
+}
+
+/* Loads the response whose file a window has sent. */
+static void read_response(plugin *p) {
+    char line[LINE];
+    lb_response *r = 0;
+    const char *why = *p->path ? lb_read_response(p->path, p->instance.kernels, &r) : 0;
+    if (why) {
+        snprintf(line, sizeof line, "%.1200s: the response %s", p->path, why);
+        complain(p, line);
+    } else lb_set_response(&p->instance, r);
+    __atomic_store_n(&p->path_full, 0, __ATOMIC_RELEASE);
+    tell_title(p);
+}
+
 static int work(void *handle, lv2_respond respond, void *to, uint32_t size, const void *data) {
     plugin *p = handle;
     __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
+    if (__atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE)) read_response(p);
     lb_serve(&p->instance);
     return LV2_SUCCESS;
 }
@@ -315,6 +363,9 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
         if (p->key_aside[k] && value != (float)lb_parameters[k].usual)
             store(to, p->key_aside[k], &value, sizeof value, p->real, LV2_PLAIN);
     }
+    lb_response *r = lb_use_response(&p->instance);
+    if (r) store(to, p->response_atom, r->kept, r->size, p->chunk, LV2_PLAIN);
+    lb_free_response(r);
     return store(to, p->key_bass, state.bass, strlen(state.bass) + 1, p->string, LV2_PLAIN);
 }
 
@@ -355,6 +406,11 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     const char *name = get(from, p->key_bass, &size, &type, &flags);
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     snprintf(state.bass, sizeof state.bass, "%s", name);
+    const void *response = get(from, p->response_atom, &size, &type, &flags);
+    if (response && (type != p->chunk || lb_parse_response(response, size, i->kernels, &state.response))) {
+        complain(p, "the session's response is damaged");
+        return LV2_NO_PROPERTY;
+    }
     state.seed = kept(p, get, from, p->key_seed, 0);
     for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* the host restores the ports */
     state.values[LB_QUALITY] = kept(p, get, from, p->key_quality, LB_LIVE) == LB_STUDIO;
@@ -367,6 +423,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     hold(p);
     set_sides(p, &state.sides);
     p->sides_asked = 1;
+    tell_title(p);
     p->restored = 1ull << LB_BASS | 1ull << LB_QUALITY | (uint64_t)isfinite(stroke) << LB_TECHNIQUE;
     lb_reset_instance(i);
     let_in(p);

@@ -52,6 +52,7 @@ typedef struct {
 /* atom:Sequence: a head, then events, each at a multiple of 8 bytes */
 #define LV2_MIDI_EVENT "http://lv2plug.in/ns/ext/midi#MidiEvent"
 #define LV2_STRING "http://lv2plug.in/ns/ext/atom#String"
+#define LV2_CHUNK "http://lv2plug.in/ns/ext/atom#Chunk"
 #define LV2_LONG "http://lv2plug.in/ns/ext/atom#Long"
 #define LV2_FLOAT "http://lv2plug.in/ns/ext/atom#Float"
 typedef struct {

@@ -14,9 +14,10 @@ typedef struct {
     void *controller;
     const lv2_ui_touch *touch;
     double scale;
-    uint32_t outputs, event_transfer, look, watch, touched, sides_atom;
+    uint32_t outputs, event_transfer, look, watch, touched, sides_atom, response;
     time_t told;    /* when it last told the plugin that it is open */
     double stroke;  /* the plugin's, as last seen */
+    uint32_t responses; /* told of those set */
     lb_sides sides; /* as the plugin knows them ... */
     int32_t asks;   /* ... unless it must still be asked */
 } ui;
@@ -47,6 +48,7 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->watch = map->map(map->handle, WATCH_ATOM);
     u->touched = map->map(map->handle, TOUCH_ATOM);
     u->sides_atom = map->map(map->handle, SIDES_ATOM);
+    u->response = map->map(map->handle, RESPONSE_ATOM);
     u->asks = 1;
     u->instance.owner = u;
     u->instance.complain = lb_complain;
@@ -83,6 +85,16 @@ static void follow_stroke(ui *u, double stroke) {
         lb_move_value(&u->instance, LB_TECHNIQUE, stroke, LB_MOVE);
 }
 
+/* Shows the plugin's response, unless this window has it. */
+static void take_title(ui *u, const char *title) {
+    lb_response *r = lb_use_response(&u->instance);
+    const int same = r ? !strcmp(r->kept->name, title) : !*title;
+    lb_free_response(r);
+    if (same || __atomic_load_n(&u->instance.responses, __ATOMIC_ACQUIRE) != u->responses) return;
+    lb_set_response(&u->instance, *title ? lb_name_response(title) : 0);
+    u->responses = __atomic_load_n(&u->instance.responses, __ATOMIC_ACQUIRE);
+}
+
 static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t format, const void *data) {
     ui *u = handle;
     const uint32_t first = FIRST_OUT + u->outputs;
@@ -101,6 +113,7 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
         if (look.strings >= 0 && look.strings <= LB_STRINGS) lb_put_look(&u->instance.look, &look);
         follow_stroke(u, look.technique);
     }
+    if (atom->type == u->response && atom->size == LB_STATE_NAME) take_title(u, (const char *)(atom + 1));
     if (atom->type == u->sides_atom && atom->size == sizeof u->sides) {
         memcpy(&u->sides, atom + 1, sizeof u->sides);
         lb_write_sides(&u->instance, &u->sides);
@@ -113,7 +126,7 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
 static void send(const ui *u, uint32_t type, const void *body, uint32_t size) {
     struct {
         lv2_atom atom;
-        uint8_t body[sizeof(lb_sides)];
+        uint8_t body[LB_PATH];
     } message = {{size, type}, {0}};
     memcpy(message.body, body, size);
     u->write(u->controller, MIDI, (uint32_t)sizeof message.atom + size, u->event_transfer, &message);
@@ -136,6 +149,14 @@ static int idle(void *handle) {
         u->sides = sides;
         u->asks = 0;
     }
+    const uint32_t responses = __atomic_load_n(&u->instance.responses, __ATOMIC_ACQUIRE);
+    if (responses != u->responses) {
+        lb_response *r = lb_use_response(&u->instance);
+        const char *path = r ? r->path : "";
+        send(u, u->response, path, (uint32_t)strlen(path) + 1);
+        lb_free_response(r);
+    }
+    u->responses = responses;
     if (now != u->told) send(u, u->watch, &u->asks, sizeof u->asks);
     u->told = now;
     return 0;

@@ -1,12 +1,13 @@
 /* What lies over the picture: menus and tips; and the keyboard. */
 #include "drawing.h"
+#include "response.h"
 
 #include <stdio.h>
 
 #define LINE_HIGH 19.0
 #define TIP_DELAY 0.7  /* s */
 #define TIP_WIDTH 250.0
-enum { DO_NOTHING, DO_TYPE, DO_RESET, DO_LEARN, DO_FORGET, DO_CHOOSE };
+enum { DO_NOTHING, DO_TYPE, DO_RESET, DO_LEARN, DO_FORGET, DO_PASTE, DO_CHOOSE };
 
 static void add_line(lb_cover *c, int does, const char *text) {
     if (c->count == MOST_LINES) return;
@@ -36,10 +37,25 @@ static void add_value(lb_picture *p, int k) {
     add_line(&p->cover, DO_NOTHING, text);
 }
 
+/* The response's menu: none, the files of the user's folder, as many as fit, and the clipboard. */
+static void add_responses(lb_picture *p) {
+    lb_cover *c = &p->cover;
+    add_line(c, DO_NOTHING, "Cabinet: WAV files in the folder " LB_RESPONSES " of your sounds");
+    add_line(c, DO_CHOOSE, "None");
+    for (int k = 0, files = p->face.responses(p->face.owner); k < files && c->count < MOST_LINES - 1; k++)
+        add_line(c, DO_CHOOSE + 1 + k, p->face.response_name(p->face.owner, k));
+    if (p->face.paste) add_line(c, DO_PASTE, "Paste the path of a WAV file");
+}
+
 void lb_open_menu(lb_picture *p, int k, double x, double y) {
     char text[MOST_TEXT];
     lb_cover *c = &p->cover;
     *c = (lb_cover){.kind = MENU, .number = k, .lit = -1};
+    if (k == LB_PARAMETERS) {
+        add_responses(p);
+        place(p, x, y);
+        return;
+    }
     add_value(p, k);
     for (int j = 0; lb_parameters[k].points && lb_parameters[k].points[j] && j < MOST_LINES - 4; j++)
         add_line(c, DO_CHOOSE + j, lb_parameters[k].points[j]);
@@ -64,6 +80,8 @@ static void choose(lb_picture *p, int line) {
     if (does == DO_TYPE) lb_begin_typing(p, VALUE, k, "");
     else if (does == DO_RESET) lb_change(p, k, lb_parameters[k].usual);
     else if (does == DO_LEARN || does == DO_FORGET) p->face.learn(p->face.owner, k);
+    else if (does == DO_PASTE) p->pasting = 1;
+    else if (does >= DO_CHOOSE && k == LB_PARAMETERS) lb_choose_response(p, does - DO_CHOOSE - 1);
     else if (does >= DO_CHOOSE) lb_change(p, k, does - DO_CHOOSE);
 }
 

@@ -1,5 +1,6 @@
 /* A host's notes: one table by channel and key, with the host's id of each. [audio thread] */
 #include "instance.h"
+#include "retuning.h"
 
 #include <math.h>
 #include <string.h>
@@ -25,14 +26,28 @@ void lb_forget_notes(lb_instance *i) {
 /* Sends an expression of note n; in a flood the synth gets it in the next block. */
 static void express(lb_instance *i, int64_t offset, int n, int what, double amount) {
     lb_note *note = &i->audio.notes[n];
-    const int told = what == LB_EXPRESS_BEND ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount)
+    const int bends = what == LB_EXPRESS_BEND;
+    const int told = bends ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount + note->retuning)
                                      : lb_vibrate_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount);
     note->amounts[what] = amount;
     note->untold[what] = !told;
     i->audio.untold |= !told;
 }
 
+/* Tunes note n as the master wants it. */
+static void retune(lb_instance *i, int64_t offset, int n) {
+    lb_note *note = &i->audio.notes[n];
+    const double wanted = lb_retuning(n / LB_KEYS, n % LB_KEYS);
+    if (note->state != HELD || wanted == note->retuning) return;
+    note->retuning = wanted;
+    i->audio.retuned = 1;
+    express(i, offset, n, LB_EXPRESS_BEND, note->amounts[LB_EXPRESS_BEND]);
+}
+
 void lb_tell_notes(lb_instance *i) {
+    const int tuned = lb_has_master();
+    for (int n = 0; n < LB_NOTES && (tuned || i->audio.retuned); n++) retune(i, 0, n);
+    i->audio.retuned = tuned;
     if (!i->audio.untold) return;
     i->audio.untold = 0;
     for (int what = 0; what < LB_EXPRESSIONS; what++)
@@ -77,8 +92,10 @@ void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double 
     LB_ALONE(i->audio.owner);
     if (!is_channel(channel)) channel = 0;
     if (key < 0 || key >= LB_KEYS) return;
+    if (lb_leaves_out(channel, key)) return;
     begin(i, channel, key, id);
     send(i, offset, NOTE_ON | channel, key, (int)fmin(fmax(rint(127 * velocity), 1), 127)); /* 0 would end it */
+    retune(i, offset, channel * LB_KEYS + key);
 }
 
 static void release(lb_instance *i, int64_t offset, int n, double velocity) {
@@ -132,9 +149,12 @@ void lb_take_midi(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t c
     LB_ALONE(i->audio.owner);
     if (lb_take_learned(i, offset, bytes, count)) return;
     const int kind = count == 3 ? bytes[0] & 0xF0 : 0, channel = count ? bytes[0] & 0x0F : 0, first = count > 1 ? bytes[1] & 0x7F : 0;
-    if (kind == NOTE_ON && bytes[2]) begin(i, channel, first, -1);
+    const int starts = kind == NOTE_ON && bytes[2];
+    if (starts && lb_leaves_out(channel, first)) return;
+    if (starts) begin(i, channel, first, -1);
     else if (kind == NOTE_ON || kind == NOTE_OFF) let_go(i, channel * LB_KEYS + first);
     for (int key = 0; kind == MODE && (first == ALL_SOUND_OFF || first >= ALL_NOTES_OFF) && key < LB_KEYS; key++)
         let_go(i, channel * LB_KEYS + key);
     lb_send(i->synth, offset, bytes, count);
+    if (starts) retune(i, offset, channel * LB_KEYS + first);
 }

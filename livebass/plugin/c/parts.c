@@ -370,6 +370,11 @@ static void draw_head(lb_picture *p, const part *q) { draw_heading(p, q, lb_sect
 /* True if a cell is in the small form, for low windows. */
 static int is_small(const lb_picture *p, const part *q) { return q->h < px(p, CELL - 1); }
 
+/* The part of a stepper's cell before its box: a switch needs little room for its value. */
+static double name_part(const lb_picture *p, const part *q) {
+    return !is_small(p, q) ? 0 : most_of(p, q->number) == 1 ? 0.68 : 0.5;
+}
+
 /* Finds a slider's track. */
 static void track_of(const lb_picture *p, const part *q, double *x, double *y, double *w) {
     *x = q->x + px(p, 5);
@@ -394,7 +399,7 @@ static void draw_cell_text(lb_picture *p, const part *q) {
     if (controller < 0) snprintf(text, sizeof text, "%s", k->name);
     else snprintf(text, sizeof text, "%s (CC %d)", k->name, controller);
     const double size = px(p, SMALL), y = q->y + px(p, is_small(p, q) ? 12 : 14), wide = lb_text_width(size, text);
-    const double most = k->points && is_small(p, q) ? q->w * 0.5 - px(p, 4) : q->w;
+    const double most = k->points && is_small(p, q) ? q->w * name_part(p, q) - px(p, 4) : q->w;
     const uint32_t ink = idle ? lb_faded(p->t->soft, 0.5) : p->t->ink, soft = idle ? ink : p->t->soft;
     lb_text(&p->ground, q->x, y, size, is_hot(p, q) ? ink : soft, text, most);
     if (p->keyed && p->focus == q->number)
@@ -441,7 +446,7 @@ static void draw_stepper(lb_picture *p, const part *q) {
     const int hot = is_hot(p, q);
     draw_cell_text(p, q);
     char text[MOST_TEXT];
-    const double part_of = is_small(p, q) ? 0.5 : 0, top = px(p, is_small(p, q) ? 3 : 17);
+    const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
     const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
     text_of(p, q->number, p->values[q->number], text);
     const int is_switch = most_of(p, q->number) == 1, on = p->values[q->number] > 0.5;
@@ -471,6 +476,35 @@ static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
     mix_focus(p, q, hash);
     if (p->typed_for == q->number) mix_typed(p, VALUE, hash);
     mix(hash, most_of(p, q->number) + 1000.0 * controller_of(p, q->number));
+}
+
+/* --- the response --- */
+
+static void draw_response(lb_picture *p, const part *q) {
+    char text[MOST_TEXT] = "";
+    const double part_of = is_small(p, q) ? 0.5 : 0, top = px(p, is_small(p, q) ? 3 : 17);
+    const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
+    const part room = {.x = face.x + px(p, 8), .y = face.y, .w = face.w - px(p, 24), .h = face.h};
+    const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
+    const uint32_t soft = is_hot(p, q) ? p->t->ink : p->t->soft;
+    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), soft, "Cabinet", q->w);
+    button(p, &face, 0, is_hot(p, q));
+    p->face.response(p->face.owner, text, sizeof text);
+    lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
+    arrow(p, &end, 2, soft);
+}
+
+static void mix_response(const lb_picture *p, const part *q, uint64_t *hash) {
+    char text[MOST_TEXT] = "";
+    p->face.response(p->face.owner, text, sizeof text);
+    for (int k = 0; text[k]; k++) mix(hash, text[k]);
+}
+
+static void press_response(lb_picture *p, const part *q, const hand *h) { p->asked = q->number + 1; }
+
+void lb_choose_response(lb_picture *p, int file) {
+    const char *why = p->face.respond(p->face.owner, file);
+    if (why) notice(p, why, "");
 }
 
 static double slider_value(const lb_picture *p, const part *q, double x) {
@@ -513,12 +547,20 @@ static void wheel_slider(lb_picture *p, const part *q, const hand *h) {
 
 static void draw_button(lb_picture *p, const part *q, const char *text, int lit, int hot) {
     button(p, q, lit, hot);
-    lb_label(p, &p->ground, q, SMALL, p->t->ink, text, 1);
+    lb_label(p, &p->ground, q, SMALL, lit ? p->t->on_accent : p->t->ink, text, 1);
 }
 
 static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 0, is_hot(p, q)); }
 
-static void press_undo(lb_picture *p, const part *q, const hand *h) { p->face.undo(p->face.owner); }
+/* Undoes the last change, and says of which value: it may be on another page. */
+static void press_undo(lb_picture *p, const part *q, const hand *h) {
+    double before[LB_PARAMETERS];
+    int k = 0;
+    for (int j = 0; j < LB_PARAMETERS; j++) before[j] = value_of(p, j);
+    p->face.undo(p->face.owner);
+    while (k < LB_PARAMETERS && value_of(p, k) == before[k]) k++;
+    if (k < LB_PARAMETERS) notice(p, "Undone: ", lb_parameters[k].name);
+}
 
 static void draw_paste(lb_picture *p, const part *q) { draw_button(p, q, "Paste", 0, is_hot(p, q)); }
 
@@ -708,5 +750,7 @@ const lb_kind lb_kinds[KINDS] = {
     [SOUNDS] = {.draw = draw_sounds, .wheel = wheel_list},
     [SEARCHED] = {.draw = draw_search, .state = mix_search, .wheel = wheel_list},
     [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND, 0},
+    [RESPONSE] = {draw_response, mix_response, press_response, 0, 0, HAND,
+                  "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
     [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},
 };

@@ -52,6 +52,12 @@ typedef struct {
     int (*save)(void *owner, char *name, size_t);
     int (*load)(void *owner, int sound);
     void (*remove)(void *owner, int sound);
+    /* The response's name; the files of the user's folder: reads it and returns their number; the name of one; chooses
+       one, -1: none, and returns the fault, 0: none. 0: this window has none. */
+    void (*response)(void *owner, char *text, size_t);
+    int (*responses)(void *owner);
+    const char *(*response_name)(void *owner, int file);
+    const char *(*respond)(void *owner, int file);
     /* The enlargement of all windows: sets it, 1 for 100 %, unless `to` is 0, and returns it. 0: this window has none. */
     double (*zoom)(void *owner, double to);
     /* Loads a text, a page's link or a sound; returns its fault, 0: none. 0: this window has no clipboard. */

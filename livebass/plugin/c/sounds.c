@@ -1,6 +1,7 @@
 /* Sounds, one file each: the factory's, beside the plugin's instruments, and the user's, in the folder of the user's own
    instruments. */
 #include "lock.h"
+#include "response.h"
 #include "text.h"
 
 #include <stdlib.h>
@@ -34,13 +35,24 @@ static void say(const lb_instance *i, const char *path, const char *why) {
     i->complain(i->owner, line);
 }
 
+/* Makes a response's path one from a folder, the first bytes of `path`, on. */
+static void locate(lb_kept *to, const char *path, size_t count) {
+    char own[LB_PATH];
+    if (!*to->response_path || strchr("/\\", *to->response_path) || to->response_path[1] == ':') return;
+    memcpy(own, to->response_path, sizeof own);
+    if (snprintf(to->response_path, LB_PATH, "%.*s%s", (int)count, path, own) >= LB_PATH) *to->response_path = 0;
+}
+
 const char *lb_read_sound(const char *path, lb_kept *to) {
     char text[LB_MOST_TEXT + 1]; /* one byte more than a sound may have */
     FILE *in = lb_open_file(path, "rb");
     const size_t count = in ? fread(text, 1, LB_MOST_TEXT, in) : 0;
     if (in) fclose(in);
     text[count] = 0;
-    return in ? lb_parse_text(text, to) : "cannot be read";
+    if (!in) return "cannot be read";
+    const char *why = lb_parse_text(text, to);
+    locate(to, path, (size_t)(lb_file_name(path) - path));
+    return why;
 }
 
 /* Finds the bass of a sound that was read with the fault `why` (0: none). Returns that fault, or that the bass is not
@@ -61,14 +73,23 @@ static int read_file_of(const lb_instance *i, const lb_sound *s, lb_kept *to) {
     return !why;
 }
 
+/* Reads a sound's response. Returns the fault `why`, or its own. */
+static const char *with_response(const lb_instance *i, const char *why, lb_kept *to) {
+    if (why || !*to->response_path) return why;
+    if (!(why = lb_read_response(to->response_path, i->kernels, &to->response))) return 0;
+    snprintf(to->why, sizeof to->why, "has a response, %.60s, that %s", lb_file_name(to->response_path), why);
+    return to->why;
+}
+
 static void set(lb_instance *i, const lb_kept *kept) {
     lb_set_values(i, kept->values, 0);
+    lb_set_response(i, kept->response);
     __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass was already playing */
 }
 
 /* Loads a sound that was read; returns its fault. */
 static const char *take(lb_instance *i, const char *why, lb_kept *kept) {
-    if (!(why = known(i, why, kept))) {
+    if (!(why = with_response(i, known(i, why, kept), kept))) {
         lb_keep_values(i);
         set(i, kept);
         return 0;
@@ -82,10 +103,29 @@ const char *lb_take_sound(lb_instance *i, const char *path) {
     return take(i, lb_read_sound(path, &kept), &kept);
 }
 
+/* Takes a WAV file's path, as file managers copy it; returns 0 if the text is none. */
+static int take_path(lb_instance *i, const char *text, const char **why) {
+    char path[LB_PATH];
+    while (*text == ' ' || *text == '"') text++;
+    const char *file = strncmp(text, "file://", 7) ? text : text + 7;
+    snprintf(path, sizeof path, "%s", file);
+    path[strcspn(path, "\r\n\"")] = 0;
+    if (file != text) lb_decode(path, 0);
+    const size_t length = strlen(path);
+    if (length < 4 || (strcmp(path + length - 4, ".wav") && strcmp(path + length - 4, ".WAV"))) return 0;
+    *why = lb_take_response(i, path);
+    return 1;
+}
+
 const char *lb_take_text(lb_instance *i, const char *text) {
     char line[LINE];
+    const char *fault;
+    if (take_path(i, text, &fault)) return fault;
+    char folder[LB_PATH], path[LB_PATH];
     lb_kept kept;
-    const char *why = take(i, lb_parse_text(text, &kept), &kept);
+    const char *why = lb_parse_text(text, &kept);
+    if (lb_users_folder(path) && snprintf(folder, LB_PATH, "%s/", path) < LB_PATH) locate(&kept, folder, strlen(folder));
+    why = take(i, why, &kept);
     if (why) snprintf(line, sizeof line, "the clipboard %s", why);
     if (why) i->complain(i->owner, line); /* the window may cut it */
     return why;
@@ -203,9 +243,14 @@ int lb_save_sound(lb_instance *i, char *name, size_t room) {
     const int bass = values[LB_BASS] < lb_shelf_count(i->shelf) ? (int)values[LB_BASS] : 0;
     const int named = *name != 0;
     name_file(named ? name : lb_shelf_title(i->shelf, bass), stem);
-    const size_t count = lb_write_text(lb_shelf_name(i->shelf, bass), values, text);
+    lb_response *r = lb_use_response(i);
+    char cabinet[LB_FILE_NAME], path[LB_FILE_NAME + 20] = "";
+    const int kept = !r || lb_write_response(r, i->kernels, cabinet);
+    if (r) snprintf(path, sizeof path, LB_RESPONSES "/%s.wav", cabinet);
+    lb_free_response(r);
+    const size_t count = lb_write_text(lb_shelf_name(i->shelf, bass), values, path, text);
     enter(); /* one at a time per process */
-    const int good = lb_users_folder(folder) && lb_write_numbered(folder, stem, "." LB_SOUND_ENDING, text, count, !named, made);
+    const int good = kept && lb_users_folder(folder) && lb_write_numbered(folder, stem, "." LB_SOUND_ENDING, text, count, !named, made);
     leave();
     if (good) snprintf(name, room, "%s", made);
     if (good) keep_sound(i, made);
@@ -217,6 +262,9 @@ int lb_load_sound(lb_instance *i, int sound) {
     LB_ALONE(i->window.owner);
     lb_kept kept;
     if (sound < 0 || sound >= i->window.sound_count || !read_file_of(i, &i->window.sounds[sound], &kept)) return 0;
+    const char *why = with_response(i, 0, &kept);
+    if (why) say(i, lb_sound_name(i, sound), why);
+    if (why) return 0;
     lb_keep_values(i);
     set(i, &kept);
     keep_sound(i, lb_sound_name(i, sound));

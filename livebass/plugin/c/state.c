@@ -1,9 +1,11 @@
 /* An instance's kept values: A and B, Undo, and the state of sessions. */
 #include "instance.h"
 #include "lock.h"
+#include "response.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define MAGIC "LBSTATE\n"
@@ -136,15 +138,26 @@ void lb_save_state(lb_instance *i, lb_state *s) {
     s->checksum = checksum(i->kernels, s, offsetof(lb_state, checksum));
 }
 
-/* Reads a state; returns its fault. */
-static const char *parse(const lb_kernels *kernels, const lb_state *s, size_t count, lb_kept *to) {
+void *lb_new_state(lb_instance *i, size_t *count) {
+    lb_response *r = lb_use_response(i);
+    char *made = malloc(sizeof(lb_state) + (r ? r->size : 0));
+    *count = made ? sizeof(lb_state) + (r ? r->size : 0) : 0;
+    if (made) lb_save_state(i, (lb_state *)made);
+    if (made && r) memcpy(made + sizeof(lb_state), r->kept, r->size);
+    lb_free_response(r);
+    return made;
+}
+
+/* Reads a state, with the response that may follow it; returns its fault. */
+static const char *parse(const lb_kernels *kernels, const lb_state *s, size_t whole, lb_kept *to) {
     static const char *const damaged = "is damaged";
     const size_t head = offsetof(lb_state, values);
     uint64_t sum;
-    if (count < head || memcmp(s->magic, MAGIC, sizeof s->magic)) return "is not one of this plugin";
+    if (whole < head || memcmp(s->magic, MAGIC, sizeof s->magic)) return "is not one of this plugin";
     if (s->version != VERSION) return "was written by another version of the plugin";
     if (s->count < 1 || s->count > 1000) return damaged;
-    if (count != head + (size_t)s->count * sizeof *s->values + sizeof sum) return damaged;
+    const size_t count = head + (size_t)s->count * sizeof *s->values + sizeof sum;
+    if (whole < count) return damaged;
     memcpy(&sum, (const char *)s + count - sizeof sum, sizeof sum);
     if (sum != checksum(kernels, s, count - sizeof sum) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
     memset(to, 0, sizeof *to);
@@ -158,7 +171,8 @@ static const char *parse(const lb_kernels *kernels, const lb_state *s, size_t co
         to->sides.aside[k] = known ? s->values[k][1] : lb_parameters[k].usual;
         if (!isfinite(to->values[k]) || !isfinite(to->sides.aside[k])) return damaged;
     }
-    return s->side == 0 || s->side == 1 ? 0 : damaged;
+    if (s->side != 0 && s->side != 1) return damaged;
+    return whole == count ? 0 : lb_parse_response((const char *)s + count, whole - count, kernels, &to->response);
 }
 
 void lb_take_kept(lb_instance *i, lb_kept *kept) {
@@ -173,6 +187,7 @@ void lb_take_kept(lb_instance *i, lb_kept *kept) {
     lb_set_values(i, kept->values, 1);
     lb_write_sides(i, &kept->sides);
     lb_read_learned(i, kept->learned);
+    lb_set_response(i, kept->response);
     note_missing(i, missing ? kept->bass : "");
 }
 

@@ -81,14 +81,13 @@ static const char *take_bass(lb_kept *to, const char *name) {
 
 static int hex(char c) { return is_digit(c) ? c - '0' : (c | 32) >= 'a' && (c | 32) <= 'f' ? (c | 32) - 'a' + 10 : -1; }
 
-/* Decodes an address's escapes, in place. */
-static void decode(char *text) {
+void lb_decode(char *text, int plus) {
     char *to = text;
     for (; *text; text++) {
         if (*text == '%' && hex(text[1]) >= 0 && hex(text[2]) >= 0) {
             *to++ = (char)(16 * hex(text[1]) + hex(text[2]));
             text += 2;
-        } else *to++ = *text == '+' ? ' ' : *text;
+        } else *to++ = plus && *text == '+' ? ' ' : *text;
     }
     *to = 0;
 }
@@ -101,7 +100,7 @@ static const char *read_link(char *text, lb_kept *to) {
         char *value = strchr(pair, '=');
         if (!value) return wrong(to, "is not a link of livebass, nor a sound");
         *value++ = 0;
-        decode(value);
+        lb_decode(value, 1);
         if (!strcmp(pair, "riff") || !strcmp(pair, "stroke")) continue; /* a page's playing */
         if (*to->bass) why = take_value(to, pair, value);
         else if (!strcmp(pair, "like")) why = take_bass(to, value);
@@ -122,29 +121,43 @@ static char *trimmed(char *line) {
     return line + strspn(line, " \t");
 }
 
+/* Takes the quotes off a value; 0: it has none. */
+static char *unquoted(char *value) {
+    const size_t length = strlen(value);
+    if (length < 2 || *value != '"' || value[length - 1] != '"') return 0;
+    value[length - 1] = 0;
+    return value + 1;
+}
+
+/* Takes the file of a response, which is made as loud as the bass without it. */
+static const char *take_effect(lb_kept *to, const char *key, char *value) {
+    const char *text = unquoted(value);
+    if (text && !strcmp(key, "response") && strlen(text) < sizeof to->response_path) strcpy(to->response_path, text);
+    else if (!text || strcmp(key, "response_level") || strcmp(text, "normalized"))
+        return wrong(to, "says more than sliders: export it as an instrument: %.40s", key);
+    return 0;
+}
+
 static const char *read_preset(char *text, lb_kept *to) {
+    enum { HEAD, SLIDERS, EFFECTS } section = HEAD;
     const char *why = 0;
-    int sliders = 0; /* the section has values */
     for (char *line = text, *next; line && !why; line = next) {
         if ((next = strchr(line, '\n'))) *next++ = 0;
         line = trimmed(line);
         char *value = strchr(line, '=');
         if (!*line) continue;
-        if (!strcmp(line, "[bench]") || !strcmp(line, "[plugin]")) sliders = 1;
+        if (!strcmp(line, "[bench]") || !strcmp(line, "[plugin]")) section = SLIDERS;
+        else if (!strcmp(line, "[effects]")) section = EFFECTS;
         else if (*line == '[' || !value) return wrong(to, "says more than sliders: export it as an instrument: %.40s", line);
         else {
             *value++ = 0;
             const char *key = trimmed(line);
             value = trimmed(value);
-            const size_t length = strlen(value);
-            if (sliders) why = take_value(to, key, value);
+            if (section == SLIDERS) why = take_value(to, key, value);
+            else if (section == EFFECTS) why = take_effect(to, key, value);
             else if (!strcmp(key, "name") || !strcmp(key, "description")) continue;
             else if (strcmp(key, "like")) why = wrong(to, "says more than sliders: export it as an instrument: %.40s", key);
-            else if (length < 2 || *value != '"' || value[length - 1] != '"') why = take_bass(to, "");
-            else {
-                value[length - 1] = 0;
-                why = take_bass(to, value + 1);
-            }
+            else why = take_bass(to, (value = unquoted(value)) ? value : "");
         }
     }
     return why ? why : *to->bass ? 0 : take_bass(to, "");
@@ -184,9 +197,11 @@ static size_t add_section(char *text, size_t end, const char *name, const double
     return end;
 }
 
-size_t lb_write_text(const char *bass, const double values[LB_PARAMETERS], char text[LB_MOST_TEXT]) {
+size_t lb_write_text(const char *bass, const double values[LB_PARAMETERS], const char *response,
+                     char text[LB_MOST_TEXT]) {
     static const char *const head = "# Play it with `livebass play -p`, or open it in a plugin or on the page.\n";
     size_t end = lb_append(text, LB_MOST_TEXT, 0, "%slike = \"%s\"\n", head, bass);
+    if (*response) end = lb_append(text, LB_MOST_TEXT, end, "\n[effects]\nresponse = \"%s\"\nresponse_level = \"normalized\"\n", response);
     end = add_section(text, end, "bench", values, 1);
     return add_section(text, end, "plugin", values, 0);
 }

@@ -134,6 +134,7 @@ static measure measure_of(const lb_instance *i, int parameter) {
     switch (parameter) {
     case LB_TONE: return (measure){tone, 10 - tone, tone, 0, 1, "of 10"};
     case LB_HAND_DAMPING: return (measure){6.9e3 / player->hand_damping, 0, 0, -1, 0, "ms to silence"}; /* -60 dB */
+    case LB_BLEND: return (measure){50, 50, 50, 0, 0, "% bridge"};
     case LB_UNEVENNESS: return (measure){100 * player->unevenness, 100, 100, 0, 0, "%"};
     case LB_PALM_MUTE:
     case LB_VIBRATO:

@@ -5,6 +5,7 @@
    and notes in separate lists; the synth gets them in the order of their frames. */
 #define _GNU_SOURCE
 #include "loader.h"
+#include "response.h"
 #include "vst3_abi.h"
 #include "vst3_midi.h"
 #include "vst3_view.h"
@@ -20,7 +21,7 @@
 #include <dlfcn.h>
 #endif
 
-enum { TAIL = 12 /* s */, ROOM = 1 << 16, CHANGES = 2048, LINE = 1500 };
+enum { TAIL = 12 /* s */, ROOM = sizeof(lb_state) + LB_KEPT_RESPONSE + 16000 /* of later parameters */, CHANGES = 2048, LINE = 1500 };
 enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
 enum { SEMITONES = 240 };     /* in the tuning's range */
 enum { PROGRAMS = 1 }; /* the list of instruments */
@@ -264,17 +265,20 @@ static vst3_result set_state(void *self, vst3_stream **from) {
     if (!good) return VST3_NO;
     show_all(v);
     lb_serve(&v->instance);
+    if (v->handler) (*v->handler)->restart(v->handler, VST3_VALUES_CHANGED); /* JUCE asks for none after a preset */
     tell_switches(v);
     return VST3_OK;
 }
 
 static vst3_result get_state(void *self, vst3_stream **to) {
     vst3 *v = of(self);
-    lb_state state;
+    size_t count;
     int32_t written = 0;
-    if (!v->instance.shelf) return VST3_NO;
-    lb_save_state(&v->instance, &state);
-    return (*to)->write(to, &state, (int32_t)sizeof state, &written);
+    void *state = v->instance.shelf ? lb_new_state(&v->instance, &count) : 0;
+    if (!state) return VST3_NO;
+    const vst3_result result = (*to)->write(to, state, (int32_t)count, &written);
+    free(state);
+    return result;
 }
 
 /* --- processor --- */

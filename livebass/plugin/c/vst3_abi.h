@@ -74,7 +74,7 @@ typedef struct {
     vst3_queue **(*add)(void *, const uint32_t *id, int32_t *index);
 } vst3_changes;
 
-enum { VST3_SWITCHES_CHANGED = 1 << 10 }; /* flags of restart */
+enum { VST3_VALUES_CHANGED = 1 << 2, VST3_SWITCHES_CHANGED = 1 << 10 }; /* flags of restart */
 typedef struct { /* of the controls: receives changes by hand */
     vst3_unknown unknown;
     vst3_result (*begin)(void *, uint32_t id);

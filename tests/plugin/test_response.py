@@ -1,0 +1,200 @@
+"""A cabinet's impulse response in the plugins: as `render` plays it, kept by sessions with all its samples."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+import pytest
+import soundfile
+from support import lv2 as lv2host
+from support import vst3 as vst3host
+from support.clap import Plugin
+from support.picture import Host, library, shelf
+from support.plugins import RATE
+
+from livebass import QUALITIES, load_preset, score_of
+from livebass.arrays import Floats
+from livebass.engine.engine import Engine, single
+from livebass.engine.render import mixed
+from livebass.plugin import clap, lv2, vst3
+
+BASS = "jazz-finger"
+SCORE = score_of([(0.0, 0.4, 28, 110), (0.15, 0.5, 36, 80)], RATE)
+FRAMES = 12000
+DAMAGED = 200  # states
+RESPONSE = "urn:livebass:bass#response"
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's folder."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    folder = tmp_path / "data" / "livebass"
+    (folder / "responses").mkdir(parents=True)
+    return folder
+
+
+@pytest.fixture
+def cabinet(own: Path) -> Path:
+    """A file of two channels, of which the left one is silent, at another rate."""
+    rng = np.random.default_rng(1)
+    sound = np.exp(-np.arange(6000) / 700) * rng.normal(0, 0.2, 6000)
+    file = own / "responses" / "Old 15 inch.wav"
+    soundfile.write(file, np.stack([0 * sound, np.r_[np.zeros(40), sound[40:]]], 1), 44100, "PCM_24")
+    return file
+
+
+@pytest.fixture(scope="module")
+def bundles(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("bundles")
+    basses = {BASS: load_preset(BASS)}
+    clap.write_bundle(basses, made / "livebass")
+    lv2.write_bundle(basses, made / "livebass.lv2")
+    vst3.write_bundle(basses, made / "livebass.vst3")
+    shelf(made, [BASS])
+    return made
+
+
+@pytest.fixture
+def host(bundles: Path, own: Path) -> Iterator[Host]:
+    made = Host(bundles)
+    yield made
+    made.close()
+
+
+def rendered(file: Path | str) -> Floats:
+    """What `render` makes of the score."""
+    out = []
+    for strings, mix in Engine(load_preset(file), QUALITIES["live"], RATE).play_with_mix(SCORE, 0.1):
+        out.append(mixed(single(strings)) if mix is None else mix)
+    return np.concatenate(out)[:FRAMES]
+
+
+def saved(host: Host, own: Path) -> Path:
+    """The file of the host's sound."""
+    name = host.save_sound()
+    assert name
+    return own / f"{name}.toml"
+
+
+def take(host: Host, path: Path | str) -> str | None:
+    """Loads a file by its path in the clipboard; returns the fault."""
+    why = library().lb_take_text(host.address, str(path).encode())
+    return why and why.decode()
+
+
+def test_a_saved_sound_plays_its_response_as_render_does(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
+    """Bit for bit; the sound has a copy of the file, which the first one is."""
+    assert take(host, cabinet) is None
+    file = saved(host, own)
+    assert 'response = "responses/Old 15 inch.wav"' in file.read_text()
+    assert [each.name for each in cabinet.parent.iterdir()] == [cabinet.name]
+    wanted, plain = rendered(file), rendered(BASS)
+    with closing(Plugin(bundles / "livebass", active=False)) as plugin:
+        assert plugin.load_sound(file)
+        plugin.offline()
+        plugin.activate()
+        assert np.array_equal(plugin.play(SCORE, FRAMES), wanted)
+    assert np.abs(wanted - plain).max() > 0.1 * np.abs(plain).max()
+
+
+def test_sessions_of_clap_and_vst3_keep_the_samples(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
+    """On a computer without the file, and a session without a response takes it away."""
+    plain = host.whole_state()
+    assert take(host, cabinet) is None
+    state, wanted = host.whole_state(), rendered(saved(host, own))
+    for file in cabinet.parent.iterdir():
+        file.unlink()
+    with closing(Plugin(bundles / "livebass", active=False)) as plugin:
+        assert plugin.load(state) and plugin.save() == state
+        plugin.offline()
+        plugin.activate()
+        assert np.array_equal(plugin.play(SCORE, FRAMES), wanted)
+        assert plugin.load(plain) and plugin.save() == plain
+    other = vst3host.Plugin(bundles / "livebass.vst3")
+    assert other.load(state) and other.save() == state
+    other.close()
+
+
+def test_a_session_of_lv2_keeps_the_samples(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
+    """The worker reads the file that a window names; the window hears the name."""
+    assert take(host, cabinet) is None
+    wanted = rendered(saved(host, own))
+    with closing(lv2host.Plugin(bundles / "livebass.lv2")) as plugin:
+        plugin.send([(RESPONSE, f"{cabinet}\0".encode())])
+        plugin.work()
+        told = dict(plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())]))
+        told |= dict(plugin.send([]))
+        assert told[RESPONSE].rstrip(b"\0") == cabinet.stem.encode()
+        state = plugin.save()
+    cabinet.unlink()
+    with closing(lv2host.Plugin(bundles / "livebass.lv2")) as plugin:
+        for uri in sorted({RESPONSE, "http://lv2plug.in/ns/ext/atom#Chunk"}):
+            plugin.number(uri)
+        number = plugin.number(RESPONSE)
+        before = plugin.save()
+        value, kind = next((v, k) for v, k in state.values() if len(v) > 10000)
+        chunk = plugin.number("http://lv2plug.in/ns/ext/atom#Chunk")
+        assert kind and plugin.restore({**before, number: (value[:-8] + bytes(8), chunk)}) != 0
+        assert plugin.save() == before
+        assert plugin.restore({**before, number: (value, chunk)}) == 0
+        plugin.controls["freewheeling"].value = 1
+        assert np.array_equal(plugin.play(SCORE, FRAMES), wanted)
+
+
+def test_a_damaged_response_changes_nothing(host: Host, cabinet: Path) -> None:
+    assert take(host, cabinet) is None
+    state, rng = host.whole_state(), np.random.default_rng(2)
+    before, begin = host.whole_state(), len(host.save())
+    for k in range(DAMAGED):
+        damaged = bytearray(state)
+        if k % 4 == 0:
+            damaged = damaged[: int(rng.integers(begin + 1, len(state)))]
+        else:
+            damaged[int(rng.integers(begin, len(state)))] ^= 1 << int(rng.integers(8))
+        assert not host.load(bytes(damaged)) and host.whole_state() == before, k
+    assert not host.load(state + bytes(8)) and not host.load(state[:-8]) and host.load(state)
+
+
+FAULTS = {
+    "silent": lambda file: soundfile.write(file, np.zeros(100), 48000),
+    "lasts longer": lambda file: soundfile.write(file, np.ones(100_000) / 2, 48000),
+    "not a WAV file": lambda file: file.write_bytes(b"RIFF" + bytes(40)),
+    "rate": lambda file: soundfile.write(file, np.ones(100) / 2, 4000),
+    "cannot be read": lambda file: None,
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_what_is_no_response_is_said_and_the_last_one_stays(host: Host, cabinet: Path, fault: str) -> None:
+    assert take(host, cabinet) is None
+    before, file = host.whole_state(), cabinet.with_name("other.wav")
+    FAULTS[fault](file)
+    assert fault in (take(host, file) or "") and host.whole_state() == before
+
+
+@pytest.mark.parametrize("kind", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
+def test_kinds_of_files_are_read_as_livebass_reads_them(host: Host, own: Path, tmp_path: Path, kind: str) -> None:
+    """Their samples, as the sound's copy has them; 32 bits are kept."""
+    file, sound = own / "responses" / "a+b c.wav", np.exp(-np.arange(900) / 90) * np.cos(np.arange(900))
+    soundfile.write(file, sound, 48000, kind, format="WAVEX" if kind == "PCM_24" else "WAV")
+    assert take(host, f"file://{str(file).replace(' ', '%20')}\r\n") is None
+    read, _ = soundfile.read(file)
+    file.unlink()
+    saved(host, own)
+    copy, rate = soundfile.read(file)
+    end = len(copy)
+    assert rate == 48000 and np.array_equal(copy, read[:end].astype(np.float32)) and np.abs(read[end:]).sum() < 1e-5
+
+
+def test_a_sound_without_its_file_is_refused(host: Host, own: Path, cabinet: Path) -> None:
+    assert take(host, cabinet) is None
+    file = saved(host, own)
+    cabinet.unlink()
+    before = host.whole_state()
+    assert host.sounds() and not library().lb_load_sound(host.address, 0) and host.whole_state() == before
+    text = file.read_text()
+    assert "Old 15 inch.wav" in (library().lb_take_text(host.address, text.encode()) or b"").decode()
