@@ -93,6 +93,14 @@ static void decode(char *text) {
     *to = 0;
 }
 
+/* What a link says to pages alone. */
+static int is_of_page(const char *name) {
+    static const char *const names[] = {"riff", "stroke", "moment", "made"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        if (!strcmp(name, names[k])) return 1;
+    return 0;
+}
+
 static const char *read_link(char *text, lb_kept *to) {
     const char *why = 0;
     char *hash = strrchr(text, '#');
@@ -102,7 +110,7 @@ static const char *read_link(char *text, lb_kept *to) {
         if (!value) return wrong(to, "is not a link of livebass, nor a sound");
         *value++ = 0;
         decode(value);
-        if (!strcmp(pair, "riff") || !strcmp(pair, "stroke")) continue; /* a page's playing */
+        if (is_of_page(pair)) continue;
         if (*to->bass) why = take_value(to, pair, value);
         else if (!strcmp(pair, "like")) why = take_bass(to, value);
         else why = wrong(to, "does not say which bass it is like");
