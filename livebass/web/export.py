@@ -65,7 +65,7 @@ def export_page(
     sources: the presets that the basses were made from, for the bench; by default, each bass's is the preset of its
     short name. more: data that the page has besides. element: puts the script with which articles show the page
     beside a single one, too. The folder replaces an older page completely, or nothing is written. The page begins with
-    the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError if the module cannot be built.
+    the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError if there can be no module.
     """
     if single:
         files = {SINGLE: single_page(page_files(basses, quality, sources, more))}
