@@ -389,14 +389,11 @@ def _write_player(directory: Path) -> None:
     from livebass.preset.load import load_preset
     from livebass.web.bench import Source
     from livebass.web.export import export_page, is_page
-    from livebass.web.modules import text
-    from livebass.web.public import ELEMENT
 
     place = (directory / PLAYER).parent
     checked_directory(place, is_page)  # now, not after a minute of work
     page_ready()
-    export_page({PRESET: load_preset(PRESET)}, place, single=True, sources={PRESET: Source(PRESET)})
-    (place / ELEMENT).write_text(text(ELEMENT), "utf-8")
+    export_page({PRESET: load_preset(PRESET)}, place, single=True, sources={PRESET: Source(PRESET)}, element=True)
 
 
 study.add_command(claims)

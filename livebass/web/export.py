@@ -26,7 +26,7 @@ from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import BENCH_ENDING, ENDING
 from livebass.preset.load import preset_names
-from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS
+from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS, event
 from livebass.web import build
 from livebass.web.bench import Source, bench
 from livebass.web.layout import record
@@ -58,17 +58,18 @@ POLICIES = {
 
 def export_page(
     basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live", sources: Sources = NONE,
-    more: Mapping[str, Any] = NOTHING,
+    more: Mapping[str, Any] = NOTHING, element: bool = False,
 ) -> Path:  # fmt: skip
     """Writes a page that plays `basses`, by short name; returns the HTML file.
 
     sources: the presets that the basses were made from, for the bench; by default, each bass's is the preset of its
-    short name. more: data that the page has besides. The folder replaces an older page completely, or nothing is
-    written. The page begins with the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError
-    if the module cannot be built.
+    short name. more: data that the page has besides. element: puts the script with which articles show the page
+    beside a single one, too. The folder replaces an older page completely, or nothing is written. The page begins with
+    the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError if there can be no module.
     """
     if single:
         files = {SINGLE: single_page(page_files(basses, quality, sources, more))}
+        files |= {ELEMENT: text(ELEMENT).encode()} if element else {}
     else:
         files = page_files(basses, quality, sources, {**more, "offline": True})
         names = [quote(name) for name in files if name != INDEX]
@@ -115,7 +116,12 @@ def page_files(
         **shell(),
     }
     shown_basses = [
-        shown(name, bass) | {"bench": benches.get(name), "cases": shown_cases(bass, known.get(name))}
+        shown(name, bass)
+        | {
+            "bench": benches.get(name),
+            "cases": shown_cases(bass, known.get(name)),
+            "made": hashlib.sha256(made[f"{name}{ENDING}"]).hexdigest()[:8],
+        }
         for name, bass in basses.items()
     ]
     stories = shown_stories([name for name, has in benches.items() if has])
@@ -151,14 +157,15 @@ def page_data(basses: list[dict[str, Any]]) -> dict[str, Any]:
     return {
         "parameters": {
             p.symbol: {
-                "number": k,
                 "least": p.least,
                 "most": p.most,
                 "usual": p.usual,
                 "unit": p.unit,
-                "effect": EFFECTS.index(p.symbol) if p.symbol in EFFECTS else -1,
+                "whole": p.whole,
+                "event": event(p),
             }
-            for k, p in enumerate(PARAMETERS)
+            for p in PARAMETERS
+            if event(p)
         },
         "sight": {"SIGHT": record(SIGHT), "SLOT_SIGHT": record(SLOT_SIGHT) | {"seen": SEEN}},
         "buttons": [

@@ -7,7 +7,9 @@ import re
 from collections.abc import Mapping
 from urllib.parse import parse_qsl
 
+from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
+from livebass.techniques import event
 from livebass.web.bench import Source, bench
 from livebass.web.export import shown_cases
 from livebass.web.stories import STORIES
@@ -42,11 +44,12 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
     known = bench(basses[name], sources[name]) if key == "like" and name in basses else None
     if known is None:
         raise ValueError(f"the link names no bass of this page that can be changed: {f'{key}={name}'[:40]}")
-    sliders = {slider["symbol"]: slider for slider in known["sliders"]}
+    limits = {slider["symbol"]: (slider["least"], slider["most"], slider["unit"]) for slider in known["sliders"]}
+    limits |= {p.symbol: (p.least, p.most, p.unit) for p in PARAMETERS if event(p)}
     for symbol, value in values:
-        if symbol not in sliders:  # such as a mail program's
+        if symbol not in limits:  # such as a mail program's
             continue
-        least, most, unit = (sliders[symbol][name] for name in ("least", "most", "unit"))
+        least, most, unit = limits[symbol]
         if not least <= (float(value) if NUMBER.fullmatch(value.strip()) else math.nan) <= most:
-            limits = f"it must be from {least:g} to {most:g} {unit}".rstrip()
-            raise ValueError(f"the link says {symbol} = {value[:20]}: {limits}")
+            wanted = f"it must be from {least:g} to {most:g} {unit}".rstrip()
+            raise ValueError(f"the link says {symbol} = {value[:20]}: {wanted}")

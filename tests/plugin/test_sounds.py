@@ -132,7 +132,10 @@ def test_a_sound_is_a_preset_that_every_part_of_livebass_opens(host: Host, own: 
         ("like=five-string", {"bass": 1}),
         ("http://127.0.0.1:8000/?a#like=slap&tone=-1&gain=%2B3.25\r\n", {"tone": -1, "gain": 3.25}),
         (" file:///a%20b/livebass.html#like=%73lap ", {"bass": 0}),
-        ("#like=slap&action=-0.5&riff=0.28.90.300_400.33.60.200&stroke=pick", {"bass": 0, "action": -0.5}),
+        (
+            "#like=slap&action=-0.5&riff=0.28.90.9&stroke=pick&made=0295ac&moment=1.38.9.9",
+            {"bass": 0, "action": -0.5},
+        ),
         ('like = "five-string"\n[bench]\nfoam = 2.5\n', {"bass": 1, "foam": 2.5}),
     ],
 )

@@ -256,6 +256,7 @@ def test_links_bring_the_bench_back(opened: Any) -> None:
         ("like=jazz-finger&action=99", "the link says action = 99: it must be from -2 to 3 mm"),
         ("like=jazz-finger&wear=", "the link says wear = : it must be from -50 to 1100 %"),
         ("like=jazz-finger&action=NaN", "the link says action = NaN: it must be from -2 to 3 mm"),
+        ("like=jazz-finger&blend=1.5", "the link says blend = 1.5: it must be from -1 to 1"),
         ("like=jazz-finger&action=%3Cb%3E", "the link says action = <b>: it must be from -2 to 3 mm"),
     ],
 )
@@ -277,6 +278,39 @@ def test_what_others_added_to_a_link_is_ignored_and_said(opened: Any) -> None:
     open_page(opened, opened.home + link)
     assert state(opened)[1] == {"action": -0.5}
     assert state(opened)[4] == "The bass is as the link says. Ignored: fbclid, utm_source."
+
+
+def test_links_and_presets_hold_the_playing_as_plugins_do(opened: Any, tmp_path: Path) -> None:
+    played = {"blend": 0.5, "velocity_curve": -0.25, "hand_position": 7, "avoid_open": 1, "humanise_time": 12}
+    link = "like=jazz-finger&" + "&".join(f"{symbol}={value}" for symbol, value in played.items())
+    check_link(link, *ON_PAGE)
+    opened.get("about:blank")
+    open_page(opened, f"{opened.home}#{link}")
+    assert opened.execute_script("return movedControls()") == played
+    texts = opened.execute_script("return arguments[0].map(symbol => $(`${symbol}-text`).textContent)", list(played))
+    assert texts == ["to the bridge", "softer touch", "fret 7", "yes", "up to 12 ms late"]
+    file = tmp_path / "mine.toml"
+    file.write_text(opened.execute_script("return bench().toml(movedControls())"))
+    assert dict(load_preset(str(file)).played) == played
+    opened.get("about:blank")
+    open_page(opened, opened.home)
+    assert opened.execute_script("return movedControls()") == {}
+    opened.find_element("id", "preset-file").send_keys(str(file))
+    wait(lambda: opened.execute_script("return movedControls()") == played)
+    assert opened.find_element("id", "blend").is_displayed()
+    opened.execute_script("chooseBass('paper-bass')")  # it has no pickup
+    assert opened.find_element("id", "tone").is_displayed() and not opened.find_element("id", "blend").is_displayed()
+
+
+def test_a_link_from_another_version_of_its_bass_says_so(opened: Any) -> None:
+    made = opened.execute_script("return bassCalled('slap').made")
+    says = "It was made on another version of this bass, and may sound different now."
+    for other, told in ((made, ""), ("0" * 8, f" {says}")):
+        link = f"#like=slap&action=-0.5&made={other}"
+        check_link(link, *ON_PAGE)
+        opened.get("about:blank")
+        open_page(opened, opened.home + link)
+        assert state(opened)[1] == {"action": -0.5} and state(opened)[4] == f"The bass is as the link says.{told}"
 
 
 def test_a_message_is_in_sight_wherever_the_page_is_scrolled(opened: Any) -> None:
@@ -309,8 +343,9 @@ def test_a_link_from_this_computer_alone_says_how_to_open_it(opened: Any) -> Non
         "onBench(() => bench().setAll({action: -0.5})); $('link').click()"
     )
     wait(lambda: "livebass page --link" in state(opened)[4])
-    assert opened.execute_script("return copied") == "like=jazz-finger&action=-0.5"
-    check_link("like=jazz-finger&action=-0.5", *ON_PAGE)
+    link = "like=jazz-finger&action=-0.5&made=" + opened.execute_script("return chosenBass().made")
+    assert opened.execute_script("return copied") == link
+    check_link(link, *ON_PAGE)
 
 
 def test_undo_redo_reset_and_two_benches(opened: Any) -> None:

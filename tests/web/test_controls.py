@@ -112,7 +112,8 @@ return [...document.querySelectorAll("button:not(.skip, #later), select, summary
 AT = "const [selector, name, done] = arguments; at(selector, READY[name] || own).then(done)"
 DIFFERS = "const [patience, done] = arguments; differs(patience).then(done)"
 HOLD = 0.1  # s of a finger's touch
-KEYS = {"Enter": (13, "\r"), "ArrowLeft": (37, ""), "ArrowRight": (39, ""), "ArrowDown": (40, "")}  # codes and texts
+# Codes and texts
+KEYS = {"Enter": (13, "\r"), " ": (32, " "), "ArrowLeft": (37, ""), "ArrowRight": (39, ""), "ArrowDown": (40, "")}
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +147,7 @@ def act(driver: Any, means: str, selector: str, here: dict[str, Any], hold: floa
     if means == "key":
         driver.execute_script("document.querySelector(arguments[0]).focus()", selector)
         arrow = "ArrowLeft" if here["far"] else "ArrowRight"
-        key = {"range": arrow, "select-one": "ArrowDown"}.get(here["type"], "Enter")
+        key = {"range": arrow, "checkbox": " ", "select-one": "ArrowDown"}.get(here["type"], "Enter")
         code, text = KEYS[key]
         given = {"key": key, "code": key, "windowsVirtualKeyCode": code, "text": text}
         for kind in ("keyDown" if text else "rawKeyDown", "keyUp"):

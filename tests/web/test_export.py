@@ -68,6 +68,8 @@ def test_the_same_again_is_the_same_and_replaces_the_older_one(tmp_path: Path) -
     assert export_page({"slap": bass}, folder).read_bytes() == first
     export_page({"one": bass, "two": bass}, folder, quality="studio")
     assert [name for name in names(folder) if name.startswith("basses")] == ["basses/one.lbass", "basses/two.lbass"]
+    export_page({"slap": bass}, folder, single=True, element=True)
+    assert names(folder) == ["embed.js", "livebass.html"]
     export_page({"slap": bass}, folder, single=True)
     assert names(folder) == ["livebass.html"]
 

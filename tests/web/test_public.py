@@ -68,7 +68,8 @@ def test_a_public_address_is_in_link_poster_and_previews(browser: Any, tmp_path:
         '<meta name="description" content="An ',
     ):
         assert html.count(tag) == 1
-    assert copied_link(browser, page.as_uri()) == f"{ADDRESS}#like=slap&action=-0.5"
+    link, made = copied_link(browser, page.as_uri()).split("&made=")
+    assert link == f"{ADDRESS}#like=slap&action=-0.5" and made == browser.execute_script("return chosenBass().made")
     assert browser.find_element("id", "said").text == "The link is copied."
     browser.execute_script(
         "window.drawn = []; pictures.poster = (sheet, title, foot) => { drawn.push(foot); };"
@@ -80,11 +81,9 @@ def test_a_public_address_is_in_link_poster_and_previews(browser: Any, tmp_path:
 def test_without_one_a_link_is_a_fragment_with_words_how_to_open_it(browser: Any, tmp_path: Path) -> None:
     page = exported(tmp_path / "page", True)
     assert "og:" not in page.read_text("utf-8")
-    assert copied_link(browser, page.as_uri()) == "like=slap&action=-0.5"
-    assert (
-        'others open the link with livebass page --link "like=slap&action=-0.5"'
-        in browser.find_element("id", "said").text
-    )
+    link = copied_link(browser, page.as_uri())
+    assert link.startswith("like=slap&action=-0.5&made=")
+    assert f'others open the link with livebass page --link "{link}"' in browser.find_element("id", "said").text
 
 
 def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tmp_path: Path) -> None:

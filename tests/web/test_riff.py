@@ -37,6 +37,8 @@ def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) ->
         PLAYED,
     )
     link = wait(lambda: browser.execute_script("return window.copied"))
+    link, made = link.split("&made=")
+    assert made == browser.execute_script("return chosenBass().made")
     riff = "_".join(".".join(map(str, note)) for note in PLAYED)
     assert link == f"like=jazz-finger&action=-0.5&riff={riff}&stroke=pick"
     check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
@@ -49,6 +51,33 @@ def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) ->
     frames = np.array(browser.execute_script("return heard")).reshape(-1, 3)[:, 2]
     rate = browser.execute_script("return player.context.sampleRate")
     assert np.allclose((frames - frames[0]) / rate, [0, 0.4, 0.7], atol=1e-3)
+
+
+def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> None:
+    browser.get("about:blank")
+    open_page(browser, whole)
+    browser.find_element("css selector", "h1").click()
+    browser.execute_script(f"{COPIED}; player.sound()")
+    wait(lambda: browser.execute_script("return player.playing"))
+    browser.execute_script("press('test', 31, 127, performance.now())")
+    wait(lambda: browser.execute_script("return kept.note"))
+    browser.execute_script("release('test'); $('again').click()")
+    wait(lambda: browser.execute_script("return kept.replay && see.replay === kept.replay"))
+    shape = "see.needed = true; return [see.moment, [...see.shapes.u].map(x => Math.fround(1e3 * x))]"
+    browser.execute_script("state.rolling = false; goTo(700); $('link').click()")
+    moment, before = browser.execute_script(shape)
+    link = wait(lambda: browser.execute_script("return window.copied"))
+    assert f"&moment=0.31.127.{1000 * moment:.0f}" in link
+    check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
+    browser.get("about:blank")
+    open_page(browser, f"{whole}#{link}")
+    wait(lambda: browser.execute_script("return see.replay && !state.rolling"))
+    shown, after = browser.execute_script(shape)
+    assert shown == pytest.approx(moment, abs=0.03)  # ms: a frame
+    assert np.abs(np.subtract(before, after)).max() < 0.02 < np.abs(before).max()  # mm
+    browser.get("about:blank")
+    open_page(browser, f"{whole}#like=jazz-finger&moment=9.31.127.5")
+    wait(lambda: "the link's moment is not shown" in browser.find_element("id", "said").text.lower())
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,8 @@
 
 // --- elements, by their ids ---
 
-type ControlName = "gain" | "tone" | "pluck_position" | "compression" | "drive";
+type ControlName = "gain" | "tone" | "blend" | "pluck_position" | "velocity_curve" | "hand_position" | "avoid_open"
+  | "humanise_time" | "humanise_force" | "compression" | "drive";
 type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
   | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
@@ -61,6 +62,7 @@ interface Bass {
   controllers: Record<string, number>;
   bench: any;
   cases: Case[];
+  made: string; // differs where the bass does
 }
 
 interface Case {
@@ -83,12 +85,12 @@ interface PlayButton {
 }
 
 interface Parameter {
-  number: number;
   least: number;
   most: number;
   usual: number;
   unit: string;
-  effect: number;
+  whole: boolean;
+  event: [kind: number, number: number];
 }
 
 interface RecordFields {

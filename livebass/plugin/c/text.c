@@ -92,6 +92,14 @@ void lb_decode(char *text, int plus) {
     *to = 0;
 }
 
+/* What a link says to pages alone. */
+static int is_of_page(const char *name) {
+    static const char *const names[] = {"riff", "stroke", "moment", "made"};
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++)
+        if (!strcmp(name, names[k])) return 1;
+    return 0;
+}
+
 static const char *read_link(char *text, lb_kept *to) {
     const char *why = 0;
     char *hash = strrchr(text, '#');
@@ -101,7 +109,7 @@ static const char *read_link(char *text, lb_kept *to) {
         if (!value) return wrong(to, "is not a link of livebass, nor a sound");
         *value++ = 0;
         lb_decode(value, 1);
-        if (!strcmp(pair, "riff") || !strcmp(pair, "stroke")) continue; /* a page's playing */
+        if (is_of_page(pair)) continue;
         if (*to->bass) why = take_value(to, pair, value);
         else if (!strcmp(pair, "like")) why = take_bass(to, value);
         else why = wrong(to, "does not say which bass it is like");

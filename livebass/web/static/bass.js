@@ -1,7 +1,7 @@
 // The chosen bass: the whole page shows it, and the audio thread plays it.
 import {$, bassCalled, chosenBass, saved} from "./page.js";
 import {bench, keepLink, showBench} from "./benchview.js";
-import {sayEffects} from "./controls.js";
+import {sayOwn} from "./controls.js";
 import {letGo} from "./hands.js";
 import {layOut, showNeck} from "./neck.js";
 import {player} from "./player.js";
@@ -15,7 +15,7 @@ export function showBass() {
   if (see.replay) backToNow();
   const bass = chosenBass();
   $("about").textContent = bass.about;
-  sayEffects();
+  sayOwn();
   takeOwnStroke(bass);
   see.setBass(bass);
   showNeck();

@@ -2,14 +2,15 @@
 // (worker.js).
 const MOST_UNDONE = 100;
 export const SLOTS = ["A", "B"];
-const PLAYING = ["riff", "stroke"]; // what a link says of the playing (riff.js)
+const BESIDES = ["riff", "stroke", "moment", "made"]; // what else a link says (share.js)
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const hundredths = value => Math.round(100 * value) / 100 + 0;
 
 export class Bench {
-  // `bass`: one of the page's basses with a bench.
-  constructor(bass) {
+  // `bass`: one of the page's basses with a bench. `parameters`: of the playing, by symbol, as plugins have them.
+  constructor(bass, parameters) {
     this.bass = bass;
+    this.parameters = parameters;
     this.of = bass.bench;
     this.controls = new Map(this.of.sliders.map(slider => [slider.symbol, slider]));
     this.slots = {A: {}, B: {}}; // by symbol: values other than 0; 0 keeps the preset's
@@ -102,30 +103,38 @@ export class Bench {
   // A link's text after its #: the bass, the changed values and more.
   link(more = {}) { return new URLSearchParams({like: this.bass.name, ...this.values, ...more}).toString(); }
 
-  // Returns a link's bass, by name, its values, and the names that this bass does not know, such as a mail program's; no
-  // name: the link is empty. Throws an Error, one line, for an invalid link. `benches`: the benches of all basses, by
-  // name.
+  // Returns a link's bass, by name, its slider values, its parameters, and the names that this bass does not know, such
+  // as a mail program's; no name: the link is empty. Throws an Error, one line, for an invalid link. `benches`: the
+  // benches of all basses, by name.
   static fromLink(text, benches) {
     const said = [...new URLSearchParams(text.replace(/^#/, ""))];
     if (!said.length) return {};
     const [[key, name], ...values] = said, bench = benches.get(name);
     if (key !== "like" || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
-    const known = values.filter(([symbol]) => bench.controls.has(symbol));
-    for (const [symbol, value] of known) bench.check("link", symbol, value);
-    const ignored = values.filter(one => !known.includes(one) && !PLAYING.includes(one[0])).map(([symbol]) => symbol.slice(0, 40));
-    return {name, ignored, values: Object.fromEntries(known.map(([symbol, value]) => [symbol, +value]))};
+    const found = {name, values: {}, played: {}, ignored: /** @type {string[]} */ ([])};
+    for (const [symbol, value] of values) {
+      if (BESIDES.includes(symbol)) continue;
+      if (!bench.limits(symbol)) found.ignored.push(symbol.slice(0, 40));
+      else found[bench.controls.has(symbol) ? "values" : "played"][symbol] = bench.read("link", symbol, value);
+    }
+    return found;
   }
 
-  // Throws an Error, one line, if a `link` or `preset` may not have this value of a symbol.
-  check(kind, symbol, value) {
-    if (!this.controls.has(symbol)) throw new Error(`the ${kind} changes what this bass does not have: ${symbol.slice(0, 40)}`);
-    const {least, most, unit} = this.controls.get(symbol);
+  // A slider or a parameter of the playing, with its limits; undefined: this bass has neither.
+  limits(symbol) { return this.controls.get(symbol) ?? (Object.hasOwn(this.parameters, symbol) ? this.parameters[symbol] : undefined); }
+
+  // The number that a `link` or `preset` gives a symbol. Throws an Error, one line, for one that it may not have.
+  read(kind, symbol, value) {
+    const limits = this.limits(symbol);
+    if (!limits) throw new Error(`the ${kind} changes what this bass does not have: ${symbol.slice(0, 40)}`);
+    const {least, most, unit} = limits;
     if (!NUMBER.test(value.trim()) || +value < least || +value > most)
       throw new Error(`the ${kind} says ${symbol} = ${value.slice(0, 20)}: it must be from ${least} to ${most} ${unit}`.trimEnd());
+    return +value;
   }
 
-  // The preset as a file: `like` the page's, with the changed values.
-  toml() {
+  // The preset as a file: `like` the page's, with the changed values and these parameters of the playing.
+  toml(played = {}) {
     const {head, like} = this.of, said = [`like = ${JSON.stringify(like)}`];
     const section = (name, table) => {
       const lines = Object.entries(table || {}).map(([key, value]) => `${key} = ${value}`);
@@ -133,13 +142,14 @@ export class Bench {
     };
     section("", head[""]);
     section("bench", this.values);
+    section("plugin", played);
     section("player", head.player);
     section("effects", head.effects);
     return said.join("\n") + "\n";
   }
 
-  // Returns the bass's name from a preset that a page or a plugin saved, its slider values, and the values of the
-  // plugin's other parameters. Throws an Error, one line, for any other preset.
+  // Returns the bass's name from a preset that a page or a plugin saved, its slider values, and its parameters of the
+  // playing. Throws an Error, one line, for any other preset.
   static fromToml(text, benches) {
     let section = "", bench;
     const found = {name: "", values: {}, played: {}};
@@ -151,10 +161,8 @@ export class Bench {
         if (!bench) throw new Error(`the preset is like a bass that this page does not have or cannot change: ${value.slice(0, 40)}`);
         found.name = bench.bass.name;
       } else if (bench && !section && (key === "name" || key === "description")) continue;
-      else if (bench && key && section === "bench") {
-        bench.check("preset", key, value);
-        found.values[key] = +value;
-      } else if (bench && key && section === "plugin") found.played[key] = +value;
+      else if (bench && key && section === "bench") found.values[key] = bench.read("preset", key, value);
+      else if (bench && key && section === "plugin") found.played[key] = bench.read("preset", key, value);
       else if (bench?.of.head[section]?.[key] !== value) throw new Error(`a page opens presets that it or a plugin saved, and they have no such line: ${line.slice(0, 40)}`);
     }
     if (!bench) throw new Error("the preset does not say which bass it is like");

@@ -1,12 +1,12 @@
 // The bench on the page: its sliders and buttons. The worker builds the changed bass; it is heard from the
 // next note on.
 import {Bench, SLOTS} from "./bench.js";
-import {CONTROLS, moveControl} from "./controls.js";
+import {CONTROLS, moveControl, movedControls} from "./controls.js";
 import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
-import {$, ADDRESS, PAGE, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
+import {$, PAGE, bassCalled, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
 import {player} from "./player.js";
-import {offerRiff, riffParts} from "./riff.js";
+import {offerRiff} from "./riff.js";
 import {takePlayed} from "./techniques.js";
 import {see} from "./view.js";
 import {workshop} from "./workshop.js";
@@ -21,7 +21,7 @@ export const bench = () => benches.get($("bass").value);
 
 // Makes the benches and everything that does not depend on the bass; opens the page's link.
 export function makeBench() {
-  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass));
+  for (const bass of PAGE.basses) if (bass.bench) benches.set(bass.name, new Bench(bass, PAGE.parameters));
   for (const slot of SLOTS) $(`slot-${slot}`).onclick = () => onBench(() => bench().choose(slot));
   $("undo").onclick = () => onBench(() => bench().undo());
   $("redo").onclick = () => onBench(() => bench().redo());
@@ -37,7 +37,6 @@ export function makeBench() {
     $("bench-fold").open = true;
     /** @type {HTMLElement | null} */ ($("bench-controls").querySelector("input"))?.focus();
   };
-  $("link").onclick = () => copyLink();
   const wide = matchMedia(WIDE), embedded = document.body.classList.contains("embed");
   const fold = () => { $("bench-fold").open = wide.matches || embedded; };
   wide.addEventListener("change", fold); // for example, a phone is turned
@@ -186,24 +185,36 @@ export function takeLink() {
   const {hash} = location;
   try {
     if (/^#(case|story)=/.test(hash)) return; // cases.js and story.js do
-    const {name, values, ignored = []} = Bench.fromLink(hash, benches);
+    const {name, values, played, ignored = []} = Bench.fromLink(hash, benches);
     if (!name || (name === $("bass").value && bench().link() === hash.slice(1))) return;
     ignored.push(...[...new URLSearchParams(location.search).keys()].filter(key => key !== "embed").map(key => key.slice(0, 40)));
-    chooseBench(name, values);
-    if (!document.body.classList.contains("embed")) say(`The bass is as the link says.${ignored.length ? ` Ignored: ${ignored.join(", ")}.` : ""}`);
+    const told = ["The bass is as the link says.", wasMade(hash), ignored.length ? `Ignored: ${ignored.join(", ")}.` : ""];
+    take(name, values, played);
+    if (!document.body.classList.contains("embed")) say(told.filter(Boolean).join(" "));
     offerRiff(hash);
   } catch (error) {
     say(`${/** @type {Error} */ (error).message}. The bass is unchanged.`);
   }
 }
 
+// Whether a link was made on this very bass, in a sentence if not; a link may leave open where it was made.
+function wasMade(/** @type {string} */ hash) {
+  const asked = new URLSearchParams(hash.slice(1)), made = asked.get("made"), now = bassCalled(asked.get("like") || "")?.made;
+  return made === null || made === now ? "" : "It was made on another version of this bass, and may sound different now.";
+}
+
+// Takes a bass, its slider values, and the parameters of the playing.
+function take(name, values, played) {
+  chooseBench(name, values);
+  for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
+  takePlayed(played);
+}
+
 // Opens a preset that this page or a plugin saved.
 export async function takePreset(file) {
   try {
     const {name, values, played} = Bench.fromToml(await file.text(), benches);
-    chooseBench(name, values);
-    for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
-    takePlayed(played);
+    take(name, values, played);
     say(`The bass is as ${file.name} says.`);
   } catch (error) {
     say(`${file.name}: ${/** @type {Error} */ (error).message}. The bass is as it was.`);
@@ -212,20 +223,6 @@ export async function takePreset(file) {
 
 function saveBench() {
   const name = `${bench().bass.name}-bench.toml`;
-  save(new Blob([bench().toml()], {type: "application/toml"}), name);
+  save(new Blob([bench().toml(movedControls())], {type: "application/toml"}), name);
   say(`Saved: livebass play -p ./${name} plays it.`);
-}
-
-// Copies a link: an address that others can open, or else the part after its #.
-async function copyLink() {
-  const riff = riffParts(), link = bench().link(riff), text = ADDRESS ? `${ADDRESS}#${link}` : link;
-  const others = `This page has no public address: others open the link with livebass page --link "${link}".`;
-  const how = ADDRESS ? "" : ` ${others}`;
-  const what = riff.riff ? "The link is copied, with your last notes." : "The link is copied.";
-  try {
-    if (ADDRESS && navigator.share) await navigator.share({title: document.title, url: text});
-    else await navigator.clipboard.writeText(text).then(() => say(`${what}${how}`));
-  } catch {
-    say(`The browser copies nothing; the link is ${text}.${how}`, true);
-  }
 }

@@ -153,12 +153,6 @@ export class Engine {
     this.x.lb_push_event(ring, BigInt(MESSAGES), BigInt(frame), BigInt(kind), BigInt(number), value);
   }
 
-  // Sets a playing parameter, by number.
-  setParameter(number, value) { this.tell(N.NOW, N.PARAMETER, number, value); }
-
-  // Sets a knob of the effects, by number.
-  setEffect(number, value) { this.tell(N.NOW, N.EFFECT, number, value); }
-
   // --- the strings' motion ---
 
   // The address of string `i`'s VOICE.

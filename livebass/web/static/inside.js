@@ -3,6 +3,7 @@
 import * as bass from "./bass.js";
 import * as benchview from "./benchview.js";
 import * as cases from "./cases.js";
+import * as controls from "./controls.js";
 import * as files from "./files.js";
 import * as hands from "./hands.js";
 import * as meters from "./meters.js";
@@ -12,6 +13,7 @@ import * as page from "./page.js";
 import * as player from "./player.js";
 import * as replay from "./replay.js";
 import * as riff from "./riff.js";
+import * as share from "./share.js";
 import * as songs from "./songs.js";
 import * as sounds from "./sounds.js";
 import * as state from "./state.js";
@@ -22,8 +24,8 @@ import * as view from "./view.js";
 import * as workshop from "./workshop.js";
 
 const inside = {
-  ...bass, ...benchview, ...cases, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
-  ...player, ...replay, ...riff, ...songs, ...sounds, ...story, ...state,
+  ...bass, ...benchview, ...cases, ...controls, ...files, ...hands, ...meters, ...neck, ...opening, ...page,
+  ...player, ...replay, ...riff, ...share, ...songs, ...sounds, ...story, ...state,
   ...techniques, ...transport, ...view, ...workshop,
 };
 addEventListener("livebass", e => /** @type {CustomEvent<(all: typeof inside) => void>} */ (e).detail(inside));

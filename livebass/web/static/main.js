@@ -19,6 +19,7 @@ import {player} from "./player.js";
 import {openMoving} from "./opening.js";
 import {goOn, showButtons} from "./replay.js";
 import {state} from "./state.js";
+import {showLinkedMoment} from "./share.js";
 import {showLinkedStory} from "./story.js";
 import "./recorded.js";
 import {draw, pictures, see, showPitch} from "./view.js";
@@ -52,10 +53,11 @@ function look(/** @type {number} */ now) {
 
 function begin() {
   player.start().catch(() => {}); // reported where it happened
-  if (!showLinked() && !showLinkedStory()) openMoving();
+  if (!showLinked() && !showLinkedStory() && !showLinkedMoment(asked)) openMoving();
 }
 
 document.body.classList.toggle("embed", new URLSearchParams(location.search).has("embed"));
+const asked = location.hash; // taking it changes it
 makeBench();
 showSavedBass();
 takeLink();

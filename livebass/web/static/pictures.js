@@ -327,8 +327,10 @@ export class Pictures {
     g.textAlign = "left";
     g.fillText("fret", left + 4 * px, 8 * px);
     g.textAlign = "center";
-    for (let ms = 0; ms <= NOTE_SPAN; ms += 20)
-      g.fillText(ms === NOTE_SPAN ? `${ms} ms` : ms, Math.min(x(ms), w - 16 * px), h - foot / 2);
+    for (let ms = 0; ms <= NOTE_SPAN; ms += 20) {
+      const text = ms === NOTE_SPAN ? `${ms} ms` : String(ms);
+      g.fillText(text, Math.min(x(ms), w - g.measureText(text).width / 2 - 5 * px), h - foot / 2);
+    }
     if (frame === undefined) return;
     if (see.replay) {
       const at = x(Math.max(0, Math.min(NOTE_SPAN, see.moment)));

@@ -11,8 +11,8 @@ import {see} from "./view.js";
 import {workshop} from "./workshop.js";
 
 const HEARD = 1.5; // s of a motion's sound
-/** @type {{note?: KeptNote}} */
-export const kept = {}; // the last note, with the bass that played it
+/** @type {{note?: KeptNote, replay?: Replay}} */
+export const kept = {}; // the last note, with the bass that played it, and its replay
 
 // Keeps a note while its bass is still there: its string's events and the bass's file.
 async function keep(/** @type {SeenNote} */ {string, of}) {
@@ -49,7 +49,7 @@ async function showAgain() {
     return;
   }
   const note = lastNote();
-  if (note) showSlowly(await move({recalled: note.recalled, response: note.response}, note.file));
+  if (note) kept.replay = showSlowly(await move({recalled: note.recalled, response: note.response}, note.file));
 }
 
 // Shows the same pluck on the bass as it is now, with the note that was played beside it; returns both sounds.

@@ -100,7 +100,7 @@ const strokeOf = (/** @type {string | undefined} */ symbol) => STROKES.find(one 
 export function takeOwnStroke(/** @type {Bass} */ bass) {
   showStroke(strokeOf(bass.stroke));
   state.toldStroke = state.stroke;
-  player.change({parameter: [PAGE.parameters.technique.number, 0]});
+  player.change({parameter: [...PAGE.parameters.technique.event, 0]});
   for (const one of [...STROKES, ...WAYS]) one.button.disabled = numberOf(one) === undefined;
 }
 

@@ -48,7 +48,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.port.onmessage = ({data}) => this.hear(data);
   }
 
-  hear({midi, everywhere, string, frame, bass, parameter, effect, panic, change, spare, seeing, recall, record, song, steer}) {
+  hear({midi, everywhere, string, frame, bass, parameter, panic, change, spare, seeing, recall, record, song, steer}) {
     if (record !== undefined) this.record(record);
     if (spare) this.spare.push(spare);
     if (recall) this.port.postMessage({recalled: this.engine.recall(recall.bass, recall.string) || null});
@@ -62,7 +62,6 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (everywhere) e.sendEverywhere(when, ...everywhere);
     if (bass) this.take(bass);
     if (parameter) this.setParameter(...parameter);
-    if (effect) e.setEffect(...effect);
     if (panic) e.setField("panic", 1);
     if (change) {
       this.changes = change;
@@ -146,11 +145,12 @@ class LivebassProcessor extends AudioWorkletProcessor {
     }
   }
 
-  // Sets a parameter. The page alone sets the gain: a controller's own gain goes back to 0 dB.
-  setParameter(number, value) {
+  // Sets a parameter, by kind and number of its event. The page alone sets the gain: a controller's own gain goes back
+  // to 0 dB.
+  setParameter(kind, number, value) {
     const e = this.engine, performer = this.performer();
-    e.setParameter(number, value);
-    if (number !== N.GAIN_DB || !performer || e.get("PERFORMER", performer, "controls.level") === 1) return;
+    e.tell(N.NOW, kind, number, value);
+    if (kind !== N.PARAMETER || number !== N.GAIN_DB || !performer || e.get("PERFORMER", performer, "controls.level") === 1) return;
     for (let k = 0; k < N.CONTROLLERS; k++)
       if (e.get("PERFORMER", performer, "key_map.function", k) === N.CC_PARAMETER + number) e.send(N.NOW, 0xB0, k, 127);
   }
@@ -216,6 +216,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
       values: {
         gain: e.get("SYNTH", e.synth, "parameters", N.GAIN_DB) + 20 * Math.log10(of("controls.level")),
         tone: of("tone"),
+        blend: of("controls.blend"),
         pluck_position: aside * farthest > 0 ? -aside / farthest : nearest && aside / nearest,
       },
     };
