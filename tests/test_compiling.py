@@ -253,13 +253,13 @@ def test_nothing_is_loaded_from_a_directory_of_others(
         why = f"{inside.name}/{place.name}: {why}"
     change(place)
     store.directory.cache_clear()
-    before = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")}
+    before = {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.code")}
     assert len(before) == 1
     loads()
     loads()
     assert compiled == ["compiled"] * (2 if kind != "temporary" else 3)
     assert len(caplog.messages) == 1 and why in caplog.text and str(place) in caplog.text
-    assert before.items() <= {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.o")}.items()
+    assert before.items() <= {file: file.stat().st_mtime_ns for file in tmp_path.rglob("*.code")}.items()
 
 
 def test_a_cache_may_be_a_link_of_the_user(
@@ -270,7 +270,7 @@ def test_a_cache_may_be_a_link_of_the_user(
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "link"))
     for _ in range(2):
         loads()
-    assert compiled == ["compiled"] and not caplog.messages and len([*(tmp_path / "large").rglob("*.o")]) == 1
+    assert compiled == ["compiled"] and not caplog.messages and len([*(tmp_path / "large").rglob("*.code")]) == 1
 
 
 MAKING = """
@@ -732,7 +732,7 @@ def test_the_real_kernels_survive_damage(machine_code: bytes, tmp_path: Path) ->
     """The machine code is damaged, but not the program it is made from."""
     program = store.directory(f"kernels-{store.digest()}")
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
-    kept = tmp_path / f"kernels-{store.digest()}" / f"{store.level()}.o"
+    kept = tmp_path / f"kernels-{store.digest()}" / f"{store.level()}.code"
     kept.parent.mkdir()
     kept.write_bytes(cut(store.sealed(machine_code)))
     for file in program.glob("*.ll.gz") if program else ():

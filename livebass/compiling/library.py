@@ -1,8 +1,8 @@
-"""The kernel library in this process: from the package, or an object file compiled on this machine.
+"""The kernel library in this process: from the package, or compiled on this machine.
 
-The system loads the first, without numba or LLVM. emitter.py makes the second, in a process of its own, at its first
-use, and keeps it in the user's directory. If damaged, it is made again; if it cannot be kept, it serves this process
-alone.
+The system loads the first, without numba or LLVM. emitter.py makes the second, an object file, in a process of its own,
+at its first use. Linked where linking.py can, which also loads without LLVM, it is kept in the user's directory. If
+damaged, it is made again; if it cannot be kept, it serves this process alone.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from livebass.compiling import processes, store
+from livebass.compiling import linking, processes, store
 from livebass.interrupts import aside
 
 Library = Callable[[str], int]  # gives the address of an entry by its name; raises KeyError for an unknown name
@@ -86,7 +86,8 @@ def _load(progress: processes.Progress) -> Library:
             return shared_library(store.built())
     kept = store.kept()
     damaged = f"the compiled kernels in {kept and kept.parent} are damaged: compiling them again"
-    return object_file(store.kept_or_made(kept, lambda: compiled_here(progress), damaged))
+    data = store.kept_or_made(kept, lambda: linking.linked(compiled_here(progress)), damaged)
+    return linking.loaded(data) if linking.is_image(data) else object_file(data)
 
 
 def compiled_here(progress: processes.Progress = processes.silent) -> bytes:

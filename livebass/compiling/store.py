@@ -142,9 +142,9 @@ def built() -> Path:
 
 
 def kept() -> Path | None:
-    """The object file that may be in the user's directory; None without a directory."""
+    """The compiled kernels that may be in the user's directory; None without a directory."""
     place = directory(f"kernels-{digest()}")
-    return place / f"{level()}.o" if place else None
+    return place / f"{level()}.code" if place else None
 
 
 def program_built() -> Path:

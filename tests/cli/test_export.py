@@ -96,9 +96,9 @@ def test_an_installed_plugin_begins_in_the_quality_that_is_carried(
 ) -> None:
     listed = elsewhere / "home/.clap/livebass-clap/instruments.txt"
     for found, says, lines in [
-        (("studio", "live"), "carries: studio for slap, else live", "slap studio\nmuted\n"),
-        (("live", "live"), "carries: live;", "slap\nmuted\n"),
-        (("studio", "studio"), "carries: studio;", "slap studio\nmuted studio\n"),
+        (("studio", "live"), "best quality for this machine: studio for slap, else live", "slap studio\nmuted\n"),
+        (("live", "live"), "best quality for this machine: live;", "slap\nmuted\n"),
+        (("studio", "studio"), "best quality for this machine: studio;", "slap studio\nmuted studio\n"),
     ]:
         best = dict(zip(("slap", "muted"), found, strict=True))
         monkeypatch.setattr("livebass.live.carried.best_qualities", lambda basses, rate, best=best: best)

@@ -252,7 +252,7 @@ def test_bad_input(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
     for arguments, says, status in (
-        (["study", "figure-99", "-o", "d"], "study 'figure-99': there are linear, a, b, c, cases", 2),
+        (["study", "figure-99", "-o", "d"], "study 'figure-99': unknown; there are linear, a, b, c, cases", 2),
         (["study", "linear"], "'-o'", 2),
         (["study", "linear", "-o", "d", "--duration", "1ms"], "must be from 100 ms to 10 s, not 1ms", 2),
         (["study", "linear", "-o", "d", "--workers", "0"], "1 to 256", 2),

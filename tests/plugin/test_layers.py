@@ -13,7 +13,8 @@ from livebass.plugin import build
 
 # From lowest to highest; files of one layer do not call each other.
 LAYERS = (
-    {"thread", "files", "paint", "stack_win32"},
+    {"thread", "files", "paint", "retuning", "stack_win32"},
+    {"response"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},
     {"learn", "hand", "layout", "vst3_midi"},

@@ -111,7 +111,7 @@ def test_the_pedal_holds_the_notes_of_its_channel() -> None:
 
 def test_idle_strings_answer_while_the_pedal_of_any_channel_is_down() -> None:
     hands = two(bass(answering="pedal"))
-    assert told(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100)
+    assert told(hands(*by(2, control(64, 127))), at.IDLE) == dict.fromkeys(range(4), 0b1100 | at.RING_ON)
     assert not told(hands(*by(0, control(64, 127), control(64, 0))), at.IDLE)
     assert told(hands(*by(2, control(64, 0))), at.IDLE) == dict.fromkeys(range(4), 0)
 
