@@ -82,7 +82,7 @@ def test_other_programs_bring_no_relief(folder: Path) -> None:
     try:
         with subprocess.Popen([sys.executable, "-c", "while True: pass"]) as other, closing(Plugin(folder)) as plugin:
             plugin.set(RELIEF, 1.0)
-            plugin.block(128, [note_on(key, 0.5) for key in (28, 33, 38, 43)])
+            plugin.block(128, [note_on(28, 0.5)])  # one string: whatever the machine, it needs far less than a block
             until = time.monotonic() + 2
             while time.monotonic() < until:
                 plugin.block(128)

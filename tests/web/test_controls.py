@@ -91,7 +91,8 @@ window.READY = {
   "roll": withSong, "loop": withSong, "part": withSong, "response-off": () => { $("response-off").hidden = false; },
   "response-level": () => { $("response-level").hidden = false; },
   "up": () => neckFrom(0), "down": () => neckFrom(3),
-  "Side": () => choosePicture("note"), "Fingers, key 1": () => pluckWith(STROKES[1]),
+  "Side": () => choosePicture("note"), "Last note": () => choosePicture("side"),
+  "Spectrum": () => choosePicture("side"), "Fingers, key 1": () => pluckWith(STROKES[1]),
   "story-next": () => told(0), "story-back": () => told(1),
   "case-a": own, "case-b": own, "case-c": own,
 };
