@@ -39,7 +39,7 @@ typedef struct {
     double watched;            /* s until the window counts as closed, unless it reports again */
     lb_sides sides[2];         /* the present and the next: save() may read during run() */
     int sides_at, sides_asked; /* sides_asked: send them to the window */
-    char titles[2][LB_STATE_NAME]; /* the response's name, likewise */
+    char titles[2][LB_STATE_NAME]; /* the present and the next name of the response */
     int title_at, title_asked;
     char wanted[LB_PATH], path[LB_PATH]; /* the file of a response, from a window ... */
     int is_wanted, path_full; /* ... and on its way to the worker */

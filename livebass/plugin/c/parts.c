@@ -552,7 +552,7 @@ static void draw_button(lb_picture *p, const part *q, const char *text, int lit,
 
 static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 0, is_hot(p, q)); }
 
-/* Undoes the last change, and says of which value: it may be on another page. */
+/* Undoes the last change, and names it: it may be on another page. */
 static void press_undo(lb_picture *p, const part *q, const hand *h) {
     double before[LB_PARAMETERS];
     int k = 0;
