@@ -20,12 +20,14 @@ from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
 from livebass.engine.render import mixed
 from livebass.plugin import clap, lv2, vst3
+from livebass.plugin.state import sealed
 
 BASS = "jazz-finger"
 SCORE = score_of([(0.0, 0.4, 28, 110), (0.15, 0.5, 36, 80)], RATE)
 FRAMES = 12000
 DAMAGED = 200  # states
 RESPONSE = "urn:livebass:bass#response"
+NAME = 24  # its place in the kept response
 
 
 @pytest.fixture
@@ -157,6 +159,18 @@ def test_a_damaged_response_changes_nothing(host: Host, cabinet: Path) -> None:
             damaged[int(rng.integers(begin, len(state)))] ^= 1 << int(rng.integers(8))
         assert not host.load(bytes(damaged)) and host.whole_state() == before, k
     assert not host.load(state + bytes(8)) and not host.load(state[:-8]) and host.load(state)
+
+
+@pytest.mark.parametrize(
+    "name, good", [("New", True), ("../New", False), ("a\\b", False), ('a"b', False), ("a\nb", False)]
+)
+def test_a_session_cannot_name_a_file_elsewhere(host: Host, cabinet: Path, name: str, good: bool) -> None:
+    """A saved sound writes the response under its name."""
+    assert take(host, cabinet) is None
+    state, begin = host.whole_state(), len(host.save())
+    response = bytearray(state[begin:])
+    response[NAME : NAME + 64] = name.encode().ljust(64, b"\0")
+    assert bool(host.load(state[:begin] + sealed(np.frombuffer(response, np.int64)))) == good
 
 
 FAULTS = {

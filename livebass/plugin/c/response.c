@@ -51,11 +51,19 @@ void lb_free_response(lb_response *r) {
     free(r);
 }
 
+/* True for a character that a name may have: it becomes a file's, and stands in the text of a sound. */
+static int is_plain(char c) { return (unsigned char)c >= ' ' && c != 127 && !strchr("/\\:\"", c); }
+
+static int is_name(const char *name) {
+    while (is_plain(*name)) name++;
+    return !*name;
+}
+
 static int is_good(const lb_response_head *h, size_t size) {
     if (size < sizeof *h || memcmp(h->magic, MAGIC, sizeof h->magic)) return 0;
     if (!(h->rate >= LB_LEAST_RATE && h->rate <= LB_MOST_RATE)) return 0;
     if (h->count < 1 || (double)h->count > LB_LONGEST * h->rate || size != kept_size(h->count)) return 0;
-    if (!memchr(h->name, 0, sizeof h->name)) return 0;
+    if (!memchr(h->name, 0, sizeof h->name) || !is_name(h->name)) return 0;
     const float *samples = (const float *)(h + 1);
     for (int64_t k = 0; k < h->count; k++)
         if (!(fabsf(samples[k]) <= MOST_LOUD)) return 0;
@@ -165,6 +173,7 @@ static const char *make(const wave *w, const char *name, const lb_kernels *kerne
             r->kept->rate = w->rate;
             r->kept->count = count;
             snprintf(r->kept->name, sizeof r->kept->name, "%s", name);
+            for (char *c = r->kept->name; *c; c++) *c = is_plain(*c) ? *c : '_';
             float *kept = (float *)(r->kept + 1);
             for (int64_t k = 0; k < count; k++) kept[k] = (float)samples[k];
             const uint64_t sum = checksum(kernels, r->kept, r->size - sizeof sum);
