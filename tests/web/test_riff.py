@@ -14,6 +14,9 @@ from livebass.web.bench import Source
 from livebass.web.link import check_link
 
 COPIED = "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async text => { window.copied = text; }}})"
+DRAWN = """const done = arguments[0];
+see.needed = true;
+requestAnimationFrame(() => requestAnimationFrame(() => done([see.moment, [...see.shapes.u].map(x => 1e3 * x)])));"""
 PLAYED = [(0, 28, 90, 300), (400, 33, 60, 200), (700, 35, 127, 500)]  # ms, key, velocity, ms
 
 
@@ -63,16 +66,15 @@ def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> N
     wait(lambda: browser.execute_script("return kept.note"))
     browser.execute_script("release('test'); $('again').click()")
     wait(lambda: browser.execute_script("return kept.replay && see.replay === kept.replay"))
-    shape = "see.needed = true; return [see.moment, [...see.shapes.u].map(x => Math.fround(1e3 * x))]"
     browser.execute_script("state.rolling = false; goTo(700); $('link').click()")
-    moment, before = browser.execute_script(shape)
+    moment, before = browser.execute_async_script(DRAWN)
     link = wait(lambda: browser.execute_script("return window.copied"))
     assert f"&moment=0.31.127.{1000 * moment:.0f}" in link
     check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
     browser.get("about:blank")
     open_page(browser, f"{whole}#{link}")
     wait(lambda: browser.execute_script("return see.replay && !state.rolling"))
-    shown, after = browser.execute_script(shape)
+    shown, after = browser.execute_async_script(DRAWN)
     assert shown == pytest.approx(moment, abs=0.03)  # ms: a frame
     assert np.abs(np.subtract(before, after)).max() < 0.02 < np.abs(before).max()  # mm
     browser.get("about:blank")
