@@ -18,6 +18,7 @@ WORD = 8  # bytes
 VOICE_WORDS = VOICE.itemsize // WORD
 POLARISATIONS = 2  # u and v
 POINT_ROWS, GROUP_ROWS = 7, 4  # saved per contact point and per group of them (live/thread/ahead.py)
+ANSWER_ROWS = 3  # saved per answer
 
 
 @jit
@@ -35,7 +36,7 @@ AHEAD = np.dtype(
         ("slots", "i8"),  # address: int64 (SAVES, VOICE_SLOTS, SLOT_STATE), each the state at the head of a SLOT
         ("memory", "i8"),  # address: float64 (SAVES, VOICE_SLOTS, POLARISATIONS, kept): motion, contact points, groups
         ("kept", "i8"),
-        ("answers", "i8"),  # address: float64 (SAVES, 2, MOST_ANSWERS), if strings may answer
+        ("answers", "i8"),  # address: float64 (SAVES, ANSWER_ROWS, MOST_ANSWERS), if strings may answer
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
         ("events", "i8"),  # index of its first event in the bass's string_events ...
         ("count", "i8"),  # ... and number of events, in this chunk

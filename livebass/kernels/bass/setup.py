@@ -18,6 +18,7 @@ from livebass.kernels.bass.instrument import (
     whole_steps,
 )
 from livebass.kernels.bass.records import (
+    ANSWER_ROWS,
     AHEAD,
     BASS,
     EVENT_ROOM,
@@ -124,7 +125,7 @@ def bytes_ahead(rows, answers):
         return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
     states = lines(WORD * SAVES * VOICE_WORDS) + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
     motion = lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
-    answering = lines(WORD * SAVES * 2 * MOST_ANSWERS) if answers > 0 else 0
+    answering = lines(WORD * SAVES * ANSWER_ROWS * MOST_ANSWERS) if answers > 0 else 0
     return lines(AHEAD_BYTES) + states + motion + answering + lines(WORD * SOUND_RING)
 
 
@@ -240,4 +241,4 @@ def lay_out_ahead(address, rows, answers):
     a.slots = a.voice + lines(WORD * SAVES * VOICE_WORDS)
     a.memory = a.slots + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
     a.answers = a.memory + lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
-    a.sound = a.answers + (lines(WORD * SAVES * 2 * MOST_ANSWERS) if answers > 0 else 0)
+    a.sound = a.answers + (lines(WORD * SAVES * ANSWER_ROWS * MOST_ANSWERS) if answers > 0 else 0)

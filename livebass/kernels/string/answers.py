@@ -40,7 +40,7 @@ WEAK = 0.004  # |G| over the frequency difference: an answer stays 48 dB below i
 EVERY = 32  # frames between two exchanges of a pair; the pairs take turns
 MARGIN = 0.98  # of the greatest Re G that the losses allow
 MOST_FLOW = 0.1  # |G| times the time between two exchanges
-DEAD = 1e-13  # m^1.5: an answer below this is silence
+DEAD = 1e-12  # m^1.5: an answer below this is silence, and none begins
 MOVING = 0.06  # s
 CUT_RATE = 900.0  # 1/s of all-sound-off
 # The hands resting on idle strings: places as part of the length, resistance (N s/m), and the rest nearby (1/s). Hands
@@ -64,6 +64,7 @@ def fill_answers(string, i, instrument, ops):
         for j in range(instrument.answering_modes[t]):
             g = n
             n += 1
+            a.place[g] = UNKNOWN
             a.string[g] = t
             if j >= op.modes:
                 continue  # this quality has no such mode: it stays at rest
@@ -87,40 +88,96 @@ def fill_answers(string, i, instrument, ops):
                 a.of_q[g] -= s * weight
                 a.of_y[g] += w * weight
     a.count = n
-    a.padded = (n + BLOCK - 1) // BLOCK * BLOCK
     a.damped_for = UNKNOWN
     a.pairs_for[0] = UNKNOWN
 
 
 @fast
 def rotate_answers(a, n):
-    """Returns the signal of `n` answering modes, before the filters, and moves them by one frame: free motion, damped
-    by hands on their strings.
+    """Returns the signal of the first `n` sounding modes, before the filters, and moves them by one frame: free motion,
+    damped by hands on their strings.
     """
     x = np.float32(0.0)
-    for g in range(n):
-        q = a.q[g]
-        y = a.y[g]
-        x += a.of_q[g] * q + a.of_y[g] * y
-        a.q[g] = a.now_cosine[g] * q + a.now_sine[g] * y
-        a.y[g] = a.now_cosine[g] * y - a.now_sine[g] * q
+    for k in range(n):
+        q = a.q[k]
+        y = a.y[k]
+        x += a.heard_q[k] * q + a.heard_y[k] * y
+        a.q[k] = a.now_cosine[k] * q + a.now_sine[k] * y
+        a.y[k] = a.now_cosine[k] * y - a.now_sine[k] * q
     return x
 
 
 @jit
+def hands_move(voice):
+    """True while hands that move to another fret mute idle strings in passing."""
+    return voice.frame < voice.hands_until and voice.idle & RING_ON == 0
+
+
+@jit
 def set_answer_damping(voice, a):
-    """Computes one frame's damped coefficients for the strings muted now."""
-    moving = voice.frame < voice.hands_until and voice.idle & RING_ON == 0
-    key = 4 * voice.idle + 2 * moving + voice.cut
+    """Computes one frame of the sounding modes, damped by the hands that are on their strings now."""
+    key = 4 * voice.idle + 2 * hands_move(voice) + voice.cut
     if a.damped_for == key:
         return
     a.damped_for = key
-    for g in range(a.count):
-        kept = a.rested[g] if (voice.idle >> a.string[g]) & 1 and not moving else a.muted[g]
-        if voice.cut:
-            kept = exp(-CUT_RATE / voice.rate)
-        a.now_cosine[g] = kept * a.cosine[g]
-        a.now_sine[g] = kept * a.sine[g]
+    for k in range(voice.answering):
+        damp_answer(voice, a, k)
+
+
+@jit
+def damp_answer(voice, a, k):
+    """`set_answer_damping` for the mode at place `k`."""
+    g = a.mode[k]
+    kept = a.rested[g] if (voice.idle >> a.string[g]) & 1 and not hands_move(voice) else a.muted[g]
+    if voice.cut:
+        kept = exp(-CUT_RATE / voice.rate)
+    a.now_cosine[k] = kept * a.cosine[g]
+    a.now_sine[k] = kept * a.sine[g]
+
+
+@jit
+def begin_answer(voice, a, g, q, y):
+    """Lets the silent mode `g` sound, from `q` and `y` on."""
+    set_answer_damping(voice, a)
+    k = voice.answering
+    voice.answering += 1
+    a.place[g] = k
+    a.mode[k] = g
+    a.q[k] = q
+    a.y[k] = y
+    a.heard_q[k] = a.of_q[g]
+    a.heard_y[k] = a.of_y[g]
+    damp_answer(voice, a, k)
+
+
+@jit
+def end_answer(voice, a, k):
+    """Silences the mode at place `k`, which the last one takes."""
+    voice.answering -= 1
+    last = voice.answering
+    a.place[a.mode[k]] = UNKNOWN
+    if k < last:
+        a.place[a.mode[last]] = k
+        for row in (a.q, a.y, a.heard_q, a.heard_y, a.now_cosine, a.now_sine):
+            row[k] = row[last]
+        a.mode[k] = a.mode[last]
+    a.q[last] = 0.0
+    a.y[last] = 0.0
+
+
+@jit
+def silence_answers(voice, a):
+    """Silences all modes."""
+    while voice.answering > 0:
+        end_answer(voice, a, voice.answering - 1)
+
+
+@jit
+def take_answers(voice, a, count, modes, q, y):
+    """Lets `count` of the silent `modes` sound, in this order, from `q` and `y` on."""
+    a.damped_for = UNKNOWN
+    for k in range(count):
+        begin_answer(voice, a, np.int64(modes[k]), q[k], y[k])
 
 
 @jit
@@ -216,13 +273,19 @@ def exchange(string, slot, op, step):
         c_x, c_y, on_x, on_y, back_x, back_y = flow[0], flow[1], flow[2], flow[3], flow[4], flow[5]
         q, y = modal.state_of(u, i)
         y *= -flow[7]
-        x, z = a.q[g], -a.y[g]
+        k = a.place[g]
+        if k == UNKNOWN:
+            x, z = on_x * q - on_y * y, on_x * y + on_y * q
+            if not x * x + z * z > DEAD * DEAD:
+                continue
+            begin_answer(voice, a, g, 0.0, 0.0)
+            k = a.place[g]
+        x, z = a.q[k], -a.y[k]
         back = c_x * q - c_y * y + back_x * x - back_y * z
         modal.set_state(u, i, back, -flow[6] * (c_x * y + c_y * q + back_x * z + back_y * x))
-        a.q[g] = c_x * x - c_y * z + on_x * q - on_y * y
-        a.y[g] = -(c_x * z + c_y * x + on_x * y + on_y * q)
+        a.q[k] = c_x * x - c_y * z + on_x * q - on_y * y
+        a.y[k] = -(c_x * z + c_y * x + on_x * y + on_y * q)
         slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
-        voice.answering = 1
 
 
 @jit
@@ -232,7 +295,7 @@ def next_answer(string):
     if not voice.answering:
         return 0.0
     set_answer_damping(voice, a)
-    return rotate_answers(a, a.padded)
+    return rotate_answers(a, (voice.answering + BLOCK - 1) // BLOCK * BLOCK)
 
 
 @jit
@@ -250,21 +313,20 @@ def drop_dead_answers(string):
     voice, a = string.voice, string.answers
     if not voice.answering:
         return
-    most, speed, amplitude = 0.0, 0.0, 0.0
-    for g in range(a.count):
-        square = a.q[g] * a.q[g] + a.y[g] * a.y[g]
+    speed, amplitude = 0.0, 0.0
+    for k in range(voice.answering - 1, -1, -1):
+        square = np.float64(a.q[k] * a.q[k] + a.y[k] * a.y[k])
         if not square < np.inf:
-            most = np.inf
-        most = max(most, square)
+            silence_answers(voice, a)
+            speed, amplitude = 0.0, 0.0
+            break
+        if square < DEAD * DEAD:
+            end_answer(voice, a, k)
+            continue
+        g = a.mode[k]
         back = a.density[g] / a.own_density * square
         speed += a.omega[g] * a.omega[g] * back
         amplitude += np.sqrt(back)
-    if most < DEAD * DEAD or not most < np.inf:
-        for g in range(a.count):
-            a.q[g] = 0.0
-            a.y[g] = 0.0
-        voice.answering = 0
-        speed, amplitude = 0.0, 0.0
     for k in range(2):
         string.slots[k].answer_speed = speed
         string.slots[k].answer_sum = amplitude

@@ -396,7 +396,7 @@ VOICE = np.dtype(
         ("idle", "i8"),  # strings neither played nor muted, a bit each: they may answer (answers.py); and RING_ON
         ("answered_fret", "i8"),  # of the last note that they answered ...
         ("hands_until", "i8"),  # ... and the frame until which hands that moved to another mute them
-        ("answering", "i8"),  # 1: some answer
+        ("answering", "i8"),  # number of modes that answer
         ("cut", "i8"),  # 1: all sound is off until the next note, including answers
         ("weakened", "i8"),  # number of times the motion was scaled back to a string's limit (slot.limit_motion)
         ("held", "f8", (4,)),  # displacement of the held shape at each pickup
@@ -434,10 +434,18 @@ CONTACT = np.dtype(
 ANSWERS = np.dtype(
     [
         ("count", "i8"),
-        ("padded", "i8"),  # rounded up to a whole BLOCK with zeros
-        # m^1.5: displacement, and (velocity + sigma q) / omega; zeros unless voice.answering
-        _answers("q", "f4"),
-        _answers("y", "f4"),
+        # those that sound, voice.answering of them, in the order in which they began; zeros above
+        _answers("q", "f4"),  # m^1.5: displacement ...
+        _answers("y", "f4"),  # ... and (velocity + sigma q) / omega
+        _answers("mode", "i8"),  # which mode each is
+        # workspace: recomputed when another begins or the hands change
+        _answers("heard_q", "f4"),  # of_q and of_y of each ...
+        _answers("heard_y", "f4"),
+        _answers("now_cosine", "f4"),  # ... and one frame, damped by the hands
+        _answers("now_sine", "f4"),
+        ("damped_for", "i8"),  # key of these two
+        # all modes
+        _answers("place", "i8"),  # in the rows above; UNKNOWN: silent
         ("own_density", "f8"),  # kg/m, of the sounding string
         _answers("string", "i8"),
         _answers("omega"),  # rad/s; 0: no such mode
@@ -451,9 +459,6 @@ ANSWERS = np.dtype(
         _answers("muted"),  # factor per frame of the hands on an idle string ...
         _answers("rested"),  # ... and of those on one that answers
         # workspace: recomputed when the hands or the sounding fret change
-        _answers("now_cosine", "f4"),
-        _answers("now_sine", "f4"),
-        ("damped_for", "i8"),  # key of these two
         ("pairs", "i8"),
         ("pairs_for", "i8", (2,)),  # key of these: operator, idle strings ...
         ("pairs_ratio", "f8"),  # ... and bend

@@ -14,6 +14,7 @@ from livebass.compiling import apart, entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
 from livebass.kernels.machine.native import call_3, record_address, words_at
+from livebass.kernels.string import answers
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.modal import clear_motion, copy_row
 from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
@@ -47,10 +48,10 @@ def save(b, i):
             move_u(save_row, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
             if slot.v_active > 0:
                 move_v(save_row, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
-    if string.voice.answering:
-        n = string.answers.count
-        copy_row(saved_answers(a, place, 0), string.answers.q, n)
-        copy_row(saved_answers(a, place, 1), string.answers.y, n)
+    n = string.voice.answering
+    copy_row(saved_answers(a, place, 0), string.answers.mode, n)
+    copy_row(saved_answers(a, place, 1), string.answers.q, n)
+    copy_row(saved_answers(a, place, 2), string.answers.y, n)
 
 
 @jit
@@ -64,6 +65,7 @@ def go_back(b, i, frame):
         return
     place = last % SAVES
     a.saved = last + 1
+    answers.silence_answers(string.voice, string.answers)
     copy_row(words_at(record_address(string.voice), VOICE_WORDS), saved_voice(a, place), VOICE_WORDS)
     for k in range(VOICE_SLOTS):
         slot = string.slots[k]
@@ -77,10 +79,10 @@ def go_back(b, i, frame):
                 move_v(restore_row, saved_motion(a, place, k, 1), slot, op)
             else:  # it had not moved yet: nothing was saved
                 invalidate_contact(slot.v, op)
-    n, answers = string.answers.count, string.voice.answering
-    for g in range(n):
-        string.answers.q[g] = saved_answers(a, place, 0)[g] if answers else 0.0
-        string.answers.y[g] = saved_answers(a, place, 1)[g] if answers else 0.0
+    n = string.voice.answering
+    string.voice.answering = 0
+    modes, q, y = saved_answers(a, place, 0), saved_answers(a, place, 1), saved_answers(a, place, 2)
+    answers.take_answers(string.voice, string.answers, n, modes, q, y)
 
 
 @jit

@@ -19,7 +19,7 @@ from livebass.kernels.hands.fretting import GENTLY, change_fret
 from livebass.kernels.machine.native import copy_record, floats_at, record_address
 from livebass.kernels.pickup import tone
 from livebass.kernels.player.performer import PERFORMER
-from livebass.kernels.string import modal
+from livebass.kernels.string import answers, modal
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.operators import EXCHANGE_ROWS, OMEGA, SIGMA, coefficient, coefficient_at, heights
 from livebass.kernels.string.records import (
@@ -105,12 +105,10 @@ def carry_string(string, ops, old, old_ops):
         slot = old.slots[k]
         if slot.on and abs(ops[slot.fret].length - old_ops[slot.fret].length) < SAME_LENGTH:
             carry_slot(string.slots[k], ops[slot.fret], slot, old_ops[slot.fret], voice)
-    n = string.answers.count
-    if n != old.answers.count:
-        voice.answering = 0
-    elif voice.answering:
-        modal.copy_row(string.answers.q, old.answers.q, n)
-        modal.copy_row(string.answers.y, old.answers.y, n)
+    voice.answering = 0
+    had = old.answers
+    if string.answers.count == had.count:
+        answers.take_answers(voice, string.answers, was.answering, had.mode, had.q, had.y)
 
 
 @jit

@@ -7,7 +7,15 @@ to turn an address into a record or an array, and then reads fields.
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels.bass.records import EVENT_ROOM, POLARISATIONS, SOUND_RING, VOICE_WORDS, WORD, ahead_at
+from livebass.kernels.bass.records import (
+    ANSWER_ROWS,
+    EVENT_ROOM,
+    POLARISATIONS,
+    SOUND_RING,
+    VOICE_WORDS,
+    WORD,
+    ahead_at,
+)
 from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
@@ -193,8 +201,8 @@ def saved_slot(a, place, k):
 
 @inlined
 def saved_answers(a, place, which):
-    """A saved string's answers: displacements (0) or the other half (1), (MOST_ANSWERS,)."""
-    return floats_at(a.answers + WORD * MOST_ANSWERS * (2 * place + which), MOST_ANSWERS)
+    """A saved string's answers: their modes (0), displacements (1) or the other half (2), (MOST_ANSWERS,)."""
+    return floats_at(a.answers + WORD * MOST_ANSWERS * (ANSWER_ROWS * place + which), MOST_ANSWERS)
 
 
 @inlined

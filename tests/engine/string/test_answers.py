@@ -71,8 +71,9 @@ def told(voice: Voice, idle: int, fret: int, apex: float, place: float) -> np.nd
 
 def amplitudes(voice: Voice) -> Floats:
     """Amplitudes (m^1.5) of the answers, (MOST_ANSWERS,)."""
-    a = voice.string["answers"][0]
-    return np.asarray(np.hypot(a["q"], a["y"]))
+    a, n, found = voice.string["answers"][0], voice.record["answering"][0], np.zeros(MOST_ANSWERS)
+    found[a["mode"][:n]] = np.hypot(a["q"][:n], a["y"][:n])
+    return found
 
 
 def state(voice: Voice) -> tuple[Floats, Floats]:
