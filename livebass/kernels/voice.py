@@ -42,7 +42,7 @@ from livebass.kernels.string.slot import REST_EVERY, allow_exchange, remove_thum
 
 CUT_RATE = 900.0  # 1/s, for all-sound-off
 DEEPEST = 8e-3  # m: a string cannot dip farther into a magnet's field
-INAUDIBLE = 1e-17  # signal of a string at rest below which the filters' memory counts as silence
+INAUDIBLE = 1e-9  # signal of a string at rest below which the filters' memory counts as silence
 
 
 string_at, operators_at, events_at = record_at(STRING), records_at(OPERATOR), records_at(EVENT)

@@ -56,9 +56,9 @@ ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 apart = compiled(fastmath=LANES, attributes="noinline")  # for events, which call it in many places, in both widths
 
 # m^1.5/s: slower modes are silent (slot.silence_of), as pickups hear velocity. A loud mode has 1. In exact qualities
-# modes are silent at DEAD, 260 dB below that, and at FAINT once a hand has ended the note; in the others at UNHEARD,
-# 160 dB below, and at ENDED, 144 dB below, which is the range of 24 bits.
-DEAD, FAINT, UNHEARD, ENDED = 1e-13, 1e-10, 1e-8, 6e-8
+# modes are silent at DEAD, 260 dB below that, and at FAINT once a hand has ended the note; in the others at UNHEARD:
+# what these leave out is 100 dB below a loud note.
+DEAD, FAINT, UNHEARD = 1e-13, 1e-10, 3e-7
 MOST_TURN = 2 * np.pi * 0.45  # rad per fine step, of a mode that sounds
 
 
@@ -690,11 +690,47 @@ def momenta_along(rows, shapes, n):
 
 
 @jit
-def take_momenta(rows, shapes, x, y, z, n):
+def momenta_of_both(rows, across, shapes, n):
+    """`momenta_along` of u's and v's rows in one pass."""
     one, two, three = shapes[0], shapes[1], shapes[2]
-    x, y, z = like(rows, x), like(rows, y), like(rows, z)
+    x = y = z = x_v = y_v = z_v = like(rows, 0.0)
+    for j in range(n):
+        a, b, c, p, p_v = one[j], two[j], three[j], rows.p[j], across.p[j]
+        x += a * p
+        y += b * p
+        z += c * p
+        x_v += a * p_v
+        y_v += b * p_v
+        z_v += c * p_v
+    return (x, y, z), (x_v, y_v, z_v)
+
+
+@jit
+def take_momenta(rows, shapes, taken, n):
+    one, two, three = shapes[0], shapes[1], shapes[2]
+    x, y, z = like(rows, taken[0]), like(rows, taken[1]), like(rows, taken[2])
     for j in range(n):
         rows.p[j] -= x * one[j] + y * two[j] + z * three[j]
+
+
+@jit
+def take_from_both(rows, across, shapes, taken, taken_v, n):
+    """`take_momenta` from u's and v's rows in one pass."""
+    one, two, three = shapes[0], shapes[1], shapes[2]
+    x, y, z = like(rows, taken[0]), like(rows, taken[1]), like(rows, taken[2])
+    x_v, y_v, z_v = like(rows, taken_v[0]), like(rows, taken_v[1]), like(rows, taken_v[2])
+    for j in range(n):
+        a, b, c = one[j], two[j], three[j]
+        rows.p[j] -= x * a + y * b + z * c
+        across.p[j] -= x_v * a + y_v * b + z_v * c
+
+
+@jit
+def taken_in_turn(low, high, products, c):
+    """The parts `c` of three momenta that dashpots take one after another; `low` and `high`: of the two widths."""
+    x = c[0] * (low[0] + high[0])
+    y = c[1] * (low[1] + high[1] - products[0] * x)
+    return x, y, c[2] * (low[2] + high[2] - products[1] * x - products[2] * y)
 
 
 @jit
@@ -705,13 +741,21 @@ def apply_dashpots(w, shapes, high, products, c, n):
     finger on the string (touch.py).
     """
     split = lower(w, n)
-    x, y, z = momenta_along(w.low, shapes, split)
-    x_h, y_h, z_h = momenta_along(w.high, high, n - split)
-    x = c[0] * (x + x_h)
-    y = c[1] * (y + y_h - products[0] * x)
-    z = c[2] * (z + z_h - products[1] * x - products[2] * y)
-    take_momenta(w.low, shapes, x, y, z, split)
-    take_momenta(w.high, high, x, y, z, n - split)
+    low = momenta_along(w.low, shapes, split)
+    taken = taken_in_turn(low, momenta_along(w.high, high, n - split), products, c)
+    take_momenta(w.low, shapes, taken, split)
+    take_momenta(w.high, high, taken, n - split)
+
+
+@jit
+def apply_dashpots_to_both(u, v, shapes, high, products, c, n):
+    """`apply_dashpots` to u and v, whose modes are split alike: the shapes are read once."""
+    split = lower(u, n)
+    low, low_v = momenta_of_both(u.low, v.low, shapes, split)
+    above, above_v = momenta_of_both(u.high, v.high, high, n - split)
+    taken, taken_v = taken_in_turn(low, above, products, c), taken_in_turn(low_v, above_v, products, c)
+    take_from_both(u.low, v.low, shapes, taken, taken_v, split)
+    take_from_both(u.high, v.high, high, taken, taken_v, n - split)
 
 
 @from_mode()

@@ -205,9 +205,9 @@ def is_exact(op):
 @jit
 def silence_of(slot, op):
     """Velocity (m^1.5/s) below which a mode is silent; a hand that ends a note stays there until the next note."""
-    if is_exact(op):
-        return modal.FAINT if slot.hand < 1.0 else modal.DEAD
-    return modal.ENDED if slot.hand < 1.0 else modal.UNHEARD
+    if not is_exact(op):
+        return modal.UNHEARD
+    return modal.FAINT if slot.hand < 1.0 else modal.DEAD
 
 
 @jit

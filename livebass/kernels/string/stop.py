@@ -26,6 +26,7 @@ from livebass.kernels.string.slot import wake_slot
 SHORTEST, LONGEST = 0.25e-3, 32e-3  # s, limits of a hammering finger's time to the fret
 ROOM = 2e-6  # m, between the string and an obstacle freed from it
 GENTLE = 4e-3  # s that a finger takes without hammering
+FARTHEST, OVERSHOOT = 5e-3, 0.2  # m that a fast string carries the finger on; the same over first speed and duration
 SETTLING = 1e-3  # s, time constant that fades out the step between two rest lines (at two frets) in the signal
 NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 
@@ -34,19 +35,19 @@ NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 def begin_path(stop, place, speed, finger, voice):
     """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest.
 
-    A finger moves it and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds.
+    A finger moves it and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds. A faster string
+    is stopped sooner.
     """
     stop.place = place
     stop.speed = speed
     stop.first = speed
     stop.frame = 0
-    stop.wanted = 0.0
+    stop.wanted = max(finger, 0.0)
     stop.away = place
-    if finger <= 0.0:
-        stop.blend = max(1, np.int64(np.rint(GENTLE * voice.rate)))
-        return
-    stop.wanted = finger
-    stop.blend = max(1, np.int64(np.rint(min(max(2.0 * abs(place) / finger, SHORTEST), LONGEST) * voice.rate)))
+    seconds = min(max(2.0 * abs(place) / finger, SHORTEST), LONGEST) if finger > 0.0 else GENTLE
+    if abs(speed) * OVERSHOOT * seconds > FARTHEST:
+        seconds = max(FARTHEST / (OVERSHOOT * abs(speed)), SHORTEST)
+    stop.blend = max(1, np.int64(np.rint(seconds * voice.rate)))
 
 
 @jit

@@ -226,11 +226,15 @@ def damp_by_touches(voice, slot, op):
         shapes, high, products = slot.touch_shape[i], slot.touch_shape_high[i], slot.touch_product[i]
         c, n = slot.touch_factor[i], modes_to_damp(slot, i, t)
         find_products(slot, i, n)
-        if slot.active > 0:
+        if slot.active > 0 and slot.v_active > 0:
+            modal.apply_dashpots_to_both(slot.u, slot.v, shapes, high, products, c, n)
+        elif slot.active > 0:
             modal.apply_dashpots(slot.u, shapes, high, products, c, n)
+        else:
+            modal.apply_dashpots(slot.v, shapes, high, products, c, n)
+        if slot.active > 0:
             slot.active = max(slot.active, n)
         if slot.v_active > 0:
-            modal.apply_dashpots(slot.v, shapes, high, products, c, n)
             slot.v_active = max(slot.v_active, n)
         all_over += t.resistance
         above = max(above, n)

@@ -39,7 +39,7 @@ def test_tension_is_left_out_of_small_motion_alone(preset: str, quality: str) ->
     pluck(string, 1e-3)
     slot = string.voice.slots[int(string.record["slot"])]
     none, out, steady = np.zeros(0, EVENT), np.zeros(LOOK), []
-    rings, lasts = round(0.2 * RATE / LOOK), round(0.62 * RATE / LOOK)
+    rings, lasts = round(0.2 * RATE / LOOK), round(0.59 * RATE / LOOK)
     for k in range(lasts):
         now = none
         if k == rings:
