@@ -18,8 +18,8 @@ from livebass.kernels.bass.instrument import (
     whole_steps,
 )
 from livebass.kernels.bass.records import (
-    ANSWER_ROWS,
     AHEAD,
+    ANSWER_ROWS,
     BASS,
     EVENT_ROOM,
     POLARISATIONS,

@@ -35,7 +35,7 @@ NEAREST = 1e-9  # m: closer than this to rest, the end is at rest
 def begin_path(stop, place, speed, finger, voice):
     """Begins the path of a string's end from `place` (m) and `speed` (m/s) to rest.
 
-    A finger moves it and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds. A faster string
+    A finger moves it and arrives at `finger` m/s; with 0 it comes to rest gently, within GENTLE seconds. A fast string
     is stopped sooner.
     """
     stop.place = place
