@@ -18,14 +18,14 @@ LOUD, BELOW = 110, -105.0  # velocity; dB
 
 
 def speeds(voice: Voice) -> Floats:
-    """Speed amplitudes (m^1.5/s) of the modes of u, then of v, in the slot that plays."""
+    """Speed amplitudes (m^1.5/s) of the modes of u, then of v, that pickups sense, in the slot that plays."""
     found = []
     slot = voice.slots[voice.record["slot"][0]]
     for w, n in ((slot["u"], slot["active"]), (slot["v"], slot["v_active"])):
         q, p, kappa = (modal_row(w, name) for name in ("q", "p", "kappa"))
         with np.errstate(divide="ignore", invalid="ignore"):
             speed = np.hypot(p / kappa, w["omega"] * q)
-        found.append(np.where(np.arange(len(q)) < n, speed, 0.0))
+        found.append(np.where(np.arange(len(q)) < min(n, slot["heard"]), speed, 0.0))
     return np.concatenate(found)
 
 

@@ -55,10 +55,11 @@ jit = compiled(fastmath=LANES)
 ordered = compiled(fastmath=LANES - {"reassoc"})  # sums as they are written
 apart = compiled(fastmath=LANES, attributes="noinline")  # for events, which call it in many places, in both widths
 
-# m^1.5/s: slower modes are silent (slot.silence_of), as pickups hear velocity. A loud mode has 1. In exact qualities
+# m^1.5/s: slower modes are silent (slot.silences_of), as pickups hear velocity. A loud mode has 1. In exact qualities
 # modes are silent at DEAD, 260 dB below that, and at FAINT once a hand has ended the note; in the others at UNHEARD:
-# what these leave out is 100 dB below a loud note.
-DEAD, FAINT, UNHEARD = 1e-13, 1e-10, 3e-7
+# what these leave out is 100 dB below a loud note. Modes that no pickup senses matter for contact alone, and are silent
+# at UNSENSED.
+DEAD, FAINT, UNHEARD, UNSENSED = 1e-13, 1e-10, 3e-7, 3e-5
 MOST_TURN = 2 * np.pi * 0.45  # rad per fine step, of a mode that sounds
 
 
@@ -904,9 +905,13 @@ def is_dead(rows, kappa, omega, n, silence):
 
 
 @jit
-def drop_dead_modes(w, n, silence):
-    """Sets top BLOCKs below `silence` (m^1.5/s) to exact zero and returns the number of remaining modes."""
+def drop_dead_modes(w, n, silences, heard):
+    """Sets top BLOCKs to exact zero, and returns the number of remaining modes.
+
+    `silences`, m^1.5/s: modes are silent below the first, and those from `heard` on below the second.
+    """
     while n > 0:
+        silence = silences[1] if n > heard else silences[0]
         split = w.split
         if n > split:
             dead = is_dead(w.high, w.kappa[split:], w.omega[split:], n - split, silence)

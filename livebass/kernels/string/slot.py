@@ -203,11 +203,14 @@ def is_exact(op):
 
 
 @jit
-def silence_of(slot, op):
-    """Velocity (m^1.5/s) below which a mode is silent; a hand that ends a note stays there until the next note."""
+def silences_of(slot, op):
+    """Velocities (m^1.5/s) below which a mode is silent, and one that no pickup senses; a hand that ends a note stays
+    there until the next note.
+    """
     if not is_exact(op):
-        return modal.UNHEARD
-    return modal.FAINT if slot.hand < 1.0 else modal.DEAD
+        return modal.UNHEARD, modal.UNSENSED
+    silence = modal.FAINT if slot.hand < 1.0 else modal.DEAD
+    return silence, silence
 
 
 @jit
@@ -227,10 +230,10 @@ def rest_slot(slot, op, voice):
     Called every REST_EVERY frames.
     """
     u, step = slot.u, voice.step
-    silence = silence_of(slot, op)
-    slot.active = modal.drop_dead_modes(u, slot.active, silence)
+    silences = silences_of(slot, op)
+    slot.active = modal.drop_dead_modes(u, slot.active, silences, slot.heard)
     if slot.v_active:
-        slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active, silence)
+        slot.v_active = modal.drop_dead_modes(slot.v, slot.v_active, silences, slot.heard)
     if slot.active == 0 and slot.v_active == 0:
         slot.on = 0
         return
