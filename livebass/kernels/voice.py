@@ -142,7 +142,7 @@ def skip_to(voice, end):
 
 @jit
 def is_time_to_rest(voice, frame):
-    """True if `frame` is time to look for dead modes, counted from the event that woke the string: so it always sounds
+    """True if `frame` is time to look for dead modes, counted from the event that moved the string: so it always sounds
     the same.
     """
     return (frame - voice.woken) % REST_EVERY == 0
@@ -182,10 +182,11 @@ def at_rest(string):
 def handle_event(string, ops, event):
     """Performs one event on the string."""
     voice, slots = string.voice, string.slots
-    if voice.still:
+    begins = event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER)
+    if voice.still or (begins and at_rest(string)):
         voice.woken = voice.frame
     voice.still = 0
-    if event.kind in (PLUCK, STRIKE_EVENT, THROW, HAMMER):
+    if begins:
         voice.cut = 0
         voice.ends_in = 0
     if event.kind == PLUCK:

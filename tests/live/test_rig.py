@@ -55,7 +55,7 @@ def messages(output: JackOutput) -> list[tuple[int, int, int, int]]:
     return [(int(m[0]), *map(int, m[1:4])) for m in output.synth.played()]
 
 
-@pytest.mark.parametrize("offset", [0, 1, 100, PERIOD - 1])
+@pytest.mark.parametrize("offset", [0, 1, 14, 100, PERIOD - 1])
 def test_notes_come_out_at_their_frame_as_rendered(offset: int) -> None:
     with playing(Desk(), "slap") as (_, server):
         assert not server.play(0.2)["out_1"].any(), "nothing sounds by itself"
