@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import re
-import secrets
 import shutil
 import stat
 import tempfile
@@ -87,7 +86,7 @@ class _File:
 
 def _beside(place: Path, ending: str) -> Path:
     """Returns a free name in the same directory: moving it to `place` is then just renaming."""
-    return place.with_name(f"{_prefix(place, ending)}{secrets.token_hex(4)}")
+    return place.with_name(f"{_prefix(place, ending)}{os.urandom(4).hex()}")
 
 
 def _prefix(place: Path, ending: str) -> str:
@@ -291,7 +290,7 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
             made.directory(path)
             place = _past_links(path)
             _remove_left_directories(place)
-            new = place / f".{TEMPORARY}-{secrets.token_hex(4)}"
+            new = place / f".{TEMPORARY}-{os.urandom(4).hex()}"
             ended.callback(_remove_directory, new)  # before it exists: an interrupt in between leaves nothing
             new.mkdir()
             ended.callback(os.close, _held(new))
@@ -350,7 +349,7 @@ def _remove_left_directories(place: Path) -> None:
 
 def _move_in(new: Path, there: list[Path]) -> None:
     """Moves all of `new` into its parent directory, and the entries `there` into `new`; all or nothing."""
-    entries, old = sorted(new.iterdir()), new / f".old-{secrets.token_hex(4)}"
+    entries, old = sorted(new.iterdir()), new / f".old-{os.urandom(4).hex()}"
     moves = [(entry, old / entry.name) for entry in there] + [(entry, new.parent / entry.name) for entry in entries]
     done: list[tuple[Path, Path]] = []
     old.mkdir()

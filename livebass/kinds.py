@@ -52,22 +52,19 @@ _OTHER_STARTS = (
     (rb"SQLite format 3\0", "an SQLite database"),
     (rb"\x7fELF", "a program"),
 )
-_STARTS = tuple((re.compile(start, re.DOTALL), kind) for start, kind in (*_SOUND_STARTS, *_OTHER_STARTS))
+_STARTS = (*_SOUND_STARTS, *_OTHER_STARTS)
 # Beginnings of texts, after white space
-_TEXTS = tuple(
-    (re.compile(start, re.DOTALL), kind)
-    for start, kind in (
-        (r"(?=<).*?(?:<(?:score-partwise|score-timewise)\b|<!DOCTYPE\s+score-)", "a MusicXML file"),
-        (r"(?=<).*?<museScore\b", "a MuseScore file"),
-        (r"(?=<).*?<mei\b", "an MEI file"),
-        (r"(?=<).*?<svg\b", "an SVG picture"),
-        (r"(?i)(?=<).*?<(?:!doctype html|html\b)", "an HTML page"),
-        (r"<\?xml", "an XML file"),
-        (r'\{\s*("|\})', "a JSON file"),
-        (r"\\version\s", "a LilyPond file"),
-        (r"%abc\b|X:\s*\d+\s*\n", "an ABC file"),
-        (r"!\s*\S[^\n]*\.scl\s*\n", "a Scala scale"),
-    )
+_TEXTS = (
+    (r"(?=<).*?(?:<(?:score-partwise|score-timewise)\b|<!DOCTYPE\s+score-)", "a MusicXML file"),
+    (r"(?=<).*?<museScore\b", "a MuseScore file"),
+    (r"(?=<).*?<mei\b", "an MEI file"),
+    (r"(?=<).*?<svg\b", "an SVG picture"),
+    (r"(?i)(?=<).*?<(?:!doctype html|html\b)", "an HTML page"),
+    (r"<\?xml", "an XML file"),
+    (r'\{\s*("|\})', "a JSON file"),
+    (r"\\version\s", "a LilyPond file"),
+    (r"%abc\b|X:\s*\d+\s*\n", "an ABC file"),
+    (r"!\s*\S[^\n]*\.scl\s*\n", "a Scala scale"),
 )
 # Names of files in a zip archive -> its kind
 _IN_ZIP = (
@@ -98,11 +95,11 @@ def kind_of(data: bytes) -> str | None:
 
     None for unknown bytes, such as most text. HEAD bytes are enough; fewer may tell less.
     """
-    found = next((kind for start, kind in _STARTS if start.match(data)), None) or _zip(data)
+    found = next((kind for start, kind in _STARTS if re.match(start, data, re.DOTALL)), None) or _zip(data)
     if found is None:
         wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
         text = data.decode("utf-16" if wide else "utf-8-sig", "ignore").lstrip()
-        found = next((kind for start, kind in _TEXTS if start.match(text)), None)
+        found = next((kind for start, kind in _TEXTS if re.match(start, text, re.DOTALL)), None)
     return found or _mpeg(data)
 
 

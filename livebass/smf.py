@@ -1,7 +1,4 @@
-"""Standard MIDI Files: from bytes to mido's messages with ticks.
-
-mido parses messages. This file reads chunks, lengths and running status: mido's own reader stops at much that real
-files contain, and its errors do not name the track and the byte. Errors here do.
+"""Standard MIDI Files: from bytes to messages with ticks. An error names the track and the byte.
 
 Real files have harmless damage, which only causes a warning: a header with the wrong number of tracks, wrong track
 lengths, stray bytes before the header or between chunks, data bytes above 0x7F, real-time messages within a track,
@@ -12,10 +9,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import NamedTuple
-
-from mido import Message
 
 from livebass.kinds import HEAD, SCORES, kind_of, kind_of_name
 from livebass.tracknames import decode
@@ -34,6 +28,22 @@ SYSTEM_COMMON = {0xF1: 1, 0xF2: 2, 0xF3: 1}  # data bytes; system messages from 
 
 class SmfError(ValueError):
     """Bytes are not a Standard MIDI File, or not a playable one. The message names the place."""
+
+
+class Message(NamedTuple):
+    """A channel message."""
+
+    status: int
+    first: int  # data byte: a note, a controller or a program ...
+    second: int = 0  # ... a velocity or a value
+
+    @property
+    def kind(self) -> int:
+        return self.status & 0xF0
+
+    @property
+    def channel(self) -> int:
+        return self.status & 0x0F
 
 
 class SmfMessage(NamedTuple):
@@ -69,12 +79,6 @@ class Smf:
     warnings: tuple[str, ...]  # a line each, about harmless damage
     texts: frozenset[str] = frozenset()  # at tick 0, beside the names
     marks: tuple[tuple[int, str], ...] = ()  # (tick, text) of texts that begin with MARK, by tick
-
-
-@lru_cache(maxsize=1 << 16)
-def message(data: bytes) -> Message:
-    """The channel message of these bytes. Equal messages share one object: do not change it."""
-    return Message.from_bytes(data)
 
 
 class _Bytes:
@@ -337,7 +341,7 @@ def _read_track(cursor: _Bytes, number: int) -> _Track:
             if max(data) > 0x7F:
                 track.oddities.append(("took {} data byte{s} above 0x7F for 0x7F", start))
                 data = bytes(min(byte, 0x7F) for byte in data)
-            track.messages.append(SmfMessage(track.tick, message(bytes([running]) + data), number, port))
+            track.messages.append(SmfMessage(track.tick, Message(running, *data), number, port))
     track.at = cursor.at
     if len(ports) == 1:  # it holds for the whole track, wherever it appears
         (port,) = ports

@@ -275,10 +275,10 @@ def test_agrees_with_another_reader() -> None:
             message = mido.Message(kind, channel=channel, time=delta, **values)
             track.append(message)
             tick += delta
-            expected.append((tick, bytes(message.bytes()), channel))
+            expected.append((tick, (*message.bytes(), 0)[:3], channel))
     buffer = io.BytesIO()
     file.save(file=buffer)
-    read = [(m.tick, bytes(m.message.bytes()), m.track) for m in parse_smf(buffer.getvalue()).messages]
+    read = [(m.tick, tuple(m.message), m.track) for m in parse_smf(buffer.getvalue()).messages]
     assert read == sorted(expected, key=lambda e: e[0])
 
 

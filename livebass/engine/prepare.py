@@ -26,9 +26,8 @@ from livebass.kernels.player import controls, messages
 from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
 from livebass.kernels.string import board, frets, preparing
-from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
-from livebass.kernels.string.records import CONTACT, MOST_NEAR, OPERATOR, ROW, STRING
+from livebass.kernels.string.records import BETWEEN, CONTACT, DOUBLE, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
 from livebass.kernels.voice import run_string
 from livebass.model.answers import answering_modes
 from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, Speaking, String
@@ -120,7 +119,7 @@ def operators(
     work = np.zeros(1, PREPARING)
     work["notes"], work["operators"], work["count"] = given.ctypes.data, records.ctypes.data, len(given)
     work["numbers"], _ = numbers.buffer_info()
-    work["taps"], work["lossless"], work["exact"] = kind, lossless, True
+    work["taps"], work["lossless"], work["exact"], work["apart"] = kind, lossless, True, len(notes[0])
     work["rate"], work["contact_rate"] = rates.rate, rates.contact_rate
     work["numerator"], work["denominator"] = rates.numerator, rates.denominator
     work["carried"] = CARRIED if playable else math.inf
@@ -214,6 +213,7 @@ class Voice:
 
     string: NDArray[np.void]  # (1,) records.STRING
     log: NDArray[np.void]  # (n,) records.CONTACT, a ring
+    between: NDArray[np.void] | None = None  # (VOICE_SLOTS,) records.BETWEEN, if the string does not lie in a bass
 
     @property
     def record(self) -> NDArray[np.void]:
@@ -373,11 +373,15 @@ def bass_numbers(instrument: Instrument, tiers: Sequence[Quality], frets: int) -
 
 def new_voice(rates: Rates, log: int = 0) -> Voice:
     """Makes a silent string whose output is its displacement, with room for `log` contacts."""
-    voice = Voice(zeroed_lines(STRING.itemsize // DOUBLE).view(STRING), np.zeros(log, CONTACT))
+    string, between = (
+        zeroed_lines(n * of.itemsize // DOUBLE).view(of) for n, of in ((1, STRING), (VOICE_SLOTS, BETWEEN))
+    )
+    voice = Voice(string, np.zeros(log, CONTACT), between)
     rest_string(
         voice.string.ctypes.data, rates.rate, rates.numerator, rates.denominator, frets.over_frets.address,
         board.over_board.address,
     )  # fmt: skip
+    string["between"] = between.ctypes.data
     voice.record["log"], voice.record["log_room"] = voice.log.ctypes.data, log
     return voice
 

@@ -97,6 +97,7 @@ def neck_damping(y: ArrayLike, impedance: float, fundamental: float) -> Floats:
     return np.asarray(law.neck_damping(np.real(y), impedance, fundamental))
 
 
+@lru_cache(maxsize=1 << 12)  # all strings meet the same places
 def bending_shape(number: int, place: float) -> float:
     """Displacement at `place` of a beam, free at 0 and clamped at 1, in its bending mode `number`; 1 at 0.
 

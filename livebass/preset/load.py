@@ -59,7 +59,7 @@ def load_preset(
 def _as_shipped(name: str) -> Instrument:
     """The bass of a shipped preset, made once."""
     label, data = preset_tables(name)
-    return Builder(label).instrument(data)
+    return Builder(label, ships=True).instrument(data)
 
 
 def preset_with(note: int, usual: str) -> str | None:

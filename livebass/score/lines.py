@@ -13,11 +13,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from mido import Message
-
 from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
-from livebass.score.score import LONGEST, RELEASE, Event, note_off
-from livebass.smf import Smf, SmfError
+from livebass.score.score import CONTROL, LONGEST, NOTE_OFF, NOTE_ON, PROGRAM, RELEASE, Event, note_off
+from livebass.smf import Message, Smf, SmfError
 from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 
 CHANNELS = 16
@@ -73,30 +71,30 @@ class Lines:
         found = []
         for place, event in enumerate(events):
             m, line = event.message, event.line
-            if m.type == "program_change":
-                programs[line] = m.program
-                of_zone = m.program if line in self.zone else of_zone
-            elif m.type == "control_change" and m.control == BANK:
-                banks[line] = m.value
-            elif m.type == "note_on":
+            if m.kind == PROGRAM:
+                programs[line] = m.first
+                of_zone = m.first if line in self.zone else of_zone
+            elif m.kind == CONTROL and m.first == BANK:
+                banks[line] = m.second
+            elif m.kind == NOTE_ON:
                 program = programs.get(line)
                 if program is None and line in self.zone:
                     program = of_zone
                 drums = line not in self.zone and kits.has(line, event.frame, banks.get(line))
-                found.append(Note(place, event.track, line, m.note, program, banks.get(line), drums))
+                found.append(Note(place, event.track, line, m.first, program, banks.get(line), drums))
         return found
 
     def _changed(self, events: list[Event]) -> set[int]:
         """The lines of the zone that set a program."""
-        return {e.line for e in events if e.message.type == "program_change" and e.line in self.zone}
+        return {e.line for e in events if e.message.kind == PROGRAM and e.line in self.zone}
 
 
 def _only_programs(events: list[Event]) -> dict[int, int]:
     """The program of each line with only one."""
     found: dict[int, set[int]] = defaultdict(set)
     for event in events:
-        if event.message.type == "program_change":
-            found[event.line].add(event.message.program)
+        if event.message.kind == PROGRAM:
+            found[event.line].add(event.message.first)
     return {line: next(iter(programs)) for line, programs in found.items() if len(programs) == 1}
 
 
@@ -161,8 +159,8 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
     first = {port: CHANNELS * rank for rank, port in enumerate(ports)}
     events = []
     for tick, m, track, port in smf.messages:
-        off = m.type == "note_on" and m.velocity == 0
-        message = note_off(m.channel, m.note, RELEASE) if off else m
+        off = m.kind == NOTE_ON and m.second == 0
+        message = note_off(m.channel, m.first, RELEASE) if off else m
         events.append(Event(frame(tick), message, track, first[port] + m.channel))
     end = max(frame(smf.end_tick), max((e.frame for e in events), default=0))
     last = max((e.frame for e in events if is_note(e.message)), default=0)
@@ -170,8 +168,8 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
         raise SmfError(f"lasts {last / rate / 3600:.1f} hours, more than {LONGEST // 3600}")
     if end - last > LONGEST_REST * rate:
         events = [event for event in events if event.frame <= last + LONGEST_REST * rate]
-        left = Counter(e.message.type for e in events)
-        rings = LAST_NOTE * rate if left["note_on"] > left["note_off"] else 0
+        left = Counter(e.message.kind for e in events)
+        rings = LAST_NOTE * rate if left[NOTE_ON] > left[NOTE_OFF] else 0
         end = max((event.frame for event in events), default=0) + rings
     exclusive = [(frame(tick), first[port], data) for tick, data, port in smf.exclusive if port in first]
     found = Lines(lines, events, exclusive, end)
@@ -181,9 +179,7 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
         return found
     found.zone, found.events = _zone(found)
     found.remarks = tuple(_tunings(smf))
-    kept = [
-        e for e in found.events if not (e.message.type == "control_change" and e.message.control == PORTAMENTO_TIME)
-    ]
+    kept = [e for e in found.events if not (e.message.kind == CONTROL and e.message.first == PORTAMENTO_TIME)]
     if bends := _bends_by_portamento(found.events):
         found.remarks += (f"ignored controller 5 (portamento time, {bends} times): it bends only in takes of livebass",)
     found.events = _ended_by_others(_apart(found, kept))
@@ -211,7 +207,7 @@ def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:
 
 def is_note(m: Message) -> bool:
     """True for a note-on or a note-off."""
-    return m.type in ("note_on", "note_off")
+    return m.kind in (NOTE_ON, NOTE_OFF)
 
 
 def _modes(events: list[Event]) -> dict[int, frozenset[int]]:
@@ -219,20 +215,20 @@ def _modes(events: list[Event]) -> dict[int, frozenset[int]]:
     modes: dict[int, frozenset[int]] = {}
     rpn: dict[int, tuple[int, int]] = {}  # selected, by line
     for place, (_, m, _, line) in enumerate(events):
-        if m.type != "control_change":
+        if m.kind != CONTROL:
             continue
         port = line - m.channel  # its first line
         high, low = rpn.get(port, (127, 127))
-        if m.control == 101:
-            high = m.value
-        elif m.control == 100:
-            low = m.value
-        elif m.control in (98, 99, 121):
+        if m.first == 101:
+            high = m.second
+        elif m.first == 100:
+            low = m.second
+        elif m.first in (98, 99, 121):
             high = low = 127
-        elif m.control == 126 and m.value > 1:
-            modes[place] = frozenset(range(line, port + min(m.channel + m.value, CHANNELS)))
-        elif m.control == 6 and (high, low) == (0, 6) and m.value > 1:
-            members = min(m.value, CHANNELS - 1)
+        elif m.first == 126 and m.second > 1:
+            modes[place] = frozenset(range(line, port + min(m.channel + m.second, CHANNELS)))
+        elif m.first == 6 and (high, low) == (0, 6) and m.second > 1:
+            members = min(m.second, CHANNELS - 1)
             first = port if m.channel == 0 else port + CHANNELS - 1 - members
             modes[place] = frozenset({line, *range(first, first + members + 1)})
         rpn[port] = high, low
@@ -260,10 +256,10 @@ def _apart(lines: Lines, events: list[Event]) -> list[Event]:
     playing: dict[int, set[int]] = defaultdict(set)  # tracks with notes, by line
     programs: dict[tuple[int, int], set[int]] = defaultdict(set)  # by line and track
     for _, m, track, line in events:
-        if m.type == "note_on":
+        if m.kind == NOTE_ON:
             playing[line].add(track)
-        elif m.type == "program_change":
-            programs[line, track].add(m.program)
+        elif m.kind == PROGRAM:
+            programs[line, track].add(m.first)
     own: dict[tuple[int, int], int] = {}  # the new line of each line and track
     for line, tracks in playing.items():
         if line not in lines.zone and len({frozenset(p) for t in tracks if (p := programs.get((line, t)))}) > 1:
@@ -288,7 +284,7 @@ def _copies(
         yield event
     for track in tracks:
         shared = event.track not in tracks
-        without = event.message.type == "program_change" and not programs.get((event.line, track))
+        without = event.message.kind == PROGRAM and not programs.get((event.line, track))
         if track == event.track or shared or without:
             yield event._replace(line=own[event.line, track])
 
@@ -301,7 +297,7 @@ def _ended_by_others(events: list[Event]) -> list[Event]:
     left: Counter[tuple[int, int]] = Counter()  # by line and key: note-offs less note-ons
     for event in events:
         if is_note(event.message):
-            left[event.line, event.message.note] += 1 if event.message.type == "note_off" else -1
+            left[event.line, event.message.first] += 1 if event.message.kind == NOTE_OFF else -1
     wanting: dict[int, list[int]] = defaultdict(list)  # lines with more note-ons, by key
     for (line, key), count in left.items():
         if count < 0:
@@ -313,16 +309,16 @@ def _ended_by_others(events: list[Event]) -> list[Event]:
     mended = []
     for event in events:
         m, line = event.message, event.line
-        if m.type == "note_on":
-            held[line, m.note] += 1
-        elif m.type == "note_off" and held[line, m.note]:
-            held[line, m.note] -= 1
+        if m.kind == NOTE_ON:
+            held[line, m.first] += 1
+        elif m.kind == NOTE_OFF and held[line, m.first]:
+            held[line, m.first] -= 1
         elif (
-            m.type == "note_off"
-            and (other := next((o for o in wanting.get(m.note, ()) if held[o, m.note]), None)) is not None
+            m.kind == NOTE_OFF
+            and (other := next((o for o in wanting.get(m.first, ()) if held[o, m.first]), None)) is not None
         ):
-            held[other, m.note] -= 1
-            event = event._replace(message=note_off(channels[other], m.note, m.velocity), line=other)
+            held[other, m.first] -= 1
+            event = event._replace(message=note_off(channels[other], m.first, m.second), line=other)
         mended.append(event)
     return mended
 
@@ -333,10 +329,10 @@ def _bends_by_portamento(events: list[Event]) -> int:
     bends = 0
     for event in events:
         m = event.message
-        if m.type == "control_change" and m.control == PORTAMENTO_TIME:
-            if m.value < BEND_STARTS:
+        if m.kind == CONTROL and m.first == PORTAMENTO_TIME:
+            if m.second < BEND_STARTS:
                 ready.add(event.line)
-            bends += event.line in ready and m.value >= BEND_STARTS
+            bends += event.line in ready and m.second >= BEND_STARTS
     return bends
 
 

@@ -18,9 +18,21 @@ from pathlib import Path
 from livebass.bounds import refusal
 from livebass.score.choosing import Choice, Part, Parts
 from livebass.score.lines import CHANNELS, Lines, Note, is_note, lines_of
-from livebass.score.score import LEAST_RATE, RELEASE, Event, Score, checked_rate, cleaned, note_off, score_from
+from livebass.score.score import (
+    LEAST_RATE,
+    NOTE_OFF,
+    NOTE_ON,
+    PROGRAM,
+    RELEASE,
+    Event,
+    Score,
+    checked_rate,
+    cleaned,
+    note_off,
+    score_from,
+)
 from livebass.score.takes import with_basses
-from livebass.smf import SmfError, message, parse_smf
+from livebass.smf import SmfError, parse_smf
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file
@@ -53,7 +65,7 @@ def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "au
     events = read.chosen_events(rate)
     notes = read.lines.notes(events)
     program, changes = _programs(events, notes, read.lines.zone)
-    sent = [e for place, e in enumerate(events) if e.message.type != "program_change" or place in changes]
+    sent = [e for place, e in enumerate(events) if e.message.kind != PROGRAM or place in changes]
     score = score_from(_on_channels(sent, read.lines), path.stem, rate, program, read.remarks)
     return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
 
@@ -125,7 +137,7 @@ class _Read:
         return [
             e
             for place, e in enumerate(self.events)
-            if place in places or (e.line in (ended if is_note(e.message) else heard) and e.message.type != "note_on")
+            if place in places or (e.line in (ended if is_note(e.message) else heard) and e.message.kind != NOTE_ON)
         ]
 
 
@@ -152,10 +164,10 @@ def _ended(events: list[Event], end: int) -> list[Event]:
     down: set[tuple[int, int]] = set()
     for event in events:
         m = event.message
-        if m.type == "note_on":
-            down.add((m.channel, m.note))
-        elif m.type == "note_off":
-            down.discard((m.channel, m.note))
+        if m.kind == NOTE_ON:
+            down.add((m.channel, m.first))
+        elif m.kind == NOTE_OFF:
+            down.discard((m.channel, m.first))
     end = max([end, *(event.frame for event in events[-1:])])
     return events + [Event(end, note_off(channel, note, RELEASE), 0, channel) for channel, note in sorted(down)]
 
@@ -172,8 +184,7 @@ def _on_channels(events: list[Event], lines: Lines) -> list[Event]:
         m, channel = event.message, channels[event.line]
         if m.channel == channel:
             return event
-        status, *data = m.bytes()
-        return event._replace(message=message(bytes([status & 0xF0 | channel, *data])))
+        return event._replace(message=m._replace(status=m.kind | channel))
 
     return [moved(event) for event in events]
 
@@ -192,7 +203,7 @@ def _programs(events: list[Event], chosen: list[Note], zone: Container[int]) -> 
     note_of = {note.place: note for note in chosen}
     for place, event in enumerate(events):
         part = -1 if event.line in zone else event.line
-        if event.message.type == "program_change":
+        if event.message.kind == PROGRAM:
             waiting[part] = place
         elif place in note_of:
             change = waiting.pop(part, None)
@@ -205,8 +216,8 @@ def _programs(events: list[Event], chosen: list[Note], zone: Container[int]) -> 
     first = program = begun.most_common(1)[0][0]
     kept = set()
     for place in sorted(changes):
-        if events[place].message.program != program:
-            program = events[place].message.program
+        if events[place].message.first != program:
+            program = events[place].message.first
             kept.add(place)
     return first, kept
 

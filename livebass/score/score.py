@@ -16,13 +16,12 @@ from numbers import Integral
 from typing import NamedTuple
 
 import numpy as np
-from mido import Message
 from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal, within
-from livebass.smf import message
+from livebass.smf import Message
 
-NOTE_OFF, NOTE_ON, PROGRAM = 0x80, 0x90, 0xC0
+NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xE0  # kinds of messages
 RELEASE = 64  # velocity of a note-off without its own
 BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score
@@ -108,16 +107,17 @@ def score_of(
         within("length of a note", length, 0, LONGEST, "s")
         first = round(start * rate)
         last = round((start + length) * rate)
-        events += [Event(first, message(bytes([NOTE_ON, note, velocity]))), Event(last, note_off(0, note, RELEASE))]
+        events += [Event(first, Message(NOTE_ON, note, velocity)), Event(last, note_off(0, note, RELEASE))]
     for time, position in bends:
         within("time of a bend", time, 0, LONGEST, "s")
         within("bend", position, -1, 1)
-        events.append(Event(round(time * rate), Message("pitchwheel", pitch=round(8192 + 8191 * position) - 8192)))
+        high, low = divmod(round(8192 + 8191 * position), 128)
+        events.append(Event(round(time * rate), Message(WHEEL, low, high)))
     for time, number, value in controls:
         within("time of a controller", time, 0, LONGEST, "s")
-        within("controller", number, 0, 127)
-        within("value of a controller", value, 0, 127)
-        events.append(Event(round(time * rate), Message("control_change", control=number, value=value)))
+        _check_whole("controller", number, 0, 127)
+        _check_whole("value of a controller", value, 0, 127)
+        events.append(Event(round(time * rate), Message(CONTROL, number, value)))
     events.sort(key=lambda e: e.frame)
     return score_from(cleaned(events, 0, rate), name, rate)
 
@@ -134,7 +134,7 @@ def _check_whole(name: str, number: object, least: int, most: int, unit: str = "
 
 
 def note_off(channel: int, note: int, velocity: int) -> Message:
-    return message(bytes([NOTE_OFF | channel, note, velocity]))
+    return Message(NOTE_OFF | channel, note, velocity)
 
 
 def cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
@@ -143,16 +143,16 @@ def cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
     clean: list[Event] = []
     for event in events:
         m = event.message
-        if m.type in ("note_on", "note_off"):
-            keys[event.line, m.channel, m.note].append((event.frame, m.type == "note_on", m.velocity))
-        if m.type != "note_off":
+        if m.kind in (NOTE_ON, NOTE_OFF):
+            keys[event.line, m.channel, m.first].append((event.frame, m.kind == NOTE_ON, m.second))
+        if m.kind != NOTE_OFF:
             clean.append(event)
     for (line, channel, note), strokes in keys.items():
         for frame, velocity in note_ends(strokes, end, max(1, round(BRIEF * rate))):
             clean.append(Event(frame, note_off(channel, note, velocity), 0, line))
     # Controllers come first: a pedal pressed as a note ends holds it, and a bend acts before the next note begins.
-    rank = {"note_off": 1, "note_on": 2}
-    return sorted(clean, key=lambda e: (e.frame, rank.get(e.message.type, 0)))
+    rank = {NOTE_OFF: 1, NOTE_ON: 2}
+    return sorted(clean, key=lambda e: (e.frame, rank.get(e.message.kind, 0)))
 
 
 def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> list[tuple[int, int]]:
@@ -193,8 +193,7 @@ def score_from(
     """The score of cleaned events, or of a take's."""
     messages = np.zeros((len(events), 3), np.uint8)
     for row, event in zip(messages, events, strict=True):
-        data = event.message.bytes()
-        row[: len(data)] = data
+        row[:] = event.message
     return Score(
         frames=np.array([event.frame for event in events], np.int64),
         messages=messages,

@@ -20,7 +20,14 @@ from livebass.preset.build import LARGEST_COUNTS, MOST_FRETS, MOST_SENSING, Buil
 from livebass.preset.checks import overdamped
 from livebass.preset.keymap import load_key_map
 from livebass.preset.keys import DATACLASSES, HAND, KEYS, Key, checked, key_names
-from livebass.preset.load import load_preset, preset_names, preset_reference, preset_text
+from livebass.preset.load import (
+    laboratory_names,
+    load_preset,
+    preset_names,
+    preset_reference,
+    preset_tables,
+    preset_text,
+)
 from livebass.units import DIMENSIONS, quantity
 
 GOOD = f"""\
@@ -428,6 +435,12 @@ def test_no_permission(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_shipped_names() -> None:
     assert set(preset_names()) >= {"paper-g", "paper-bass", "jazz-finger", "precision-finger", "slap", "muted"}
+
+
+@pytest.mark.parametrize("name", [*preset_names(), *laboratory_names()])
+def test_a_preset_that_ships_passes_the_checks_that_loading_it_omits(name: str) -> None:
+    label, tables = preset_tables(name)
+    assert Builder(label).instrument(tables) == load_preset(name)
 
 
 @pytest.mark.parametrize("name", preset_names())

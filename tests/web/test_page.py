@@ -213,7 +213,7 @@ window.places = [];
 const {ask} = workshop;
 workshop.ask = async (...all) => {
   const made = await ask.apply(workshop, all);
-  if (made?.image) places.push([made.at, made.image.byteLength]);
+  if (made?.image) places.push([made.at, made.size, made.image.byteLength]);
   return made;
 };
 """
@@ -231,7 +231,8 @@ def test_basses_chosen_one_after_another_use_the_same_memory(page: Any, times: i
         page.execute_script("chooseBass(arguments[0]); chooseBass(arguments[1])", first, second)
         wait(lambda second=second: page.execute_script("return player.playing") == second)
         wait(lambda: page.execute_script("return !player.next && player.names.size === 1"))
-    places, sizes = np.array(page.execute_script("return places")).T
+    places, sizes, sent = np.array(page.execute_script("return places")).T
+    assert (sent < 0.6 * sizes).all(), "zeros are not sent"
     assert len(sizes) == 6 * times and (places + sizes).max() <= places.min() + 3 * sizes.max(), (places, sizes)
 
 

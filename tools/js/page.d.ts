@@ -157,6 +157,8 @@ interface MadeBass {
 interface Built extends MadeBass {
   bass: number;
   at: number;
+  size: number;
+  full: number[];
   image: ArrayBuffer;
 }
 

@@ -20,9 +20,8 @@ from livebass.kernels.bass.instrument import (
 )
 from livebass.kernels.machine.native import floats_at, record_address, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.kernels.string.operators import DOUBLE
 from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
-from livebass.kernels.string.records import BLOCK, MOST_ANSWERS, MOST_NEAR, ROW
+from livebass.kernels.string.records import BLOCK, DOUBLE, MOST_ANSWERS, MOST_NEAR, ROW
 from livebass.parts import VERSION
 from livebass.rows import LARGEST, limits, table
 

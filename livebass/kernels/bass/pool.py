@@ -16,7 +16,7 @@ from livebass.kernels.bass.instrument import (
     words_before_numbers,
 )
 from livebass.kernels.machine.native import float_control, flush_bits, record_at, set_float_control, words_at
-from livebass.kernels.string.operators import DOUBLE, hand_heights
+from livebass.kernels.string.operators import hand_heights
 from livebass.kernels.string.preparing import (
     NOTE,
     NOTE_BYTES,
@@ -25,12 +25,15 @@ from livebass.kernels.string.preparing import (
     PREPARING,
     SENSORS,
     fill,
+    fit_modes,
+    have_same_shapes,
     measure,
+    measure_all,
     note_at,
     operator_at,
     set_heights,
 )
-from livebass.kernels.string.records import OPERATOR
+from livebass.kernels.string.records import DOUBLE, OPERATOR
 
 jit = compiled(attributes=SMALL)
 
@@ -43,8 +46,10 @@ POOL = np.dtype(
         ("rate", "f8"),  # audio, Hz
         ("memory", "i8"),  # address, on a cache line; OPERATOR (strings, frets + 1) come first
         ("bytes", "i8"),  # of memory: `measure_pool` sets it
+        ("clean", "i8"),  # 1: memory holds zeros
         ("preparing", PREPARING),
         ("note", NOTE),  # workspace
+        ("before", NOTE),  # workspace
         ("operator", OPERATOR),  # workspace
     ],
     align=True,
@@ -67,17 +72,19 @@ def begin_pool(pool):
     work.denominator = 1
     work.contact_rate = work.numerator * pool.rate
     work.carried = file.instrument.carried
+    work.apart = file.instrument.frets + 1
     work.words = 0
     work.table_words = 0
 
 
 @jit
 def take_note(pool, k, note):
-    """Copies note `k` of the file, with its modes in the pool's tier, to the NOTE at an address."""
+    """Copies note `k` of the file to the NOTE at an address, with its modes in the pool's tier."""
     notes = notes_of(file_at(pool.file))
     copy_words(pool.file + FILE_BYTES + NOTE_BYTES * k, note, NOTE_BYTES // WORD)
     modes = words_at(pool.file + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
     note_at(note).modes = modes[pool.tier * notes + k]
+    fit_modes(pool.preparing, note_at(note))
 
 
 @entry("void(int64)", SMALL)
@@ -88,7 +95,11 @@ def measure_pool(address):
     work = pool.preparing
     for k in range(work.count):
         take_note(pool, k, address + NOTE_PLACE)
-        measure(work, pool.note, pool.operator)
+        shared = k >= work.apart
+        if shared:
+            take_note(pool, k - work.apart, address + BEFORE_PLACE)
+            shared = have_same_shapes(work, pool.note, pool.before)
+        measure(work, pool.note, pool.operator, shared)
     records = lines(OPERATOR_BYTES * work.count) + lines(NOTE_BYTES * work.count)
     pool.bytes = records + lines(DOUBLE * work.words) + lines(DOUBLE * work.table_words)
 
@@ -103,7 +114,8 @@ def fill_pool(address):
     pool = pool_at(address)
     before = float_control()
     set_float_control(before & ~flush_bits())  # the same rows whatever the host's settings
-    clear_memory(pool.memory, pool.bytes)
+    if not pool.clean:
+        clear_memory(pool.memory, pool.bytes)
     work, words = pool.preparing, pool.preparing.words
     begin_pool(pool)
     work.operators = pool.memory
@@ -112,7 +124,7 @@ def fill_pool(address):
     work.table = work.memory + lines(DOUBLE * words)
     for k in range(work.count):
         take_note(pool, k, work.notes + NOTE_BYTES * k)
-        measure(work, note_at(work.notes + NOTE_BYTES * k), operator_at(work.operators + OPERATOR_BYTES * k))
+    measure_all(work)
     state = fill(work)
     take_hands(pool)
     set_float_control(before)
@@ -131,4 +143,4 @@ def take_hands(pool):
             set_heights(work, note, op, hand_heights(op), instrument.hand[i] - 1, 1)
 
 
-NOTE_PLACE = POOL.fields["note"][1]  # type: ignore[index]
+NOTE_PLACE, BEFORE_PLACE = (POOL.fields[name][1] for name in ("note", "before"))  # type: ignore[index]

@@ -9,22 +9,24 @@ from livebass.compiling import jit
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.machine.noise import BAND
 from livebass.kernels.player.performer import MOST_EVENTS, MOST_STRINGS
-from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, VOICE
+from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MOST_NEAR, SINGLE, VOICE
 
-EVENT_ROOM = 129 * MOST_EVENTS
+EVENT_ROOM = 65 * MOST_EVENTS
 SAVES = 64  # saved states that a string keeps
 SOUND_RING = 4096  # frames of sound that a string keeps
 WORD = 8  # bytes
 VOICE_WORDS = VOICE.itemsize // WORD
-POLARISATIONS = 2  # u and v
-POINT_ROWS, GROUP_ROWS = 7, 4  # saved per contact point and per group of them (live/thread/ahead.py)
+# Rows saved per mode, per contact point, for u and for v, and per group of points (live/thread/ahead.py)
+MODE_ROWS, POINT_ROWS, ACROSS_ROWS, GROUP_ROWS = 2, 7, 3, 4
 ANSWER_ROWS = 3  # saved per answer
 
 
 @jit
-def kept(modes, points):
-    """Returns the float64 count that saves one polarisation: `modes`, padded, over `points` contact points."""
-    return 2 * modes + POINT_ROWS * points + (GROUP_ROWS * GROUP_ROOM if points > MOST_NEAR else 0)
+def kept(op):
+    """Returns the bytes that save u and v on an operator."""
+    modes = MODE_ROWS * (DOUBLE * op.split + SINGLE * (op.padded - op.split))
+    groups = GROUP_ROWS * GROUP_ROOM if op.points > MOST_NEAR else 0
+    return modes + DOUBLE * (POINT_ROWS * op.points + groups), modes + DOUBLE * ACROSS_ROWS * op.points
 
 
 AHEAD = np.dtype(
@@ -34,8 +36,9 @@ AHEAD = np.dtype(
         ("frame", "i8", (SAVES,)),  # of each saved state
         ("voice", "i8"),  # address: int64 (SAVES, VOICE_WORDS), each a VOICE
         ("slots", "i8"),  # address: int64 (SAVES, VOICE_SLOTS, SLOT_STATE), each the state at the head of a SLOT
-        ("memory", "i8"),  # address: float64 (SAVES, VOICE_SLOTS, POLARISATIONS, kept): motion, contact points, groups
-        ("kept", "i8"),
+        ("memory", "i8"),  # address: motion, contact points and groups, of each slot of each saved state: first ...
+        ("kept_u", "i8"),  # ... so many bytes of u ...
+        ("kept_v", "i8"),  # ... then so many of v
         ("answers", "i8"),  # address: float64 (SAVES, ANSWER_ROWS, MOST_ANSWERS), if strings may answer
         ("sound", "i8"),  # float64 (SOUND_RING,): frame n is at n % SOUND_RING
         ("events", "i8"),  # index of its first event in the bass's string_events ...

@@ -22,7 +22,6 @@ from livebass.kernels.bass.records import (
     ANSWER_ROWS,
     BASS,
     EVENT_ROOM,
-    POLARISATIONS,
     SAVES,
     SOUND_RING,
     VOICE_WORDS,
@@ -46,6 +45,7 @@ from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.pickup.tone import ROW, TONES, fit_tones
 from livebass.kernels.player.performer import PERFORMER, performer_at
 from livebass.kernels.string.answers import fill_answers as connect_answers
+from livebass.kernels.string.glide import BETWEEN_BYTES
 from livebass.kernels.string.records import (
     CONTACT,
     EVENT,
@@ -81,6 +81,7 @@ BUILDING = np.dtype(
         ("play_string", "i8"),
         ("memory", "i8"),  # address, on a cache line; a BASS comes first
         ("bytes", "i8"),  # of memory: `measure_bass` sets it
+        ("clean", "i8"),  # 1: memory holds zeros, and nothing plays the bass here: its zeros are not written
         ("coil", COIL),  # workspace
         # an impulse response replacing the file's: address of float64, count (0: the file's), and rate, Hz
         ("response", "i8"),
@@ -102,29 +103,30 @@ TONES_BYTES = WORD * ROW * TONES
 
 
 @jit
-def rows_kept(building, i):
-    """Float64 count that saves one polarisation of string `i`, for either set of operators; 0: nothing is saved."""
+def bytes_kept(building, i):
+    """Bytes that save u and v of string `i`, for either set of operators; 0: nothing is saved."""
+    of_u, of_v = np.int64(0), np.int64(0)
     if not building.ahead:
-        return np.int64(0)
+        return of_u, of_v
     instrument = file_at(building.file).instrument
-    modes, points = 0, 0
     for which in range(2):
         ops = operators_at(building.operators[which], instrument.strings, instrument.frets + 1)
         for fret in range(instrument.frets + 1):
-            modes, points = max(modes, ops[i, fret].padded), max(points, ops[i, fret].points)
-    return np.int64(kept(modes, points))
+            u, v = kept(ops[i, fret])
+            of_u, of_v = max(of_u, u), max(of_v, v)
+    return of_u, of_v
 
 
 @jit
-def bytes_ahead(rows, answers):
-    """Bytes of an AHEAD and its data, if saved motion takes `rows` float64; 0: only its sound.
+def bytes_ahead(saved, answers):
+    """Bytes of an AHEAD and its data, if a saved motion takes so many bytes; 0: only its sound.
 
     `answers`: number of modes that may answer the string.
     """
-    if rows == 0:
+    if saved == 0:
         return lines(AHEAD_BYTES) + lines(WORD * SOUND_RING)
     states = lines(WORD * SAVES * VOICE_WORDS) + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
-    motion = lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    motion = lines(SAVES * VOICE_SLOTS * saved)
     answering = lines(WORD * SAVES * ANSWER_ROWS * MOST_ANSWERS) if answers > 0 else 0
     return lines(AHEAD_BYTES) + states + motion + answering + lines(WORD * SOUND_RING)
 
@@ -136,11 +138,18 @@ def measure_bass(address):
     needed = lines(BASS_BYTES) + lines(PERFORMER_BYTES) + 2 * lines(EVENT_BYTES * EVENT_ROOM) + lines(TONES_BYTES)
     instrument = file_at(building.file).instrument
     for i in range(instrument.strings):
-        needed += lines(STRING_BYTES) + bytes_ahead(rows_kept(building, i), answers_of(instrument, i))
+        of_u, of_v = bytes_kept(building, i)
+        needed += bytes_of_string(instrument, i) + bytes_ahead(of_u + of_v, answers_of(instrument, i))
         needed += bytes_told(building)
     take_response_of_file(building)
     needed += lines(bytes_of_effects(building.response_count, building.response_rate, building.rate))
     building.bytes = needed
+
+
+@jit
+def bytes_of_string(instrument, i):
+    """Bytes of string `i` itself, with operators to glide on if a finger slides along it without steps."""
+    return lines(STRING_BYTES) + (VOICE_SLOTS * BETWEEN_BYTES if instrument.fretless[i] else 0)
 
 
 @jit
@@ -175,7 +184,8 @@ def ends_soon(b):
 def fill_bass(address):
     """Makes a bass in the memory of the BUILDING at an address, after `measure_bass`."""
     building = building_at(address)
-    clear_memory(building.memory, building.bytes)
+    if not building.clean:
+        clear_memory(building.memory, building.bytes)
     instrument, b = file_at(building.file).instrument, bass_at(building.memory)
     tier, place = instrument.tiers[building.tier], building.memory + lines(BASS_BYTES)
     b.play_string = building.play_string
@@ -209,11 +219,12 @@ def fill_bass(address):
         fit_noises(string, i, instrument, performer_at(b.performer), ops, building.seed)
         note += signal_of_medium(string.voice) / instrument.strings
         string.voice.tones = b.tones
-        b.ahead[i] = place + lines(STRING_BYTES)
-        rows = rows_kept(building, i)
+        string.between = place + lines(STRING_BYTES) if instrument.fretless[i] else 0
+        b.ahead[i] = place + bytes_of_string(instrument, i)
+        of_u, of_v = bytes_kept(building, i)
         others = answers_of(instrument, i)
-        lay_out_ahead(b.ahead[i], rows, others)
-        place = b.ahead[i] + bytes_ahead(rows, others)
+        lay_out_ahead(b.ahead[i], of_u, of_v, others)
+        place = b.ahead[i] + bytes_ahead(of_u + of_v, others)
         string.voice.log = place
         string.voice.log_room = building.log_room
         string.voice.told = place + lines(CONTACT_BYTES * building.log_room)
@@ -230,15 +241,19 @@ def fill_bass(address):
 
 
 @jit
-def lay_out_ahead(address, rows, answers):
-    """Lays out the memory after the AHEAD at an address; `rows` and `answers` as for `bytes_ahead`."""
+def lay_out_ahead(address, of_u, of_v, answers):
+    """Lays out the memory after the AHEAD at an address.
+
+    A saved motion takes `of_u` and `of_v` bytes; `answers` as for `bytes_ahead`.
+    """
     a = ahead_at(address)
     a.sound = address + lines(AHEAD_BYTES)
-    if rows == 0:
+    if of_u + of_v == 0:
         return
-    a.kept = rows
+    a.kept_u = of_u
+    a.kept_v = of_v
     a.voice = address + lines(AHEAD_BYTES)
     a.slots = a.voice + lines(WORD * SAVES * VOICE_WORDS)
     a.memory = a.slots + lines(WORD * SAVES * VOICE_SLOTS * SLOT_STATE)
-    a.answers = a.memory + lines(WORD * SAVES * VOICE_SLOTS * POLARISATIONS * rows)
+    a.answers = a.memory + lines(SAVES * VOICE_SLOTS * (of_u + of_v))
     a.sound = a.answers + (lines(WORD * SAVES * ANSWER_ROWS * MOST_ANSWERS) if answers > 0 else 0)

@@ -164,7 +164,7 @@ def follow_glide(string, ops):
             return
         voice.slide_left = min(glide.period(voice), voice.glide_frames - voice.glide_frame)
         glide.hand_over(string, ops, glide.length_at(voice, voice.glide_frame + voice.slide_left))
-        scrape.fit_winding(voice, string.slots[voice.slot], string.between[voice.slot].op)
+        scrape.fit_winding(voice, string.slots[voice.slot], glide.between(string, voice.slot).op)
     scrape.scrape(voice, string.slots[voice.slot], glide.steer_ends(string))
     voice.glide_frame += 1
     voice.slide_left -= 1

@@ -15,10 +15,9 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, log2, sin_cos, squared
-from livebass.kernels.machine.native import record_address, words_at
+from livebass.kernels.machine.native import record_address, record_at, words_at
 from livebass.kernels.string import handover, modal, operators
 from livebass.kernels.string.operators import (
-    DOUBLE,
     EXCHANGE_ROWS,
     coefficient,
     coefficient_at,
@@ -29,15 +28,23 @@ from livebass.kernels.string.operators import (
     tap_row,
 )
 from livebass.kernels.string.preparing import faded
-from livebass.kernels.string.records import BETWEEN, BLOCK, OPERATOR, TOUCHES, WHOLE
+from livebass.kernels.string.records import BETWEEN, BLOCK, DOUBLE, OPERATOR, TOUCHES, WHOLE
 from livebass.kernels.string.slot import SAFETY_STRUCK, load_tuned, wake_slot, wake_v
 
 PERIOD = 1e-3  # s
 LEAST_TIME = 40e-3  # s of a glide: in less a hand would have to jump
 FLESH = 6e-3  # m, half width of the fingertip
 NARROWEST = 4.0  # of k a: shorter waves do not count for the slope under the fingertip
+BETWEEN_BYTES = BETWEEN.itemsize
 ROWS = BETWEEN.fields["rows"][1]  # type: ignore[index]
 WORDS = OPERATOR.itemsize // DOUBLE
+between_at = record_at(BETWEEN)
+
+
+@jit
+def between(string, k):
+    """The BETWEEN of slot `k`."""
+    return between_at(string.between + BETWEEN_BYTES * k)
 
 
 @jit
@@ -45,7 +52,7 @@ def current_operator(string, ops, k):
     """The operator of slot `k`: for its fret, or for a length between two frets."""
     slot = string.slots[k]
     if slot.between:
-        return string.between[k].op
+        return between(string, k).op
     return ops[slot.fret]
 
 
@@ -86,7 +93,7 @@ def hand_over(string, ops, length):
     voice.striking = 0
     voice.fingering = 0
     new.fret = make_operator(string, ops, k, length)
-    to = string.between[k].op
+    to = between(string, k).op
     load_tuned(new, to, voice)
     new.between = 1
     new.moving = 1
@@ -115,7 +122,7 @@ def hand_over(string, ops, length):
 def steer_ends(string):
     """Sets the speed of the string's end for the next frame; returns the finger's travel (m) in it."""
     voice = string.voice
-    slot, made = string.slots[voice.slot], string.between[voice.slot]
+    slot, made = string.slots[voice.slot], between(string, voice.slot)
     then = length_at(voice, voice.glide_frame + 1)
     steer_end(slot.stop_u, slot.u, made, then - made.op.length)
     slot.active = made.op.padded
@@ -146,7 +153,7 @@ def advance_ends(slot, h):
 @jit
 def make_operator(string, ops, k, length):
     """Makes the operator of slot `k` for `length` (m); returns the last fret that the finger has passed."""
-    voice, slot, made = string.voice, string.slots[k], string.between[k]
+    voice, slot, made = string.voice, string.slots[k], between(string, k)
     low = 0
     while low + 2 < ops.shape[0] and ops[low + 1].length >= length:
         low += 1
@@ -160,6 +167,7 @@ def make_operator(string, ops, k, length):
     op.modes = min(min(a.modes, b.modes), op.tap_modes)
     op.padded = (op.modes + BLOCK - 1) // BLOCK * BLOCK
     op.split = min(min(a.split, b.split), op.padded)
+    op.leaps = 1
     op.points = 0
     op.coefficients = record_address(made) + ROWS
     op.coefficients_v = op.coefficients
@@ -214,9 +222,9 @@ def set_glide_exchange(op, a, b, x):
         of_a, of_b = 1.0 - x, x
         if row == 0:  # a frequency
             of_a, of_b = of_a * a.length / op.length, of_b * b.length / op.length
-        between, low, high = exchange_row(op, row), exchange_row(a, row), exchange_row(b, row)
+        made, low, high = exchange_row(op, row), exchange_row(a, row), exchange_row(b, row)
         for j in range(op.turned):
-            between[j] = of_a * low[j] + of_b * high[j]
+            made[j] = of_a * low[j] + of_b * high[j]
 
 
 @jit

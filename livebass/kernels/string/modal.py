@@ -38,7 +38,6 @@ from livebass.kernels.machine.elementary import exp, sin_cos
 from livebass.kernels.string import operators
 from livebass.kernels.string.operators import (
     MOST_LEFT,
-    SINGLE,
     coefficient_at,
     fine_coefficients,
     high_part,
@@ -48,7 +47,7 @@ from livebass.kernels.string.operators import (
     shape_row,
     tap_row,
 )
-from livebass.kernels.string.records import BLOCK, LONGER, PART, WHOLE
+from livebass.kernels.string.records import BLOCK, SINGLE, WHOLE
 
 LANES = {"reassoc", "contract", "nsz", "arcp"}
 jit = compiled(fastmath=LANES)
@@ -1001,7 +1000,7 @@ def retune_of(rows, n, kappas, omega, sigmas, op):
         kappas[j] = kappa
         rows.kappa[j] = kappa
         rows.pace[j] = 1.0 / kappa
-        for which in range(3):
+        for which in range(op.leaps):
             h = leap_steps(op, which) * fine
             set_leap(rows.leaps[which], j, w_d * h, left_by_leap(rows, sigma * h), es)
 
@@ -1070,7 +1069,7 @@ def take_coefficients(w, op, rows):
     take_row(w.low.kept, w.high.kept, op, mixed_coefficient(rows, op, operators.KEPT))
     take_row(w.low.spring, w.high.spring, op, mixed_coefficient(rows, op, operators.SPRING))
     take_row(w.low.pace, w.high.pace, op, mixed_coefficient(rows, op, operators.PACE))
-    for which in (WHOLE, LONGER, PART):
+    for which in range(op.leaps):
         low, high, row = w.low.leaps[which], w.high.leaps[which], operators.LEAPS + 3 * which
         take_row(low.a, high.a, op, mixed_coefficient(rows, op, row))
         take_row(low.b, high.b, op, mixed_coefficient(rows, op, row + 1))

@@ -12,15 +12,12 @@ import numpy as np
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.elementary import exp
 from livebass.kernels.machine.native import floats_at, samples_at
-from livebass.kernels.string.records import LONGER, MOST_NEAR, PART
+from livebass.kernels.string.records import DOUBLE, LONGER, MOST_NEAR, PART, SINGLE
 
-DOUBLE, SINGLE = 8, 4  # bytes
-
-# The coefficient rows in order; LEAPS: rows a, b and g of each of the three leaps
+# The coefficient rows in order; LEAPS: rows a, b and g of each leap
 KAPPA, OMEGA, SIGMA = 0, 1, 2  # all float64 ...
 WIDE_ROWS = 3
 KEPT, SPRING, PACE, LEAPS = 0, 1, 2, 3  # ... these are mixed
-MIXED_ROWS = 12
 EXCHANGE_ROWS = 4
 
 
@@ -49,7 +46,7 @@ def mixed_bytes(op):
 @jit
 def coefficient_bytes(op):
     """Bytes of all coefficients of a polarisation."""
-    return WIDE_ROWS * DOUBLE * op.padded + MIXED_ROWS * mixed_bytes(op)
+    return mixed_coefficient(np.int64(0), op, LEAPS + 3 * op.leaps)
 
 
 @inlined
@@ -100,7 +97,7 @@ def coefficient_at(address, op, row):
 
 @jit
 def mixed_coefficient(address, op, row):
-    """Address of row KEPT to LEAPS + 8 of the coefficients at `address`."""
+    """Address of row KEPT, SPRING, PACE or one from LEAPS on of the coefficients at `address`."""
     return address + WIDE_ROWS * DOUBLE * op.padded + row * mixed_bytes(op)
 
 

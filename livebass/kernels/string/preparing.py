@@ -18,7 +18,6 @@ from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import floats_at, record_at, words_at
 from livebass.kernels.string.law import are_turned, exchange, least_damping, turned_damping, turned_frequency
 from livebass.kernels.string.operators import (
-    DOUBLE,
     EXCHANGE_ROWS,
     KAPPA,
     KEPT,
@@ -46,7 +45,7 @@ from livebass.kernels.string.operators import (
     shape_row,
     tap_row,
 )
-from livebass.kernels.string.records import BLOCK, LOW, MOST_NEAR, OPERATOR
+from livebass.kernels.string.records import BLOCK, DOUBLE, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
 from livebass.parts import MOST_GRID, TURNED_MODES, NoteNumbers
 from livebass.rows import Word, record, words
 
@@ -111,6 +110,7 @@ PREPARING = np.dtype(
         ("exact", "i8"),  # 1: all modes are float64, 0: the first LOW
         ("rate", "f8"),  # audio, Hz
         ("contact_rate", "f8"),  # Hz
+        ("apart", "i8"),  # notes of each string: one may share shapes with the string before
         ("numerator", "i8"),  # fine steps ...
         ("denominator", "i8"),  # ... in this many frames
         ("carried", "f8"),  # of the contact rate: the highest possible mode
@@ -131,20 +131,52 @@ def measure_operators(address):
     work.words = 0
     work.table_words = 0
     for k in range(work.count):
-        measure(work, note_at(work.notes + NOTE_BYTES * k), operator_at(work.operators + OPERATOR_BYTES * k))
+        fit_modes(work, note_at(work.notes + NOTE_BYTES * k))
+    measure_all(work)
 
 
 @jit
-def measure(work, note, op):
-    """Finds a note's modes and grid, and adds its operator's needs to `words` and `table_words`."""
+def measure_all(work):
+    """Adds the needs of all operators, whose notes have their modes, to `words` and `table_words`."""
+    for k in range(work.count):
+        note = note_at(work.notes + NOTE_BYTES * k)
+        before = note_at(work.notes + NOTE_BYTES * (k - work.apart))
+        shared = k >= work.apart and have_same_shapes(work, note, before)
+        measure(work, note, operator_at(work.operators + OPERATOR_BYTES * k), shared)
+
+
+@jit
+def fit_modes(work, note):
+    """Finds a note's modes and grid."""
     note.modes = carried(work, note)
     if note.surface_count > 0:
         note.grid_points = note.modes + 1
+
+
+@jit
+def have_same_shapes(work, note, other):
+    """True if the modes of two notes have the same shapes at the same contact points."""
+    if note.modes != other.modes or note.grid_points != other.grid_points or note.length != other.length:
+        return False
+    if note.surface_count > 0 or other.surface_count > 0:
+        return min(note.surface_count, other.surface_count) > 0 and grid_over(work, note) == grid_over(work, other)
+    equal = note.obstacles_count == other.obstacles_count
+    for m in range(min(note.obstacles_count, other.obstacles_count)):
+        x = list_value(work, note.obstacles, 2 * m)
+        equal = equal and x == list_value(work, other.obstacles, 2 * m)
+    return equal
+
+
+@jit
+def measure(work, note, op, shared):
+    """Adds a note's operator's needs to `words` and `table_words`; `shared`: it shares its shapes."""
     op.modes = note.modes
     op.padded = blocks(note.modes)
     op.split = op.padded if work.exact else min(op.padded, LOW)
     op.points = points_of(work, note)
     op.turned = min(op.padded, TURNED_MODES) if are_turned(note) else 0
+    op.shared = np.int64(1 if shared else 0)
+    set_parts(work, op)
     work.words += lay_out(work, note, op, np.int64(0)) // DOUBLE
     work.table_words = max(work.table_words, behind_table(note) + op.points)
 
@@ -166,6 +198,8 @@ def fill(work):
         note = note_at(work.notes + NOTE_BYTES * k)
         op = operator_at(work.operators + OPERATOR_BYTES * k)
         place = lay_out(work, note, op, place)
+        if op.shared:
+            op.shapes = operator_at(work.operators + OPERATOR_BYTES * (k - work.apart)).shapes
         state = fill_operator(work, note, op)
         if state != DONE:
             return state
@@ -183,7 +217,9 @@ def fill_operator(work, note, op):
     if state != DONE:
         return state
     set_points(work, note, op)
-    set_shapes(work, note, op)
+    set_table(work, note)
+    if not op.shared:
+        set_shapes(work, note, op)
     set_taps(work, note, op)
     if op.points <= MOST_NEAR:
         set_coupling(work, note, op)
@@ -220,7 +256,7 @@ def lay_out(work, note, op, place):
     op.coefficients_v = op.coefficients + coefficient_bytes(op) * note.own_across
     op.taps = op.coefficients_v + coefficient_bytes(op)
     op.shapes = op.taps + mixed_bytes(op) * tap_rows(work, note)
-    op.heights = op.shapes + mixed_bytes(op) * op.points
+    op.heights = op.shapes + (0 if op.shared else mixed_bytes(op) * op.points)
     op.hand_heights = op.heights + DOUBLE * op.points
     op.positions = op.hand_heights + DOUBLE * op.points
     op.coupling = op.positions + DOUBLE * op.points
@@ -254,11 +290,6 @@ def set_numbers(work, note, op):
     dx = note.length / note.grid_points
     op.diagonal = note.modes == note.grid_points - 1
     op.weight = dt * dt / note.linear_density
-    op.steps = work.numerator // work.denominator
-    op.parts = min(np.int64(np.rint(op.steps * dt / PART_TIME)), op.steps // LEAST_PART)
-    if op.parts < 2:
-        op.parts = 0
-    op.part_steps = op.steps // max(op.parts, 1)
     op.fine = dt
     op.push = dt * dt * (dx / note.linear_density)
     op.friction = note.friction
@@ -270,6 +301,17 @@ def set_numbers(work, note, op):
     op.speed = 2 * note.length * note.fundamental
     op.graze = FREE_APEX * note.length
     op.held_stiffness = note.held_stiffness
+
+
+@jit
+def set_parts(work, op):
+    """Sets the fine steps of frames and of their parts, and the number of leaps over them."""
+    op.steps = work.numerator // work.denominator
+    op.parts = min(np.int64(np.rint(op.steps * (1.0 / work.contact_rate) / PART_TIME)), op.steps // LEAST_PART)
+    if op.parts < 2:
+        op.parts = 0
+    op.part_steps = op.steps // max(op.parts, 1)
+    op.leaps = (LONGER if work.denominator > 1 else PART if op.parts > 0 else WHOLE) + 1
 
 
 @jit
@@ -303,7 +345,7 @@ def set_coefficients(work, note, op, rows, across):
         kappa[k] = es / w
         omega[k] = w
         sigma[k] = s
-        for which in range(3):
+        for which in range(op.leaps):
             steps, row = leap_steps(op, which), LEAPS + 3 * which
             damp = exp(-s * steps * dt)
             if k >= op.split:
@@ -436,7 +478,6 @@ def shape_at(note, x, j):
 @jit
 def set_shapes(work, note, op):
     """Fills the mode shapes at the contact points."""
-    set_table(work, note)
     table, n = floats_at(work.table, work.table_words), note.grid_points
     scale = np.sqrt(2 / note.length)
     for m in range(op.points):

@@ -6,6 +6,7 @@ and vectorises the loops of modal.py without run-time checks. ROW is an odd numb
 collide in the cache.
 """
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from livebass.kernels.machine.noise import BAND
 from livebass.parts import TURNED_MODES
 
 ROW = 1048  # the most modes, and the most contact points, of one string
+DOUBLE, SINGLE = 8, 4  # bytes
+SPACING = DOUBLE * ROW  # bytes from one row of modes to the next
 MOST_NEAR = 32  # contact points solved together in one fine step
 LINE = 64  # bytes of a cache line
 BATCH = 16  # frames filtered together
@@ -23,7 +26,8 @@ UNKNOWN = -1  # a step number: never
 RING_ON = 1 << 30  # in `idle`: hands that move do not mute these strings
 MOST_ANSWERS = 128  # modes of other strings that may answer one string
 LOW = TURNED_MODES  # float64 modes in qualities that are not exact: whole BLOCKs
-BETWEEN_ROWS = 15 + 15 + 4 + 1  # coefficients of operators.py for u and v, a tap for each pickup or sensor, exchange
+NOTHING: Mapping[str, int] = {}
+BETWEEN_ROWS = 9 + 9 + 4 + 1  # coefficients of operators.py for u and v, a tap for each pickup or sensor, exchange
 
 
 def _row(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
@@ -34,27 +38,42 @@ def _answers(name: str, kind: str = "f8") -> tuple[str, str, tuple[int]]:
     return name, kind, (MOST_ANSWERS,)
 
 
-def on_lines(fields: list[Any]) -> np.dtype[Any]:
+def on_lines(fields: list[Any], within: Mapping[str, int] = NOTHING) -> np.dtype[Any]:
     """A record of whole cache lines; fields of a line or more begin on one.
 
-    Access to a vector across two lines takes twice as long.
+    Access to a vector across two lines takes twice as long. `within`: fields that share memory, with their offsets.
     """
     offsets, end = [], 0
     for field in fields:
         size = np.dtype([field], align=True).itemsize
-        begin = -(-end // LINE) * LINE if size >= LINE else end
+        begin = within.get(field[0], -(-end // LINE) * LINE if size >= LINE else end)
         offsets.append(begin)
-        end = begin + size
+        end = max(end, begin + size)
+    return _record(fields, offsets, -(-end // LINE) * LINE)
+
+
+def _spaced(fields: list[Any]) -> np.dtype[Any]:
+    """A record of rows, and of records of rows, whose rows begin SPACING apart."""
+    offsets, end = [], 0
+    for field in fields:
+        offsets.append(end)
+        end += max(SPACING, np.dtype([field]).itemsize)
+    return _record(fields, offsets, end)
+
+
+def _record(fields: list[Any], offsets: list[int], size: int) -> np.dtype[Any]:
     names, formats = [field[0] for field in fields], [np.dtype([field])[0] for field in fields]
-    whole = -(-end // LINE) * LINE
-    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": whole}, align=True)
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": size}, align=True)
 
 
 def _rows_of_modes(kind: str) -> np.dtype[Any]:
-    """One polarisation's mode rows that frames and fine steps read and write, in numbers of one kind."""
+    """One polarisation's mode rows that frames and fine steps read and write, in numbers of one kind.
+
+    float32 rows are as far apart as float64 rows, which may share their memory.
+    """
     # k fine steps at once, free: q <- a q + b P, P <- a P - g q
-    leap = on_lines([_row("a", kind), _row("b", kind), _row("g", kind)])
-    return on_lines(
+    leap = _spaced([_row("a", kind), _row("b", kind), _row("g", kind)])
+    return _spaced(
         [
             _row("q", kind),  # displacement
             _row("p", kind),  # P, momentum scaled to one fine step; d during fine steps (modal.py)
@@ -72,7 +91,7 @@ def _rows_of_modes(kind: str) -> np.dtype[Any]:
 
 
 LOW_ROWS, HIGH_ROWS = _rows_of_modes("f8"), _rows_of_modes("f4")
-WHOLE, LONGER, PART = 0, 1, 2  # leaps: one frame; one fine step more, if frames are no whole steps; part of a frame
+WHOLE, PART, LONGER = 0, 1, 2  # leaps: one frame; part of a frame; one fine step more, if frames are no whole steps
 
 # Newton's method for several contact points at once (contact.py)
 SOLVER = np.dtype(
@@ -95,7 +114,7 @@ WORK = on_lines(
     [
         # modes: those below `split` are in `low`, the others in `high`, which begins with mode `split`
         ("low", LOW_ROWS),
-        ("high", HIGH_ROWS),
+        ("high", HIGH_ROWS),  # in the memory behind the first LOW modes of `low`: it has no modes unless `split` is LOW
         ("split", "i8"),
         # the modes' other rows, which events read, in float64. Coefficients: the operator's (operators.py), or tuned
         _row("q"),  # workspace of an event: state (modal.widen) ...
@@ -134,7 +153,8 @@ WORK = on_lines(
         _row("watched_steps", "i8"),  # ... and number of watched steps in a row
         ("coupling", "f8", (MOST_NEAR, MOST_NEAR)),  # W between contact points over frets
         ("solver", SOLVER),
-    ]
+    ],
+    within={"high": DOUBLE * LOW},
 )
 
 # Everything that moves the modes of one string at one fret. The rows lie in a pool that all operators share; each is as
@@ -156,6 +176,8 @@ OPERATOR = np.dtype(
         ("turned", "i8"),  # ... and the number of modes that do, at most LOW; 0: the neck's axes are u and v
         ("modes", "i8"),
         ("padded", "i8"),  # modes, rounded up to a whole BLOCK
+        ("leaps", "i8"),  # number of leaps with coefficients
+        ("shared", "i8"),  # 1: its shapes are those of the string before, at the same fret
         ("split", "i8"),  # number of float64 modes in the pool's rows, the others are float32; whole BLOCKs
         ("tap_modes", "i8"),  # rounded up to a whole BLOCK: the taps have no weight above
         ("points", "i8"),  # contact points; more than MOST_NEAR: a board
@@ -473,7 +495,7 @@ ANSWERS = np.dtype(
     align=True,
 )
 
-# An operator for a length between two frets, made while a finger glides along a board (glide.py)
+# An operator for a length between two frets, made while a finger glides along a board (glide.py): `leaps` is 1
 BETWEEN = on_lines(
     [
         ("op", OPERATOR),
@@ -487,6 +509,7 @@ BETWEEN = on_lines(
 STRING = on_lines(
     [
         ("voice", VOICE),
+        ("between", "i8"),  # address: BETWEEN (VOICE_SLOTS,), of each slot; 0: no finger glides on this string
         ("slots", SLOT, (VOICE_SLOTS,)),
         ("answers", ANSWERS),
         ("taps", "f8", (8,)),  # workspace: displacement and velocity at each pickup
@@ -494,7 +517,6 @@ STRING = on_lines(
         ("answer", "f8", (BATCH,)),  # ... the answering strings' signal ...
         ("flux", "f8", (BATCH,)),  # ... gradient of a pickup's flux, relative to rest ...
         ("mixed", "f8", (BATCH,)),  # ... and the signal before the filters
-        ("between", BETWEEN, (VOICE_SLOTS,)),  # of each slot
     ]
 )
 

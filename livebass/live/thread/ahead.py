@@ -13,11 +13,11 @@ import numpy as np
 from livebass.compiling import apart, entry, inlined, jit
 from livebass.kernels import voice
 from livebass.kernels.bass.records import SAVES, SOUND_RING, VOICE_WORDS, bass_at
-from livebass.kernels.machine.native import call_3, record_address, words_at
+from livebass.kernels.machine.native import call_3, floats_at, record_address, samples_at, words_at
 from livebass.kernels.string import answers
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.modal import clear_motion, copy_row
-from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SLOT_STATE, VOICE_SLOTS
+from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SINGLE, SLOT_STATE, VOICE_SLOTS
 from livebass.live.thread.records import (
     SAVE_EVERY,
     ahead_of,
@@ -91,56 +91,62 @@ def operator_of(b, i, fret):
     return operators_of(b, (b.coarse >> i) & 1)[i, fret]
 
 
-# Save and restore a polarisation row by row; `at` is the next row's place in `memory`.
+# Save and restore a polarisation row by row; `at` is the next row's address.
 @apart
-def save_row(memory, at, row, n):
-    copy_row(memory[at : at + n], row, n)
-    return at + n
+def save_row(at, row, n):
+    if row.itemsize == SINGLE:
+        copy_row(samples_at(at, n), row, n)
+    else:
+        copy_row(floats_at(at, n), row, n)
+    return at + row.itemsize * n
 
 
 @apart
-def restore_row(memory, at, row, n):
-    copy_row(row, memory[at : at + n], n)
-    return at + n
+def restore_row(at, row, n):
+    if row.itemsize == SINGLE:
+        copy_row(row, samples_at(at, n), n)
+    else:
+        copy_row(row, floats_at(at, n), n)
+    return at + row.itemsize * n
 
 
 @inlined
-def move_modes(move_row, memory, at, w, n):
-    """Saves or restores the state of `n` modes with `move_row`; returns the next place."""
+def move_modes(move_row, at, w, n):
+    """Saves or restores the state of `n` modes with `move_row`; returns the next address."""
     split = min(w.split, n)
-    at = move_row(memory, at, w.low.q, split)
-    at = move_row(memory, at, w.low.p, split)
-    at = move_row(memory, at, w.high.q, n - split)
-    return move_row(memory, at, w.high.p, n - split)
+    at = move_row(at, w.low.q, split)
+    at = move_row(at, w.low.p, split)
+    at = move_row(at, w.high.q, n - split)
+    return move_row(at, w.high.p, n - split)
 
 
 @inlined
-def move_u(move_row, memory, slot, op):
-    """Saves or restores u."""
+def move_u(move_row, at, slot, op):
+    """Saves or restores u, from the address `at` on."""
     u, points = slot.u, op.points
-    at = move_modes(move_row, memory, 0, u, slot.active)
-    at = move_row(memory, at, u.clearance, points)
-    at = move_row(memory, at, u.height, points)
-    at = move_row(memory, at, u.known_at, points)
-    at = move_row(memory, at, u.due, points)
-    at = move_row(memory, at, u.eta, points)
-    at = move_row(memory, at, u.eta_before, points)
-    at = move_row(memory, at, u.solved_at, points)
+    at = move_modes(move_row, at, u, slot.active)
+    at = move_row(at, u.clearance, points)
+    at = move_row(at, u.height, points)
+    at = move_row(at, u.known_at, points)
+    at = move_row(at, u.due, points)
+    at = move_row(at, u.eta, points)
+    at = move_row(at, u.eta_before, points)
+    at = move_row(at, u.solved_at, points)
     if points > MOST_NEAR:
-        at = move_row(memory, at, u.group_due, GROUP_ROOM)
-        at = move_row(memory, at, u.group_known_at, GROUP_ROOM)
-        at = move_row(memory, at, u.group_clearance, GROUP_ROOM)
-        move_row(memory, at, u.group_clearance_now, GROUP_ROOM)
+        at = move_row(at, u.group_due, GROUP_ROOM)
+        at = move_row(at, u.group_known_at, GROUP_ROOM)
+        at = move_row(at, u.group_clearance, GROUP_ROOM)
+        move_row(at, u.group_clearance_now, GROUP_ROOM)
 
 
 @inlined
-def move_v(move_row, memory, slot, op):
-    """Saves or restores v."""
+def move_v(move_row, at, slot, op):
+    """Saves or restores v, from the address `at` on."""
     v, points = slot.v, op.points
-    at = move_modes(move_row, memory, 0, v, slot.v_active)
-    at = move_row(memory, at, v.moved, points)
-    at = move_row(memory, at, v.moved_before, points)
-    move_row(memory, at, v.solved_at, points)
+    at = move_modes(move_row, at, v, slot.v_active)
+    at = move_row(at, v.moved, points)
+    at = move_row(at, v.moved_before, points)
+    move_row(at, v.solved_at, points)
 
 
 @entry("void(int64, int64, int64)")

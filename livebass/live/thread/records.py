@@ -7,15 +7,7 @@ to turn an address into a record or an array, and then reads fields.
 import numpy as np
 
 from livebass.compiling import inlined, jit
-from livebass.kernels.bass.records import (
-    ANSWER_ROWS,
-    EVENT_ROOM,
-    POLARISATIONS,
-    SOUND_RING,
-    VOICE_WORDS,
-    WORD,
-    ahead_at,
-)
+from livebass.kernels.bass.records import ANSWER_ROWS, EVENT_ROOM, SOUND_RING, VOICE_WORDS, WORD, ahead_at
 from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
@@ -207,6 +199,5 @@ def saved_answers(a, place, which):
 
 @inlined
 def saved_motion(a, place, k, polarisation):
-    """Memory of slot `k`'s motion along u (0) or v (1) in a saved string, (a.kept,)."""
-    which = (place * VOICE_SLOTS + k) * POLARISATIONS + polarisation
-    return floats_at(a.memory + WORD * a.kept * which, a.kept)
+    """Address of slot `k`'s motion along u (0) or v (1) in a saved string."""
+    return a.memory + (place * VOICE_SLOTS + k) * (a.kept_u + a.kept_v) + polarisation * a.kept_u

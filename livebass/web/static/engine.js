@@ -2,6 +2,7 @@
 import {LAYOUT} from "./layout.js";
 
 const PAGE_BYTES = 65536, MESSAGES = 4096;
+export const PIECE = 4096; // bytes
 const CONTACTS = 512; // that a string keeps until they are taken
 const EVENTS = 256; // that a string received since it was still
 // Of a string at rest: its clock, and what the player set; all else is the bass's
@@ -9,6 +10,7 @@ const KEPT = ["frame", "step", "still", "bend", "tuned", "tone_wanted", "blend_w
 export const RECORDS = LAYOUT.records;
 export const N = LAYOUT.numbers;
 export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
+export const pieces = bytes => Math.ceil(bytes / PIECE) * PIECE;
 
 export class Engine {
   constructor(module) {
@@ -26,7 +28,7 @@ export class Engine {
     this.rings = this.synth + lines(RECORDS.SYNTH.bytes);
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
     this.sights = lines(this.sound + 8 * N.CHUNK); // drawing data of each string
-    this.home = lines(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // basses may begin here
+    this.home = pieces(this.sights + N.MOST_STRINGS * RECORDS.SIGHT.bytes); // basses may begin here
     this.begins = this.end = this.home; // of what is in the memory
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
@@ -54,8 +56,22 @@ export class Engine {
   // Empties the memory, as if it were new.
   clear() {
     this.bytes.fill(0, this.synth, this.home);
-    this.bytes.fill(0, this.begins, this.end);
+    for (let at = this.begins; at < this.end; at += PIECE) this.empty(at);
     this.begins = this.end = this.home;
+  }
+
+  // --- memory in pieces: most of a silent bass is zeros, and a browser has no memory for what nobody has written ---
+
+  isEmpty(at) { return !new Float64Array(this.memory.buffer, at, PIECE / 8).some(word => !Object.is(word, 0)); }
+  empty(at) { if (!this.isEmpty(at)) this.bytes.fill(0, at, at + PIECE); }
+
+  // Returns the memory from `at` to `end` without its empty pieces: `full`, the others' numbers; and `image`, their bytes.
+  pack(at, end) {
+    const full = [];
+    for (let k = 0; at + k * PIECE < end; k++) if (!this.isEmpty(at + k * PIECE)) full.push(k);
+    const image = new Uint8Array(PIECE * full.length);
+    full.forEach((k, i) => image.set(this.bytes.subarray(at + k * PIECE, at + (k + 1) * PIECE), i * PIECE));
+    return {full, image: image.buffer};
   }
 
   get(record, address, name, index = 0) {
@@ -75,14 +91,14 @@ export class Engine {
 
   // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns the bass's
   // address. `response`, an impulse response at that rate, replaces the file's unless empty. Throws an Error for
-  // a file that cannot be played. Basses with the same `of`, unless 0, carry on each other's notes.
+  // a file that cannot be played. Basses with the same `of`, unless 0, carry on each other's notes. The memory must hold
+  // zeros.
   build(file, tier, rate, at, response = new Float64Array(0), of = 0) {
     const {x} = this, size = file.byteLength;
     this.begins = this.end = at;
     this.add(size);
     const samples = this.add(response.byteLength), pool = this.add(RECORDS.POOL.bytes);
     const building = this.add(RECORDS.BUILDING.bytes);
-    this.bytes.fill(0, at, this.end);
     this.bytes.set(new Uint8Array(file), at);
     if (Number(x.lb_check_file(BigInt(at), BigInt(size))) !== N.GOOD) throw new Error("not a bass of this version");
     [tier, N.COARSE].forEach((which, k) => {
@@ -92,6 +108,7 @@ export class Engine {
       x.lb_measure_pool(BigInt(pool));
       const operators = this.add(this.get("POOL", pool, "bytes"));
       this.set("POOL", pool, "memory", operators);
+      this.set("POOL", pool, "clean", 1);
       this.set("BUILDING", building, "operators", operators, k);
       if (Number(x.lb_fill_pool(BigInt(pool))) !== N.DONE) throw new Error(`cannot be played at ${rate} Hz`);
     });
@@ -110,6 +127,7 @@ export class Engine {
     x.lb_measure_bass(BigInt(building));
     const bass = this.add(this.get("BUILDING", building, "bytes"));
     this.set("BUILDING", building, "memory", bass);
+    this.set("BUILDING", building, "clean", 1);
     x.lb_fill_bass(BigInt(building));
     return bass;
   }

@@ -182,12 +182,12 @@ export class WorkletPlayer {
     const built = await wanted.built.catch(() => undefined);
     if (!built || this.next !== wanted) return;
     this.next = undefined;
-    const {bass, at, image, ...made} = built;
+    const {bass, at, size, full, image, ...made} = built;
     this.names.set(bass, wanted.name);
     this.basses.set(bass, made);
     /** @type {Promise<void>} */
     const there = new Promise(resolve => this.copied.set(bass, resolve));
-    this.node.port.postMessage({bass: {bass, at, image}}, [image]);
+    this.node.port.postMessage({bass: {bass, at, size, full, image}}, [image]);
     await there;
   }
 

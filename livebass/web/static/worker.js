@@ -1,6 +1,6 @@
 // Builds basses in its own memory, each at addresses that are free in the audio thread, and hands over their bytes: the
 // audio thread only copies them.
-import {Engine, N, RECORDS} from "./engine.js";
+import {Engine, N, RECORDS, pieces} from "./engine.js";
 
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */
@@ -30,12 +30,13 @@ function build({id, name, file, tier, rate, response}) {
     ({at, room} = place(size));
     engine.clear();
     bass = engine.build(file, tier, rate, at, response, 1 + names.indexOf(name));
-    size = engine.end - at;
+    size = pieces(engine.end - at);
   } while (size > room);
   taken.set(bass, [at, at + size]);
   sizes.set(key, size);
-  const image = engine.memory.buffer.slice(at, at + size);
-  answer({id, built: {bass, at, image}}, [image]);
+  engine.reserve(at + size);
+  const packed = engine.pack(at, at + size);
+  answer({id, built: {bass, at, size, ...packed}}, [packed.image]);
   return bass;
 }
 

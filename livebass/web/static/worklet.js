@@ -4,7 +4,7 @@
 // From one quantum to the next, hard playing on a board may cost many times the available time; coarse strings cost a
 // tenth of that. If the thread falls behind, it relieves one string at once; if soon again, all sounding strings, and
 // from then on every string as it begins to sound, until the playing has been soft for a while.
-import {Engine, N, RECORDS} from "./engine.js";
+import {Engine, N, PIECE, RECORDS} from "./engine.js";
 import {LAYOUT} from "./layout.js";
 
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz
@@ -158,17 +158,22 @@ class LivebassProcessor extends AudioWorkletProcessor {
   // Begins to copy a bass, and gives back one that was on its way.
   take(bass) {
     if (this.coming) this.port.postMessage({faded: this.coming.bass});
-    this.engine.reserve(bass.at + bass.image.byteLength);
-    this.coming = {...bass, bytes: new Uint8Array(bass.image), done: 0};
+    this.engine.reserve(bass.at + bass.size);
+    this.coming = {...bass, bytes: new Uint8Array(bass.image), done: 0, taken: 0};
     if (this.start === undefined) this.copy(Infinity); // nothing waits for this thread yet
   }
 
-  // Copies up to `most` bytes of the coming bass; once complete, it plays from the next quantum on.
+  // Copies up to `most` bytes of the coming bass, its empty pieces included; once complete, it plays from the next quantum
+  // on.
   copy(most) {
-    const c = this.coming, e = this.engine, end = Math.min(c.bytes.length, c.done + most);
-    e.bytes.set(c.bytes.subarray(c.done, end), c.at + c.done);
-    c.done = end;
-    if (end < c.bytes.length) return;
+    const c = this.coming, e = this.engine, end = Math.min(c.size, c.done + most);
+    for (; c.done < end; c.done += PIECE) {
+      if (c.full[c.taken] * PIECE === c.done) {
+        e.bytes.set(c.bytes.subarray(c.taken * PIECE, (c.taken + 1) * PIECE), c.at + c.done);
+        c.taken++;
+      } else e.empty(c.at + c.done);
+    }
+    if (end < c.size) return;
     const waiting = e.field("next_bass");
     if (waiting) this.port.postMessage({faded: waiting});
     e.setField("next_bass", c.bass);

@@ -13,8 +13,9 @@ from support.modal import third_octaves
 from support.quiet import without_noise
 from support.scores import in_blocks
 
-from livebass import Score
+from livebass import QUALITIES, Score, load_preset
 from livebass.arrays import Floats
+from livebass.engine.engine import Engine
 from livebass.engine.prepare import Note, Rates, new_voice, operators, play_frames
 from livebass.kernels.string.preparing import SENSORS
 from livebass.kernels.string.records import EVENT, GLIDE, PLUCK
@@ -214,3 +215,9 @@ def test_operators_may_change_while_a_finger_glides() -> None:
     assert not bass.coarse_strings
     assert 0 < np.abs(device.block(3000)).max() < 0.5
     assert not bass.engine.voices[3].slots["between"][int(bass.engine.voices[3].record["slot"][0])]
+
+
+@pytest.mark.parametrize(("preset", "glides"), [("jazz-finger", False), ("fretless", True)])
+def test_only_strings_that_glide_have_memory_for_it(preset: str, glides: bool) -> None:
+    engine = Engine(load_preset(preset), QUALITIES["live"], RATE)
+    assert [bool(voice.string["between"][0]) for voice in engine.voices] == engine.strings * [glides]
