@@ -266,8 +266,8 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     """Write a tablature as a MIDI file that livebass and its plugins play.
 
     Each string has its own MIDI channel, the highest string channel 1; key switches call the techniques. The file has
-    the tempos and section names of the tablature. `livebass render` plays it as it plays the tablature. In a DAW put it
-    on one track with a livebass plugin, and choose the same bass and tuning there.
+    the tempos, time signatures and section names of the tablature. `livebass render` plays it as it plays the
+    tablature. In a DAW put it on one track with a livebass plugin, and choose the same bass and tuning there.
 
     \b
     Examples:
