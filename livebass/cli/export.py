@@ -96,7 +96,7 @@ def plugin_command(kind: str) -> click.Command:
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @quality_option(
         AUTO,
-        "Quality of a new track. auto: with --install, studio for basses that this machine can play so; else live.",
+        "Quality of a new track. auto: with --install, studio if this machine can play the bass in it; else live.",
         among=(AUTO, "live", "studio"),
     )
     @tuning_options
