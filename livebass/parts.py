@@ -268,6 +268,6 @@ class Knobs:
     """The knobs of the effects behind the DI; 0 removes an effect."""
 
     # fmt: off
-    compression: float = number(0.0, "number", "0", "1", "compression of the mix; 0: none", word=0)
-    drive: float = number(0.0, "number", "0", "1", "drive of a valve stage with a tone stack; 0: none", word=1)
+    compression: float = number(0.0, "number", "0", "1", "compression of the mix, 0 (off) to 1", word=0)
+    drive: float = number(0.0, "number", "0", "1", "valve stage with a tone stack, 0 (off) to 1", word=1)
     # fmt: on

@@ -11,18 +11,22 @@ import click
 from livebass.cli.options import file_option, of_option, option, together
 from livebass.cli.said import say
 from livebass.cli.values import Number
+from livebass.parts import Knobs
+from livebass.rows import rows
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
 
-NAMES = ("compression", "drive", "response", "response_level")
-KNOB = Number("number", 0, 1)
+NAMES = (*rows(Knobs), "response", "response_level")
+OPTIONS = " ".join(f"--{name.replace('_', '-')}" for name in NAMES)
 
 
 # The options that `Behind.taken` reads.
 effects_options = together(
-    option("--compression", KNOB, "Compression of the mix, 0 (off) to 1.  [default: the preset's]"),
-    option("--drive", KNOB, "Valve stage with a tone stack, 0 (off) to 1.  [default: the preset's]"),
+    *(
+        option(f"--{name}", Number(row.kind, *row.limits), f"{row.meaning.capitalize()}.  [default: the preset's]")
+        for name, row in rows(Knobs).items()
+    ),
     file_option(
         "--response", "Impulse response of a cabinet or room, a sound file of up to 1 s.  [default: the preset's]"
     ),

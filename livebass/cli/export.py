@@ -96,7 +96,7 @@ def plugin_command(kind: str) -> click.Command:
     @click.option("--system", cls=SystemOption, metavar="NAME")
     @quality_option(
         AUTO,
-        "Quality of a new track. auto: with --install, studio for basses that this machine can play so; else live.",
+        "Quality of a new track. auto: with --install, studio if this machine can play the bass in it; else live.",
         among=(AUTO, "live", "studio"),
     )
     @tuning_options
@@ -266,8 +266,8 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     """Write a tablature as a MIDI file that livebass and its plugins play.
 
     Each string has its own MIDI channel, the highest string channel 1; key switches call the techniques. The file has
-    the tempos and section names of the tablature. `livebass render` plays it as it plays the tablature. In a DAW put it
-    on one track with a livebass plugin, and choose the same bass and tuning there.
+    the tempos, time signatures and section names of the tablature. `livebass render` plays it as it plays the
+    tablature. In a DAW put it on one track with a livebass plugin, and choose the same bass and tuning there.
 
     \b
     Examples:

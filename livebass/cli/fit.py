@@ -46,7 +46,7 @@ GROUPS = {
 @option(
     "--beside",
     PATH,
-    "Notes of another real bass, to tell how far another bass is; repeatable.",
+    "Notes of another real bass, to show how far apart real basses are; repeatable.",
     multiple=True,
     metavar="DIR",
 )

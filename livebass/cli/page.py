@@ -52,9 +52,9 @@ def page(
 ) -> None:
     """Open the page that plays the bass and shows its strings.
 
-    The page of `livebass export web`, which here also opens tablature that you drop on it. Only this machine can open
-    it, until Ctrl-C. The command prints its address. LINK is the address of such a page, or the part after its #: a
-    bass with its bench settings, a step of a story, or a case of the paper (a, b or c), shown in slow motion.
+    This is the page of `livebass export web`, but you can also drop tablature on it. The command prints its address,
+    which only this machine can open, until Ctrl-C. LINK is the address of such a page, or the part after its #: a bass
+    with its bench settings, a step of a story, or a case of the paper (a, b or c), shown in slow motion.
 
     \b
     Examples:

@@ -13,7 +13,7 @@ import click
 
 from livebass.cli.console import Console, OutputGone, logged
 from livebass.cli.demos import demo_option
-from livebass.cli.effects import Behind, effects_options
+from livebass.cli.effects import OPTIONS, Behind, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import SOUND, Hands, hands_options
 from livebass.cli.options import DEFAULT_PRESET, file_option, flag, given, option, preset_option, quality_option
@@ -39,7 +39,7 @@ LOG = logging.getLogger("livebass")
 GROUPS = {
     "Sound": "--preset --quality --gain --tuning --capo --a4 --temperament",
     "Hands": "--keys --velocity-curve --wheel --no-noise --learn --controllers",
-    "Effects": "--compression --drive --response --response-level",
+    "Effects": OPTIONS,
     "Song": "--file --track --bars --dynamics --demo --loop --tempo --metronome --count-in --tuner",
     "Take": "--record --record-midi --log",
     "Devices": "--backend --audio --midi --channel --rate --block --latency --cores --osc",

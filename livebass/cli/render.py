@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from livebass.cli.demos import demo_for, demo_option, ready_for
-from livebass.cli.effects import effects_options
+from livebass.cli.effects import OPTIONS, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import Loader, hands_options
 from livebass.cli.options import (
@@ -68,7 +68,7 @@ GROUPS = {
     "Music": "--note --velocity --duration --demo --all-presets --channel --track --bars --dynamics --list --tail",
     "Sound": "--preset --quality --gain --normalize --tuning --capo --a4 --temperament --modes --contact-rate --seed",
     "Hands": "--keys --velocity-curve --wheel --no-noise",
-    "Effects": "--compression --drive --response --response-level",
+    "Effects": OPTIONS,
     "File": "--output --format --bits --rate --stems",
     "Help": "--help",
 }

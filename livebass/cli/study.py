@@ -48,7 +48,7 @@ pluck_options = together(
     option(
         "--angle",
         Quantity(*ANGLE),
-        "Direction of the pluck: 0deg away from the neck, towards 90deg across it.",
+        "Direction of the pull: 0deg is away from the neck, 90deg across it.",
         default=0.0,
         show_default="0deg",
     ),
@@ -74,10 +74,10 @@ def claims(
     Computes the cases of Issanchou et al. (2018) with all modes at the paper's contact rates and compares each
     statement with the result. Prints a table; its first column has the IDs. The exit status is 1 if a statement fails.
 
-    Contacts are chaotic: a millimetre of place or rounding moves their end by a third. So many plucks, within what the
-    paper leaves open, judge a statement about contacts: their median must agree. A number that the paper takes from one
-    such pluck must lie between their 5 and 95 % quantiles. Takes about a minute on two cores, with --plucks 0 a quarter
-    of a minute.
+    Contacts are chaotic: a millimetre of place or rounding moves their end by a third. So livebass checks a statement
+    about contacts by many plucks, within what the paper leaves open: their median must agree. A number that the paper
+    takes from one such pluck must lie between their 5 and 95 % quantiles. Takes about a minute on two cores, with
+    --plucks 0 a quarter of a minute.
 
     \b
     Examples:

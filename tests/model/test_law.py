@@ -48,6 +48,15 @@ def test_frequencies_and_dampings_are_those_of_the_paper(law: str, fret: int) ->
     assert sigma[-1] > 10 * sigma[0]
 
 
+def test_an_end_too_short_for_the_law_has_the_damping_of_its_first_mode() -> None:
+    """The paper's law is constant from mode 800 L / 0.863 m on: here from mode 0.7, so from the first."""
+    string, neck = g("paper")
+    last = (*neck.fret_positions[:-1], string.length - 0.8e-3)
+    neck = replace(neck, fret_positions=last, admittance=Admittance((), stop=0.0), stop_conductance=0.0)
+    sigma = dampings(speaking(string, neck, len(last)), 5)
+    np.testing.assert_allclose(sigma, sigma[0], rtol=1e-14)
+
+
 def test_bending_is_that_of_the_core() -> None:
     """B = pi^2 E I / (T L^2), whatever the tuning."""
     for name in ("jazz-finger", "paper-bass"):

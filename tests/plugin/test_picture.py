@@ -822,12 +822,17 @@ def test_every_parameter_is_on_a_page_at_its_place_whatever_the_bass(host: Host,
     picture.close()
 
 
-def test_a_value_is_typed_in_the_units_that_it_shows(host: Host) -> None:
-    """After a press on the focused control, or by its menu; Escape leaves it, and what is no number changes nothing."""
+def action_of(host: Host) -> tuple[Picture, float, float]:
+    """A picture of the bench, and the place of the slider Action in it."""
     picture = Picture(host)
     picture.draw()
     picture.turn_to(BENCH)
-    x, y = slider_of(picture, "action")
+    return picture, *slider_of(picture, "action")
+
+
+def test_a_value_is_typed_in_the_units_that_it_shows(host: Host) -> None:
+    """After a press on the focused control, or by its menu; Escape leaves it, and what is no number changes nothing."""
+    picture, x, y = action_of(host)
     host.set("action", 0.0)
     picture.draw()
     assert not picture.key("1"), "no control is marked yet: keys are the host's"
@@ -845,10 +850,7 @@ def test_a_value_is_typed_in_the_units_that_it_shows(host: Host) -> None:
 
 
 def test_menus_and_tips_leave_no_trace(host: Host) -> None:
-    picture = Picture(host)
-    picture.draw()
-    picture.turn_to(BENCH)
-    x, y = slider_of(picture, "action")
+    picture, x, y = action_of(host)
     picture.point(MOVE, 0, 0)
     picture.draw()
     before = picture.pixels.copy()

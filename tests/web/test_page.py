@@ -602,18 +602,16 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
         play(0xB0, 121, 0)
         shows("Fingers")
         # parameters
-        play(0xB0, 17, 127)
-        wait(lambda: slider("tone") == (1, "brighter"))
-        play(0xB0, 18, 0)
-        wait(lambda: slider("blend") == (-1, "to the neck"))
-        play(0xB0, 3, 127)
-        wait(lambda: slider("pluck_position") == (-1, "to the bridge"))
-        play(0xB0, 121, 0)
-        wait(lambda: slider("pluck_position") == (0, "its own"))
-        play(0xB0, 102, 64)
-        wait(lambda: slider("gain") == (-12, "-12 dB"))
-        play(0xB0, 102, 0)
-        wait(lambda: slider("gain") == (-60, "silent"))
+        for control, value, name, at, says in (
+            (17, 127, "tone", 1, "brighter"),
+            (18, 0, "blend", -1, "to the neck"),
+            (3, 127, "pluck_position", -1, "to the bridge"),
+            (121, 0, "pluck_position", 0, "its own"),
+            (102, 64, "gain", -12, "-12 dB"),
+            (102, 0, "gain", -60, "silent"),
+        ):
+            play(0xB0, control, value)
+            wait(lambda name=name, at=at, says=says: slider(name) == (at, says))
         browser.execute_script("$('gain').value = -3; $('gain').oninput()")
         play(0xB0, 1, 127)
         shows("Fingers", "Vibrato")  # a report after the slider moved

@@ -6,34 +6,37 @@
 
 enum { SPARE = 32 }; /* places that only ends of moves may take */
 
+/* The rings of moves and touches: how many wait, and the step past one that was put or taken. */
+uint32_t lb_waiting(const lb_ring *r) {
+    return __atomic_load_n(&r->put, __ATOMIC_ACQUIRE) - __atomic_load_n(&r->taken, __ATOMIC_ACQUIRE);
+}
+static void step(uint32_t *count) { __atomic_store_n(count, *count + 1, __ATOMIC_RELEASE); }
+
 void lb_put_move(lb_moves *m, int parameter, int phase, double value) {
-    const uint32_t put = m->put, used = put - __atomic_load_n(&m->taken, __ATOMIC_ACQUIRE);
+    const uint32_t used = lb_waiting(&m->ring);
     if (used >= LB_MOVES || (phase != LB_END && used >= LB_MOVES - SPARE)) return;
-    m->moves[put % LB_MOVES] = (lb_move){parameter, phase, value};
-    __atomic_store_n(&m->put, put + 1, __ATOMIC_RELEASE);
+    m->moves[m->ring.put % LB_MOVES] = (lb_move){parameter, phase, value};
+    step(&m->ring.put);
 }
 
 int lb_take_move(lb_moves *m, lb_move *to) {
-    const uint32_t taken = m->taken;
-    if (taken == __atomic_load_n(&m->put, __ATOMIC_ACQUIRE)) return 0;
-    *to = m->moves[taken % LB_MOVES];
-    __atomic_store_n(&m->taken, taken + 1, __ATOMIC_RELEASE);
+    if (!lb_waiting(&m->ring)) return 0;
+    *to = m->moves[m->ring.taken % LB_MOVES];
+    step(&m->ring.taken);
     return 1;
 }
 
 void lb_put_touch(lb_touches *t, int on, int string, int key, double velocity) {
-    const uint32_t put = t->put;
-    if (put - __atomic_load_n(&t->taken, __ATOMIC_ACQUIRE) >= LB_BY_HAND) return;
+    if (lb_waiting(&t->ring) >= LB_BY_HAND) return;
     const int seven = on ? (int)fmin(fmax(rint(127 * velocity), 1), 127) : 0;
-    t->touches[put % LB_BY_HAND] = (lb_touch){(uint8_t)string, (uint8_t)key, (uint8_t)seven};
-    __atomic_store_n(&t->put, put + 1, __ATOMIC_RELEASE);
+    t->touches[t->ring.put % LB_BY_HAND] = (lb_touch){(uint8_t)string, (uint8_t)key, (uint8_t)seven};
+    step(&t->ring.put);
 }
 
 int lb_take_touch(lb_touches *t, lb_touch *to) {
-    const uint32_t taken = t->taken;
-    if (taken == __atomic_load_n(&t->put, __ATOMIC_ACQUIRE)) return 0;
-    *to = t->touches[taken % LB_BY_HAND];
-    __atomic_store_n(&t->taken, taken + 1, __ATOMIC_RELEASE);
+    if (!lb_waiting(&t->ring)) return 0;
+    *to = t->touches[t->ring.taken % LB_BY_HAND];
+    step(&t->ring.taken);
     return 1;
 }
 

@@ -226,7 +226,7 @@ static void change_bass(lb_instance *i) {
 int lb_may_sleep(const lb_instance *i) {
     if (__atomic_load_n(&i->changed, __ATOMIC_RELAXED) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
     if (__atomic_load_n(&i->done, __ATOMIC_RELAXED) || wants_other(i)) return 0;
-    if (__atomic_load_n(&i->touches.put, __ATOMIC_RELAXED) != i->touches.taken || i->audio.taps.count) return 0;
+    if (lb_waiting(&i->touches.ring) || i->audio.taps.count) return 0;
     return lb_is_still(i->synth);
 }
 

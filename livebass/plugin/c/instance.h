@@ -18,15 +18,18 @@ typedef struct { /* a change of a parameter in the window */
     int parameter, phase;
     double value;
 } lb_move;
-typedef struct { /* changes to tell the host: one thread puts them in, another takes them out */
+typedef struct { /* counts of a ring: one thread puts entries in, another takes them out */
     uint32_t put, taken;
+} lb_ring;
+typedef struct { /* changes to tell the host */
+    lb_ring ring;
     lb_move moves[LB_MOVES];
 } lb_moves;
 typedef struct { /* a note played in the window, on a string or, from LB_STRINGS on, any; velocity 0 ends it */
     uint8_t string, key, velocity;
 } lb_touch;
 typedef struct { /* such notes on their way to the audio thread */
-    uint32_t put, taken;
+    lb_ring ring;
     lb_touch touches[LB_BY_HAND];
 } lb_touches;
 #define LB_SHORTEST 0.05 /* s, the least duration of a string's note by hand: one that ends in its first frame is
@@ -243,6 +246,7 @@ void lb_tell_notes(lb_instance *);
 
 /* --- of hand.c --- */
 
+uint32_t lb_waiting(const lb_ring *); /* how many entries a ring holds */
 /* In a flood moves get lost, but not the end of one that has begun. [one thread] */
 void lb_put_move(lb_moves *, int parameter, int phase, double value);
 int lb_take_move(lb_moves *, lb_move *); /* 0: there is none. [one thread] */

@@ -7,18 +7,17 @@
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 static SRWLOCK lock = SRWLOCK_INIT;
-static void enter(void) {
-    LB_MAY_WAIT();
-    AcquireSRWLockExclusive(&lock);
-}
-static void leave(void) { ReleaseSRWLockExclusive(&lock); }
+#define LB_LOCK AcquireSRWLockExclusive
+#define LB_UNLOCK ReleaseSRWLockExclusive
 #else
 #include <pthread.h>
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+#define LB_LOCK pthread_mutex_lock
+#define LB_UNLOCK pthread_mutex_unlock
+#endif
 static void enter(void) {
     LB_MAY_WAIT();
-    pthread_mutex_lock(&lock);
+    LB_LOCK(&lock);
 }
-static void leave(void) { pthread_mutex_unlock(&lock); }
-#endif
+static void leave(void) { LB_UNLOCK(&lock); }
 #endif

@@ -38,11 +38,14 @@ typedef struct {
     int override_redirect;
     xid colormap, cursor;
 } xattributes;
-typedef struct { /* of a button, the pointer, and its leaving; of a key, with its number in place of a button's */
+typedef struct { /* how every event begins */
     int type;
     unsigned long serial;
     int send_event;
     display *display;
+} xhead;
+typedef struct { /* of a button, the pointer, and its leaving; of a key, with its number in place of a button's */
+    xhead head;
     xid window, root, subwindow;
     unsigned long time;
     int x, y, x_root, y_root;
@@ -50,34 +53,22 @@ typedef struct { /* of a button, the pointer, and its leaving; of a key, with it
     int same_screen;
 } xpointer;
 typedef struct {
-    int type;
-    unsigned long serial;
-    int send_event;
-    display *display;
+    xhead head;
     xid window;
     int x, y, width, height, count;
 } xexpose;
 typedef struct { /* of a window's size */
-    int type;
-    unsigned long serial;
-    int send_event;
-    display *display;
+    xhead head;
     xid event, window;
     int x, y, width, height;
 } xconfigure;
 typedef struct {
-    int type;
-    unsigned long serial;
-    int send_event;
-    display *display;
+    xhead head;
     xid requestor, selection, target, property;
     unsigned long time;
 } xselection;
 typedef struct {
-    int type;
-    unsigned long serial;
-    int send_event;
-    display *display;
+    xhead head;
     xid window;
     int mode, detail;
 } xfocus;
@@ -275,7 +266,7 @@ static void take_key(lb_window *w, xevent *e) {
     const unsigned state = e->pointer.state;
     const int modifiers = (state & SHIFT ? LB_SHIFT : 0) | (state & CONTROL ? LB_CONTROL : 0) | (state & MOD1 ? LB_ALT : 0);
     const int key = key_of(&e->pointer);
-    if ((key && lb_key(w->picture, key, modifiers)) || e->pointer.send_event || !w->parent) return;
+    if ((key && lb_key(w->picture, key, modifiers)) || e->pointer.head.send_event || !w->parent) return;
     e->pointer.window = w->parent;
     x.SendEvent(w->display, w->parent, 1, KEYS, e);
 }
@@ -318,7 +309,7 @@ static void paste(lb_window *w, const xselection *e) {
 /* Takes the size that a host gave the window itself, as LV2 hosts do, since the last size of our own. */
 static void take_size(lb_window *w, const xconfigure *e) {
     uint64_t wanted = __atomic_load_n(&w->wanted, __ATOMIC_ACQUIRE);
-    if (e->window != w->window || e->serial < w->resized || e->width < 1 || e->height < 1) return;
+    if (e->window != w->window || e->head.serial < w->resized || e->width < 1 || e->height < 1) return;
     __atomic_compare_exchange_n(&w->wanted, &wanted, packed(e->width, e->height, (double)(wanted & 0xFFFF) / 256), 0,
                                 __ATOMIC_ACQ_REL, __ATOMIC_RELAXED);
 }

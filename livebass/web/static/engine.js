@@ -87,6 +87,10 @@ export class Engine {
     else this.view.setBigInt64(at, BigInt(value), true);
   }
 
+  fill(record, address, values) {
+    for (const name in values) this.set(record, address, name, values[name]);
+  }
+
   // --- basses ---
 
   // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns the bass's
@@ -102,9 +106,7 @@ export class Engine {
     this.bytes.set(new Uint8Array(file), at);
     if (Number(x.lb_check_file(BigInt(at), BigInt(size))) !== N.GOOD) throw new Error("not a bass of this version");
     [tier, N.COARSE].forEach((which, k) => {
-      this.set("POOL", pool, "file", at);
-      this.set("POOL", pool, "tier", which);
-      this.set("POOL", pool, "rate", rate);
+      this.fill("POOL", pool, {file: at, tier: which, rate});
       x.lb_measure_pool(BigInt(pool));
       const operators = this.add(this.get("POOL", pool, "bytes"));
       this.set("POOL", pool, "memory", operators);
@@ -112,18 +114,12 @@ export class Engine {
       this.set("BUILDING", building, "operators", operators, k);
       if (Number(x.lb_fill_pool(BigInt(pool))) !== N.DONE) throw new Error(`cannot be played at ${rate} Hz`);
     });
-    this.set("BUILDING", building, "file", at);
-    this.set("BUILDING", building, "tier", tier);
-    this.set("BUILDING", building, "rate", rate);
-    this.set("BUILDING", building, "of", of);
-    for (const name of ["over_frets", "over_board", "play_string"])
-      this.set("BUILDING", building, name, this.numbers[name]);
     this.bytes.set(new Uint8Array(response.buffer), samples);
-    this.set("BUILDING", building, "response", samples);
-    this.set("BUILDING", building, "response_count", response.length);
-    this.set("BUILDING", building, "response_rate", rate);
-    this.set("BUILDING", building, "log_room", CONTACTS);
-    this.set("BUILDING", building, "told_room", EVENTS);
+    const {over_frets, over_board, play_string} = this.numbers;
+    this.fill("BUILDING", building, {
+      file: at, tier, rate, of, over_frets, over_board, play_string, log_room: CONTACTS, told_room: EVENTS,
+      response: samples, response_count: response.length, response_rate: rate,
+    });
     x.lb_measure_bass(BigInt(building));
     const bass = this.add(this.get("BUILDING", building, "bytes"));
     this.set("BUILDING", building, "memory", bass);
@@ -259,10 +255,7 @@ export class Engine {
   // frame on.
   pluck(bass, {apex, place, width}, {before, frames, heard}) {
     const event = this.add(RECORDS.EVENT.bytes);
-    this.set("EVENT", event, "kind", N.PLUCK);
-    this.set("EVENT", event, "apex", apex);
-    this.set("EVENT", event, "place", place);
-    this.set("EVENT", event, "width", width);
+    this.fill("EVENT", event, {kind: N.PLUCK, apex, place, width});
     return this.motion(bass, 0, event, 1, this.get("VOICE", this.voice(bass, 0), "pull"), before, frames, heard);
   }
 
