@@ -17,9 +17,9 @@ LAYERS = (
     {"response"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},
-    {"learn", "hand", "layout", "vst3_midi"},
+    {"learn", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
-    {"text", "menu"},
+    {"text", "menu", "hand"},
     {"sounds", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},

@@ -910,6 +910,21 @@ def test_the_smallest_window_cuts_nothing_off() -> None:
     picture.close()
 
 
+def test_in_the_smallest_window_lamps_have_room_for_their_names() -> None:
+    """The row with the longest ones."""
+    names = "Artificial harmonics,Artificial 12ths,Artificial 15ths,Pinch harmonics,Slide off down,Slide off up,"
+    names += "Stop on release,Stop all strings"
+    picture = Picture(size=(640, 320))
+    picture.show(made_look())
+    picture.draw()
+    picture.turn_to(PLAY)
+    over = np.array([picture.point(MOVE, x + 0.5, 206) == 1 for x in range(640)])
+    begin, end = (np.flatnonzero(np.diff(over.astype(int)) == step) for step in (1, -1))
+    room = [library().lb_text_width(9.0, name.encode()) + 6 for name in names.split(",")]  # with 3 on each side
+    assert len(begin) == len(room) and (end - begin >= np.floor(room)).all()
+    picture.close()
+
+
 def test_a_search_ends_with_the_first_found(host: Host) -> None:
     """Return takes it, even before it is drawn; if nothing is found, it lists everything."""
     picture = Picture(host, optional=WHOLE)

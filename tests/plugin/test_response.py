@@ -12,7 +12,7 @@ import soundfile
 from support import lv2 as lv2host
 from support import vst3 as vst3host
 from support.clap import Plugin
-from support.picture import Host, library, shelf
+from support.picture import PRESS, RELEASE, Host, Picture, library, shelf
 from support.plugins import RATE
 
 from livebass import QUALITIES, load_preset, score_of
@@ -27,6 +27,7 @@ SCORE = score_of([(0.0, 0.4, 28, 110), (0.15, 0.5, 36, 80)], RATE)
 FRAMES = 12000
 DAMAGED = 200  # states
 RESPONSE = "urn:livebass:bass#response"
+UNDO = (754, 59)  # px in a window of the usual size
 NAME = 24  # its place in the kept response
 
 
@@ -121,16 +122,20 @@ def test_sessions_of_clap_and_vst3_keep_the_samples(bundles: Path, host: Host, o
     other.close()
 
 
+def name_in(plugin: lv2host.Plugin) -> str:
+    """The response's name, as a window hears it."""
+    told = dict(plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())]))
+    return (told | dict(plugin.send([])))[RESPONSE].partition(b"\0")[0].decode()
+
+
 def test_a_session_of_lv2_keeps_the_samples(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
-    """The worker reads the file that a window names; the window hears the name."""
+    """The worker reads the file that a window names; the window hears the name. An earlier one needs no file."""
     assert take(host, cabinet) is None
     wanted = rendered(saved(host, own))
     with closing(lv2host.Plugin(bundles / "livebass.lv2")) as plugin:
         plugin.send([(RESPONSE, f"{cabinet}\0".encode())])
         plugin.work()
-        told = dict(plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())]))
-        told |= dict(plugin.send([]))
-        assert told[RESPONSE].rstrip(b"\0") == cabinet.stem.encode()
+        assert name_in(plugin) == cabinet.stem
         state = plugin.save()
     cabinet.unlink()
     with closing(lv2host.Plugin(bundles / "livebass.lv2")) as plugin:
@@ -143,8 +148,59 @@ def test_a_session_of_lv2_keeps_the_samples(bundles: Path, host: Host, own: Path
         assert kind and plugin.restore({**before, number: (value[:-8] + bytes(8), chunk)}) != 0
         assert plugin.save() == before
         assert plugin.restore({**before, number: (value, chunk)}) == 0
+        assert plugin.restore(before) == 0
+        cabinet.parent.mkdir(exist_ok=True)
+        undo, new = f":{cabinet.stem}", cabinet.with_name("New.wav")
+        soundfile.write(new, [0.5, 0.25], 48000)
+        for asked, name in ((undo, cabinet.stem), (new, "New"), (":Old", "New"), (undo, cabinet.stem), ("", "")):
+            plugin.send([(RESPONSE, f"{asked}\0".encode())])
+            plugin.work()
+            assert name_in(plugin) == name
+        plugin.send([(RESPONSE, f"{undo}\0".encode())])
+        plugin.work()
         plugin.controls["freewheeling"].value = 1
         assert np.array_equal(plugin.play(SCORE, FRAMES), wanted)
+
+
+def test_undo_brings_back_the_response_before(host: Host, own: Path, cabinet: Path) -> None:
+    """Of a session, without its file, or none; after a choice, a sound and a pasted text; values alone leave it."""
+    before = host.whole_state()
+    assert take(host, cabinet) is None
+    state, sound = host.whole_state(), saved(host, own).read_text()
+    library().lb_undo(host.address)
+    assert host.whole_state() == before
+    assert host.load(state) and host.sounds()
+    other = cabinet.with_name("Other.wav")
+    soundfile.write(other, [0.5, 0.25], 48000)
+    library().lb_keep_values(host.address)
+    host.set("gain", -6.0)
+    assert take(host, other) is None and take(host, other) is None
+    changed, new = host.whole_state(), sound.replace(cabinet.stem, "Other")
+    assert library().lb_load_sound(host.address, 0) and library().lb_take_text(host.address, new.encode()) is None
+    cabinet.unlink()
+    for wanted in (changed, state, state):
+        library().lb_undo(host.address)
+        library().lb_undo(host.address)
+        assert host.whole_state() == wanted
+
+
+def test_undo_says_that_it_was_the_cabinet(host: Host, cabinet: Path) -> None:
+    """In place of the title; not if the last change was another."""
+    picture = Picture(host, optional=("undo", "swap", "side", "copy", "paste", "response"))
+    titles = []
+    for change in (None, "gain", cabinet):
+        if change == cabinet:
+            assert take(host, cabinet) is None
+        elif change:
+            library().lb_keep_values(host.address)
+            host.set("gain", -6.0)
+        picture.draw(10.0)  # the last notice is gone
+        picture.point(PRESS, *UNDO)
+        picture.point(RELEASE, *UNDO)
+        picture.draw()
+        titles.append(picture.pixels[9:37, 156:400].tobytes())
+    assert len(set(titles)) == 3
+    picture.close()
 
 
 def test_a_damaged_response_changes_nothing(host: Host, cabinet: Path) -> None:

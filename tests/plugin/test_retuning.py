@@ -12,16 +12,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import picture
 from support.clap import Plugin, midi, note_off, note_on, tuning
+from support.picture import Host, shelf
 
 from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.plugin import clap
 from livebass.plugin.build import compiler
 from livebass.plugin.systems import this_system
+from livebass.techniques import PICKED
 
 SOURCE = Path(__file__).parents[1] / "support" / "master.c"
 KEY, OTHER = 40, 45
+ON = 2  # the string that plays KEY
+PICK = 15  # the key that chooses it
 pytestmark = pytest.mark.skipif(this_system().ending != "so", reason="the library is built for Linux")
 
 
@@ -100,6 +105,33 @@ def test_keys_outside_the_scale_are_silent(plugin: Plugin, master: Any) -> None:
     for start in (note_on(KEY, 0.8), midi(bytes([0x90, KEY, 100]))):
         assert not plugin.block(2048, [start]).any() and not plugin.block(2048, [note_off(KEY)]).any()
     assert plugin.block(2048, [note_on(OTHER, 0.8)]).any()
+
+
+def test_the_windows_own_notes_follow_the_master(master: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As the host's do, while they are held, too; keys outside the scale are silent, but switches work."""
+    fresh = picture.library.__wrapped__()  # it has not looked for a master's library yet
+    monkeypatch.setattr(picture, "library", lambda: fresh)
+    shelf(tmp_path, ["jazz-finger"])
+    with closing(Host(tmp_path)) as window, closing(Host(tmp_path)) as host:
+        set_number(master, "has_master", 1)
+        for semitones in (0.31, -0.4):
+            retune(master, KEY, semitones)
+            if semitones > 0:
+                window.touch(True, ON, KEY)
+                host.midi(0x90, KEY, 95)
+            assert np.array_equal(window.play(4096), host.play(4096))
+        set_number(master, "left_out", OTHER)
+        window.touch(True, 0, OTHER)
+        assert np.array_equal(window.play(4096), host.play(4096))
+        set_number(master, "left_out", PICK)
+        for one, other in ((True, 0x90), (False, 0x80)):
+            window.touch(one, 255, PICK)
+            host.midi(other, PICK, 95)
+            assert np.array_equal(window.play(4096), host.play(4096))
+        for each in (window, host):
+            each.midi(0x90, OTHER, 95)  # on the string of its choice
+        assert np.array_equal(window.play(4096), host.play(4096))
+        assert window.value("technique") == host.value("technique") == PICKED
 
 
 def test_without_a_master_nothing_changes_and_each_instance_is_a_client(

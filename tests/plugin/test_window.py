@@ -46,6 +46,8 @@ UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (754, 59), (846, 59), (872, 59), (
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 629, SLIDER[1], "mousemove", 639, SLIDER[1], "mouseup", 1)
 LEARN = ("mousemove", *SLIDER, "click", 3, "mousemove", SLIDER[0] + 20, SLIDER[1] + 70, "click", 1)  # or forget
 ZOOM = (24, 232)
+TONE_PAGE = ("mousemove", 222, 58, "click", 1, "sleep", 0.2)
+CABINETS = ("mousemove", 600, 440, "click", 1, "sleep", 0.2, "mousemove")  # opens their menu on that page
 FIRST_SOUND = (300, 89)  # in the list: the first of the second column
 TITLES = [load_preset(name).name for name in PRESETS]
 GAIN = 0
@@ -62,6 +64,15 @@ def screen_name() -> Iterator[str]:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return written(clap, tmp_path_factory.mktemp("window") / "livebass")
+
+
+def own_cabinet(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A response in a user's folder of its own."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(folder))
+    file = folder / "livebass" / "responses" / "Old.wav"
+    file.parent.mkdir(parents=True)
+    soundfile.write(file, np.r_[0.5, np.zeros(99), 0.25], 48000)
+    return file
 
 
 @contextmanager
@@ -270,8 +281,11 @@ def test_a_hand_in_the_vst3_window_edits_in_order(screen_name: str, tmp_path: Pa
 # --- LV2 ---
 
 
-def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tmp_path: Path) -> None:
+def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
+    screen_name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Atoms carry the view; a hand sends back values and atoms; without a window nothing is sent."""
+    file = own_cabinet(tmp_path, monkeypatch)
     bundle = written(lv2_plugin, tmp_path / "livebass.lv2")
     listed = (bundle / "instruments.txt").read_text().split()
     (bundle / "instruments.txt").write_text("\n".join([listed[0], f"{listed[1]} studio", *listed[2:]]) + "\n")
@@ -388,6 +402,13 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(screen_name: str, tm
             wait_for(lambda: idle.idle(handle) == 0 and any(not form for _, form, _ in sent))
             told_ports = {port - 2: np.frombuffer(data, "f4")[0] for port, form, data in sent if not form}
             assert told_ports == {TECHNIQUE: PICKED}
+            name = b"Of the session".ljust(64, b"\0")
+            atom = np.array([len(name), plugin.number("urn:livebass:bass#response")], "u4").tobytes() + name
+            ui.port_event(handle, LOOK_PORT, len(atom), transfer, atom)
+            hand(*TONE_PAGE, *CABINETS, 620, 385, "click", 1)
+            wait_for(lambda: idle.idle(handle) == 0 and told("response") == [f"{file}\0".encode()])
+            hand("mousemove", *UNDO, "click", 1)
+            wait_for(lambda: idle.idle(handle) == 0 and told("response")[1:] == [b":Of the session\0"])
             screen.resize(1300, 800)  # the host resizes the plugin's window itself
             wait_for(lambda: len(np.unique(screen.picture(1300, 800)[500:, 1000:].reshape(-1, 3), axis=0)) > 5)
             ui.cleanup(handle)
@@ -529,16 +550,16 @@ def test_a_value_is_typed_with_the_keyboard(screen_name: str, folder: Path) -> N
 def test_a_cabinet_is_chosen_in_the_window(
     screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On the page Tone, from the files in the user's folder; the state keeps it until none is chosen."""
-    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
-    file = tmp_path / "livebass" / "responses" / "Old.wav"
-    file.parent.mkdir(parents=True)
-    soundfile.write(file, np.r_[0.5, np.zeros(99), 0.25], 48000)
-    menu = ("mousemove", 600, 440, "click", 1, "sleep", 0.2, "mousemove")
+    """On the page Tone, from the files in the user's folder; the state keeps it until none is chosen; Undo."""
+    own_cabinet(tmp_path, monkeypatch)
     with opened(folder) as (plugin, _):
         before = plugin.save()
-        hand("mousemove", 222, 58, "click", 1, "sleep", 0.2, *menu, 620, 385, "click", 1)
+        hand(*TONE_PAGE, *CABINETS, 620, 385, "click", 1)
         wait_for(lambda: len(plugin.save()) > len(before))
         assert b"Old\0" in plugin.save()[len(before) :]
-        hand(*menu, 620, 365, "click", 1)
+        with_file = plugin.save()
+        hand(*CABINETS, 620, 365, "click", 1)
         wait_for(lambda: plugin.save() == before)
+        for wanted in (with_file, before):
+            hand("mousemove", *UNDO, "click", 1)
+            wait_for(lambda wanted=wanted: plugin.save() == wanted)

@@ -84,6 +84,7 @@ def library() -> Any:
         ("lb_watch", None, [address, whole]),
         ("lb_key", whole, [address, whole, whole]),
         ("lb_wants_keys", whole, [address]),
+        ("lb_text_width", real, [real, c.c_char_p]),
         ("lb_text_to_value", whole, [address, whole, c.c_char_p, c.POINTER(real)]),
         ("lb_copy_side", None, [address]),
         ("lb_title", None, [address, address, c.c_size_t]),

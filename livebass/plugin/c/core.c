@@ -244,7 +244,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     }
     if (response) {
         b->response = response;
-        __atomic_add_fetch(&response->users, 1, __ATOMIC_RELAXED);
+        lb_hold_response(response);
         building->response = ADDRESS(response->played);
         building->response_count = response->count;
         building->response_rate = response->kept->rate;

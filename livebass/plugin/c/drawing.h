@@ -14,12 +14,13 @@ enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 
 /* Pixels at scale 1. */
 enum { EDGE = 14, HEADER = 46, TABS = 28, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
-enum { SAVE_WIDTH = 44 };
+enum { SAVE_WIDTH = 44, MOTION_WIDTH = 76 };
 enum { LEAST_CELL = 144, MOST_CELL = 260, LEAST_LAMP = 100, LEAST_SMALL_LAMP = 76 }; /* widths */
 enum { LAMP_HEIGHT = 26, SMALL_LAMP = 21, LOW = 400 };
 enum { LEAST_NECK = 120 };                                    /* height of a neck beside a side view */
 #define FLOOR_DB (-48.0) /* where the meter begins */
-#define SMALL 11.0 /* letters */
+#define TINY 9.0 /* letters */
+#define SMALL 11.0
 #define MIDDLE 12.5
 #define LARGE 20.0
 

@@ -40,46 +40,52 @@ int lb_take_touch(lb_touches *t, lb_touch *to) {
     return 1;
 }
 
-static void let_go(lb_synth *s, int key) { lb_send(s, 0, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3); }
+static void let_go(lb_instance *i, int key) { lb_take_midi(i, 0, (const uint8_t[]){0x80, (uint8_t)key, 64}, 3); }
 
 /* Ends the first `count` waiting notes. */
-static void end_first(lb_synth *s, lb_taps *t, int count) {
-    for (int k = 0; k < count; k++) let_go(s, t->keys[k]);
+static void end_first(lb_instance *i, int count) {
+    lb_taps *t = &i->audio.taps;
+    for (int k = 0; k < count; k++) let_go(i, t->keys[k]);
     t->count -= count;
     memmove(t->keys, t->keys + count, (size_t)t->count * sizeof *t->keys);
     memmove(t->due, t->due + count, (size_t)t->count * sizeof *t->due);
 }
 
-void lb_end_taps(lb_synth *s, lb_taps *t) {
+void lb_end_taps(lb_instance *i) {
+    const lb_taps *t = &i->audio.taps;
     int count = 0;
-    while (count < t->count && t->due[count] <= s->record.frame) count++;
-    end_first(s, t, count);
+    while (count < t->count && t->due[count] <= i->synth->record.frame) count++;
+    end_first(i, count);
 }
 
 /* Notes end in the order of their release: a bound note ends after the next one has begun. */
-static void end_later(lb_synth *s, lb_taps *t, int key) {
-    const int64_t due = t->began[key] + (int64_t)(LB_SHORTEST * s->record.rate);
-    const int64_t before = t->count ? t->due[t->count - 1] : s->record.frame;
-    if (due <= s->record.frame && !t->count) {
-        let_go(s, key);
+static void end_later(lb_instance *i, int key) {
+    lb_taps *t = &i->audio.taps;
+    const LB_SYNTH *s = &i->synth->record;
+    const int64_t due = t->began[key] + (int64_t)(LB_SHORTEST * s->rate);
+    const int64_t before = t->count ? t->due[t->count - 1] : s->frame;
+    if (due <= s->frame && !t->count) {
+        let_go(i, key);
         return;
     }
-    if (t->count == LB_BY_HAND) end_first(s, t, 1);
+    if (t->count == LB_BY_HAND) end_first(i, 1);
     t->keys[t->count] = (uint8_t)key;
     t->due[t->count++] = due > before ? due : before;
 }
 
-void lb_play_touch(lb_synth *s, lb_taps *taps, const lb_touch *t) {
+void lb_play_touch(lb_instance *i, const lb_touch *t) {
+    lb_taps *taps = &i->audio.taps;
     if (!t->velocity) {
-        end_later(s, taps, t->key);
+        end_later(i, t->key);
         return;
     }
+    if (lb_is_left_out(i, 0, t->key)) return;
     int last = taps->count; /* up to the key's own end, if it is struck again */
     while (last && taps->keys[last - 1] != t->key) last--;
-    end_first(s, taps, last);
-    taps->began[t->key] = s->record.frame;
-    if (t->string < LB_STRINGS) lb_choose_string(s, 0, t->key, t->string); /* else from the keyboard, or a switch */
-    lb_send(s, 0, (const uint8_t[]){0x90, t->key, t->velocity}, 3);
+    end_first(i, last);
+    taps->began[t->key] = i->synth->record.frame;
+    if (t->string < LB_STRINGS) lb_choose_string(i->synth, 0, t->key, t->string); /* else any, or a switch */
+    lb_take_midi(i, 0, (const uint8_t[]){0x90, t->key, t->velocity}, 3);
 }
 
 void lb_move_value(lb_instance *i, int parameter, double value, int phase) {

@@ -49,6 +49,7 @@ void lb_close_instance(lb_instance *i) {
     if (i->joined) lb_leave_master();
     i->joined = 0;
     lb_set_response(i, 0);
+    lb_forget_kept(i);
     lb_forget_sounds(i);
 }
 
@@ -199,8 +200,8 @@ void lb_begin_block(lb_instance *i) {
     lb_tell_notes(i);
     lb_offline(i->synth, __atomic_load_n(&i->offline, __ATOMIC_RELAXED));
     lb_relieve(i->synth, lb_value(i, LB_RELIEF) > 0.5);
-    lb_end_taps(i->synth, &i->audio.taps);
-    for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i->synth, &i->audio.taps, &t);
+    lb_end_taps(i);
+    for (lb_touch t; lb_take_touch(&i->touches, &t);) lb_play_touch(i, &t);
 }
 
 /* Requests another bass if one is wanted; passes on ready basses, and basses to free. */

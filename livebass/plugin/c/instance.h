@@ -93,6 +93,8 @@ typedef struct { /* what lb_undo restores */
     double values[LB_PARAMETERS];
     lb_sides sides;
     char missing[LB_STATE_NAME]; /* the name that was missing; "": none was */
+    int responded;               /* the change was one of the response, too; this was it before: */
+    lb_response *response;
 } lb_before;
 
 typedef struct { /* the window's side: only its thread touches it */
@@ -227,6 +229,8 @@ typedef struct {
     int32_t id;
 } lb_named;
 void lb_forget_notes(lb_instance *);
+/* True if a master's scale leaves out a key that is no switch (retuning.h). */
+int lb_is_left_out(const lb_instance *, int channel, int key);
 /* Starts a note with the host's `id` on a channel (-1, any: the first), velocity 0 to 1. */
 void lb_start_note(lb_instance *, int64_t offset, int channel, int key, double velocity, int32_t id);
 /* Releases notes, with velocity 0 to 1. */
@@ -252,8 +256,8 @@ void lb_put_move(lb_moves *, int parameter, int phase, double value);
 int lb_take_move(lb_moves *, lb_move *); /* 0: there is none. [one thread] */
 void lb_put_touch(lb_touches *, int on, int string, int key, double velocity); /* velocity 0 to 1. [one thread] */
 int lb_take_touch(lb_touches *, lb_touch *);                                   /* 0: there is none. [one thread] */
-void lb_play_touch(lb_synth *, lb_taps *, const lb_touch *); /* at the next block's first frame. [audio thread] */
-void lb_end_taps(lb_synth *, lb_taps *);                     /* ends due ones; before the above. [audio thread] */
+void lb_play_touch(lb_instance *, const lb_touch *); /* at the next block's first frame. [audio thread] */
+void lb_end_taps(lb_instance *);                     /* ends due ones; before the above. [audio thread] */
 /* Sets a value by hand, in the window, and tells the host. [the window's thread] */
 void lb_move_value(lb_instance *, int parameter, double value, int phase);
 
@@ -269,8 +273,10 @@ void lb_copy_side(lb_instance *); /* to the other side. [the window's thread] */
 int lb_side(const lb_instance *); /* [any thread] */
 void lb_read_sides(lb_instance *, lb_sides *);        /* [any thread but the audio thread] */
 void lb_write_sides(lb_instance *, const lb_sides *); /* the values stay. [any thread but the audio thread] */
-/* Keeps values and sides for lb_undo before a hand moves one. [the window's thread] */
+/* Keep values and sides for lb_undo before a hand moves one; lb_keep_all: the response as well. [the window's thread] */
 void lb_keep_values(lb_instance *);
+void lb_keep_all(lb_instance *);
+void lb_forget_kept(lb_instance *); /* frees what was kept */
 /* Sets the bass and all values, or only a side's, together. [any thread but the audio thread] */
 void lb_set_values(lb_instance *, const double values[LB_PARAMETERS], int all);
 /* Restores what was kept last and has changed since, if there is any. [the window's thread] */
@@ -280,8 +286,6 @@ void lb_undo(lb_instance *);
 
 /* Gives the instance a response, which it takes over; 0: the bass's own. [not the audio thread] */
 void lb_set_response(lb_instance *, lb_response *);
-/* Loads one from a WAV file, "": none; returns the fault, valid until the next call, 0: none. [the window's thread] */
-const char *lb_take_response(lb_instance *, const char *path);
 void lb_response_title(lb_instance *, char *text, size_t room); /* "none", or the name of its file without ending */
 void lb_free_response(lb_response *);                           /* takes one user away; may be 0 */
 
@@ -316,6 +320,8 @@ const char *lb_read_sound(const char *path, lb_kept *);
    fault, valid until the next call, and change nothing. [the window's thread; without a window the main thread] */
 const char *lb_take_sound(lb_instance *, const char *path);
 const char *lb_take_text(lb_instance *, const char *text);
+/* Loads a response from a WAV file, "": none, in the same way. */
+const char *lb_take_response(lb_instance *, const char *path);
 /* Writes the folder of the factory's sounds beside the instruments, LB_PATH bytes; returns 0 if it does not fit. */
 int lb_factory_sounds(const char *instruments, char *folder);
 /* The rest is for windows. [the window's thread] */

@@ -224,13 +224,22 @@ static int lamp_rows(const lb_picture *p) {
     return (int)ceil(LAMP_COUNT / fmin(fmax(across, 1), LAMP_COUNT));
 }
 
+/* The width of a lamp's name, for a low window; in others lamps stand in columns. */
+static double name_width(const lb_picture *p, int lamp) {
+    return is_low(p) ? lb_text_width(px(p, TINY), lb_switch_of(lamp)->name) : 0;
+}
+
+/* Each lamp is as wide as its name, and its share of what is left. */
 static void lay_out_lamps(lb_picture *p, double width, double top) {
     const int rows = lamp_rows(p), across = (LAMP_COUNT + rows - 1) / rows;
-    const double wide = (width - px(p, 2 * EDGE - 4)) / across, tall = lamp_height(p);
+    double x = 0, left = 0;
     for (int k = 0; k < LAMP_COUNT; k++) {
         const int row = k / across;
-        const double x = px(p, EDGE) + k % across * wide;
+        if (k % across == 0) x = px(p, EDGE), left = width - px(p, 2 * EDGE - 4);
+        for (int j = k; k % across == 0 && j < k + across && j < LAMP_COUNT; j++) left -= name_width(p, lamps[j]);
+        const double wide = name_width(p, lamps[k]) + left / across, tall = lamp_height(p);
         add(p, LAMP, lamps[k], x, top + row * tall, wide - px(p, 4), tall - px(p, 4));
+        x += wide;
     }
 }
 
@@ -321,7 +330,7 @@ void lb_lay_out(lb_picture *p) {
     if (board->h <= 0) p->board = -1;
     else {
         add(p, PLUCK, LB_PLUCK_POSITION, 0, top, px(p, 16), px(p, 18));
-        add(p, MOTION, 0, p->nut, top + tall - side - px(p, 17), px(p, 76), px(p, 15));
+        add(p, MOTION, 0, p->nut, top + tall - side - px(p, 17), px(p, MOTION_WIDTH), px(p, 15));
         if (p->face.zoom) add(p, ENLARGED, 0, px(p, EDGE), top + tall - side - px(p, 17), px(p, 36), px(p, 15));
         for (int i = 0; i < strings_of(p); i++) {
             const double lane = 2 * p->half[0] / (double)strings_of(p);

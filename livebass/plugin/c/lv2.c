@@ -4,6 +4,7 @@
    There are two: one with a mono output, one with one output per string. The bundle holds instrument files, NAME.lbass,
    and instruments.txt with their names, one per line; these and the user's own (lb_open_shelf) are the values of the
    port `bass`. instantiate() loads the first; the host's worker loads others, or restore() does. */
+#include "lock.h"
 #include "lv2_ports.h"
 #include "text.h"
 
@@ -41,8 +42,10 @@ typedef struct {
     int sides_at, sides_asked; /* sides_asked: send them to the window */
     char titles[2][LB_STATE_NAME]; /* the present and the next name of the response */
     int title_at, title_asked;
-    char wanted[LB_PATH], path[LB_PATH]; /* the file of a response, from a window ... */
+    char wanted[LB_PATH], path[LB_PATH]; /* the response that a window wants ... */
     int is_wanted, path_full; /* ... and on its way to the worker */
+    lb_response *earlier[LB_UNDONE]; /* that its Undo may bring back, and how many there were: under the lock */
+    uint32_t replaced;
     uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, chunk;
     uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side, key_stroke;
     uint32_t key_aside[LB_PARAMETERS]; /* for the other side's values; 0: it has none of its own */
@@ -70,6 +73,7 @@ static void ask(void *owner) {
 static void cleanup(void *handle) {
     plugin *p = handle;
     lb_close_instance(&p->instance);
+    for (int k = 0; k < LB_UNDONE; k++) lb_free_response(p->earlier[k]);
     free(p);
 }
 
@@ -214,7 +218,7 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
     }
     if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
     memcpy(&touch, atom + 1, sizeof touch);
-    if (touch.key < 128 && touch.velocity < 128) lb_play_touch(p->instance.synth, &p->instance.audio.taps, &touch);
+    if (touch.key < 128 && touch.velocity < 128) lb_play_touch(&p->instance, &touch);
 }
 
 /* Hands the file that a window wants to the worker, once that has read the last one. */
@@ -317,15 +321,41 @@ static void tell_title(plugin *p) {
     __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELEASE);
 }
 
-/* Loads the response whose file a window has sent. */
+/* Keeps the present response: a window may undo its change. [not the audio thread] */
+static void keep_response(plugin *p) {
+    enter();
+    lb_response **place = &p->earlier[p->replaced++ % LB_UNDONE];
+    lb_free_response(*place);
+    *place = lb_use_response(&p->instance);
+    leave();
+}
+
+/* Finds an earlier response by its name, the last one first; returns its fault. */
+static const char *find_response(plugin *p, const char *name, lb_response **to) {
+    enter();
+    for (uint32_t k = 1; !*to && k <= LB_UNDONE; k++) {
+        lb_response *r = p->earlier[(p->replaced - k) % LB_UNDONE];
+        if (r && !strcmp(r->kept->name, name)) *to = r;
+    }
+    lb_hold_response(*to);
+    leave();
+    return *to ? 0 : "is not known any more";
+}
+
+/* Loads the response that a window wants. */
 static void read_response(plugin *p) {
     char line[LINE];
     lb_response *r = 0;
-    const char *why = *p->path ? lb_read_response(p->path, p->instance.kernels, &r) : 0;
+    const char *why = *p->path == EARLIER ? find_response(p, p->path + 1, &r)
+                      : *p->path          ? lb_read_response(p->path, p->instance.kernels, &r)
+                                          : 0;
     if (why) {
         snprintf(line, sizeof line, "%.1200s: the response %s", p->path, why);
         complain(p, line);
-    } else lb_set_response(&p->instance, r);
+    } else {
+        keep_response(p);
+        lb_set_response(&p->instance, r);
+    }
     __atomic_store_n(&p->path_full, 0, __ATOMIC_RELEASE);
     tell_title(p);
 }
@@ -418,6 +448,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     const double stroke = kept_real(p, get, from, p->key_stroke, NAN); /* by a key */
     state.values[LB_TECHNIQUE] = isfinite(stroke) ? stroke : port;
     read_sides(p, get, from, &state.sides);
+    keep_response(p);
     lb_take_kept(i, &state);
     lb_serve(i);
     hold(p);

@@ -151,9 +151,11 @@ static int idle(void *handle) {
     }
     const uint32_t responses = __atomic_load_n(&u->instance.responses, __ATOMIC_ACQUIRE);
     if (responses != u->responses) {
+        char text[LB_PATH];
         lb_response *r = lb_use_response(&u->instance);
-        const char *path = r ? r->path : "";
-        send(u, u->response, path, (uint32_t)strlen(path) + 1);
+        if (r && !*r->path) snprintf(text, sizeof text, "%c%s", EARLIER, r->kept->name);
+        else snprintf(text, sizeof text, "%s", r ? r->path : "");
+        send(u, u->response, text, (uint32_t)strlen(text) + 1);
         lb_free_response(r);
     }
     u->responses = responses;

@@ -125,10 +125,11 @@ static void draw_body(lb_picture *p, const part *q) {
         }
 }
 
-/* Draws a fret's number under it. */
+/* Draws a fret's number under it, unless the figure of the motion is there. */
 static void draw_number(lb_picture *p, int fret, double x) {
     char text[8];
     const double size = px(p, 9.5);
+    if (x < p->nut + px(p, MOTION_WIDTH + 8)) return;
     snprintf(text, sizeof text, "%d", fret);
     const double begin = body_begin(p), horn = 0.17 * (p->saddle - begin);
     const uint32_t colour = x > begin - horn ? lb_faded(BONE, 0.75) : p->t->soft;

@@ -55,6 +55,12 @@ void lb_tell_notes(lb_instance *i) {
             if (i->audio.notes[n].untold[what]) express(i, 0, n, what, i->audio.notes[n].amounts[what]);
 }
 
+int lb_is_left_out(const lb_instance *i, int channel, int key) {
+    const int bass = (int)lb_value(i, LB_BASS);
+    if (!lb_leaves_out(channel, key)) return 0;
+    return bass >= lb_shelf_count(i->shelf) || !lb_shelf_switch(i->shelf, bass, key);
+}
+
 /* --- selecting notes --- */
 
 /* Writes the selected notes into `found` and returns their number. An id counts only without a key. If no note with
@@ -91,8 +97,7 @@ static void let_go(lb_instance *i, int n) {
 void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double velocity, int32_t id) {
     LB_ALONE(i->audio.owner);
     if (!is_channel(channel)) channel = 0;
-    if (key < 0 || key >= LB_KEYS) return;
-    if (lb_leaves_out(channel, key)) return;
+    if (key < 0 || key >= LB_KEYS || lb_is_left_out(i, channel, key)) return;
     begin(i, channel, key, id);
     send(i, offset, NOTE_ON | channel, key, (int)fmin(fmax(rint(127 * velocity), 1), 127)); /* 0 would end it */
     retune(i, offset, channel * LB_KEYS + key);
@@ -150,7 +155,7 @@ void lb_take_midi(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t c
     if (lb_take_learned(i, offset, bytes, count)) return;
     const int kind = count == 3 ? bytes[0] & 0xF0 : 0, channel = count ? bytes[0] & 0x0F : 0, first = count > 1 ? bytes[1] & 0x7F : 0;
     const int starts = kind == NOTE_ON && bytes[2];
-    if (starts && lb_leaves_out(channel, first)) return;
+    if (starts && lb_is_left_out(i, channel, first)) return;
     if (starts) begin(i, channel, first, -1);
     else if (kind == NOTE_ON || kind == NOTE_OFF) let_go(i, channel * LB_KEYS + first);
     for (int key = 0; kind == MODE && (first == ALL_SOUND_OFF || first >= ALL_NOTES_OFF) && key < LB_KEYS; key++)

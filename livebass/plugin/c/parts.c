@@ -121,7 +121,7 @@ static void draw_heading(lb_picture *p, const part *q, const char *name) {
     int k = 0;
     for (; k < MOST_TEXT - 1 && name[k]; k++) text[k] = (char)(name[k] >= 'a' && name[k] <= 'z' ? name[k] - 32 : name[k]);
     text[k] = 0;
-    lb_label(p, &p->ground, q, 9.0, p->t->accent, text, 0);
+    lb_label(p, &p->ground, q, TINY, p->t->accent, text, 0);
 }
 
 /* Draws a row of the list: the playing one is `lit`; a doomed one asks before it is deleted. */
@@ -338,7 +338,7 @@ static void draw_lamp(lb_picture *p, const part *q) {
     lb_round(&p->ground, q->x, q->y, q->w, q->h, r, 0, on ? t->accent : is_hot(p, q) ? t->edge : t->raised);
     if (stroke && !on) lb_round(&p->ground, q->x, q->y, q->w, q->h, r, px(p, 1), lb_faded(t->accent, 0.6));
     const part room = {.x = q->x + px(p, 3), .y = q->y, .w = q->w - px(p, 6), .h = q->h};
-    lb_label(p, &p->ground, &room, q->h < px(p, LAMP_HEIGHT - 5) ? 9 : SMALL, ink, lb_switch_of(q->number)->name, 1);
+    lb_label(p, &p->ground, &room, q->h < px(p, LAMP_HEIGHT - 5) ? TINY : SMALL, ink, lb_switch_of(q->number)->name, 1);
 }
 
 static void mix_lamp(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, lamp_is_on(p, q->number)); }
@@ -372,7 +372,7 @@ static int is_small(const lb_picture *p, const part *q) { return q->h < px(p, CE
 
 /* The part of a stepper's cell before its box: a switch needs little room for its value. */
 static double name_part(const lb_picture *p, const part *q) {
-    return !is_small(p, q) ? 0 : most_of(p, q->number) == 1 ? 0.68 : 0.5;
+    return !is_small(p, q) ? 0 : q->kind == STEPPER && most_of(p, q->number) == 1 ? 0.68 : 0.42;
 }
 
 /* Finds a slider's track. */
@@ -480,23 +480,31 @@ static void mix_slider(const lb_picture *p, const part *q, uint64_t *hash) {
 
 /* --- the response --- */
 
+#define CABINET "Cabinet"
+
+/* Writes the name of the response. */
+static void response_of(const lb_picture *p, char text[MOST_TEXT]) {
+    *text = 0;
+    if (p->face.response) p->face.response(p->face.owner, text, MOST_TEXT);
+}
+
 static void draw_response(lb_picture *p, const part *q) {
-    char text[MOST_TEXT] = "";
-    const double part_of = is_small(p, q) ? 0.5 : 0, top = px(p, is_small(p, q) ? 3 : 17);
+    char text[MOST_TEXT];
+    const double part_of = name_part(p, q), top = px(p, is_small(p, q) ? 3 : 17);
     const part face = {.x = q->x + part_of * q->w, .y = q->y + top, .w = (1 - part_of) * q->w, .h = px(p, 18)};
     const part room = {.x = face.x + px(p, 8), .y = face.y, .w = face.w - px(p, 24), .h = face.h};
     const part end = {.x = face.x + face.w - px(p, 18), .y = face.y, .w = px(p, 14), .h = face.h};
     const uint32_t soft = is_hot(p, q) ? p->t->ink : p->t->soft;
-    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), soft, "Cabinet", q->w);
+    lb_text(&p->ground, q->x, q->y + px(p, is_small(p, q) ? 12 : 14), px(p, SMALL), soft, CABINET, q->w);
     button(p, &face, 0, is_hot(p, q));
-    p->face.response(p->face.owner, text, sizeof text);
+    response_of(p, text);
     lb_label(p, &p->ground, &room, SMALL, p->t->ink, text, 0);
     arrow(p, &end, 2, soft);
 }
 
 static void mix_response(const lb_picture *p, const part *q, uint64_t *hash) {
-    char text[MOST_TEXT] = "";
-    p->face.response(p->face.owner, text, sizeof text);
+    char text[MOST_TEXT];
+    response_of(p, text);
     for (int k = 0; text[k]; k++) mix(hash, text[k]);
 }
 
@@ -555,11 +563,15 @@ static void draw_undo(lb_picture *p, const part *q) { draw_button(p, q, "Undo", 
 /* Undoes the last change, and names it: it may be on another page. */
 static void press_undo(lb_picture *p, const part *q, const hand *h) {
     double before[LB_PARAMETERS];
+    char cabinet[MOST_TEXT], now[MOST_TEXT];
     int k = 0;
     for (int j = 0; j < LB_PARAMETERS; j++) before[j] = value_of(p, j);
+    response_of(p, cabinet);
     p->face.undo(p->face.owner);
+    response_of(p, now);
     while (k < LB_PARAMETERS && value_of(p, k) == before[k]) k++;
     if (k < LB_PARAMETERS) notice(p, "Undone: ", lb_parameters[k].name);
+    else if (strcmp(cabinet, now) != 0) notice(p, "Undone: ", CABINET);
 }
 
 static void draw_paste(lb_picture *p, const part *q) { draw_button(p, q, "Paste", 0, is_hot(p, q)); }

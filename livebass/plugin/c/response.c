@@ -266,12 +266,20 @@ int lb_write_response(const lb_response *r, const lb_kernels *kernels, char name
 
 /* --- the instance's --- */
 
+void lb_hold_response(lb_response *r) {
+    if (r) __atomic_add_fetch(&r->users, 1, __ATOMIC_RELAXED);
+}
+
 lb_response *lb_use_response(lb_instance *i) {
     enter();
     lb_response *r = i->response;
-    if (r) __atomic_add_fetch(&r->users, 1, __ATOMIC_RELAXED);
+    lb_hold_response(r);
     leave();
     return r;
+}
+
+int lb_same_response(const lb_response *a, const lb_response *b) {
+    return a == b || (a && b && a->sum == b->sum && !strcmp(a->kept->name, b->kept->name));
 }
 
 void lb_set_response(lb_instance *i, lb_response *r) {
@@ -282,19 +290,6 @@ void lb_set_response(lb_instance *i, lb_response *r) {
     __atomic_add_fetch(&i->responses, 1, __ATOMIC_RELEASE);
     leave();
     lb_free_response(old);
-}
-
-const char *lb_take_response(lb_instance *i, const char *path) {
-    LB_ALONE(i->window.owner);
-    lb_response *r = 0;
-    const char *why = *path ? lb_read_response(path, i->kernels, &r) : 0;
-    if (why) {
-        snprintf(i->window.why, sizeof i->window.why, "%.60s %s", lb_file_name(path), why);
-        return i->window.why;
-    }
-    lb_set_response(i, r);
-    i->moved(i->owner);
-    return 0;
 }
 
 void lb_response_title(lb_instance *i, char *text, size_t room) {

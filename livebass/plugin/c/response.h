@@ -31,8 +31,10 @@ const char *lb_read_response(const char *path, const lb_kernels *, lb_response *
 const char *lb_parse_response(const void *kept, size_t count, const lb_kernels *, lb_response **);
 /* One that has only a name, for windows. */
 lb_response *lb_name_response(const char *name);
+void lb_hold_response(lb_response *); /* counts one more user; may be 0 */
 /* The instance's response, with one more user; 0: none. [not the audio thread but offline] */
 lb_response *lb_use_response(lb_instance *);
+int lb_same_response(const lb_response *, const lb_response *); /* they sound alike and have one name; each may be 0 */
 /* Reads the names of the files in the user's folder of responses, without endings, in order; returns their number. */
 int lb_list_responses(char names[LB_MOST_RESPONSES][LB_FILE_NAME]);
 /* The path of one of them; returns 0 if there is no room for it. */

@@ -90,7 +90,7 @@ static void set(lb_instance *i, const lb_kept *kept) {
 /* Loads a sound that was read; returns its fault. */
 static const char *take(lb_instance *i, const char *why, lb_kept *kept) {
     if (!(why = with_response(i, known(i, why, kept), kept))) {
-        lb_keep_values(i);
+        lb_keep_all(i);
         set(i, kept);
         return 0;
     }
@@ -101,6 +101,20 @@ static const char *take(lb_instance *i, const char *why, lb_kept *kept) {
 const char *lb_take_sound(lb_instance *i, const char *path) {
     lb_kept kept;
     return take(i, lb_read_sound(path, &kept), &kept);
+}
+
+const char *lb_take_response(lb_instance *i, const char *path) {
+    LB_ALONE(i->window.owner);
+    lb_response *r = 0;
+    const char *why = *path ? lb_read_response(path, i->kernels, &r) : 0;
+    if (why) {
+        snprintf(i->window.why, sizeof i->window.why, "%.60s %s", lb_file_name(path), why);
+        return i->window.why;
+    }
+    lb_keep_all(i);
+    lb_set_response(i, r);
+    i->moved(i->owner);
+    return 0;
 }
 
 /* Takes a WAV file's path, as file managers copy it; returns 0 if the text is none. */
@@ -265,7 +279,7 @@ int lb_load_sound(lb_instance *i, int sound) {
     const char *why = with_response(i, 0, &kept);
     if (why) say(i, lb_sound_name(i, sound), why);
     if (why) return 0;
-    lb_keep_values(i);
+    lb_keep_all(i);
     set(i, &kept);
     keep_sound(i, lb_sound_name(i, sound));
     return 1;

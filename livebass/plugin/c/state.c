@@ -74,7 +74,25 @@ void lb_keep_values(lb_instance *i) {
     LB_ALONE(i->window.owner);
     i->window.undone = (i->window.undone + 1) % LB_UNDONE;
     if (i->window.undoable < LB_UNDONE) i->window.undoable++;
-    note_present(i, &i->window.before[i->window.undone]);
+    lb_before *b = &i->window.before[i->window.undone];
+    lb_free_response(b->response);
+    *b = (lb_before){0};
+    note_present(i, b);
+}
+
+void lb_keep_all(lb_instance *i) {
+    lb_keep_values(i);
+    lb_before *b = &i->window.before[i->window.undone];
+    b->responded = 1;
+    b->response = lb_use_response(i);
+}
+
+void lb_forget_kept(lb_instance *i) {
+    i->window.undoable = 0;
+    for (int k = 0; k < LB_UNDONE; k++) {
+        lb_free_response(i->window.before[k].response);
+        i->window.before[k].response = 0;
+    }
 }
 
 /* Notes the name of a missing bass; "": none is missing. */
@@ -98,11 +116,17 @@ void lb_undo(lb_instance *i) {
     lb_before now;
     note_present(i, &now);
     for (int changed = 0; i->window.undoable && !changed; i->window.undoable--) {
-        const lb_before *b = &i->window.before[i->window.undone];
-        changed = memcmp((const void *)b, (const void *)&now, sizeof now) != 0;
+        lb_before *b = &i->window.before[i->window.undone];
+        lb_response *r = lb_use_response(i);
+        const int responds = b->responded && !lb_same_response(r, b->response);
+        lb_free_response(r);
+        changed = responds || memcmp((const void *)b, (const void *)&now, offsetof(lb_before, responded)) != 0;
         lb_set_values(i, b->values, 1);
         lb_write_sides(i, &b->sides);
         note_missing(i, b->missing);
+        if (responds) lb_set_response(i, b->response);
+        else lb_free_response(b->response);
+        b->response = 0;
         i->window.undone = (i->window.undone + LB_UNDONE - 1) % LB_UNDONE;
     }
 }
