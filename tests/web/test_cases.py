@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,8 +14,10 @@ from support.browser import INSIDE, chromium, wait
 from livebass import load_preset
 from livebass.engine.solve import solve_trial
 from livebass.paper.cases import CASES, PLAYED, PRESET
+from livebass.paper.figures.studies import PLAYER, run_studies
+from livebass.paper.figures.study import Findings, Study
 from livebass.web.bench import Source
-from livebass.web.export import shown_cases
+from livebass.web.export import export_page, shown_cases
 
 TIMES = (1e-3, 3.8e-3, 5e-3)  # s after the release
 MADE = """
@@ -89,3 +92,22 @@ def test_only_the_string_of_the_paper_itself_has_cases() -> None:
     bass = load_preset(PRESET)
     assert [case["symbol"] for case in shown_cases(bass, Source(PRESET))] == list(PLAYED)
     assert not shown_cases(bass, None) and not shown_cases(bass, Source("jazz-finger"))
+
+
+def test_a_study_opened_from_disk_shows_and_plays_its_case(tmp_path: Path) -> None:
+    bass = load_preset(PRESET)
+    export_page({PRESET: bass}, (tmp_path / PLAYER).parent, True, sources={PRESET: Source(PRESET)}, element=True)
+    run_studies([Study("b", "B", "4.1", "a table", lambda duration: {}, lambda motions: Findings())], tmp_path)
+    with chromium(tmp_path / "profile", loggingPrefs={"browser": "ALL"}) as driver:
+        driver.get((tmp_path / "index.html").as_uri())
+        frame = wait(lambda: driver.find_elements("css selector", "live-bass iframe"))[0]
+        driver.execute_script("arguments[0].scrollIntoView()", frame)
+        driver.switch_to.frame(frame)
+        wait(lambda: driver.find_elements("css selector", "body.embed"))
+        driver.execute_script(INSIDE)
+        assert len(replayed(driver, "Case B: 3.6 mm")["hits"]) > 20
+        assert driver.find_element("id", "side").is_displayed()
+        driver.find_element("css selector", 'button[data-string="0"][data-fret="3"]').click()
+        wait(lambda: "fret 3: " in driver.find_element("id", "seen").text)
+        assert driver.execute_script("return player.sounding")
+        assert driver.get_log("browser") == []

@@ -32,16 +32,21 @@ def page(browser: Any, whole: str) -> Any:
     return browser
 
 
+# Draws; returns the columns of a canvas in which something bright and warm is drawn, in CSS px: sparks
+SPARKS = """
+const sparks = id => {
+  pictures.draw();
+  const c = $(id), {width, height} = c, found = new Set();
+  const {data} = c.getContext('2d').getImageData(0, 0, width, height);
+  for (let k = 0; k < width * height; k++)
+    if (data[4 * k + 3] > 200 && data[4 * k] > data[4 * k + 2] + 60) found.add(k % width);
+  return [...found].sort((a, b) => a - b).map(x => x * c.clientWidth / width);
+};
+"""
+
+
 def pixels(driver: Any, canvas: str) -> list[int]:
-    """The columns of a canvas in which something bright and warm is drawn, in CSS px: sparks."""
-    found: list[int] = driver.execute_script(
-        "pictures.draw(); const c = $(arguments[0]), {width, height} = c, found = new Set();"
-        "const {data} = c.getContext('2d').getImageData(0, 0, width, height);"
-        "for (let k = 0; k < width * height; k++)"
-        "  if (data[4 * k + 3] > 200 && data[4 * k] > data[4 * k + 2] + 60) found.add(k % width);"
-        "return [...found].sort((a, b) => a - b).map(x => x * c.clientWidth / width)",
-        canvas,
-    )
+    found: list[int] = driver.execute_script(f"{SPARKS}; return sparks(arguments[0])", canvas)
     return found
 
 
@@ -90,6 +95,53 @@ def test_the_first_press_in_the_middle_of_a_string_hits_frets_until_somebody_pla
     assert page.execute_script(force, 1, 9, 0.5) == 127
     assert page.execute_script(force, 1, 9, 0.95) > 110
     assert 60 < page.execute_script(force, 1, 9, 0.5) < 90
+
+
+# Presses and releases a place on the neck at the same moment; resolves when its note was heard and a hit
+# is seen, to its fret and the number of columns with sparks
+TAP = f"""
+{SPARKS}
+const [string, fret, done] = arguments;
+const cell = document.querySelector(`button[data-string="${{string}}"][data-fret="${{fret}}"]`);
+const {{left, top, width, height}} = cell.getBoundingClientRect();
+const how = {{clientX: left + width / 2, clientY: top + height / 2, bubbles: true, pointerId: 7}};
+let peak = 0;
+player.on("report", told => {{ peak = Math.max(peak, told.peak); }});
+const look = () => {{
+  const hit = [...see.flashes.values()].filter(flash => flash.string === string && flash.fret > fret);
+  if (peak < 0.01 || see.note.string !== string || !hit.length) return requestAnimationFrame(look);
+  done([see.note.fret, sparks("strings").length]);
+}};
+for (const kind of ["pointerdown", "pointerup"]) cell.dispatchEvent(new PointerEvent(kind, how));
+look();
+"""
+
+
+def test_the_shortest_tap_plucks_a_note_that_sounds_and_is_drawn(page: Any) -> None:
+    page.find_element("css selector", "h1").click()  # browsers want a gesture
+    page.execute_script("player.sound()")
+    wait(lambda: page.execute_script("return player.playing"))
+    for string, fret in ((0, 9), (1, 5), (2, 7), (3, 3)):
+        at, sparks = page.execute_async_script(TAP, string, fret)
+        assert at == fret and sparks > 4
+        wait(lambda: " contact" in page.find_element("id", "seen").text)
+
+
+def test_a_second_tap_is_not_cut_by_the_end_of_the_first(page: Any) -> None:
+    page.find_element("css selector", "h1").click()
+    page.execute_script("player.sound()")
+    wait(lambda: page.execute_script("return player.playing"))
+    sent = page.execute_async_script(
+        "const [done] = arguments, sent = [], begin = performance.now();"
+        "player.on('sent', ([status, note], time) => {"
+        "  if (sent.push([status, note, time - begin]) === 4) done([sent, SHORTEST]); });"
+        "for (const at of [0, 30]) { press('a', 33, 100, begin + at); release('a', begin + at + 5); }"
+    )
+    events, shortest = sent
+    kinds, notes, times = zip(*events, strict=True)
+    assert kinds == (0x90, 0x80, 0x90, 0x80) and set(notes) == {33}
+    assert times == pytest.approx((0, 30, 30, 30 + shortest), abs=1e-6)
+    assert page.execute_script("return held.size") == 0
 
 
 def test_neck_side_view_last_note_and_bench_are_in_one_view(page: Any) -> None:
@@ -197,6 +249,31 @@ def test_the_neck_shows_motion_along_the_frets_and_the_side_view_motion_towards_
     shape, same = found
     assert max(shape["u"]) > 5e-4 and max(map(abs, shape["v"])) > 1e-4
     assert same, "u moves nothing on the neck"
+
+
+def test_the_last_notes_picture_shows_every_moment_of_its_replay(page: Any) -> None:
+    wait(lambda: page.execute_script("return see.replay !== undefined"))
+    drawn = page.execute_script(
+        "state.rolling = false; const last = see.replay.length - 1, begin = see.replay.frame - see.replay.first;"
+        "return [0, 2, 4, 7, 8].map(k => begin + (last - begin) * k / 8).map(frame => {"
+        "  goTo(frame); pictures.draw(); return $('note').toDataURL(); })"
+    )
+    assert len(set(drawn)) == len(drawn)
+
+
+def test_a_sentence_of_two_lines_moves_nothing(page: Any) -> None:
+    """Notes change the sentence while somebody aims at a control."""
+    found = (
+        "$('same').hidden = false; $('seen').textContent = arguments[0]; const text = document.createRange();"
+        "text.selectNodeContents($('seen'));"
+        "return [text.getClientRects().length, $('side').getBoundingClientRect().top]"
+    )
+    same = "The same pluck, in its first 0.1 s: 29 contacts before, 109 contacts now."
+    hardest = "A string, fret 2: 68 contacts; it hits fret 4 hardest."
+    for width, height, longer in ((*ONE_VIEW, same), (390, 844, hardest)):
+        with sized(page, width, height):
+            (one, before), (two, after) = (page.execute_script(found, said) for said in ("Press it.", longer))
+            assert (one, two) == (1, 2) and abs(after - before) < 0.5
 
 
 @pytest.mark.parametrize("text", ["100%", "200%"])

@@ -10,6 +10,7 @@ const MOST_LATE = 2000; // ms: keys pressed earlier than this before the sound r
 const HARD = 127; // velocity of the first notes: they hit frets, until somebody has played a soft and a hard one
 const SOFTER = 1 / 3; // of a string's lane, from the top: there it is played softly, and below hard
 export const tries = {untried: new Set(["soft", "hard"])};
+export const SHORTEST = 100; // ms that a note lasts, however short the tap: less, and the string hardly moves
 const SOON = 30; // ms after the sound runs, when the others are played
 const IN_TIME = {late: 0, frameAt: (/** @type {number} */ time) => player.frameAt(time)}; // the usual clock
 
@@ -33,6 +34,7 @@ export const force = () => tries.untried.size ? Math.max(+$("force").value, HARD
  */
 export function press(id, note, force, time, cell, clock = IN_TIME) {
   if (held.has(id) || note < 0 || note > 127) return;
+  end(tapOf(note), time); // the first end of a note ends them all
   const velocity = Math.min(127, Math.max(1, Math.round(force)));
   const string = cell?.dataset.string === undefined ? undefined : +cell.dataset.string;
   /** @type {PressedKey} */
@@ -66,10 +68,26 @@ function sendLate({late, frameAt}, time, midi, string) {
   else go();
 }
 
-export function release(/** @type {string} */ id, time = performance.now()) {
+// Ends the note of a pressed key.
+function end(/** @type {string} */ id, time = performance.now()) {
   const key = held.get(id);
   held.delete(id);
   if (key) lift(key, time);
+}
+
+const tapOf = (/** @type {number} */ note) => `tap${note}`; // id of a note whose key was only tapped
+
+// Lets go of a key. After a tap its note lasts a little longer.
+export function release(/** @type {string} */ id, time = performance.now()) {
+  const key = held.get(id);
+  if (!key || time >= key.begin + SHORTEST) {
+    end(id, time);
+    return;
+  }
+  const tap = tapOf(key.note), last = key.begin + SHORTEST;
+  held.delete(id);
+  held.set(tap, key);
+  setTimeout(() => { if (held.get(tap) === key) end(tap, last); }, last - time);
 }
 
 // Plays the keys that were pressed while the sound started: from now on, with their original spacing and lengths.
@@ -91,7 +109,7 @@ function playEarly() {
 }
 
 export function letGo() {
-  for (const id of [...held.keys()]) release(id);
+  for (const id of [...held.keys()]) end(id);
   letGoOfAll();
 }
 
@@ -119,7 +137,7 @@ const heldFret = (/** @type {number} */ string) =>
 // Plucks a string where the left hand holds it.
 function pluck(/** @type {number} */ string, /** @type {number} */ force, /** @type {number} */ time) {
   const fret = heldFret(string);
-  release(plucked(string), time);
+  end(plucked(string), time);
   press(plucked(string), chosenBass().strings[string].note + fret, force, time, cellThere(string, fret));
 }
 
@@ -131,7 +149,7 @@ function follow(/** @type {number} */ string, /** @type {number} */ time, lifted
   const note = chosenBass().strings[string].note + fret;
   if (note === key.note) return;
   if (lifted && !fret) {
-    release(plucked(string), time);
+    end(plucked(string), time);
     return;
   }
   const legato = WAYS.find(way => way.symbol === "legato"), number = legato && numberOf(legato);
@@ -182,7 +200,7 @@ const heightOf = (/** @type {PointerEvent} */ e) => e.clientY - $("neck").getBou
 
 function rightDown(/** @type {PointerEvent} */ e) {
   const y = heightOf(e), {string} = laneAt(y);
-  release(plucked(string), e.timeStamp);
+  end(plucked(string), e.timeStamp);
   rights.set(e.pointerId, {y, time: e.timeStamp, began: e.timeStamp, crossed: false, plucked: []});
 }
 

@@ -1,8 +1,8 @@
 // Draws the strings over the neck, the last string from the side, the last note's hits, and the spectrum. Without sound
 // nothing is drawn again.
-import {FULL_SPEED, POINTS} from "./see.js";
+import {FULL_SPEED, POINTS, SHOWN} from "./see.js";
 
-const NOTE_SPAN = 80; // ms in the last note's picture
+const NOTE_SPAN = 1000 * SHOWN.after; // ms in the last note's picture
 /** @type {[number, string][]} */ // of the spectrum
 const MARKS = [[50, "50"], [100, "100"], [200, "200"], [500, "500"], [1000, "1 kHz"], [2000, "2"], [5000, "5"]];
 const LOWEST_HZ = 30, HIGHEST_HZ = 10000, LEAST_DB = -110; // of the spectrum

@@ -7,6 +7,8 @@ import {workshop} from "./workshop.js";
 const WARM = 400; // ms
 const MOST_AHEAD = 0.5; // s
 const FADES = 60; // ms
+// Firefox on Linux can stop for ever when asked for its latency while it computes a sound: it is not asked. s
+const ASSUMED = /Linux.*Firefox\//.test(navigator.userAgent) ? 0.035 : 0;
 
 export class WorkletPlayer {
   constructor() {
@@ -193,19 +195,26 @@ export class WorkletPlayer {
 
   // --- playing ---
 
+  // The context's time (s) that is heard at a time of the page (ms; 0: the browser reports none), and the latency (s).
+  heard() {
+    const {context} = this;
+    if (ASSUMED) return {contextTime: context.currentTime - ASSUMED, performanceTime: performance.now(), latency: ASSUMED};
+    const {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
+    return {contextTime, performanceTime, latency: context.outputLatency || 0};
+  }
+
   // The audio frame for an event at `time` (ms, as in events), delayed enough to give all events the same latency.
   // Undefined, for at once, if the browser reports no time or, after a pause, an old one.
   frameAt(/** @type {number} */ time) {
-    const {context} = this, {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
+    const {context} = this, {contextTime, performanceTime, latency} = this.heard();
     if (!performanceTime) return undefined;
-    const delay = (context.outputLatency || 0) + (context.baseLatency || 0);
-    const at = contextTime + (time - performanceTime) / 1000 + delay;
+    const at = contextTime + (time - performanceTime) / 1000 + latency + (context.baseLatency || 0);
     return at > context.currentTime + MOST_AHEAD ? undefined : Math.round(at * context.sampleRate);
   }
 
   // The frame heard now; in browsers that report no time, the frame computed last.
   heardFrame() {
-    const {context} = this, {contextTime = 0, performanceTime = 0} = context.getOutputTimestamp?.() || {};
+    const {context} = this, {contextTime, performanceTime} = this.heard();
     const time = performanceTime ? contextTime + (performance.now() - performanceTime) / 1000 : context.currentTime;
     return time * context.sampleRate - this.began;
   }
