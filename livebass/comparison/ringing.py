@@ -94,6 +94,8 @@ def partials(sound: Floats, rate: float, f0: float) -> tuple[Ints, Floats]:
             number, near = np.array(numbers[-12:], np.float64), np.array(found[-12:])
             slope, at_zero = median_line(number**2, near / number) if near.size > 3 else (0.0, near[-1] / number[-1])
             expected = j * (at_zero + slope * j**2)
+            if expected < found[-1]:
+                break
         low, high = round((expected - NEAR * f0) / step), round((expected + NEAR * f0) / step) + 1
         if high + 1 >= spectrum.size:
             break

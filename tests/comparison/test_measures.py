@@ -263,6 +263,13 @@ def test_partials_that_waver() -> None:
     assert found.number.tolist() == list(range(1, 13)) and np.all(found.wobble < 0.05)
 
 
+def test_partials_that_lie_ever_closer() -> None:
+    """Their line leads below 0 Hz: nobody looks for partials there."""
+    places = [(j, F0 * j * (1 - j**2 / 1000)) for j in range(1, 8)]
+    sound = sum(np.sin(2 * math.pi * nu * TIME + j) for j, nu in places) * np.exp(-2 * TIME)
+    assert ringing(sound, RATE, F0).number.tolist() == list(range(1, 8))
+
+
 def test_distances() -> None:
     """None to itself, however loud; 6 dB in half of the bands is 3 dB from their mean, and none with free bands."""
     sound = np.random.default_rng(3).normal(size=2 * RATE) * np.exp(-np.arange(2 * RATE) / RATE)

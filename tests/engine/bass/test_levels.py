@@ -20,8 +20,7 @@ PLACES = (5, 12)  # frets played on each string
 BAR = 16  # sixteenths
 HARD, USUAL, SOFT = 127, 90, 20  # velocities
 LOUDEST = (-10.0, -2.0)  # dBFS, peak of a hard line: hands that press hard notes into each other keep it lower
-APART = 2.0  # LU, at most, between any two basses except those with short notes
-SHORT = {"muted"}
+APART = 2.0  # LU, at most, between any two basses
 QUICK = {"jazz-finger", "precision-pick", "slap", "paper-g"}
 DYNAMICS = (6.0, 18.0)  # dB, between a soft line and a hard one: real hands give 8 to 16 dB from softest to hardest
 LABORATORY, LEAST_IN_LABORATORY = "paper", 20.0  # dB: force alone, without a hand
@@ -48,7 +47,7 @@ def test_levels(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("names", "end"),
-    [(QUICK, 2 * BAR), pytest.param(set(preset_names()) - SHORT, math.inf, marks=pytest.mark.slow)],
+    [(QUICK, 2 * BAR), pytest.param(set(preset_names()), math.inf, marks=pytest.mark.slow)],
 )
 def test_basses_are_as_loud_as_one_another(names: set[str], end: float) -> None:
     found = {name: loudness(line(name, USUAL, end), RATE) for name in names}
