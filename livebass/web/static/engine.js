@@ -60,7 +60,7 @@ export class Engine {
     this.begins = this.end = this.home;
   }
 
-  // --- memory in pieces: most of a silent bass is zeros, and a browser has no memory for what nobody has written ---
+  // --- memory in pieces: most of a silent bass is zeros, and memory that nobody has written costs nothing ---
 
   isEmpty(at) { return !new Float64Array(this.memory.buffer, at, PIECE / 8).some(word => !Object.is(word, 0)); }
   empty(at) { if (!this.isEmpty(at)) this.bytes.fill(0, at, at + PIECE); }

@@ -163,15 +163,15 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (this.start === undefined) this.copy(Infinity); // nothing waits for this thread yet
   }
 
-  // Copies up to `most` bytes of the coming bass, its empty pieces included; once complete, it plays from the next quantum
-  // on.
+  // Copies up to `most` bytes of the coming bass, and writes its empty pieces, too: no note should wait for memory. Once
+  // complete, it plays from the next quantum on.
   copy(most) {
     const c = this.coming, e = this.engine, end = Math.min(c.size, c.done + most);
     for (; c.done < end; c.done += PIECE) {
       if (c.full[c.taken] * PIECE === c.done) {
         e.bytes.set(c.bytes.subarray(c.taken * PIECE, (c.taken + 1) * PIECE), c.at + c.done);
         c.taken++;
-      } else e.empty(c.at + c.done);
+      } else e.bytes.fill(0, c.at + c.done, c.at + c.done + PIECE);
     }
     if (end < c.size) return;
     const waiting = e.field("next_bass");
