@@ -43,18 +43,18 @@ LINKING = {
         "-lm",
         "-lpthread",
     ),
-    "dylib": ("-fPIC", "-Wl,-install_name,livebass"),  # else the binary names its build folder
+    "dylib": ("-fPIC", "-Wl,-x", "-Wl,-install_name,livebass"),  # no local names; else it names its build folder, too
     "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
 }
 CLOSER = (
     "-Wl,-z,noseparate-code",  # sections share pages, which saves 8 kB; ziglang does so by itself
     "-Wl,-z,pack-relative-relocs",  # saves 12 kB; a release must run on older systems, which do not know it
 )
-# Taken from Windows instead of the compiler's own library, 47 kB in one piece; stack_win32.c replaces the rest
+# Taken from Windows instead of the compiler's own library, 47 kB in one piece; library_win32.c replaces the rest
 OF_WINDOWS = {
     "api-ms-win-crt-private-l1-1-0": ("memcmp", "memcpy", "memmove"),
     "api-ms-win-crt-string-l1-1-0": ("memset", "strlen", "strncmp"),
-    "api-ms-win-crt-math-l1-1-0": ("ceil", "floor", "floorf", "log10", "sin"),
+    "api-ms-win-crt-math-l1-1-0": ("ceil", "exp", "floor", "floorf", "log10", "log2", "sin"),
 }
 LIBRARY, PLUGIN = "library", "plugin"  # uses of object files: a library that exports the entries; the plugins
 EMIT = """

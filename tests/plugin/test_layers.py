@@ -13,7 +13,7 @@ from livebass.plugin import build
 
 # From lowest to highest; files of one layer do not call each other.
 LAYERS = (
-    {"thread", "files", "paint", "retuning", "stack_win32"},
+    {"thread", "files", "paint", "retuning", "library_win32"},
     {"response"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},

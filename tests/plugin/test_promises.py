@@ -429,6 +429,27 @@ def test_what_plays_outlasts_sessions_and_resets(make: Any, kind: str) -> None:
     assert np.array_equal(sound(host), wanted)
 
 
+@every_format
+def test_a_project_plays_as_before_and_its_bounce_as_it_was_heard(make: Any, kind: str) -> None:
+    """With a pick, a muting palm and an action of 1.4 mm."""
+    lower = 1.4 + 1e3 * load_preset(PRESETS[0]).necks[0].fret_heights[11]
+    points: list[tuple[int, str, float]] = [(0, "technique", PICKED), (0, "palm_mute", 0.5), (0, "action", lower)]
+
+    def sound(offline: bool = False, state: Any = None, points: Any = points) -> tuple[Floats, Any]:
+        host = make(offline=offline)
+        assert state is None or host.load(state)
+        host.play([], 64, (64,), points if state is None or kind == "lv2" else ())  # LV2 hosts restore ports
+        host.work()
+        host.renew()
+        return host.play(PLAYED, 9600), host.save()
+
+    wanted, state = sound()
+    for k in range(len(points)):
+        assert not np.array_equal(sound(points=points[:k] + points[k + 1 :])[0], wanted)
+    for offline in (False, True):
+        assert np.array_equal(sound(offline, state)[0], wanted)
+
+
 @pytest.mark.parametrize("kind", ["clap"])
 @pytest.mark.parametrize("symbol", [*STROKES, *SWITCHED])
 def test_a_key_and_a_value_of_hosts_do_the_same(make: Any, symbol: str) -> None:

@@ -117,12 +117,16 @@ def test_a_window_that_is_opened_and_pressed_meanwhile(folder: Path, kind: str) 
         playing = beside.submit(run, host, folder / "livebass.clap", 6, 3, 0, "-", screen.window)
         presses = 0
         while not playing.done():
-            hand("mousemove", 120, 362, "mousedown", 1, "mousemove", 160, 362, "mouseup", 1)
-            hand("mousemove", 200, 209, "click", 1, "mousemove", 800, 306, "click", 1)
-            hand("mousemove", 873 - 26 * (presses % 2), 306, "click", 1)  # B, A
-            if presses % 8 == 0:  # saves a sound, opens the list and loads one
-                hand("mousemove", 474, 23, "click", 1, "mousemove", 280, 23, "click", 1, "sleep", 0.2)
-                hand("mousemove", 300, 84, "click", 1)
+            page = presses % 4
+            hand("mousemove", 58 + 84 * page, 58, "click", 1, "mousemove", 200, 196, "click", 1)
+            hand("mousemove", 599, 363, "mousedown", 1, "mousemove", 639, 363, "mouseup", 1)
+            hand("mousemove", 872 - 26 * (presses % 2), 59, "click", 1)  # B, A
+            if page == 2:  # the first cabinet, or none
+                hand("mousemove", 600, 440, "click", 1, "sleep", 0.2)
+                hand("mousemove", 620, 365 + presses % 8 * 5, "click", 1)
+            if page == 3:  # saves a sound, opens the list and loads one; undoes both
+                hand("mousemove", 474, 23, "click", 1, "click", 1, "mousemove", 280, 23, "click", 1, "sleep", 0.2)
+                hand("mousemove", 300, 89, "click", 1, "mousemove", 754, 59, "click", 1, "click", 1)
             presses += 1
         blocks, _, greatest = playing.result().split()
     assert presses > 3 and int(blocks) > 500 and 0 < float(greatest) < 1000

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from support.costs import quick
+from support.plugins import MOST_BYTES
 
 from livebass.plugin import build
 from livebass.plugin.header import header
@@ -41,3 +42,12 @@ def test_a_binary_does_not_tell_where_it_was_built(name: str, tmp_path: Path) ->
         subprocess.run([*command, "-o", tmp_path / place / "a.dylib"], check=True, cwd=tmp_path / place)
         made.append((tmp_path / place / "a.dylib").read_bytes())
     assert made[0] == made[1] and str(tmp_path).encode() not in made[0]
+
+
+@pytest.mark.skipif(not importlib.util.find_spec("ziglang"), reason="needs ziglang")
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_binary_of_a_release_is_small(name: str, tmp_path: Path) -> None:
+    system = SYSTEMS[name]
+    build.emit(tmp_path, [system], [build.PLUGIN])
+    assert len(build.link(tmp_path, system, build.zig(system))) < MOST_BYTES

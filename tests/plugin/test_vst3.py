@@ -155,6 +155,18 @@ def test_a_session_names_its_bass(bundle: Path, plugin: Any, tmp_path: Path, mon
     assert np.array_equal(play(other, score, 9600), play(plugin, score, 9600))
 
 
+def test_a_session_in_a_host_made_with_juce_plays_as_before(bundle: Path, plugin: Any) -> None:
+    """With a pick, a muting palm and an action of 1.4 mm."""
+    score, own, plain = hard_score(), plugin.raw_state, play(plugin, hard_score(), 9600)
+    plugin.stroke, plugin.palm_mute, plugin.action = "pick", "50 %", "1.40 mm at fret 12"
+    wanted, state = play(plugin, score, 9600), plugin.raw_state
+    assert not np.array_equal(wanted, plain)
+    other = loaded(bundle)
+    for kept, sound in ((state, wanted), (own, plain)):
+        other.raw_state = kept
+        assert np.array_equal(play(other, score, 9600), sound)
+
+
 def test_an_rpn_is_selected_before_its_data(bundle: Path) -> None:
     """In one frame, by a host whose data queue comes first and which deselects the RPN afterwards."""
 
