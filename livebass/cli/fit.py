@@ -57,7 +57,7 @@ GROUPS = {
     metavar="NAME|FILE",
 )
 @count_option("--seed", 2**31, "Seed of the search.", least=0, metavar="number", default=0)
-@count_option("--evaluations", 100_000, "Trials of the search, rounded down to dozens.", least=12, default=TRIALS)
+@count_option("--evaluations", 100_000, "Trials of the search.", least=12, default=TRIALS)
 @option("--minutes", Number("number", 0.01, 10_000), "End the search after this time.")
 @count_option("--workers", 1024, "Number of processes.  [default: one per core]")
 @option(

@@ -127,6 +127,7 @@ FREE = (
     Free("player", "rounding_soft", "width of the finger, soft", 2.0, 45.0, "mm", log=True),
     Free(MIX, "level", "bridge pickup over neck pickup", -20.0, 20.0, "dB"),
     Free("coil", "tone", "tone control", 0.0, 1.0),
+    Free("player", "palm_resistance", "resistance of the resting palm", 0.02, 8.0, "N s/m", log=True),
     Free("neck", "axes_turned", "turn of the neck's axes", 0.0, 60.0, "deg"),
     Free("neck", "longer_across", "length across over that upwards", 0.2, 4.0, "mm", log=True, prior=0.15),
     Free(MASSES, "resonance_masses", "masses of the neck, over the base preset's", 0.3, 3.0, log=True, prior=0.15),

@@ -92,8 +92,7 @@ def _in_words(key: str, layer: str, d: Difference) -> str:
 def _curve(fitted: Fitted) -> bytes:
     drawn = figure(6.4, 2.6)
     ax = drawn.subplots()
-    trials = fitted.best.trials // max(1, len(fitted.best.curve) - 1)
-    ax.plot([k * trials for k in range(len(fitted.best.curve))], fitted.best.curve, color="#1f4e79")
+    ax.plot(*zip(*fitted.best.curve, strict=True), color="#1f4e79")
     ax.set(xlabel="trials", ylabel="best score")
     ax.grid(alpha=0.3)
     return image(drawn)

@@ -1,4 +1,7 @@
-"""The search: asks CMA-ES for a dozen trials, computes them, tells it their scores, and so on.
+"""The search: a step down the slope of the score, then CMA-ES, which gets the scores of a dozen trials at a time.
+
+The slope is that of the score itself: each number is moved alone. Gauss-Newton steps on its rows and levels do worse:
+contacts make single rows jump.
 
 Every trial is a point file, as in a sweep: after an interruption the same command goes on where it was. Scores are told
 in the order of asking, so any number of workers gives the same result. The same seed gives the same trials.
@@ -23,7 +26,9 @@ from livebass.fitting.bounds import STEP
 from livebass.fitting.problem import Problem, Trial
 
 POPULATION = 12  # trials between two tells
-SIGMA = 0.12  # of the scale, at the beginning
+SIGMA = 0.06  # of the scale, at the beginning
+NUDGE = 0.06  # of the scale, to see the slope
+STRIDES = (0.05, 0.1, 0.15)  # of the scale, of the steepest number down the slope
 MARGIN = 0.03  # of the scale, from a bound to the beginning
 LAST = 4  # generations that tell the deviations
 ALIKE = 0.05  # scores that differ by less are alike
@@ -60,8 +65,12 @@ class Best:
     begin: dict[str, float]  # the score where the search began
     deviations: tuple[float, ...]  # of the last trials
     told: tuple[bool, ...]  # whether the notes tell a number
-    curve: tuple[float, ...]  # the best score after each generation
-    trials: int
+    curve: tuple[tuple[int, float], ...]  # the number of trials so far, and the best score
+
+    @property
+    def trials(self) -> int:
+        """The number of trials."""
+        return self.curve[-1][0]
 
 
 def search(
@@ -71,29 +80,32 @@ def search(
     """Searches from the best of some places on the scale, for a number of trials or minutes, at least one dozen."""
     from cmaes import CMA
 
-    generations = max(1, trials // POPULATION)
-
     def tried(scaled: Sequence[Any], name: str) -> list[dict[str, float]]:
         places = [tuple(round(float(u), 6) for u in each) for each in scaled]
         return points.solve([Trial(problem, each, f"{name} {k}") for k, each in enumerate(places, 1)])
 
+    end = time.monotonic() + 60 * minutes
     starts = np.clip(np.array(begins), MARGIN, 1 - MARGIN)
     found = tried(starts, "beginning")
     k = min(range(len(starts)), key=lambda k: found[k]["score"])
     best, first = starts[k], found[k]
+    score, count, curve = first, 0, [(0, first["score"])]
+    if len(best) + len(STRIDES) + POPULATION <= trials:
+        best, score = _downhill(best, score, tried)
+        count = len(best) + len(STRIDES)
+        curve.append((count, score["score"]))
     bounds = np.array([[0.0, 1.0]] * len(best))
     optimizer = CMA(best, SIGMA, bounds=bounds, seed=seed, population_size=POPULATION)
-    score, curve = first, [first["score"]]
     last: list[Floats] = []
-    end = time.monotonic() + 60 * minutes
-    for generation in range(generations):
+    for generation in range(1, max(1, (trials - count) // POPULATION) + 1):
         asked = [optimizer.ask() for _ in range(POPULATION)]
-        scores = tried(asked, f"generation {generation + 1}, trial")
+        scores = tried(asked, f"generation {generation}, trial")
         optimizer.tell([(x, s["score"]) for x, s in zip(asked, scores, strict=True)])
         least = min(range(POPULATION), key=lambda k: scores[k]["score"])
         if scores[least]["score"] < score["score"]:
             best, score = asked[least], scores[least]
-        curve.append(score["score"])
+        count += POPULATION
+        curve.append((count, score["score"]))
         last = [*last, np.array(asked)][-LAST:]
         if time.monotonic() > end:
             break
@@ -112,8 +124,24 @@ def search(
     spread = np.std(np.concatenate(last), axis=0)
     return Best(
         tuple(round(float(u), 6) for u in best), score, first, tuple(map(float, spread)), tuple(map(bool, told)),
-        tuple(curve), POPULATION * (len(curve) - 1),
+        tuple(curve),
     )  # fmt: skip
+
+
+def _downhill(
+    best: Floats, score: dict[str, float], tried: Callable[..., list[dict[str, float]]]
+) -> tuple[Floats, dict[str, float]]:
+    """The best of some steps down the slope at `best`, or `best` itself, and its score.
+
+    The root of each number's slope counts: the steepest number, perhaps by chance, does not go alone.
+    """
+    nudges = np.where(best < 0.5, NUDGE, -NUDGE)
+    scores = tried(list(best + np.diag(nudges)), "slope,")
+    slope = np.array([s["score"] - score["score"] for s in scores]) / nudges
+    way = -np.sign(slope) * np.sqrt(np.abs(slope) / max(float(np.abs(slope).max()), 1e-9))
+    steps = [np.clip(best + stride * way, MARGIN, 1 - MARGIN) for stride in STRIDES]
+    found = [(best, score), *zip(steps, tried(steps, "step"), strict=True)]
+    return min(found, key=lambda pair: pair[1]["score"])
 
 
 def _told(best: Floats, score: dict[str, float], tried: Callable[..., list[dict[str, float]]]) -> Any:

@@ -108,6 +108,11 @@ def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
     assert estimates.knock(recorded(takes), load_preset(NAME)) is None
 
 
+def test_only_a_palm_that_rests_is_fitted() -> None:
+    muted, free = ({f.key for f in free_numbers(load_preset(name))} for name in ("muted", NAME))
+    assert muted - free == {"palm_resistance"}
+
+
 @pytest.mark.parametrize("name", of_each_kind(n for n in preset_names() if not n.startswith("paper")))
 def test_every_free_number_of_every_preset_moves_it_within_its_bounds(name: str) -> None:
     label, tables = preset_tables(name)
