@@ -11,7 +11,7 @@ after the string has moved, and never reverses the velocity there: c |s|^2 is at
 It acts on P, with s_j kappa_j / dt in place of s_j, so the energy that eq. 12 conserves falls for any R
 (modal.invariant). A finger's dashpots act one after another; products of their shapes give the momentum that each
 leaves to the next, so two passes over the modes serve all three. A resting finger skips the modes that have died under
-it (modal.drop_dead_modes): with fewer modes c |s|^2 is smaller.
+it (modal.drop_dead_modes); |s|^2 is that of the others.
 
 Modes above HIGHEST turn too far within a frame, and waves shorter than the finger are too short for three dashpots.
 Waves that lie wholly on the finger lose exp(-R h / (2 mu L)) per frame.
@@ -136,11 +136,10 @@ def place_dashpots(slot, op, i, t):
     key[0] = t.place
     key[1] = t.width
     key[2] = op.coefficients
-    slot.touch_factor_key[i] = 0.0
     n = modes_under(op, t.width)
     slot.touch_modes[i] = n
     k1 = np.pi / op.length
-    shapes, squares = slot.touch_shape[i], slot.touch_square[i]
+    shapes = slot.touch_shape[i]
     for d in range(DASHPOTS):
         place, _ = dashpot(t, d)
         x = min(max(op.length - place, 0.0), op.length)  # nothing moves beyond the string's ends
@@ -150,17 +149,19 @@ def place_dashpots(slot, op, i, t):
         for j in range(op.modes, n):
             shape[j] = 0.0
         modal.copy_row(slot.touch_shape_high[i, d], shape[op.split :], n - op.split)
-        squares[d] = modal.dot(shape, shape, n)
     slot.touch_products_for[i] = 0
 
 
 @jit
 def find_products(slot, i, n):
-    """Computes the products of finger `i`'s shapes over `n` modes, if they cover another number of modes."""
+    """Computes squares and products of finger `i`'s shapes over `n` modes, if they cover another number of modes."""
     if slot.touch_products_for[i] == n:
         return
     slot.touch_products_for[i] = n
-    shapes, products = slot.touch_shape[i], slot.touch_product[i]
+    slot.touch_factor_key[i] = 0.0
+    shapes, squares, products = slot.touch_shape[i], slot.touch_square[i], slot.touch_product[i]
+    for d in range(DASHPOTS):
+        squares[d] = modal.dot(shapes[d], shapes[d], n)
     products[0] = modal.dot(shapes[0], shapes[1], n)
     products[1] = modal.dot(shapes[0], shapes[2], n)
     products[2] = modal.dot(shapes[1], shapes[2], n)
@@ -222,10 +223,11 @@ def damp_by_touches(voice, slot, op):
         if t.resistance == 0.0 or slot.active + slot.v_active == 0:
             continue
         place_dashpots(slot, op, i, t)
+        n = modes_to_damp(slot, i, t)
+        find_products(slot, i, n)
         find_factors(slot, i, t, over_mass)
         shapes, high, products = slot.touch_shape[i], slot.touch_shape_high[i], slot.touch_product[i]
-        c, n = slot.touch_factor[i], modes_to_damp(slot, i, t)
-        find_products(slot, i, n)
+        c = slot.touch_factor[i]
         if slot.active > 0 and slot.v_active > 0:
             modal.apply_dashpots_to_both(slot.u, slot.v, shapes, high, products, c, n)
         elif slot.active > 0:

@@ -8,11 +8,21 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from livebass.compiling import jit
+from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import contact
 from livebass.kernels.string.records import OPERATOR, WORK
 from livebass.reference.laws import CONTACT, law_force
 
 STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
+
+work_at = record_at(WORK)
+
+
+@jit
+def solve_points(work, op, near, count):  # type: ignore[no-untyped-def]
+    """`contact.solve_points` for the address of a WORK, whose rows share memory."""
+    return contact.solve_points(work_at(work), op, near, count)
 
 
 def residuals(
@@ -26,7 +36,7 @@ def residuals(
     w["wanted"][near], w["eta_before"][near], w["force"][near] = wanted, old, guess
     w["coupling"][np.ix_(near, near)] = coupling
     op["stiffness"], op["exponent"], op["loss"] = STIFFNESS, exponent, loss
-    touching = contact.solve_points(w, op[0], near, count)
+    touching = solve_points(work.ctypes.data, op[0], near, count)
     f = w["force"][near]
     r = wanted - coupling @ f
     law = np.array([law_force(CONTACT, y, x, STIFFNESS, exponent, loss)[0] for x, y in zip(r, old, strict=True)])
