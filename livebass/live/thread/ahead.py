@@ -17,7 +17,7 @@ from livebass.kernels.machine.native import call_3, floats_at, record_address, s
 from livebass.kernels.string import answers
 from livebass.kernels.string.frame import invalidate_contact
 from livebass.kernels.string.modal import clear_motion, copy_row
-from livebass.kernels.string.records import GROUP_ROOM, MOST_NEAR, SINGLE, SLOT_STATE, VOICE_SLOTS
+from livebass.kernels.string.records import DOUBLE, GROUP_ROOM, MOST_NEAR, SINGLE, SLOT_STATE, VOICE_SLOTS
 from livebass.live.thread.records import (
     SAVE_EVERY,
     ahead_of,
@@ -45,9 +45,9 @@ def save(b, i):
         slot = string.slots[k]
         copy_row(saved_slot(a, place, k), words_at(record_address(slot), SLOT_STATE), SLOT_STATE)
         if slot.on:
-            move_u(save_row, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
+            move_u(save_row, save_single, saved_motion(a, place, k, 0), slot, operator_of(b, i, slot.fret))
             if slot.v_active > 0:
-                move_v(save_row, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
+                move_v(save_row, save_single, saved_motion(a, place, k, 1), slot, operator_of(b, i, slot.fret))
     n = string.voice.answering
     copy_row(saved_answers(a, place, 0), string.answers.mode, n)
     copy_row(saved_answers(a, place, 1), string.answers.q, n)
@@ -74,9 +74,9 @@ def go_back(b, i, frame):
             op = operator_of(b, i, slot.fret)
             clear_motion(slot.u, op.padded)
             clear_motion(slot.v, op.padded)
-            move_u(restore_row, saved_motion(a, place, k, 0), slot, op)
+            move_u(restore_row, restore_single, saved_motion(a, place, k, 0), slot, op)
             if slot.v_active > 0:
-                move_v(restore_row, saved_motion(a, place, k, 1), slot, op)
+                move_v(restore_row, restore_single, saved_motion(a, place, k, 1), slot, op)
             else:  # it had not moved yet: nothing was saved
                 invalidate_contact(slot.v, op)
     n = string.voice.answering
@@ -94,37 +94,43 @@ def operator_of(b, i, fret):
 # Save and restore a polarisation row by row; `at` is the next row's address.
 @apart
 def save_row(at, row, n):
-    if row.itemsize == SINGLE:
-        copy_row(samples_at(at, n), row, n)
-    else:
-        copy_row(floats_at(at, n), row, n)
-    return at + row.itemsize * n
+    copy_row(floats_at(at, n), row, n)
+    return at + DOUBLE * n
+
+
+@apart
+def save_single(at, row, n):
+    copy_row(samples_at(at, n), row, n)
+    return at + SINGLE * n
 
 
 @apart
 def restore_row(at, row, n):
-    if row.itemsize == SINGLE:
-        copy_row(row, samples_at(at, n), n)
-    else:
-        copy_row(row, floats_at(at, n), n)
-    return at + row.itemsize * n
+    copy_row(row, floats_at(at, n), n)
+    return at + DOUBLE * n
+
+
+@apart
+def restore_single(at, row, n):
+    copy_row(row, samples_at(at, n), n)
+    return at + SINGLE * n
 
 
 @inlined
-def move_modes(move_row, at, w, n):
-    """Saves or restores the state of `n` modes with `move_row`; returns the next address."""
+def move_modes(move_row, move_single, at, w, n):
+    """Saves or restores the state of `n` modes, float64, then float32; returns the next address."""
     split = min(w.split, n)
     at = move_row(at, w.low.q, split)
     at = move_row(at, w.low.p, split)
-    at = move_row(at, w.high.q, n - split)
-    return move_row(at, w.high.p, n - split)
+    at = move_single(at, w.high.q, n - split)
+    return move_single(at, w.high.p, n - split)
 
 
 @inlined
-def move_u(move_row, at, slot, op):
+def move_u(move_row, move_single, at, slot, op):
     """Saves or restores u, from the address `at` on."""
     u, points = slot.u, op.points
-    at = move_modes(move_row, at, u, slot.active)
+    at = move_modes(move_row, move_single, at, u, slot.active)
     at = move_row(at, u.clearance, points)
     at = move_row(at, u.height, points)
     at = move_row(at, u.known_at, points)
@@ -140,10 +146,10 @@ def move_u(move_row, at, slot, op):
 
 
 @inlined
-def move_v(move_row, at, slot, op):
+def move_v(move_row, move_single, at, slot, op):
     """Saves or restores v, from the address `at` on."""
     v, points = slot.v, op.points
-    at = move_modes(move_row, at, v, slot.v_active)
+    at = move_modes(move_row, move_single, at, v, slot.v_active)
     at = move_row(at, v.moved, points)
     at = move_row(at, v.moved_before, points)
     move_row(at, v.solved_at, points)
