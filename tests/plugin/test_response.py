@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ import soundfile
 from support import lv2 as lv2host
 from support import vst3 as vst3host
 from support.clap import Plugin
+from support.hosts import FORMATS, HOSTS
 from support.picture import PRESS, RELEASE, Host, Picture, library, shelf
 from support.plugins import RATE
 
@@ -20,7 +22,7 @@ from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
 from livebass.engine.render import mixed
 from livebass.plugin import clap, lv2, vst3
-from livebass.plugin.state import sealed
+from livebass.plugin.state import STATE, sealed
 
 BASS = "jazz-finger"
 SCORE = score_of([(0.0, 0.4, 28, 110), (0.15, 0.5, 36, 80)], RATE)
@@ -215,6 +217,56 @@ def test_a_damaged_response_changes_nothing(host: Host, cabinet: Path) -> None:
             damaged[int(rng.integers(begin, len(state)))] ^= 1 << int(rng.integers(8))
         assert not host.load(bytes(damaged)) and host.whole_state() == before, k
     assert not host.load(state + bytes(8)) and not host.load(state[:-8]) and host.load(state)
+
+
+def damaged_bytes(whole: bytes, rng: np.random.Generator, way: int) -> bytes:
+    """A state of CLAP or VST3 with a bit turned, cut, or longer; or, `way` 3, with a word replaced and valid sums."""
+    if way == 0:
+        return whole[: int(rng.integers(len(whole)))]
+    made = np.frombuffer(whole, np.uint8).copy()
+    made[int(rng.integers(len(made)))] ^= 1 << int(rng.integers(8))
+    if way < 3:
+        return made.tobytes() + bytes(8 * (way - 1))
+    words, head = np.frombuffer(whole, np.int64).copy(), STATE.itemsize // 8
+    part = words[:head] if rng.random() < 0.8 else words[head:]
+    wild = np.array([np.nan, np.inf, -1e300, 1e9, rng.normal(0, 50)]).view(np.int64)
+    part[int(rng.integers(len(part) - 1))] = rng.choice([*wild, -1, 0, 1, rng.integers(-(2**63), 2**63 - 1)])
+    return sealed(words[:head]) + sealed(words[head:])
+
+
+def damaged_values(whole: dict[int, tuple[bytes, int]], rng: np.random.Generator, way: int) -> Any:
+    """A state of LV2 with one value cut, changed in one bit, of another type, or made up."""
+    key = int(rng.choice(list(whole)))
+    value, kind = whole[key]
+    flipped = bytearray(value)
+    flipped[int(rng.integers(len(value)))] ^= 1 << int(rng.integers(8))
+    values = (value[: int(rng.integers(len(value)))], bytes(flipped), value, rng.bytes(len(value)))
+    return {**whole, key: (values[way], kind + (way == 2))}
+
+
+@pytest.mark.parametrize("cases", [40, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", FORMATS)
+def test_damaged_states_are_refused_or_play(bundles: Path, host: Host, cabinet: Path, kind: str, cases: int) -> None:
+    """What is refused changes nothing; what is taken, with valid sums or in LV2 without, plays finite numbers."""
+    rng = np.random.default_rng(cases)
+    assert take(host, cabinet) is None
+    with closing(HOSTS[kind](bundles / HOSTS[kind].folder)) as plugin:
+        if kind == "lv2":
+            plugin.plugin.send([(RESPONSE, f"{cabinet}\0".encode())])
+            plugin.work()
+        else:
+            assert plugin.load(host.whole_state())
+        before, damage, refused = plugin.save(), damaged_values if kind == "lv2" else damaged_bytes, 0
+        for k in range(cases):
+            taken = plugin.load(damage(before, rng, k % 4))
+            refused += not taken
+            assert taken or plugin.save() == before, k
+            if k % 20 == 19:
+                plugin.renew()
+                assert np.isfinite(plugin.play([(0, bytes([0x90, 28 + k % 20, 100]))], 512)).all()
+            if taken:
+                assert (kind == "lv2" or k % 4 == 3) and plugin.load(before), k
+        assert plugin.load(before) and plugin.save() == before and refused > cases / 8
 
 
 @pytest.mark.parametrize(

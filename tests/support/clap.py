@@ -207,7 +207,7 @@ class Plugin:
         self.told: list[tuple[int, float]] = []  # values it reports changed, by itself or by hand
         self.gestures: list[tuple[int, int]] = []  # (parameter, type): changes by hand that began or ended
         self.library = Library(folder)
-        self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode())))
+        self.log = LOG(LOG._fields_[0][1](lambda _, severity, line: self.logged.append(line.decode(errors="replace"))))
         self.params_of_host = PARAMS_OF_HOST(
             PARAMS_OF_HOST._fields_[0][1](self._rescan), None, PARAMS_OF_HOST._fields_[2][1](lambda _: None)
         )

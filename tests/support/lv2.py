@@ -56,7 +56,9 @@ class Plugin:
         self.calls = [
             c.CFUNCTYPE(U32, P, S)(lambda _, uri: self.number(uri.decode())),
             c.CFUNCTYPE(I32, P, U32, P)(lambda _, size, data: self.jobs.append(c.string_at(data, size)) or 0),
-            c.CFUNCTYPE(I32, P, U32, S, S)(lambda _, kind, form, line: self.logged.append(line.decode()) or 0),
+            c.CFUNCTYPE(I32, P, U32, S, S)(
+                lambda _, kind, form, line: self.logged.append(line.decode(errors="replace")) or 0
+            ),
             c.CFUNCTYPE(None, P)(lambda _: self.rename()),
         ]
         names = [f"{EXTENSIONS}{name}" for name in ("urid#map", *(["worker#schedule"] if worker else []), "log#log")]
