@@ -62,14 +62,14 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
     stop = {mutant.what: key for key, mutant in found.items() if mutant.file == "string/stop.py"}
     wanted = (
         "SETTLING = 0.001 -> 0.002", "slot.offset_speed + slot.offset / SETTLING: + turned",
-        "finger <= 0.0: turned round", "10.0 -> 20.0",
+        "abs(speed) * OVERSHOOT * seconds > FARTHEST: turned round", "10.0 -> 20.0",
     )  # fmt: skip
     tool.copy_of_the_tree(tmp_path / "tree", {stop[what]: number for number, what in enumerate(wanted, 1)})
     text = (tmp_path / "tree/livebass/kernels/string/stop.py").read_text()
     for made in (
         "exp(-1.0 / (either(1, SETTLING, 0.002) * rate))",
         "slot.offset_speed + signed(2, slot.offset / either(1, SETTLING, 0.002))",
-        "if turned_round(3, finger <= 0.0):", "t * t * t * (either(4, 10.0, 20.0) - t * ",
+        "if turned_round(3, abs(speed) * OVERSHOOT * seconds > FARTHEST):", "t * t * t * (either(4, 10.0, 20.0) - t * ",
     ):  # fmt: skip
         assert made in text, text
     changed = [

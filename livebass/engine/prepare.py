@@ -202,9 +202,10 @@ SEEDS = 0x7FFF_FFFF_FFFF_FFFF  # the bits of a seed: kernels take int64
 
 
 def modal_row(w: np.void, name: str) -> Floats:
-    """A row of modes in a working set, a WORK, in float64, (ROW,)."""
+    """A row of modes in a working set, a WORK, in float64, (ROW,). Above its modes it is not defined."""
     split = int(w["split"])
-    return np.concatenate([w["low"][name][:split], w["high"][name][: ROW - split].astype(float)])
+    with np.errstate(invalid="ignore"):
+        return np.concatenate([w["low"][name][:split], w["high"][name][: ROW - split].astype(float)])
 
 
 @dataclass
