@@ -289,7 +289,7 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
         chain(page).release().perform()
     on = [m for m in page.execute_script("return sent") if m[0] == 0x90]
     assert [m[1] for m in on] == [38, 38] and on[0][2] < 50 < 110 < on[1][2]
-    assert page.execute_script("return held.size") == 0
+    wait(lambda: page.execute_script("return held.size === 0"))
 
 
 def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
