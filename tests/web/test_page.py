@@ -544,10 +544,10 @@ def test_a_finger_that_goes_along_a_string_plays_on_there_by_the_left_hand(page:
     wait(lambda: "on" in frets[2].get_attribute("class").split())
     assert len(page.find_elements("css selector", "button.on")) == 1
     chain(page).move_to_element(other).release().perform()
-    found = [message[:2] for message in page.execute_script("return sent")]
     d, a = 43, 36  # of D and A strings, frets 5 and 3
     steps = [[0x90, a], [0x90, a + 1], [0x80, a], [0x90, a + 2], [0x80, a + 1], [0x80, a + 2], [0x90, d], [0x80, d]]
-    assert found == steps
+    wait(lambda: page.execute_script("return sent.length") >= len(steps))  # the last note is as long as a tap
+    assert [message[:2] for message in page.execute_script("return sent")] == steps
 
 
 FAKE_MIDI = """
@@ -1434,9 +1434,10 @@ def test_a_song_is_sought_by_bars_looped_slowed_and_paused(page: Any) -> None:
         "for (const [e, value, kind] of [[first, 2, 'change'], [last, 2, 'change'], [tempo, 50, 'input']]) {"
         "  e.value = value; e.dispatchEvent(new Event(kind)); } heard.length = 0"
     )
-    wait(lambda: page.execute_script("return heard.length") >= 18)
-    assert frets()[:6] == [3, 4, 5, 3, 4, 5]
-    heard = np.array(page.execute_script("return heard")).reshape(-1, 3)[:, 2]
+    wait(lambda: page.execute_script("return heard.length") >= 21)
+    begin = frets().index(3)  # behind a note that was on its way
+    assert begin <= 1 and frets()[begin : begin + 6] == [3, 4, 5, 3, 4, 5]
+    heard = np.array(page.execute_script("return heard")).reshape(-1, 3)[begin:, 2]
     assert (heard[3] - heard[0]) / rate == pytest.approx(3.0, abs=5e-3)
     page.find_element("id", "roll").click()
 
