@@ -427,6 +427,7 @@ def test_settings_of_the_player_say_what_they_do_and_are_heard(page: Any) -> Non
     for key, symbol, value in (
         ("f", "avoid_open", 0), ("f", "avoid_open", 1), ("g", "hand_position", 0), ("g", "hand_position", 7)
     ):  # fmt: skip
+        wait(lambda: page.execute_script("return held.size === 0"))  # the tap before has ended
         page.execute_script("moveControl(...arguments)", symbol, value)
         page.execute_script("places.length = 0")
         tap(page, key)
