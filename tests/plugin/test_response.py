@@ -247,7 +247,7 @@ def damaged_values(whole: dict[int, tuple[bytes, int]], rng: np.random.Generator
 @pytest.mark.parametrize("cases", [40, pytest.param(2000, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("kind", FORMATS)
 def test_damaged_states_are_refused_or_play(bundles: Path, host: Host, cabinet: Path, kind: str, cases: int) -> None:
-    """What is refused changes nothing; what is taken, with valid sums or in LV2 without, plays finite numbers."""
+    """A refused state changes nothing; a state with valid sums (LV2 has none) plays finite numbers."""
     rng = np.random.default_rng(cases)
     assert take(host, cabinet) is None
     with closing(HOSTS[kind](bundles / HOSTS[kind].folder)) as plugin:
