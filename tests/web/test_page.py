@@ -279,7 +279,7 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
         chain(page).move_to_element(place).click_and_hold().perform()
         wait(lambda place=place: "on" in place.get_attribute("class").split())
         chain(page).release().perform()
-        wait(lambda: page.execute_script("return held.size === 0"))
+        let_go(page)
     page.execute_script("sent.length = 0")
     for y in (-half, half):
         chain(page).move_to_element_with_offset(cell, 0, y).click_and_hold().perform()
@@ -289,7 +289,7 @@ def test_the_neck_plays_where_it_is_pressed_and_harder_below(page: Any) -> None:
         chain(page).release().perform()
     on = [m for m in page.execute_script("return sent") if m[0] == 0x90]
     assert [m[1] for m in on] == [38, 38] and on[0][2] < 50 < 110 < on[1][2]
-    wait(lambda: page.execute_script("return held.size === 0"))
+    let_go(page)
 
 
 def test_inlays_and_numbers_of_the_neck_count_from_the_nut(page: Any) -> None:
@@ -427,7 +427,7 @@ def test_settings_of_the_player_say_what_they_do_and_are_heard(page: Any) -> Non
     for key, symbol, value in (
         ("f", "avoid_open", 0), ("f", "avoid_open", 1), ("g", "hand_position", 0), ("g", "hand_position", 7)
     ):  # fmt: skip
-        wait(lambda: page.execute_script("return held.size === 0"))  # the tap before has ended
+        let_go(page)
         page.execute_script("moveControl(...arguments)", symbol, value)
         page.execute_script("places.length = 0")
         tap(page, key)
@@ -519,6 +519,11 @@ def sent(driver: Any) -> list[list[Any]]:
     """The messages since the last call, except notes of the bass; run SENT first."""
     found = driver.execute_script("return sent.splice(0)")
     return [list(message) for message in found if message[0] in (0xB0, "everywhere") or message[1] < 28]
+
+
+def let_go(page: Any) -> None:
+    """Waits until no note is held: that of a tap lasts a little longer than the tap."""
+    wait(lambda: page.execute_script("return held.size === 0"))
 
 
 def way(driver: Any, name: str) -> Any:
