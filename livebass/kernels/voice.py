@@ -255,26 +255,9 @@ def sense_string(string, ops, y):
         slot = string.slots[k]
         if slot.on:
             op = glide.current_operator(string, ops, k)
-            n = min(slot.active, slot.heard)
-            if voice.pickups == 0:
-                row = 2 * (voice.frame % voice.denominator if voice.denominator > 1 else 0)
-                y[0] += modal.read_tap(slot.u, n, op, (row, row + 1))
-            if slot.v_active > 0:
-                sense_v(voice, op, slot.v, min(slot.v_active, slot.heard), y)
+            sense_slot(voice, op, slot, y)
             if slot.moving or slot.offset != 0.0:
                 sense_end(voice, op, slot, y)
-            i = 0
-            while i + 1 < voice.pickups:
-                u, moving, other, other_moving = modal.sense_2(slot.u, n, op, (i, i + 1))
-                y[2 * i] += u
-                y[2 * i + 1] += moving
-                y[2 * i + 2] += other
-                y[2 * i + 3] += other_moving
-                i += 2
-            if i < voice.pickups:
-                u, moving = modal.sense_1(slot.u, n, op, i)
-                y[2 * i] += u
-                y[2 * i + 1] += moving
     if noise.is_pulling(voice):
         up, moving = pulling.pull_profile(voice, voice.pulling)
         if voice.pickups == 0:
@@ -302,20 +285,35 @@ def sense_end(voice, op, slot, y):
 
 
 @jit
-def sense_v(voice, op, v, n, y):
-    """Adds v's sensed motion: to the velocities, or as a displacement at its own sensor."""
+def sense_slot(voice, op, slot, y):
+    """Adds the sensed motion of a slot's modes; v adds to the velocities, or is a displacement at its own sensor."""
+    u, v = slot.u, slot.v
+    n, n_v = min(slot.active, slot.heard), min(slot.v_active, slot.heard)
     if voice.pickups == 0:
-        row = 2 * (voice.denominator + (voice.frame % voice.denominator if voice.denominator > 1 else 0))
-        y[1] += modal.read_tap(v, n, op, (row, row + 1))
+        later = voice.frame % voice.denominator if voice.denominator > 1 else 0
+        y[0] += modal.read_tap(u, n, op, (2 * later, 2 * later + 1))
+        if n_v > 0:
+            row = 2 * (voice.denominator + later)
+            y[1] += modal.read_tap(v, n_v, op, (row, row + 1))
     i = 0
     while i + 1 < voice.pickups:
-        moving, other = modal.speed_2(v, n, op, (i, i + 1))
-        y[2 * i + 1] += voice.across[i] * moving
-        y[2 * i + 3] += voice.across[i + 1] * other
+        if n_v > 0:
+            heard = voice.across[i], voice.across[i + 1]
+            here, moving, there, moving_there = modal.sense_2_of_both(u, v, max(n, n_v), op, (i, i + 1), heard)
+        else:
+            here, moving, there, moving_there = modal.sense_2(u, n, op, (i, i + 1))
+        y[2 * i] += here
+        y[2 * i + 1] += moving
+        y[2 * i + 2] += there
+        y[2 * i + 3] += moving_there
         i += 2
     if i < voice.pickups:
-        _, moving = modal.sense_1(v, n, op, i)
-        y[2 * i + 1] += voice.across[i] * moving
+        if n_v > 0:
+            here, moving = modal.sense_1_of_both(u, v, max(n, n_v), op, i, voice.across[i])
+        else:
+            here, moving = modal.sense_1(u, n, op, i)
+        y[2 * i] += here
+        y[2 * i + 1] += moving
 
 
 @jit
@@ -405,11 +403,14 @@ def move_string(string, ops):
         if slot.thumb.on != NONE:
             thumb.press_on(slot, op, voice, steps, leap)
         if slot.active == 0 or op.points == 0 or slot.moving or after <= slot.quiet or after <= slot.due:
-            modal.leap(slot.u, slot.active, leap)
-            modal.leap(slot.v, slot.v_active, leap)
+            modal.leap_fading(slot.u, slot.active, leap, slot.hand)
+            modal.leap_fading(slot.v, slot.v_active, leap, slot.hand)
         else:
             over = voice.over_board if op.points > MOST_NEAR else voice.over_frets
             call_4(over, record_address(string), np.int64(k), record_address(op), steps)
+            if slot.hand < 1.0:
+                modal.scale(slot.u, slot.active, slot.hand)
+                modal.scale(slot.v, slot.v_active, slot.hand)
         if slot.thumb.on != NONE:
             thumb.take_off(slot, op, after)
         if slot.offset != 0.0:
@@ -425,9 +426,6 @@ def move_string(string, ops):
             tension.tighten_by_motion(voice, slot, op, steps * op.fine)
         if tighter != 0.0:
             tension.tighten_by_vibrato(slot, op, steps * op.fine, tighter)
-        if slot.hand < 1.0:
-            modal.scale(slot.u, slot.active, slot.hand)
-            modal.scale(slot.v, slot.v_active, slot.hand)
         if op.turned > 0:
             turning.exchange(voice, slot, op, after)
     if voice.idle != 0:

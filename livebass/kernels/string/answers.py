@@ -274,17 +274,17 @@ def exchange(string, slot, op, step):
         q, y = modal.state_of(u, i)
         y *= -flow[7]
         k = a.place[g]
-        if k == UNKNOWN:
-            x, z = on_x * q - on_y * y, on_x * y + on_y * q
-            if not x * x + z * z > DEAD * DEAD:
-                continue
-            begin_answer(voice, a, g, 0.0, 0.0)
-            k = a.place[g]
-        x, z = a.q[k], -a.y[k]
-        back = c_x * q - c_y * y + back_x * x - back_y * z
-        modal.set_state(u, i, back, -flow[6] * (c_x * y + c_y * q + back_x * z + back_y * x))
-        a.q[k] = c_x * x - c_y * z + on_x * q - on_y * y
-        a.y[k] = -(c_x * z + c_y * x + on_x * y + on_y * q)
+        x, z = (a.q[k], -a.y[k]) if k != UNKNOWN else (0.0, 0.0)
+        q_after = c_x * q - c_y * y + back_x * x - back_y * z
+        p_after = -flow[6] * (c_x * y + c_y * q + back_x * z + back_y * x)
+        x, z = c_x * x - c_y * z + on_x * q - on_y * y, c_x * z + c_y * x + on_x * y + on_y * q
+        if k != UNKNOWN:
+            a.q[k], a.y[k] = x, -z
+        elif x * x + z * z > DEAD * DEAD:
+            begin_answer(voice, a, g, x, -z)
+        else:
+            continue
+        modal.set_state(u, i, q_after, p_after)
         slot.active = max(slot.active, (i + BLOCK) // BLOCK * BLOCK)
 
 

@@ -21,8 +21,9 @@ small, and keeps its digits as long as nothing adds it to 1 (`ordered`).
 The lowest `split` modes of a working set are float64, in the rows w.low; the modes above may be float32, in w.high.
 Each loop is written once, as a function of `rows`, and compiled for both widths. A maker (`over`, `from_mode`, `along`,
 `by_pitch`, `at`, `at_two`, `at_four`) turns it into a function of the working set, which calls it for w.low and for
-w.high: `fine(rows, n)` below is `modal.fine(w, n)` elsewhere. A single float64 would make a loop's arithmetic float64:
-`like` gives numbers the width of the rows. Sums use the width of the rows; the two partial sums are added in float64.
+w.high: `fine(rows, n)` below is `modal.fine(w, n)` elsewhere. `from_mode_of_both`, `at_of_both` and `at_two_of_both` do
+the same for loops over u and v at once. A single float64 would make a loop's arithmetic float64: `like` gives numbers
+the width of the rows. Sums use the width of the rows; the two partial sums are added in float64.
 An event that computes with the state takes it out in float64 (`widen`) and puts it back (`narrow`).
 
 Each loop reads a mode once and adds, multiplies and stores; exp and sin occur only where coefficients are made. The
@@ -210,6 +211,46 @@ def at_four(loop, add=nothing, row_of=shape_row):
     return both
 
 
+# The same for loops over the rows of u and v, whose modes are split alike: what both need is read once. Modes that have
+# ended are zero, so `n` may be the number of modes of the one that has more.
+
+
+@maker
+def from_mode_of_both(loop, add=nothing):
+    """loop(rows, across, n, first, ...) becomes a function of (u, v, n, ...)."""
+
+    def both(u, v, n, *given):
+        split = lower(u, n)
+        low = loop(u.low, v.low, split, np.int64(0), *given)
+        return add(low, loop(u.high, v.high, n - split, split, *given))
+
+    return both
+
+
+@maker
+def at_of_both(loop, add=nothing, row_of=shape_row):
+    """loop(rows, across, n, phi, ...) becomes a function of (u, v, n, op, place, ...)."""
+
+    def both(u, v, n, op, place, *given):
+        split, row = lower(u, n), row_of(op, place)
+        low = loop(u.low, v.low, split, low_part(row, op), *given)
+        return add(low, loop(u.high, v.high, n - split, high_part(row, op), *given))
+
+    return both
+
+
+@maker
+def at_two_of_both(loop, add=nothing, row_of=shape_row):
+    """`at_of_both` for two places: the loop gets two rows."""
+
+    def both(u, v, n, op, places, *given):
+        split, a, b = lower(u, n), row_of(op, places[0]), row_of(op, places[1])
+        low = loop(u.low, v.low, split, (low_part(a, op), low_part(b, op)), *given)
+        return add(low, loop(u.high, v.high, n - split, (high_part(a, op), high_part(b, op)), *given))
+
+    return both
+
+
 # Fine steps
 
 
@@ -385,6 +426,15 @@ def leap(rows, n, which):
     """Leaps."""
     for j in range(n):
         turn(rows, which, j, rows.q[j], rows.p[j])
+
+
+@over()
+@jit
+def leap_fading(rows, n, which, factor):
+    """Leaps, and multiplies the motion by `factor`."""
+    factor = like(rows, factor)
+    for j in range(n):
+        turn(rows, which, j, factor * rows.q[j], factor * rows.p[j])
 
 
 @over()
@@ -591,17 +641,32 @@ def sense_2(rows, n, taps):
     return u0, v0, u1, v1
 
 
-@at_two(two, tap_row)
+@at_of_both(two, tap_row)
 @jit
-def speed_2(rows, n, taps):
-    """Velocities (m/s) at the pickups of two taps, in one pass."""
-    weight, other = taps
-    v0 = v1 = like(rows, 0.0)
+def sense_1_of_both(rows, across, n, weight, heard):
+    """`sense_1` of u with the part `heard` of v's velocity."""
+    heard = like(rows, heard)
+    u = v = like(rows, 0.0)
     for j in range(n):
-        moving = velocity(rows, j)
-        v0 += weight[j] * moving
-        v1 += other[j] * moving
-    return v0, v1
+        u += weight[j] * rows.q[j]
+        v += weight[j] * (velocity(rows, j) + heard * velocity(across, j))
+    return u, v
+
+
+@at_two_of_both(four, tap_row)
+@jit
+def sense_2_of_both(rows, across, n, taps, heard):
+    """`sense_2` of u with the parts `heard`, at the one pickup and at the other, of v's velocity."""
+    weight, other = taps
+    of_v, of_v_there = like(rows, heard[0]), like(rows, heard[1])
+    u0 = v0 = u1 = v1 = like(rows, 0.0)
+    for j in range(n):
+        q, moving, aside = rows.q[j], velocity(rows, j), velocity(across, j)
+        u0 += weight[j] * q
+        v0 += weight[j] * (moving + of_v * aside)
+        u1 += other[j] * q
+        v1 += other[j] * (moving + of_v_there * aside)
+    return u0, v0, u1, v1
 
 
 # Other changes of the motion
@@ -785,6 +850,17 @@ def slope_square(rows, n, first):
     for j in range(n):
         x = number_like(rows, first + j) * rows.q[j]
         s += x * x
+    return s
+
+
+@from_mode_of_both(one)
+@jit
+def slope_square_of_both(rows, across, n, first):
+    """Sum of u's and v's (j q_j)^2, j from 1."""
+    s = like(rows, 0.0)
+    for j in range(n):
+        number = number_like(rows, first + j)
+        s += number * number * (rows.q[j] * rows.q[j] + across.q[j] * across.q[j])
     return s
 
 

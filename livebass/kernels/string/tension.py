@@ -41,13 +41,15 @@ def tighten_by_motion(voice, slot, op, h):
     if n <= 0:
         return
     k1 = np.pi / op.length
-    across = min(n, slot.v_active)
-    total = k1 * k1 * (modal.slope_square(slot.u, n) + modal.slope_square(slot.v, across))
+    if slot.v_active > 0:
+        total = k1 * k1 * modal.slope_square_of_both(slot.u, slot.v, n)
+    else:
+        total = k1 * k1 * modal.slope_square(slot.u, n)
     mu = linear_density(op)
     most, for_each = MOST * mu * op.speed * op.speed, h / mu * k1 * k1  # while the sum is not yet known
     push = for_each * min(voice.stretch * total, most)
     modal.tighten(slot.u, n, push)
-    modal.tighten(slot.v, across, push)
+    modal.tighten(slot.v, min(n, slot.v_active), push)
 
 
 @jit
