@@ -7,8 +7,6 @@ import os
 import stat
 import tomllib
 from collections.abc import Iterable
-from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -30,10 +28,11 @@ class PresetError(ValueError):
         super().__init__(one_line(message))
 
 
-def shipped() -> Traversable:
+def shipped() -> Path:
     """The folder of the shipped presets: in the package, or next to it in a checkout."""
-    installed = resources.files("livebass") / "presets"
-    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
+    package = Path(__file__).resolve().parents[1]
+    installed = package / "presets"
+    return installed if installed.is_dir() else package.parent / "presets"
 
 
 def is_path(name: str) -> bool:
