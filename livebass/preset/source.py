@@ -30,9 +30,8 @@ class PresetError(ValueError):
 
 def shipped() -> Path:
     """The folder of the shipped presets: in the package, or next to it in a checkout."""
-    package = Path(__file__).resolve().parents[1]
-    installed = package / "presets"
-    return installed if installed.is_dir() else package.parent / "presets"
+    installed = Path(__file__).parents[1] / "presets"
+    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
 
 
 def is_path(name: str) -> bool:
