@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import sys
 from typing import Any, NoReturn
 
+from livebass.cores import ONE_THREAD
 from livebass.interrupts import INTERRUPTED, exit_while_loading
+
+COLLECTED = 20_000  # new objects until Python looks for garbage: at 700, loading modules takes a tenth longer
 
 
 def main() -> NoReturn:
@@ -15,6 +19,8 @@ def main() -> NoReturn:
     try:
         open_streams()
         exit_while_loading()
+        os.environ.update(ONE_THREAD)
+        gc.set_threshold(COLLECTED)
         from livebass.cli import main as cli
 
         cli.main()

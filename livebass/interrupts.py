@@ -15,6 +15,7 @@ This file imports nothing from livebass: `__main__` loads it first.
 
 from __future__ import annotations
 
+import gc
 import math
 import os
 import signal
@@ -168,12 +169,16 @@ class Beside(threading.Thread):
 
 
 def leave(status: int) -> NoReturn:
-    """Exits, at once if work still runs `aside`: the interpreter would wait for it."""
+    """Exits, at once if work still runs `aside`: the interpreter would wait for it.
+
+    It does not look for garbage once more.
+    """
     if any(thread.name == ASIDE for thread in threading.enumerate()):
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError):
                 stream.flush()
         os._exit(status)
+    gc.freeze()
     sys.exit(status)
 
 

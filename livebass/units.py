@@ -17,6 +17,11 @@ class Dimension:
     signed: bool = False  # may be negative
     off: float | None = None  # what the word "off" stands for; None: nothing
 
+    @property
+    def indefinite(self) -> str:
+        """Its name with "a" or "an"."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
 
 OFF = -200.0  # dB: nothing at all
 INCH, POUND, GRAVITY = 0.0254, 0.45359237, 9.80665  # m, kg, m/s2: exact by definition
@@ -71,15 +76,15 @@ def split_quantity(text: str, dimension: str) -> tuple[float, str]:
     match = _QUANTITY.fullmatch(text.translate(_SAME))
     if not match:
         or_off = ', or "off"' if known.off is not None else ""
-        raise ValueError(f"a {dimension} is a number and a unit such as {example}; units: {units}{or_off}")
+        raise ValueError(f"{known.indefinite} is a number and a unit such as {example}; units: {units}{or_off}")
     number, unit = float(match[1]), match[2] or ""
     if unit not in known.units:
         missing = "has no unit" if not unit else f"has the unit {unit!r}"
-        raise ValueError(f"a {dimension} {missing}; units: {units}")
+        raise ValueError(f"{known.indefinite} {missing}; units: {units}")
     if not math.isfinite(number):
-        raise ValueError(f"a {dimension} must be finite")
+        raise ValueError(f"{known.indefinite} must be finite")
     if number < 0 and not known.signed:
-        raise ValueError(f"a {dimension} cannot be negative")
+        raise ValueError(f"{known.indefinite} cannot be negative")
     return number, unit
 
 
@@ -89,9 +94,10 @@ def quantity(text: str, dimension: str) -> float:
     Raises ValueError as `split_quantity` does.
     """
     number, unit = split_quantity(text, dimension)
-    value = number * DIMENSIONS[dimension].units[unit]
+    known = DIMENSIONS[dimension]
+    value = number * known.units[unit]
     if not math.isfinite(value):
-        raise ValueError(f"a {dimension} must be finite")
+        raise ValueError(f"{known.indefinite} must be finite")
     return value
 
 

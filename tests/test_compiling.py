@@ -515,6 +515,22 @@ def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
     assert not needs and all(f"lb_{name}".encode() in data for name in ("first", "second", "third"))
 
 
+def test_shortcuts_through_numba_change_no_text() -> None:
+    code = (
+        "import sys; from livebass.compiling import lowering; from livebass.kernels.pickup.coil import fit_coil\n"
+        "if sys.argv[1:]: lowering.shortcuts = lambda: None\n"
+        "import json; print(json.dumps(lowering.compiled([fit_coil])))"
+    )
+    made = [
+        subprocess.run(
+            [sys.executable, "-c", code, *plain], capture_output=True, text=True, check=True,
+            env=os.environ | lowering.SETTINGS,
+        ).stdout
+        for plain in ([], ["plain"])
+    ]  # fmt: skip
+    assert made[0] == made[1]
+
+
 def test_the_program_names_no_place() -> None:
     """It is the same wherever numba and livebass are installed: a Python error would name its file."""
     text = emitter.program()

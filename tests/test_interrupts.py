@@ -176,3 +176,13 @@ def test_compiling_is_left_at_any_moment(tmp_path: Path) -> None:
         else:
             assert_one_clear_line(process.returncode, err, (130,))
             assert not (tmp_path / "a.wav").exists()
+
+
+def test_the_end_does_not_search_all_objects_for_garbage() -> None:
+    code = (
+        "import atexit, gc; from livebass.interrupts import leave\n"
+        "atexit.register(lambda: print(len(gc.get_objects()) < gc.get_freeze_count()))\n"
+        "leave(3)"
+    )
+    done = run(code)
+    assert (done.returncode, done.stdout, done.stderr) == (3, "True\n", "")

@@ -5,9 +5,10 @@
 For each bass it plays four seconds of chords at full velocity, twice a second: struck at once, then string after
 string. The thread's clock is the processor time of this process, times --slower (3); so other programs on the machine
 hardly matter. It plays several times, and each quantum of 128 frames counts with the least time: node, too, compiles
-and cleans up. It prints the mean load; the worst quantum, relative to its duration; the largest backlog, which the
-device's output buffer must cover; and the part of the time in which the last run relieved strings (worklet.js). With
---fine no string is ever relieved.
+and cleans up. It prints the mean load; the worst quantum, relative to its duration, and when it began; the largest
+backlog, which the device's output buffer must cover, and when it grew; and the part of the time in which the last run
+relieved strings (worklet.js). With --fine no string is ever relieved; with --known the thread knows from the start that
+it is slow.
 """
 
 from __future__ import annotations
@@ -24,11 +25,12 @@ from livebass.web.modules import joined
 
 RATE, QUANTUM, SECONDS = 48000, 128, 4
 PLAYING = """
-const fs = require("fs"), SLOWER = Number(process.argv[2]), fine = process.argv[3] === "fine";
+const fs = require("fs"), SLOWER = Number(process.argv[2]), how = process.argv[3];
 const module_ = new WebAssembly.Module(fs.readFileSync("page.wasm"));
 const cpu = () => { const {user, system} = process.cpuUsage(); return SLOWER * (user + system) / 1000; };
 global.sampleRate = %(rate)d;
 global.currentFrame = 0;
+const OVERLOAD = 2; // a load, as in worklet.js
 global.AudioWorkletProcessor = class { constructor() { this.port = {postMessage() {}}; } };
 let Processor;
 global.registerProcessor = (_, of) => { Processor = of; };
@@ -44,7 +46,8 @@ function play(file) {
   currentFrame = 0;
   const packed = maker.pack(maker.home, maker.home + size), p = new Processor({processorOptions: {module: module_}});
   p.hear({bass: {bass, at: maker.home, size, ...packed}});
-  p.engine.setField("adaptive", fine ? 0 : 1);
+  p.engine.setField("adaptive", how === "fine" ? 0 : 1);
+  if (how === "known") p.highest = OVERLOAD;
   const notes = [];
   for (let k = 0; k < 2 * %(seconds)d; k++) [28, 33, 38, 43].forEach((key, i) => {
     const at = Math.round(sampleRate * (0.05 + 0.5 * k + (k %% 2 ? 0.06 * i : 0))), note = key + k %% 3;
@@ -69,11 +72,17 @@ for (const name of process.argv.slice(4)) {
   const runs = Array.from({length: 8}, () => play(file)), {relieved} = runs.at(-1);
   const times = relieved.map((_, q) => Math.min(...runs.map(run => run.times[q])));
   const full = 1000 * %(quantum)d / sampleRate;
-  let owed = 0, most = 0;
-  for (const time of times) most = Math.max(most, owed = Math.max(0, owed + time - full));
+  let owed = 0, most = 0, first = 0, from = 0, until = 0;
+  times.forEach((time, q) => {
+    if (owed === 0) first = q;
+    owed = Math.max(0, owed + time - full);
+    if (owed > most) [most, from, until] = [owed, first, q + 1];
+  });
   const percent = x => `${Math.round(100 * x)} %%`, mean = x => x.reduce((a, b) => a + b, 0) / x.length;
-  console.log(`${name}: load ${percent(mean(times) / full)}, worst quantum ${percent(Math.max(...times) / full)}, ` +
-    `backlog ${most.toFixed(1)} ms, relieved ${percent(mean(relieved.map(Number)))} of the time`);
+  const worst = Math.max(...times), at = q => `${(q * full / 1000).toFixed(3)} s`;
+  console.log(`${name}: load ${percent(mean(times) / full)}, worst quantum ${percent(worst / full)} at ` +
+    `${at(times.indexOf(worst))}, backlog ${most.toFixed(1)} ms from ${at(from)} to ${at(until)}, ` +
+    `relieved ${percent(mean(relieved.map(Number)))} of the time`);
 }
 """
 
@@ -82,7 +91,9 @@ def main() -> None:
     """Runs node on the page's own modules."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--slower", type=float, default=3.0)
-    parser.add_argument("--fine", action="store_true")
+    known = parser.add_mutually_exclusive_group()
+    known.add_argument("--fine", action="store_const", dest="how", const="fine", default="relieved")
+    known.add_argument("--known", action="store_const", dest="how", const="known")
     parser.add_argument("presets", nargs="+")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as place:
@@ -93,8 +104,7 @@ def main() -> None:
         (folder / "play.cjs").write_text(PLAYING % {"rate": RATE, "quantum": QUANTUM, "seconds": SECONDS})
         for preset in asked.presets:
             (folder / preset).write_bytes(instrument_file(load_preset(preset)))
-        how = "fine" if asked.fine else "relieved"
-        command = ["node", "--single-threaded", "play.cjs", str(asked.slower), how, *asked.presets]
+        command = ["node", "--single-threaded", "play.cjs", str(asked.slower), asked.how, *asked.presets]
         subprocess.run(command, cwd=folder, check=True)
 
 

@@ -39,7 +39,7 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     command = [*plugins.zig(system), "-shared", "-s", "-O2", str(source), "-o", str(made)]
     if system.ending == "so":
         command += ["-lm", "-Wl,-z,defs", "-Wl,-z,now"]
-    plugins.run(command, "no library of kernels was built")
+    plugins.run([command], "no library of kernels was built")
     for leftover in out.glob("*.lib"), out.glob("*.pdb"):
         for file in leftover:
             file.unlink()

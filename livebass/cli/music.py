@@ -7,13 +7,14 @@ from typing import Any
 
 import click
 
+from livebass.cli.chosen import later_presets, preset_of, programs_of, remarks, too_low
 from livebass.cli.demos import demo_for, ready_for
 from livebass.cli.effects import Behind
 from livebass.cli.hands import Hands, Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.remembered import Memory
 from livebass.cli.said import say
-from livebass.cli.song import Song, later_presets, preset_of, programs_of, remarks, too_low
+from livebass.cli.song import Song
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import told, with_loaded
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options

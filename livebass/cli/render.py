@@ -215,7 +215,7 @@ def _render_music(
     music: Music, song: Song | None, output: Path, preset: str | None, options: Options, load: Loader
 ) -> str:
     """Renders a MIDI file, a tablature, a note or a demo; returns the summary."""
-    from livebass.cli.song import basses_of, check_range, remarks, too_low
+    from livebass.cli.chosen import basses_of, check_range, remarks, too_low
     from livebass.cli.taken import with_loaded
     from livebass.score.score import single_note
 

@@ -1,4 +1,4 @@
-"""Lines about a MIDI file or a note and the bass that will play it: parts, programs, notes out of range."""
+"""A MIDI file or a tablature to play, and the table of its parts or tracks."""
 
 from __future__ import annotations
 
@@ -8,123 +8,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
+from livebass.cli.chosen import later_presets, preset_of
 from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.tabs import TabOptions
-from livebass.cli.taken import shown, with_loaded
+from livebass.cli.taken import with_loaded
 from livebass.kinds import is_tab
 from livebass.model.instrument import Instrument
-from livebass.preset.load import preset_with
-from livebass.preset.programs import PROGRAMS
 from livebass.report.text import columns
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
-from livebass.score.score import LEAST_RATE, NOTE_ON, Score
-from livebass.units import note_name, one_line
+from livebass.score.score import LEAST_RATE, Score
+from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.tab.reading import Arrangement
-
-
-def programs_of(score: Score) -> dict[int, str]:
-    """The presets that programs, from 0, choose in a score: those named by a take, else General MIDI's."""
-    if score.basses:
-        return {bass.program: bass.preset for bass in score.basses}
-    return {number - 1: name for number, name in PROGRAMS.items()}
-
-
-def preset_of(score: Score | None, usual: str) -> str:
-    """The preset that a file begins with, by its program or named by a take, else the usual one."""
-    return usual if score is None or score.program is None else programs_of(score).get(score.program, usual)
-
-
-def basses_of(score: Score, usual: str, load: Callable[[str], Instrument]) -> tuple[Instrument, dict[int, Instrument]]:
-    """The bass that a file begins with, and the ones that its program changes choose, by program from 0."""
-    known = programs_of(score)
-    names = {program: known[program] for _, program in score.changes if program in known}
-    first = preset_of(score, usual)
-    basses = {name: load(name) for name in dict.fromkeys([first, *names.values()])}
-    return basses[first], {program: basses[name] for program, name in names.items()}
-
-
-def later_presets(score: Score, usual: str) -> list[tuple[float, int, str | None]]:
-    """(time s, program from 1, preset) of each change of bass in mid-file; preset None: it chooses no bass."""
-    known = programs_of(score)
-    now, found = preset_of(score, usual), list[tuple[float, int, str | None]]()
-    for frame, program in score.changes:
-        preset = known.get(program)
-        if preset is None or preset != now:
-            found.append((frame / score.rate, program + 1, preset))
-            now = preset or now
-    return found
-
-
-def remarks(score: Score, preset: str | None, usual: str) -> list[str]:
-    """Messages before a file is played on `preset`; None: on the presets its programs choose, or on `usual`."""
-    lines = list(score.remarks)
-    if preset is not None:
-        return lines
-    if score.basses:
-        return lines + _remarks_of_take(score, usual)
-    none = f"chooses no bass, {min(PROGRAMS)} to {max(PROGRAMS)} do"
-    first = preset_of(score, usual)
-    if score.program is not None and score.program + 1 not in PROGRAMS:
-        lines.append(f"program {score.program + 1} {none}: played on {usual}")
-    elif score.program is not None and first != usual:
-        lines.append(f"program {score.program + 1}: played on {first}")
-    said = set()
-    for seconds, program, chosen in later_presets(score, usual):
-        if chosen is not None:
-            lines.append(f"program {program} at {seconds:.1f} s: played on {chosen} from there")
-        elif program not in said:
-            said.add(program)
-            lines.append(f"program {program} at {seconds:.1f} s {none}: the bass before plays on")
-    return lines
-
-
-def _remarks_of_take(score: Score, usual: str) -> list[str]:
-    """Lines about the basses that a take names, except one that would play it anyway."""
-    basses = {bass.program: bass for bass in reversed(score.basses)}
-    first = basses.get(-1 if score.program is None else score.program)
-    lines = [f"played on {shown(first)}"] if first and (first.preset != usual or first.given) else []
-    for seconds, program, _ in later_presets(score, usual):
-        lines.append(f"played on {shown(basses[program - 1])} from {seconds:.1f} s on")
-    return lines
-
-
-def check_range(bass: Instrument, note: int, usual: str) -> None:
-    """Raises UsageError for a note that `bass` lacks; names a preset that has it, preferably `usual`."""
-    lowest, highest = bass.note_range
-    if not lowest <= note <= highest:
-        other = preset_with(note, usual)
-        hint = f"-p {other} plays it" if other else "no preset that comes with livebass has it"
-        ends = f"{note_name(lowest)} to {note_name(highest)}"
-        raise click.UsageError(f"--note {note_name(note)}: {bass.name} has {ends}; {hint}")
-
-
-def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
-    """A line about notes below the lowest string, if any, and the preset that plays them."""
-    lowest = bass.note_range[0]
-    notes = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
-    if not with_low_notes(score, bass).raised:
-        notes = notes[~np.isin(notes, list(bass.switches))]
-    below = sorted(notes[notes < lowest].tolist())
-    if not below:
-        return []
-    one = len(below) == 1
-    if bass.player.out_of_range == "drop":
-        become = "is left out" if one else "are left out"
-    else:
-        become = f"sound{'s' * one} {'an octave' if lowest - below[0] <= 12 else 'octaves'} higher"
-    text = f"{len(below)} note{' lies' if one else 's lie'} below {note_name(lowest)} and {become}"
-    for number, note in enumerate(below):
-        if other := preset_with(note, usual):
-            reached = len(below) - number
-            which = f"{reached} of them" if number else "it" if one else "them"
-            return [f"{text}; -p {other} plays {which}"]
-    return [text]
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ from contextlib import contextmanager
 from itertools import islice
 from typing import Any, Protocol, TypeVar
 
+from livebass.cores import ONE_THREAD
 from livebass.experiment.grid import Point, program
 from livebass.experiment.point import Result, measured
 from livebass.extras import install
@@ -44,8 +45,6 @@ Solve = Callable[[Any], Result]  # a function of a module: processes find it by 
 Compute = Callable[[Sequence[Any]], Generator[tuple[Any, Result]]]
 
 MOST_DEATHS = 3  # of processes that had only the same single point to compute
-# Sums over several threads may round differently from sums in one.
-ONE_THREAD = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
 def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple[Point, Result]]:
@@ -138,7 +137,7 @@ def _pool(workers: int) -> Iterator[Callable[[Solve, Any], Future[Result]]]:
         with hidden_from_children():
             return executor.submit(solve, work)
 
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    os.environ.update(ONE_THREAD)
     try:
         yield submit
     finally:

@@ -21,11 +21,13 @@ from contextlib import suppress
 from pathlib import Path
 
 from livebass.compiling import emitter, store
+from livebass.cores import core_count
 from livebass.extras import install
 from livebass.plugin.header import entries_of, header
 from livebass.plugin.systems import System, this_system
 
 BUILD_TIME = 45  # s, about
+MOST_PROCESSES = 4  # that compile at once; each takes 0.5 GB
 C = Path(__file__).parent / "c"
 FLAGS = (
     "-std=gnu11", "-Os", "-shared", "-s", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno",
@@ -63,14 +65,12 @@ from pathlib import Path
 from livebass.compiling import emitter
 from livebass.plugin.header import entries_of, suffix
 text = emitter.program()
-for asked in sys.argv[2:]:
-    use, level, triple = asked.split(",")
-    given = text
-    if use == "plugin":  # several levels in one binary, which exports none of them, and has no others than it calls
-        called = {entry.name for entry in entries_of(level)}
-        given = re.sub(r"@lb_(\\w+)", lambda m: f"@lb_{m[1]}{suffix(level)}" if m[1] in called else f"@{m[1]}", text)
-        given = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", given, flags=re.MULTILINE)
-    Path(sys.argv[1], f"{use}-{level}-{triple}.o").write_bytes(emitter.emit(given, level, triple)[0])
+use, level, triple, place = sys.argv[1:]
+if use == "plugin":  # several levels in one binary, which exports none of them, and has no others than it calls
+    called = {entry.name for entry in entries_of(level)}
+    text = re.sub(r"@lb_(\\w+)", lambda m: f"@lb_{m[1]}{suffix(level)}" if m[1] in called else f"@{m[1]}", text)
+    text = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", text, flags=re.MULTILINE)
+Path(place).write_bytes(emitter.emit(text, level, triple)[0])
 """
 
 
@@ -183,18 +183,16 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
             return kernels / f"{level}.o" if kernels else None
         return place / object_name(use, level, system) if place else None
 
-    missing: dict[str, tuple[str, Path | None]] = {}
+    missing: dict[str, tuple[tuple[str, ...], Path | None]] = {}
     for use, system in itertools.product(uses, systems):
         for level in system.levels:
             name, file = object_name(use, level, system), kept(use, level, system)
             if file and (data := store.whole(file)) is not None:
                 (folder / name).write_bytes(data)
             else:
-                missing[name] = f"{use},{level},{system.triple}", file
-    if not missing:
-        return
-    asked = [words for words, _ in missing.values()]
-    run([sys.executable, "-P", "-c", EMIT, str(folder), *asked], "the kernels do not compile")
+                missing[name] = (use, level, system.triple), file
+    emitting = [[sys.executable, "-P", "-c", EMIT, *asked, str(folder / name)] for name, (asked, _) in missing.items()]
+    run(emitting, "the kernels do not compile")
     for name, (_, file) in missing.items():
         if file:
             with suppress(OSError):
@@ -213,7 +211,7 @@ def link(folder: Path, system: System, using: list[str], more: Sequence[str] = (
     if system.ending == "dll":
         objects += [str(imports(folder, library, names)) for library, names in OF_WINDOWS.items()]
     command = [*using, *FLAGS, *more, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
-    run(command, "the plugins do not compile")
+    run([command], "the plugins do not compile")
     return made.read_bytes()
 
 
@@ -222,15 +220,31 @@ def imports(folder: Path, library: str, names: Sequence[str]) -> Path:
     listed, made = folder / f"{library}.def", folder / f"{library}.lib"
     listed.write_text("\n".join([f"LIBRARY {library}.dll", "EXPORTS", *names]) + "\n")
     tool = [sys.executable, "-m", "ziglang", "dlltool", "-m", "i386:x86-64"]
-    run([*tool, "-d", str(listed), "-l", str(made)], "an import library for Windows cannot be made")
+    run([[*tool, "-d", str(listed), "-l", str(made)]], "an import library for Windows cannot be made")
     return made
 
 
-def run(command: list[str], failed: str) -> None:
-    """Runs a command. If it fails, raises BuildError with its first error line, or else its last line."""
+def run(commands: Sequence[list[str]], failed: str) -> None:
+    """Runs commands, several at once. If one fails, raises BuildError with its first error line, or else its last line.
+
+    None runs on after an error or an interrupt.
+    """
     paths = [str(store.PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths)}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    if done.returncode:
-        said = (done.stderr or done.stdout).strip().splitlines() or [f"exit status {done.returncode}"]
-        raise BuildError(f"{failed}: {next((line for line in said if 'error:' in line), said[-1])}")
+    waiting, running = list(commands), list[subprocess.Popen[str]]()
+    try:
+        while waiting or running:
+            while waiting and len(running) < min(core_count(), MOST_PROCESSES):
+                pipe = subprocess.PIPE
+                running.append(subprocess.Popen(
+                    waiting.pop(0), env=environment, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True
+                ))  # fmt: skip
+            out, err = running[0].communicate()
+            status = running.pop(0).returncode
+            if status:
+                said = (err or out).strip().splitlines() or [f"exit status {status}"]
+                raise BuildError(f"{failed}: {next((line for line in said if 'error:' in line), said[-1])}")
+    finally:
+        for process in running:
+            process.kill()
+            process.communicate()

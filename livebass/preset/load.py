@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from functools import cache
-from importlib.resources.abc import Traversable
+from pathlib import Path
 from typing import Any
 
 from livebass.model.instrument import Instrument
@@ -29,7 +29,7 @@ def laboratory_names() -> list[str]:
     return _names_in(shipped() / LABORATORY)
 
 
-def _names_in(folder: Traversable) -> list[str]:
+def _names_in(folder: Path) -> list[str]:
     return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
 
 

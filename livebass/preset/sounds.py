@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import tomllib
 from functools import cache
-from importlib.resources.abc import Traversable
 from typing import Any
 
 from livebass.preset.source import shipped
@@ -49,5 +48,4 @@ def sound_values(name: str) -> dict[str, float]:
 
 @cache
 def _sounds() -> dict[str, dict[str, Any]]:
-    file: Traversable = shipped() / FILE
-    return tomllib.loads(file.read_text("utf-8"))
+    return tomllib.loads((shipped() / FILE).read_text("utf-8"))

@@ -7,8 +7,6 @@ import os
 import stat
 import tomllib
 from collections.abc import Iterable
-from importlib import resources
-from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +28,9 @@ class PresetError(ValueError):
         super().__init__(one_line(message))
 
 
-def shipped() -> Traversable:
+def shipped() -> Path:
     """The folder of the shipped presets: in the package, or next to it in a checkout."""
-    installed = resources.files("livebass") / "presets"
+    installed = Path(__file__).parents[1] / "presets"
     return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "presets"
 
 

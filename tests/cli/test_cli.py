@@ -127,6 +127,16 @@ def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
     assert (done.returncode, done.stderr) == (0, "") and done.stdout
 
 
+def test_a_note_loads_no_compiler_and_no_reader_of_music(tmp_path: Path) -> None:
+    code = (
+        "import sys; from livebass.cli import main as cli; status = cli.run(sys.argv[1:]);"
+        "print(sorted({'numba', 'llvmlite', 'livebass.score.reading', 'zipfile', 'csv'} & set(sys.modules)))"
+    )
+    note = ["render", "--note", "E2", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", str(tmp_path / "e.wav")]
+    done = subprocess.run([sys.executable, "-c", code, *note], capture_output=True, text=True, timeout=600)
+    assert done.stdout == "[]\n" and (tmp_path / "e.wav").exists(), done.stderr
+
+
 def test_the_module_runs() -> None:
     done = command("render", "--note", "H2")
     assert_one_clear_line(done.returncode, done.stderr, (2,))

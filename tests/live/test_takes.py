@@ -20,9 +20,9 @@ from support.tabs import as_gp, hard_tab
 
 from livebass import Quality, load_preset, read_score, read_tab, render_to_array
 from livebass.arrays import Floats
+from livebass.cli.chosen import basses_of
 from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
-from livebass.cli.song import basses_of
 from livebass.cli.taken import with_loaded
 from livebass.engine.render import mixed, single
 from livebass.live.fake import FakeDevice
