@@ -15,8 +15,10 @@ To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger
 beyond s the string was straight and at rest.
 
 Summing over the old modes for each new mode takes nearly all the time. So u and v go together, and one division serves
-two quotients: with r = 1 / (a b), 1 / a = r b. The highest modes are skipped if together they are NEGLIGIBLE. `a` is
-the sounding slot, `b` the other, loaded and silent; `op` and `to` are their operators. [audio thread]
+two quotients: with r = 1 / (a b), 1 / a = r b. Sums over the old modes that are float32 are float32, too: twice as many
+fit into a vector. Their differences of squares are between numbers in two parts, so that none loses digits. The highest
+modes are skipped if together they are NEGLIGIBLE. `a` is the sounding slot, `b` the other, loaded and silent; `op` and
+`to` are their operators. [audio thread]
 """
 
 import numpy as np
@@ -105,12 +107,65 @@ def two_sums(u, v, squares, n, new, new_v, wanted, m):
     new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
 
 
+@fast
+def two_single_sums(u, v, rough, rest, n, new, new_v, wanted, m):
+    """Adds to the results of `two_sums` those of the first `n` float32 modes, whose squares are `rough` + `rest`."""
+    a, b = np.float32(wanted[m]), np.float32(wanted[m + 1])
+    a_rest, b_rest = np.float32(wanted[m] - a), np.float32(wanted[m + 1] - b)
+    q_a = q_b = p_a = p_b = np.float32(0.0)
+    y_a = y_b = z_a = z_b = np.float32(0.0)
+    for j in range(n):
+        to_a, to_b = apart_from(a, a_rest, rough[j], rest[j]), apart_from(b, b_rest, rough[j], rest[j])
+        inverse = np.float32(1.0) / (to_a * to_b)
+        over_a, over_b = inverse * to_b, inverse * to_a
+        q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
+        q_a += q * over_a
+        q_b += q * over_b
+        p_a += p * over_a
+        p_b += p * over_b
+        y_a += y * over_a
+        y_b += y * over_b
+        z_a += z * over_a
+        z_b += z * over_b
+    new.q[m] += q_a
+    new.q[m + 1] += q_b
+    new.p[m] += p_a
+    new.p[m + 1] += p_b
+    new_v.q[m] += y_a
+    new_v.q[m + 1] += y_b
+    new_v.p[m] += z_a
+    new_v.p[m + 1] += z_b
+
+
+@jit
+def apart_from(rough, rest, other, other_rest):
+    """The difference of two numbers in two parts, a rough one and its rest."""
+    return (rough - other) + (rest - other_rest)
+
+
+@jit
+def to_single(w, first, n):
+    """Puts the weighted modes `first` to `n` into w.high.q_before and w.high.p_before."""
+    modal.copy_row(w.high.q_before, w.q_before[first:], n - first)
+    modal.copy_row(w.high.p_before, w.p_before[first:], n - first)
+
+
 @jit
 def all_sums(u, v, squares, n, new, new_v, wanted, to):
     """`two_sums` for all modes of `to`."""
     n = max(needed(u, n), needed(v, n))
+    split = modal.lower(u, n)
+    rough, rest = new.high.q_before, new.high.p_before
+    for j in range(n - split):
+        square = squares[split + j]
+        rough[j] = square
+        rest[j] = square - rough[j]
+    to_single(u, split, n)
+    to_single(v, split, n)
     for m in range(0, to.modes, 2):
-        two_sums(u, v, squares, n, new, new_v, wanted, m)
+        two_sums(u, v, squares, split, new, new_v, wanted, m)
+        if n > split:
+            two_single_sums(u.high, v.high, rough, rest, n - split, new, new_v, wanted, m)
     for m in range(to.modes, to.padded):
         new.q[m] = 0.0
         new.p[m] = 0.0
@@ -242,12 +297,18 @@ def to_longer(a, op, b, to, at, at_v):
     if across:
         weigh_slopes(a.v, k1_old, n)
     all_sums(a.u, old_v, squares, n, b.u, new_v, wanted, to)
-    add_corner(a.u, op, b.u, to, n, wanted, at)
+    for j in range(to.modes):
+        if wanted[j] == 0.0:
+            set_mode_state(b.u, j, 0.0, 0.0)
+            set_mode_state(new_v, j, 0.0, 0.0)
+    corner = a.u.q_before, a.u.p_before
+    fill_corner(corner[0], corner[1], op, to)
+    add_corner(a.u, op, b.u, to, n, corner, at)
     if across:
-        add_corner(a.v, op, b.v, to, n, wanted, at_v)
+        add_corner(a.v, op, b.v, to, n, corner, at_v)
     elif b.v_ready:
         clear_sums(b.v, to)
-        add_corner(a.v, op, b.v, to, np.int64(0), wanted, at_v)
+        add_corner(a.v, op, b.v, to, np.int64(0), corner, at_v)
 
 
 @jit
@@ -269,18 +330,27 @@ def clear_sums(new, to):
 
 
 @jit
-def add_corner(w, op, new, to, n, wanted, at):
-    """Turns one polarisation's sums into the longer string's motion, and adds the corner at the old stop."""
+def fill_corner(phi, shape, op, to):
+    """Fills the modes' shapes `phi` at the old stop, times M's factor, and the `shape` of a corner of 1 m there."""
     s = to.length - op.length
     k1 = np.pi / to.length
     scale = 2.0 / np.sqrt(op.length * to.length)
     corner = np.sqrt(2 / to.length) * to.length / (s * (to.length - s))
-    place, speed = at
     for j in range(to.modes):
         k = mode_number(j) * k1
-        phi = sin(k * s)
-        shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
-        factor = -scale * phi if wanted[j] != 0.0 else 0.0
-        set_mode_state(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
+        at_stop = sin(k * s)
+        phi[j] = -scale * at_stop
+        shape[j] = corner * at_stop / (k * k * (1 + to.held_stiffness * (k * k)))
+
+
+@jit
+def add_corner(w, op, new, to, n, corner, at):
+    """Turns one polarisation's sums into the longer string's motion, and adds the `corner` (phi, shape) at the old
+    stop.
+    """
+    phi, shape = corner
+    place, speed = at
+    for j in range(to.modes):
+        set_mode_state(new, j, phi[j] * new.q[j] + place * shape[j], phi[j] * new.p[j] + speed * shape[j])
     add_equal_modes(w, op, new, to, n)
     modal.narrow(new, to.padded)
