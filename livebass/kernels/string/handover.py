@@ -15,10 +15,10 @@ To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger
 beyond s the string was straight and at rest.
 
 Summing over the old modes for each new mode takes nearly all the time. So u and v go together, and one division serves
-two quotients: with r = 1 / (a b), 1 / a = r b. Sums over the old modes that are float32 are float32, too: twice as many
-fit into a vector. Their differences of squares are between numbers in two parts, so that none loses digits. The highest
-modes are skipped if together they are NEGLIGIBLE. `a` is the sounding slot, `b` the other, loaded and silent; `op` and
-`to` are their operators. [audio thread]
+two quotients: with r = 1 / (a b), 1 / a = r b. Where modes are float32 the sums are, too: twice as many fit into a
+vector. Their differences of squares are between numbers in two parts, so that none loses digits. The highest modes are
+skipped if together they are NEGLIGIBLE. `a` is the sounding slot, `b` the other, loaded and silent; `op` and `to` are
+their operators. [audio thread]
 """
 
 import numpy as np
@@ -109,13 +109,13 @@ def two_sums(u, v, squares, n, new, new_v, wanted, m):
 
 @fast
 def two_single_sums(u, v, rough, rest, n, new, new_v, wanted, m):
-    """Adds to the results of `two_sums` those of the first `n` float32 modes, whose squares are `rough` + `rest`."""
+    """`two_sums` in float32; the squares are `rough` + `rest`."""
     a, b = np.float32(wanted[m]), np.float32(wanted[m + 1])
     a_rest, b_rest = np.float32(wanted[m] - a), np.float32(wanted[m + 1] - b)
     q_a = q_b = p_a = p_b = np.float32(0.0)
     y_a = y_b = z_a = z_b = np.float32(0.0)
     for j in range(n):
-        to_a, to_b = apart_from(a, a_rest, rough[j], rest[j]), apart_from(b, b_rest, rough[j], rest[j])
+        to_a, to_b = difference(a, a_rest, rough[j], rest[j]), difference(b, b_rest, rough[j], rest[j])
         inverse = np.float32(1.0) / (to_a * to_b)
         over_a, over_b = inverse * to_b, inverse * to_a
         q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
@@ -127,50 +127,44 @@ def two_single_sums(u, v, rough, rest, n, new, new_v, wanted, m):
         y_b += y * over_b
         z_a += z * over_a
         z_b += z * over_b
-    new.q[m] += q_a
-    new.q[m + 1] += q_b
-    new.p[m] += p_a
-    new.p[m + 1] += p_b
-    new_v.q[m] += y_a
-    new_v.q[m + 1] += y_b
-    new_v.p[m] += z_a
-    new_v.p[m + 1] += z_b
+    new.q[m], new.q[m + 1], new.p[m], new.p[m + 1] = q_a, q_b, p_a, p_b
+    new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
 
 
 @jit
-def apart_from(rough, rest, other, other_rest):
-    """The difference of two numbers in two parts, a rough one and its rest."""
+def difference(rough, rest, other, other_rest):
+    """The difference of two numbers in two parts."""
     return (rough - other) + (rest - other_rest)
 
 
 @jit
-def to_single(w, first, n):
-    """Puts the weighted modes `first` to `n` into w.high.q_before and w.high.p_before."""
-    modal.copy_row(w.high.q_before, w.q_before[first:], n - first)
-    modal.copy_row(w.high.p_before, w.p_before[first:], n - first)
-
-
-@jit
 def all_sums(u, v, squares, n, new, new_v, wanted, to):
-    """`two_sums` for all modes of `to`."""
+    """`two_sums` for all modes of `to`, in float32 if some of them are."""
     n = max(needed(u, n), needed(v, n))
-    split = modal.lower(u, n)
-    rough, rest = new.high.q_before, new.high.p_before
-    for j in range(n - split):
-        square = squares[split + j]
-        rough[j] = square
-        rest[j] = square - rough[j]
-    to_single(u, split, n)
-    to_single(v, split, n)
-    for m in range(0, to.modes, 2):
-        two_sums(u, v, squares, split, new, new_v, wanted, m)
-        if n > split:
-            two_single_sums(u.high, v.high, rough, rest, n - split, new, new_v, wanted, m)
+    if to.split == to.padded:
+        for m in range(0, to.modes, 2):
+            two_sums(u, v, squares, n, new, new_v, wanted, m)
+    else:
+        rough, rest = new.high.q_before, new.high.p_before
+        for j in range(n):
+            rough[j] = squares[j]
+            rest[j] = squares[j] - rough[j]
+        to_single(u, n)
+        to_single(v, n)
+        for m in range(0, to.modes, 2):
+            two_single_sums(u.high, v.high, rough, rest, n, new, new_v, wanted, m)
     for m in range(to.modes, to.padded):
         new.q[m] = 0.0
         new.p[m] = 0.0
         new_v.q[m] = 0.0
         new_v.p[m] = 0.0
+
+
+@jit
+def to_single(w, n):
+    """Copies `n` weighted modes to w.high.q_before and w.high.p_before."""
+    modal.copy_row(w.high.q_before, w.q_before, n)
+    modal.copy_row(w.high.p_before, w.p_before, n)
 
 
 @jit
