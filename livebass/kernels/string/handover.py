@@ -168,10 +168,11 @@ def to_single(w, n):
 
 
 @jit
-def equal_mode(k, top, n):
-    """Index of the mode with the wave number `k` among n modes with top (j + 1); -1: none."""
-    j = np.int64(np.rint(k / top)) - 1
-    return j if 0 <= j < n and abs(top * (j + 1) - k) <= SAME * k else -1
+def equal_mode(m, op, to, n):
+    """Index of the mode, among `n` of `op`, with the wave number of mode `m` of `to`; -1: none."""
+    number = mode_number(m) * (op.length / to.length)
+    whole = np.rint(number)
+    return np.int64(whole) - 1 if abs(number - whole) <= SAME * number and 1.0 <= whole <= n else -1
 
 
 @jit
@@ -194,13 +195,12 @@ def set_mode_state(w, j, q, v):
 def add_equal_modes(w, op, new, to, n):
     """Adds the projection of modes of `op` on modes of `to` with the same wave number."""
     s = op.length - to.length
-    k1, k1_new = np.pi / op.length, np.pi / to.length
+    k1_new = np.pi / to.length
     root = np.sqrt(min(op.length, to.length) / max(op.length, to.length))
     for m in range(to.modes):
-        k = (m + 1) * k1_new
-        j = equal_mode(k, k1, n)
+        j = equal_mode(m, op, to, n)
         if j >= 0:
-            part = root * cos(k * s)
+            part = root * cos(mode_number(m) * k1_new * s)
             q, v = part * w.q[j], part * (w.p[j] / w.kappa[j] - w.sigma[j] * w.q[j])
             new.q[m] += q
             new.p[m] += new.kappa[m] * (v + new.sigma[m] * q)
@@ -224,7 +224,7 @@ def to_shorter(a, op, b, to):
     if across:
         x_v, v_v = weigh_at(a.v, op, s, n)
     for m in range(to.padded):
-        j = equal_mode((m + 1) * k1_new, k1, n)
+        j = equal_mode(m, op, to, n)
         if j >= 0:  # a mode with a node at the new stop: it projects on no other mode
             squares[j] = 0.0
             a.u.q_before[j] = 0.0
@@ -285,7 +285,7 @@ def to_longer(a, op, b, to, at, at_v):
     fill_squares(squares, k1_old, n)
     fill_squares(wanted, k1, to.padded)
     for j in range(to.padded):
-        if equal_mode((j + 1) * k1, k1_old, n) >= 0:  # a mode with a node at the old stop: no other mode projects on it
+        if equal_mode(j, op, to, n) >= 0:  # a mode with a node at the old stop: no other mode projects on it
             wanted[j] = 0.0
     weigh_slopes(a.u, k1_old, n)
     if across:
