@@ -64,7 +64,7 @@ jit = compiled(attributes=SMALL)
 # Running ahead: share of a block's time if contact ends soon, share if it does not, and frames between looks at the
 # clock. Contact with lossy frets ends soon and leaves most of the time to other programs; other contact comes in
 # bursts, and a heavy quality's bursts need all the time there is.
-LIGHT_SHARES, LIGHT_STRIDE = (0.15, 0.38), 2
+LIGHT_SHARES, LIGHT_STRIDE = (0.1, 0.38), 2
 HEAVY_SHARES, HEAVY_STRIDE = (0.3, 0.7), 1
 
 BUILDING = np.dtype(

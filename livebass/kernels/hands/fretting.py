@@ -6,7 +6,7 @@
 import numpy as np
 
 from livebass.compiling import jit
-from livebass.kernels.hands.pulling import end_pull, grip, release_held_shape, shape_of_pluck
+from livebass.kernels.hands.pulling import end_pull, grip, release_held_shape, shapes_of_pluck
 from livebass.kernels.machine.native import copy_record
 from livebass.kernels.string import glide, handover, modal, stop
 from livebass.kernels.string.slot import (
@@ -199,8 +199,7 @@ def pull_off(string, ops, event):
     x = op.length - before
     if x > handover.CLOSE and apex != 0.0:
         wake_v(slot, op)
-        shape_of_pluck(slot.u, op, 0.0, x, PULLING_FINGER, 0.0)
-        shape_of_pluck(slot.v, op, apex, x, PULLING_FINGER, 0.0)
+        shapes_of_pluck(slot, op, 0.0, apex, x, PULLING_FINGER, 0.0)
         voice.pulse = SAFETY
         release_held_shape(voice, slot, op, 0.0)
     slot.touching = 0

@@ -28,11 +28,28 @@ def shape_of_pluck(w, op, apex, position, rounding, release):
     corner = np.sqrt(2 / length) * apex * length / (position * (length - position))
     for j in range(op.padded):
         w.held[j] = 0.0
+    if apex == 0.0:
+        return
     for j in range(op.modes):
         k = modal.mode_number(j) * k1
         smooth = exp(-0.5 * squared(k * rounding)) / (1 + op.held_stiffness * (k * k))
         smooth /= 1 + (w.omega[j] * w.omega[j] + w.sigma[j] * w.sigma[j]) * (release * release)
         w.held[j] = corner * sin(k * position) / (k * k) * smooth
+
+
+@jit
+def shapes_of_pluck(slot, op, apex, across, position, rounding, release):
+    """`shape_of_pluck` of u, with an `apex`, and of v, if it is ready, with the apex `across`."""
+    u, v = slot.u, slot.v
+    shape_of_pluck(u, op, apex, position, rounding, release)
+    if not slot.v_ready:
+        return
+    if op.coefficients_v != op.coefficients or apex == 0.0:
+        shape_of_pluck(v, op, across, position, rounding, release)
+        return
+    part = across / apex  # the modes of both have the same law
+    for j in range(op.padded):
+        v.held[j] = part * u.held[j]
 
 
 @jit

@@ -9,7 +9,7 @@ from livebass.compiling import jit
 from livebass.kernels.hands import thumb
 from livebass.kernels.hands.fretting import prepare_string
 from livebass.kernels.hands.noise import begin_click, begin_skin
-from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_pluck, shape_of_strike
+from livebass.kernels.hands.pulling import MOST_NEPERS, grip, release_held_shape, shape_of_strike, shapes_of_pluck
 from livebass.kernels.machine.elementary import cos, sin
 from livebass.kernels.string import modal, touch
 from livebass.kernels.string.operators import tap_row
@@ -66,9 +66,7 @@ def begin_pluck(string, ops, event):
     voice.pulse = max(SAFETY, NARROW / np.sqrt(max(part * (1.0 - part), 1e-4)))
     if angle != 0.0:
         wake_v(slot, op)
-    shape_of_pluck(slot.u, op, cos(angle) * apex, position, rounding, release)
-    if slot.v_ready:
-        shape_of_pluck(slot.v, op, sin(angle) * apex, position, rounding, release)
+    shapes_of_pluck(slot, op, cos(angle) * apex, sin(angle) * apex, position, rounding, release)
     if sounding and (slot.active > 0 or slot.v_active > 0):
         grip(voice, slot, op, position, max(voice.pull, 1), MOST_NEPERS, 0.0)
     for i in range(max(voice.pickups, 1)):

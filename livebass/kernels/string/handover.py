@@ -15,8 +15,10 @@ To the longer: q_j = sum_m M_mj q'_m + T_j, where T is the shape that the finger
 beyond s the string was straight and at rest.
 
 Summing over the old modes for each new mode takes nearly all the time. So u and v go together, and one division serves
-two quotients: with r = 1 / (a b), 1 / a = r b. The highest modes are skipped if together they are NEGLIGIBLE. `a` is
-the sounding slot, `b` the other, loaded and silent; `op` and `to` are their operators. [audio thread]
+two quotients: with r = 1 / (a b), 1 / a = r b. Where modes are float32 the sums are, too: twice as many fit into a
+vector. Their differences of squares are between numbers in two parts, so that none loses digits. The highest modes are
+skipped if together they are NEGLIGIBLE. `a` is the sounding slot, `b` the other, loaded and silent; `op` and `to` are
+their operators. [audio thread]
 """
 
 import numpy as np
@@ -105,12 +107,52 @@ def two_sums(u, v, squares, n, new, new_v, wanted, m):
     new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
 
 
+@fast
+def two_single_sums(u, v, rough, rest, n, new, new_v, wanted, m):
+    """`two_sums` in float32; the squares are `rough` + `rest`."""
+    a, b = np.float32(wanted[m]), np.float32(wanted[m + 1])
+    a_rest, b_rest = np.float32(wanted[m] - a), np.float32(wanted[m + 1] - b)
+    q_a = q_b = p_a = p_b = np.float32(0.0)
+    y_a = y_b = z_a = z_b = np.float32(0.0)
+    for j in range(n):
+        to_a, to_b = difference(a, a_rest, rough[j], rest[j]), difference(b, b_rest, rough[j], rest[j])
+        inverse = np.float32(1.0) / (to_a * to_b)
+        over_a, over_b = inverse * to_b, inverse * to_a
+        q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
+        q_a += q * over_a
+        q_b += q * over_b
+        p_a += p * over_a
+        p_b += p * over_b
+        y_a += y * over_a
+        y_b += y * over_b
+        z_a += z * over_a
+        z_b += z * over_b
+    new.q[m], new.q[m + 1], new.p[m], new.p[m + 1] = q_a, q_b, p_a, p_b
+    new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
+
+
+@jit
+def difference(rough, rest, other, other_rest):
+    """The difference of two numbers in two parts."""
+    return (rough - other) + (rest - other_rest)
+
+
 @jit
 def all_sums(u, v, squares, n, new, new_v, wanted, to):
-    """`two_sums` for all modes of `to`."""
+    """`two_sums` for all modes of `to`, in float32 if some of them are."""
     n = max(needed(u, n), needed(v, n))
-    for m in range(0, to.modes, 2):
-        two_sums(u, v, squares, n, new, new_v, wanted, m)
+    if to.split == to.padded:
+        for m in range(0, to.modes, 2):
+            two_sums(u, v, squares, n, new, new_v, wanted, m)
+    else:
+        rough, rest = new.high.q_before, new.high.p_before
+        for j in range(n):
+            rough[j] = squares[j]
+            rest[j] = squares[j] - rough[j]
+        to_single(u, n)
+        to_single(v, n)
+        for m in range(0, to.modes, 2):
+            two_single_sums(u.high, v.high, rough, rest, n, new, new_v, wanted, m)
     for m in range(to.modes, to.padded):
         new.q[m] = 0.0
         new.p[m] = 0.0
@@ -119,10 +161,18 @@ def all_sums(u, v, squares, n, new, new_v, wanted, to):
 
 
 @jit
-def equal_mode(k, top, n):
-    """Index of the mode with the wave number `k` among n modes with top (j + 1); -1: none."""
-    j = np.int64(np.rint(k / top)) - 1
-    return j if 0 <= j < n and abs(top * (j + 1) - k) <= SAME * k else -1
+def to_single(w, n):
+    """Copies `n` weighted modes to w.high.q_before and w.high.p_before."""
+    modal.copy_row(w.high.q_before, w.q_before, n)
+    modal.copy_row(w.high.p_before, w.p_before, n)
+
+
+@jit
+def equal_mode(m, op, to, n):
+    """Index of the mode, among `n` of `op`, with the wave number of mode `m` of `to`; -1: none."""
+    number = mode_number(m) * (op.length / to.length)
+    whole = np.rint(number)
+    return np.int64(whole) - 1 if abs(number - whole) <= SAME * number and 1.0 <= whole <= n else -1
 
 
 @jit
@@ -145,13 +195,12 @@ def set_mode_state(w, j, q, v):
 def add_equal_modes(w, op, new, to, n):
     """Adds the projection of modes of `op` on modes of `to` with the same wave number."""
     s = op.length - to.length
-    k1, k1_new = np.pi / op.length, np.pi / to.length
+    k1_new = np.pi / to.length
     root = np.sqrt(min(op.length, to.length) / max(op.length, to.length))
     for m in range(to.modes):
-        k = (m + 1) * k1_new
-        j = equal_mode(k, k1, n)
+        j = equal_mode(m, op, to, n)
         if j >= 0:
-            part = root * cos(k * s)
+            part = root * cos(mode_number(m) * k1_new * s)
             q, v = part * w.q[j], part * (w.p[j] / w.kappa[j] - w.sigma[j] * w.q[j])
             new.q[m] += q
             new.p[m] += new.kappa[m] * (v + new.sigma[m] * q)
@@ -175,7 +224,7 @@ def to_shorter(a, op, b, to):
     if across:
         x_v, v_v = weigh_at(a.v, op, s, n)
     for m in range(to.padded):
-        j = equal_mode((m + 1) * k1_new, k1, n)
+        j = equal_mode(m, op, to, n)
         if j >= 0:  # a mode with a node at the new stop: it projects on no other mode
             squares[j] = 0.0
             a.u.q_before[j] = 0.0
@@ -236,18 +285,24 @@ def to_longer(a, op, b, to, at, at_v):
     fill_squares(squares, k1_old, n)
     fill_squares(wanted, k1, to.padded)
     for j in range(to.padded):
-        if equal_mode((j + 1) * k1, k1_old, n) >= 0:  # a mode with a node at the old stop: no other mode projects on it
+        if equal_mode(j, op, to, n) >= 0:  # a mode with a node at the old stop: no other mode projects on it
             wanted[j] = 0.0
     weigh_slopes(a.u, k1_old, n)
     if across:
         weigh_slopes(a.v, k1_old, n)
     all_sums(a.u, old_v, squares, n, b.u, new_v, wanted, to)
-    add_corner(a.u, op, b.u, to, n, wanted, at)
+    for j in range(to.modes):
+        if wanted[j] == 0.0:
+            set_mode_state(b.u, j, 0.0, 0.0)
+            set_mode_state(new_v, j, 0.0, 0.0)
+    corner = a.u.q_before, a.u.p_before
+    fill_corner(corner[0], corner[1], op, to)
+    add_corner(a.u, op, b.u, to, n, corner, at)
     if across:
-        add_corner(a.v, op, b.v, to, n, wanted, at_v)
+        add_corner(a.v, op, b.v, to, n, corner, at_v)
     elif b.v_ready:
         clear_sums(b.v, to)
-        add_corner(a.v, op, b.v, to, np.int64(0), wanted, at_v)
+        add_corner(a.v, op, b.v, to, np.int64(0), corner, at_v)
 
 
 @jit
@@ -269,18 +324,27 @@ def clear_sums(new, to):
 
 
 @jit
-def add_corner(w, op, new, to, n, wanted, at):
-    """Turns one polarisation's sums into the longer string's motion, and adds the corner at the old stop."""
+def fill_corner(phi, shape, op, to):
+    """Fills the modes' shapes `phi` at the old stop, times M's factor, and the `shape` of a corner of 1 m there."""
     s = to.length - op.length
     k1 = np.pi / to.length
     scale = 2.0 / np.sqrt(op.length * to.length)
     corner = np.sqrt(2 / to.length) * to.length / (s * (to.length - s))
-    place, speed = at
     for j in range(to.modes):
         k = mode_number(j) * k1
-        phi = sin(k * s)
-        shape = corner * phi / (k * k) / (1 + to.held_stiffness * (k * k))
-        factor = -scale * phi if wanted[j] != 0.0 else 0.0
-        set_mode_state(new, j, factor * new.q[j] + place * shape, factor * new.p[j] + speed * shape)
+        at_stop = sin(k * s)
+        phi[j] = -scale * at_stop
+        shape[j] = corner * at_stop / (k * k * (1 + to.held_stiffness * (k * k)))
+
+
+@jit
+def add_corner(w, op, new, to, n, corner, at):
+    """Turns one polarisation's sums into the longer string's motion, and adds the `corner` (phi, shape) at the old
+    stop.
+    """
+    phi, shape = corner
+    place, speed = at
+    for j in range(to.modes):
+        set_mode_state(new, j, phi[j] * new.q[j] + place * shape[j], phi[j] * new.p[j] + speed * shape[j])
     add_equal_modes(w, op, new, to, n)
     modal.narrow(new, to.padded)

@@ -674,10 +674,10 @@ def sense_2_of_both(rows, across, n, taps, heard):
 
 @jit
 def fade_from(rows, n, first, factor):
-    factor = like(rows, factor)
-    for j in range(first, n):
-        rows.q[j] *= factor
-        rows.p[j] *= factor
+    factor, q, p = like(rows, factor), rows.q[first:], rows.p[first:]  # indices from 0 on become vector instructions
+    for j in range(n - first):
+        q[j] *= factor
+        p[j] *= factor
 
 
 @jit
@@ -700,8 +700,9 @@ def scale(rows, n, factor):
 def damp_by_finger(rows, n, finger):
     """Damps each mode as the touching finger does in one frame: w.finger."""
     for j in range(n):
-        rows.q[j] *= finger[j]
-        rows.p[j] *= finger[j]
+        kept = like(rows, finger[j])
+        rows.q[j] *= kept
+        rows.p[j] *= kept
 
 
 @jit

@@ -37,7 +37,8 @@ def run_ahead(synth, began, n, load):
     """Lets strings play past the end of a block of n frames that began at `began` (ns) and took `load` of its time.
 
     They may use a share of its time: as much as two recent blocks with contacts took. No quiet block takes more. Single
-    long blocks do not count: the system may have held them up.
+    long blocks do not count: the system may have held them up. Nor do blocks with events, whose work no string can do
+    ahead.
     """
     if synth.bass == 0:
         return
@@ -47,7 +48,7 @@ def run_ahead(synth, began, n, load):
     forgotten = FORGOTTEN * n / synth.rate
     b.share_now = max(b.share_now - forgotten, b.share)
     b.share_once = max(b.share_once - forgotten, b.share)
-    if load > b.share_now and touches(b):
+    if load > b.share_now and performer_of(b).out.count == 0 and touches(b):
         took = min(load, MOST_SHARE)
         b.share_now = max(b.share_now, min(took, b.share_once))
         b.share_once = max(b.share_once, took)

@@ -1,4 +1,4 @@
-"""The modes that count in the hand-over of a motion to another length."""
+"""The modes that count in the hand-over of a motion to another length, and the sums over them."""
 
 from __future__ import annotations
 
@@ -8,14 +8,21 @@ import pytest
 from livebass.arrays import Floats
 from livebass.compiling import jit
 from livebass.kernels.string import handover
-from livebass.kernels.string.records import BLOCK, WORK
+from livebass.kernels.string.records import BLOCK, LOW, OPERATOR, WORK
 
 MODES = 8 * BLOCK
+SHORTER = 2 ** (-3 / 12)  # part of the length
 
 
 @jit
 def needed(working, n):
     return handover.needed(working[0], n)
+
+
+@jit
+def all_sums(working, n, operators):
+    new = working[2]
+    handover.all_sums(working[0], working[1], new.q_before, n, new, working[3], new.p_before, operators[0])
 
 
 def counted(q: Floats, p: Floats) -> int:
@@ -44,3 +51,22 @@ def test_modes_that_have_a_part_in_1e14_are_left_out_and_those_that_have_one_in_
 
 def test_a_string_at_rest_hands_nothing_over() -> None:
     assert counted(np.zeros(MODES), np.zeros(MODES)) == 0
+
+
+@pytest.mark.parametrize("split, near", [(MODES, 1e-14), (LOW, 1e-6)])
+def test_sums_lose_no_digits_to_differences(split: int, near: float) -> None:
+    """Each sum, compared to its largest part: in float32 as near as float32 can be."""
+    rng, j = np.random.default_rng(4), np.arange(MODES)
+    weights = rng.standard_normal((4, MODES)) / (1.0 + j) ** 2
+    squares, wanted = (np.pi * (1.0 + j)) ** 2, (np.pi / SHORTER * (1.0 + j)) ** 2
+    working, op = np.zeros(4, WORK), np.zeros(1, OPERATOR)
+    op["modes"], op["padded"], op["split"] = MODES, MODES, split
+    for k, row in enumerate(weights):
+        working["q_before" if k % 2 == 0 else "p_before"][k // 2, :MODES] = row
+    working["q_before"][2, :MODES], working["p_before"][2, :MODES] = squares, wanted
+    all_sums(working, MODES, op)
+    for k, row in enumerate(weights):
+        parts = row / (wanted[:, None] - squares)
+        found = working["q" if k % 2 == 0 else "p"][2 + k // 2, :MODES]
+        off = np.abs(found - parts.sum(axis=1)) / np.abs(parts).max(axis=1)
+        assert off.max() < near, k
