@@ -118,5 +118,7 @@ def test_every_fourth_note_is_held_out_and_the_fitted_ones_spread(keys: int, lay
     assert 0 < len(made.fitted) <= FITTED and made.judges and not set(made.fitted) & set(made.judges)
     assert len({p.rank for p in made.fitted}) == min(layers, 4)
     held = [p for p in places if (p.key - 30 + p.rank) % 4 == 3]
+    pitches = {p.key for p in places if p not in held}
+    assert len({p.key for p in made.fitted}) == min(len(pitches), FITTED)
     assert not set(held) & set(made.fitted)
     assert plan(reversed(places)) == made
