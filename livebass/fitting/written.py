@@ -103,6 +103,7 @@ def text_of(fitted: Fitted, place: Path, command: str) -> str:
     told = remarks(problem.free, best.scaled, best.deviations)
     told |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
     told |= {("player", key): "measured" for key in ("floor_noise", "release_noise")}
+    told |= {("player", "softest"): "by the force of the softest notes"}
     head = [
         f"Made by livebass {__version__}: {command}",
         f"The notes have the digest {fitted.recorded.digest}. All else is as in {problem.label}.",

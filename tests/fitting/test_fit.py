@@ -18,7 +18,7 @@ from support.costs import of_each_kind
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
 from livebass.cli import fit as command
-from livebass.comparison.notes import Note
+from livebass.comparison.notes import Note, spread
 from livebass.engine.engine import Engine
 from livebass.experiment.workers import connected, lasting
 from livebass.fitting import bounds, estimates, judge, plan, search
@@ -139,6 +139,9 @@ def test_forces_of_layers_become_velocities() -> None:
     forces = [5.0 * 10 ** (-x / 20) for x in (10.0, 8.0, 6.0, 0.0)]
     assert found == [velocity_of(player, force) for force in forces] and found == sorted(found)
     assert velocity_of(player, player.hardest) == 127 and velocity_of(player, 1e-9) == 1
+    assert found[0] == spread(4)[0]  # the new softest force keeps the usual velocity of the softest layer
+    levelled = replace(made, normalized=True)
+    assert "softest" not in levelled.own([5.5, 4.0, 6.0])["player"]
 
 
 def test_the_preset_holds_only_what_changed_and_is_the_bass_that_was_scored(tmp_path: Path) -> None:
