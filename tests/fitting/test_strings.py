@@ -43,6 +43,13 @@ def test_each_pitch_is_found_on_the_string_that_played_it() -> None:
     assert strings_of({Place(key, "", 0): (note(key, string),) for key, string in lowest.items()}, BASS) == lowest
 
 
+def test_a_higher_pitch_is_never_on_a_lower_string() -> None:
+    odd = PLAYED | {45: "G"}  # one note sounds like a thinner string than its neighbours
+    found = strings_of({Place(key, "", 0): (note(key, string),) for key, string in odd.items()}, BASS)
+    assert found.pop(45) in ("A", "D")
+    assert found == {key: string for key, string in PLAYED.items() if key != 45}
+
+
 @pytest.mark.parametrize(("key", "string", "rattle"), [(28, "E", 0.0), (36, "E", 0.5), (54, "G", 0.3)])
 def test_inharmonicity_is_read_beside_harmonic_lines(key: int, string: str, rattle: float) -> None:
     truth = THINNER[string] * inharmonicity_at(BASS, BASS.string_index(string), key)
