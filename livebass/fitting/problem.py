@@ -150,7 +150,7 @@ class Problem:
         rows = differences(wanted, ours, self.technique, self.layers)
         if not self.normalized and len({p.rank for p in ours}) > 1:
             rows |= level_differences(wanted, ours)
-        return score(wanted, ours, rows.values()), rows
+        return score(wanted, ours, rows), rows
 
     def solve(self, scaled: Sequence[float]) -> dict[str, float]:
         """The score and its parts at places on the scale from 0 to 1; HOPELESS for a bass that cannot be."""
