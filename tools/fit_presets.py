@@ -31,10 +31,13 @@ def fitted(folder: Path, name: str, told: dict[str, Any]) -> str:
 
 
 def shipped(text: str, told: dict[str, Any], source: dict[str, Any]) -> str:
-    """The text of the shipped preset: of a fit, with its name and where the recordings come from."""
-    for key in ("name", "description"):
-        text = re.sub(rf'^{key} = ".*"$', f'{key} = "{told[key]}"', text, count=1, flags=re.MULTILINE)
-    return f"# {source['bass']}: {source['source']},\n# {told['notes']}.\n{text}"
+    """The text of the shipped preset: of a fit, with its name, its source and the keys that are set by hand."""
+    named = {key: f'"{told[key]}"' for key in ("name", "description")}
+    for key, value in (named | {key: f"{value}  # by hand" for key, value in told["by_hand"].items()}).items():
+        text, count = re.subn(rf"^{key} = .*$", f"{key} = {value}", text, count=1, flags=re.MULTILINE)
+        if not count:
+            raise SystemExit(f"{key}: not in the fitted preset")
+    return f"# {source['bass']}: {source['source']},\n# {told['notes']}.\n# {told['why']}\n{text}"
 
 
 def main() -> None:

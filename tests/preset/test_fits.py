@@ -21,7 +21,10 @@ def test_a_fitted_preset_names_its_recordings_and_its_command(name: str) -> None
     assert source["bass"] in text and source["source"] in text and told["notes"] in text
     command = f"livebass fit {told['recordings']} --like {told['like']} --seed {told['seed']}"
     assert f"{command} --evaluations {told['evaluations']}\n" in text
+    assert told["why"] in text
     made = tomllib.loads(text)
+    set_by_hand = made["output"] | made["player"]
+    assert {key: set_by_hand[key] for key in told["by_hand"]} == told["by_hand"]
     assert {key: made[key] for key in ("name", "description", "like")} == {
         key: told[key] for key in ("name", "description", "like")
     }
