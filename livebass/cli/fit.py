@@ -75,8 +75,8 @@ def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path 
 
     NOTES are sound files of single notes, or folders of them, as for `livebass compare`: the command hears the pitch,
     and words in names tell the force (pp to ff, soft medium hard, v1 ...), the technique and releases. A name such as
-    stringE_fret05_soft_take1.flac also tells the string, which matters much; otherwise each note counts as played at
-    its lowest fret. `livebass fit --guide` says what to play; one long recording in that order works too.
+    stringE_fret05_soft_take1.flac also tells the string, which matters much; otherwise the fit finds it by the
+    inharmonicity of the note. `livebass fit --guide` says what to play; one long recording in that order works too.
 
     The fit identifies open strings, reads losses and noise off the notes, and then searches for the hand, the contact
     with the frets and the mix of pickups. It plays a few notes again and again and compares them with yours. Notes that
@@ -199,7 +199,7 @@ def _wanted(how: dict[str, Any]) -> Wanted:
         for path in how["beside"]
     )
     minutes = math.inf if how["minutes"] is None else how["minutes"]
-    return Wanted(how["like"], how["tuning"], how["seed"], how["evaluations"], minutes, others)
+    return Wanted(DEFAULT_PRESET, how["like"], how["tuning"], how["seed"], how["evaluations"], minutes, others)
 
 
 @contextmanager

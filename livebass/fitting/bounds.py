@@ -24,14 +24,16 @@ PRIOR = 0.25  # of the scale
 MOST_ANGLE = 84.0  # deg, of the hardest pull
 WIDEST = 0.97  # of the open string, the farthest place of a pluck
 ROOM = 0.02  # of it, from the usual place to the ends of the controller
-FACTOR, MASSES, STEP, MIX = "factor", "masses", "step", "mix"  # sections of numbers that are no keys of their own
+# Sections of numbers that are no keys of their own: factors of strings, of masses and of pickups, and two more
+FACTOR, MASSES, PICKUPS, STEP, MIX = "factor", "masses", "pickups", "step", "mix"
+FACTORS = (FACTOR, MASSES, PICKUPS)
 
 
 @dataclass(frozen=True)
 class Free:
     """One free number. `low` and `high` are in `unit`, as in a preset."""
 
-    section: str  # of a preset, or FACTOR, MASSES, STEP or MIX
+    section: str  # of a preset, or one of FACTORS, STEP or MIX
     key: str
     title: str  # in words
     low: float
@@ -48,7 +50,7 @@ class Free:
     @property
     def home(self) -> str:
         """The section of the preset that it is written to."""
-        return {FACTOR: "string", MASSES: "neck", MIX: "pickup"}.get(self.section, self.section)
+        return {FACTOR: "string", MASSES: "neck", PICKUPS: "pickup", MIX: "pickup"}.get(self.section, self.section)
 
     def value(self, u: float) -> float:
         """The number at `u` on the scale from 0 to 1."""
@@ -64,7 +66,7 @@ class Free:
 
     def read(self, bass: Instrument) -> float:
         """The number of a bass, in `unit`."""
-        if self.section in (FACTOR, MASSES):
+        if self.section in FACTORS:
             return 1.0
         if self.section == MIX:
             first, last = bass.output.pickups[0].level, bass.output.pickups[-1].level
@@ -89,6 +91,10 @@ class Free:
             middle = math.sqrt(max(levels[0], 1e-3) * max(levels[-1], 1e-3))
             tables = own.setdefault("pickup", [{} for _ in levels])
             tables[0]["level"], tables[-1]["level"] = (rounded(middle * 10 ** (x / 40)) for x in (-value, value))
+        elif self.section == PICKUPS:
+            pickups = bass.output.pickups
+            for table, p in zip(own.setdefault("pickup", [{} for _ in pickups]), pickups, strict=True):
+                table[self.key] = f"{1000 * value * getattr(p, self.key):.4g} mm"
         elif self.section == MASSES:
             masses = [rounded(value * r.mass) for r in bass.necks[0].admittance.resonances]
             own.setdefault("neck", {})[self.key] = {"unit": "kg", "values": masses}
@@ -125,7 +131,10 @@ FREE = (
     Free("player", "pluck_position", "place of the pluck", 0.62, 0.96),
     Free("player", "rounding", "width of the finger, hard", 0.8, 14.0, "mm", log=True),
     Free("player", "rounding_soft", "width of the finger, soft", 2.0, 45.0, "mm", log=True),
+    Free("player", "nearer_when_hard", "by which hard plucks are nearer the bridge", 0.0, 90.0, "mm"),
     Free(MIX, "level", "bridge pickup over neck pickup", -20.0, 20.0, "dB"),
+    Free(PICKUPS, "aperture", "width of the pickups, over the base preset's", 0.3, 1.4, log=True),
+    Free("coil", "capacitance", "capacitance of windings and cable", 150.0, 6000.0, "pF", log=True),
     Free("coil", "tone", "tone control", 0.0, 1.0),
     Free("player", "palm_resistance", "resistance of the resting palm", 0.02, 8.0, "N s/m", log=True),
     Free("neck", "axes_turned", "turn of the neck's axes", 0.0, 60.0, "deg"),
@@ -134,13 +143,16 @@ FREE = (
 )
 PICKED = {  # a pick has its own numbers
     "pluck_angle": "angle", "pluck_position": "place", "rounding": "hard_width", "rounding_soft": "soft_width",
+    "nearer_when_hard": "nearer",
 }  # fmt: skip
 SLAPPED = (
     Free("player", "strike_softest", "speed of the thumb, soft", 0.05, 4.0, "m/s", log=True),
     Free("player", "strike_hardest", "speed of the thumb, hard", 0.5, 8.0, "m/s", log=True),
     Free("player", "strike_position", "place of the thumb", 0.5, 0.9),
 )
-UNSTRUCK = ("pluck_angle", "angle_when_hard", "pluck_position", "rounding", "rounding_soft")
+UNSTRUCK = (
+    "pluck_angle", "angle_when_hard", "pluck_position", "rounding", "rounding_soft", "nearer_when_hard",
+)  # fmt: skip
 
 
 def step(low: str, high: str) -> Free:
@@ -171,7 +183,7 @@ def free_numbers(bass: Instrument) -> list[Free]:
     if len(pickups) < 2 or any(p.strings for p in pickups):
         found = [f for f in found if f.section != MIX]
     if bass.output.kind != "pickups":
-        found = [f for f in found if f.section not in (MIX, "coil")]
+        found = [f for f in found if f.section not in (MIX, PICKUPS, "coil")]
     values = [f.read(bass) for f in found]
     return [
         replace(f, low=min(f.low, value), high=max(f.high, value))

@@ -24,6 +24,7 @@ from livebass.fitting.plan import Plan, plan
 from livebass.fitting.playing import USUAL_RATE, played
 from livebass.fitting.problem import Problem, Trial, digest_of
 from livebass.fitting.search import Best, Points, search
+from livebass.fitting.strings import with_strings
 from livebass.fitting.target import Heard, heard, searched
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
@@ -44,6 +45,7 @@ MOST_FORCE = 8.0  # dB, a step of force to begin with
 class Wanted:
     """The settings of a fit."""
 
+    usual: str  # the preset that tells strings by its inharmonicity, if none is given
     like: str | None = None  # the base preset; None: the nearest shipped one
     tuning: Any = None
     seed: int = 0
@@ -98,6 +100,7 @@ def fit(
     `say` gets a line for each part of the work, `step` the number of trials done. Raises ValueError, one line.
     """
     points = Points(directory, compute, step=step)
+    recorded = _on_strings(recorded, wanted)
     label, tables, chosen = _base(recorded, wanted, points, say)
     bass = Builder(label).instrument(tables)
     theirs = _heard(recorded, chosen.fitted)
@@ -120,6 +123,21 @@ def fit(
     return Fitted(
         recorded, problem, best, own, chosen, before, after, own_takes(held), others, (*recorded.doubts, *doubts)
     )
+
+
+def _on_strings(recorded: Recorded, wanted: Wanted) -> Recorded:
+    """The notes with strings, told by the base preset that is given, or by the usual one if it can be tuned so."""
+    try:
+        return with_strings(recorded, _bass(wanted.like or wanted.usual, wanted.tuning))
+    except PresetError:
+        if wanted.like is not None:
+            raise
+        return recorded
+
+
+def _bass(name: str, tuning: Any) -> Instrument:
+    label, tables = preset_tables(name)
+    return Builder(label).instrument(_tuned(tables, tuning))
 
 
 def _base(recorded: Recorded, wanted: Wanted, points: Points, say: Say) -> tuple[str, Tables, Plan]:

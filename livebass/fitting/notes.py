@@ -1,7 +1,7 @@
 """The notes of a recorded bass: pitch, string, layer of force, and doubts about the recording.
 
 A string is told by its name in the name of a file, such as stringE_open_soft_take1.flac, or by the order of a guided
-recording (guide.py). Otherwise the note counts as played in the lowest position, at the lowest fret that has it.
+recording (guide.py). Otherwise strings.py finds it by inharmonicity.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Place(NamedTuple):
     """A note to play: all takes of it are alike."""
 
     key: int  # MIDI
-    string: str  # its name; "": in the lowest position
+    string: str  # its name; "": at the lowest fret
     rank: int  # of the layer, 0 the softest
 
 
@@ -164,7 +164,7 @@ def _strings(notes: Sequence[Note], guide: Sequence[Step]) -> tuple[list[str], l
     return (
         told,
         [],
-        [f"the strings {which} are assumed, each at its lowest fret: a name such as stringE_fret05_soft tells it"],
+        [f"the strings {which} are found by their inharmonicity: a name such as stringE_fret05_soft tells them"],
     )
 
 

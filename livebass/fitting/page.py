@@ -9,7 +9,7 @@ from dataclasses import replace
 from livebass import __version__
 from livebass.comparison.comparing import compare
 from livebass.comparison.page import page as comparison_page
-from livebass.comparison.rows import ROWS
+from livebass.comparison.rows import ALL, ROWS, Row
 from livebass.comparison.summary import Bass
 from livebass.fitting.bounds import STEP
 from livebass.fitting.fit import Fitted
@@ -21,6 +21,7 @@ from livebass.report.picture import figure, image
 from livebass.report.progress import Progress
 
 MOST_ROWS = 16  # that are told in words
+CREST = Row("crest", ALL, "peak over the level of the first 0.3 s", "dB")
 
 
 def page(fitted: Fitted, name: str, progress: Progress | None = None) -> str:
@@ -78,7 +79,7 @@ def _rows(fitted: Fitted) -> list[str]:
 
 
 def _in_words(key: str, layer: str, d: Difference) -> str:
-    row = next(row for row in ROWS if row.key == key)
+    row = next(row for row in (*ROWS, CREST) if row.key == key)
     unit = f" {row.unit}" if row.unit else ""
     title = f"{row.title.strip()}, {layer} notes"
     if math.isnan(d.ours):

@@ -14,7 +14,7 @@ import numpy as np
 from livebass.comparison.notes import Note, spread
 from livebass.engine.engine import Engine
 from livebass.experiment.grid import program
-from livebass.fitting.bounds import HARDEST, STEP, Free, Tables, own_tables
+from livebass.fitting.bounds import HARDEST, STEP, Free, Tables, own_tables, rounded
 from livebass.fitting.notes import Place, string_of
 from livebass.fitting.playing import USUAL_RATE, played, velocity_of
 from livebass.fitting.target import (
@@ -82,7 +82,18 @@ class Problem:
 
     def own(self, values: Sequence[float]) -> Tables:
         """The keys of the new preset for values of the free numbers in their units."""
-        return own_tables(self.bass, self.free, values, self.fixed)
+        own = own_tables(self.bass, self.free, values, self.fixed)
+        steps = self._steps(values)
+        if steps and not self.normalized and "hardest" in own.get("player", {}):
+            # the softest layer keeps its usual velocity: the preset has the dynamics of the recorded hand
+            part = velocity_parts(self.bass.player.velocity_curve)[spread(self.layers)[self.ranks[0]]]
+            span = (sum(steps) + 20 * math.log10(OVER)) / (1 - part)
+            own["player"]["softest"] = rounded(own["player"]["hardest"] * 10 ** (-span / 20))
+        return own
+
+    def _steps(self, values: Sequence[float]) -> list[float]:
+        """The steps of force from each fitted layer to the next, dB."""
+        return [v for f, v in zip(self.free, values, strict=True) if f.section == STEP]
 
     def tables(self, values: Sequence[float]) -> Tables:
         """The whole preset for `values`."""
@@ -90,7 +101,7 @@ class Problem:
 
     def velocities(self, bass: Instrument, values: Sequence[float]) -> list[int]:
         """The velocity of each layer, from soft to hard."""
-        steps = [v for f, v in zip(self.free, values, strict=True) if f.section == STEP]
+        steps = self._steps(values)
         if not any(f.key == HARDEST.key for f in self.free):
             return spread(self.layers)
         hardest = bass.player.hardest / OVER
@@ -139,7 +150,7 @@ class Problem:
         rows = differences(wanted, ours, self.technique, self.layers)
         if not self.normalized and len({p.rank for p in ours}) > 1:
             rows |= level_differences(wanted, ours)
-        return score(wanted, ours, rows.values()), rows
+        return score(wanted, ours, rows), rows
 
     def solve(self, scaled: Sequence[float]) -> dict[str, float]:
         """The score and its parts at places on the scale from 0 to 1; HOPELESS for a bass that cannot be."""

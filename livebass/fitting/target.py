@@ -28,7 +28,8 @@ LONG = {"level", "level_2s", "growth", "between_level", "fall_time"}  # absolute
 SLOW = set(GLIDE_KEYS)  # costly to measure, for little
 SPREADS = 2.5  # in a range over a handful of basses
 CAP = 3.0  # spreads
-LEVEL = 3.0  # dB, a spread of the level of a layer
+LEVEL = 3.0  # dB, a spread of the level of a layer, and of its peak over its level
+DYNAMIC, HEAVY = ("level", "crest"), 4.0  # rows of a layer's loudness, and their weight: hands are known by it
 FAR, SHAPED = 0.2, 0.1  # score of 1 dB distance, as it is and with the level of each band free
 MISSING = 1.0  # spreads, of a row that recorded notes show and played ones do not
 LOGARITHMIC = ("Hz", "s")  # units
@@ -96,8 +97,8 @@ def heard(sound: Floats, rate: int, pitch: float, only: frozenset[str] = frozens
     """Measures SECONDS of a note from its attack; `only` some figures. Raises ValueError for silence."""
     begin = max(0, attack(sound, rate) - round(LEAD * rate))
     cut = sound[begin:][: round((LEAD + SECONDS) * rate)]
-    measures = measure(cut, rate, pitch, {*(only or KEYS), "level"})
-    return Heard(dict(measures), shape(cut, rate, 1.0))
+    measures = dict(measure(cut, rate, pitch, {*(only or KEYS), "level", "peak"}))
+    return Heard(measures | {"crest": measures["peak"] - measures["level"]}, shape(cut, rate, 1.0))
 
 
 def when(rank: int, layers: int) -> str:
@@ -133,22 +134,26 @@ def differences(
 def level_differences(
     theirs: Mapping[Place, Sequence[Heard]], ours: Mapping[Place, Heard]
 ) -> dict[tuple[str, int], Difference]:
-    """The difference of each layer's level, in spreads, apart from the level of all."""
+    """The difference of each layer's level, apart from the level of all, and of its peaks over it, in spreads."""
     ranks = sorted({p.rank for p in ours})
-    real = [_median(h.figures["level"] for p in ours if p.rank == rank for h in theirs[p]) for rank in ranks]
-    made = [_median(ours[p].figures["level"] for p in ours if p.rank == rank) for rank in ranks]
-    off = float(np.mean(np.subtract(made, real)))
-    return {
-        ("level", rank): Difference((b - a - off) / LEVEL, a, b - off)
-        for rank, a, b in zip(ranks, real, made, strict=True)
-    }
+    found = {}
+    for key in DYNAMIC:
+        real = [_median(h.figures[key] for p in ours if p.rank == rank for h in theirs[p]) for rank in ranks]
+        made = [_median(ours[p].figures[key] for p in ours if p.rank == rank) for rank in ranks]
+        off = float(np.mean(np.subtract(made, real))) if key == "level" else 0.0
+        for rank, a, b in zip(ranks, real, made, strict=True):
+            found[key, rank] = Difference((b - a - off) / LEVEL, a, b - off)
+    return found
 
 
-def score(theirs: Mapping[Place, Sequence[Heard]], ours: Mapping[Place, Heard], rows: Iterable[Difference]) -> Score:
+def score(
+    theirs: Mapping[Place, Sequence[Heard]], ours: Mapping[Place, Heard], rows: Mapping[tuple[str, int], Difference]
+) -> Score:
     """The score of notes, given the differences of their rows."""
-    found = [min(abs(row.spreads), CAP) for row in rows]
+    found = [min(abs(row.spreads), CAP) for row in rows.values()]
+    weights = [HEAVY if key in DYNAMIC else 1.0 for key, _ in rows]
     return Score(
-        float(np.mean(found)) if found else 0.0,
+        float(np.average(found, weights=weights)) if found else 0.0,
         float(np.mean([apart(theirs[p], h) for p, h in ours.items()])),
         float(np.mean([apart(theirs[p], h, equalized=True) for p, h in ours.items()])),
     )

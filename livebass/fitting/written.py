@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from livebass import __version__
-from livebass.fitting.bounds import FACTOR, MASSES, MIX, STEP, Free, Tables
+from livebass.fitting.bounds import FACTORS, MIX, STEP, Free, Tables
 from livebass.preset.load import preset_tables
 from livebass.preset.source import is_path
 from livebass.report.text import json_text
@@ -67,7 +67,7 @@ def shown_deviation(f: Free, u: float, deviation: float) -> str:
     """A deviation on the scale from 0 to 1, in words."""
     low, high = f.value(u - deviation), f.value(u + deviation)
     half = (high - low) / 2
-    if f.section in (FACTOR, MASSES):
+    if f.section in FACTORS:
         return f"sd {100 * half / f.value(u):.0f} %"
     unit = f" {f.unit}" if f.unit else ""
     return f"sd {half:.2g}{unit}" + (" between the pickups" if f.section == MIX else "")
@@ -103,6 +103,7 @@ def text_of(fitted: Fitted, place: Path, command: str) -> str:
     told = remarks(problem.free, best.scaled, best.deviations)
     told |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
     told |= {("player", key): "measured" for key in ("floor_noise", "release_noise")}
+    told |= {("player", "softest"): "by the force of the softest notes"}
     head = [
         f"Made by livebass {__version__}: {command}",
         f"The notes have the digest {fitted.recorded.digest}. All else is as in {problem.label}.",

@@ -18,15 +18,16 @@ from support.costs import of_each_kind
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
 from livebass.cli import fit as command
-from livebass.comparison.notes import Note
+from livebass.comparison.notes import Note, spread
 from livebass.engine.engine import Engine
 from livebass.experiment.workers import connected, lasting
 from livebass.fitting import bounds, estimates, judge, plan, search
 from livebass.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
 from livebass.fitting.notes import Place, Recorded
+from livebass.fitting.page import _in_words
 from livebass.fitting.playing import USUAL_RATE, played, velocity_of
 from livebass.fitting.problem import HOPELESS, Problem, Trial, solved
-from livebass.fitting.target import heard, searched
+from livebass.fitting.target import Difference, heard, searched
 from livebass.fitting.written import changed, preset_text
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
@@ -61,6 +62,30 @@ def test_the_score_falls_towards_the_truth(problem: Problem) -> None:
     assert scores[0] > scores[1] > scores[2] and scores[2] < 0.6
     assert problem.solve(truth)["score"] < 0.6 * problem.solve(start)["score"]
     assert problem.solve(truth) == problem.solve(truth)
+
+
+def test_a_score_feels_steep_dynamics_and_spikes(real: dict[Place, Note]) -> None:
+    """Hard notes that are 9 dB too loud, or whose attack stands 6 dB higher, count as much as a handful of rows."""
+    theirs = {p: (heard(n.sound, n.rate, n.pitch, searched("fingers")),) for p, n in real.items()}
+    problem = Problem(NAME, BASE, "fingers", 2, theirs)
+
+    def played(gain: float, spike: float) -> tuple[float, dict[tuple[str, int], Difference]]:
+        ours = {p: takes[0] for p, takes in theirs.items()}
+        loud = ours[PLACES[1]]
+        figures = loud.figures | {"level": loud.figures["level"] + gain, "crest": loud.figures["crest"] + spike}
+        score, rows = problem.compared(ours | {PLACES[1]: replace(loud, figures=figures)})
+        return score.rows, rows
+
+    assert played(0.0, 0.0)[0] == 0.0
+    steep, rows = played(9.0, 0.0)
+    assert [rows["level", rank].spreads for rank in (0, 1)] == pytest.approx([-1.5, 1.5])  # 9 dB, apart from the mean
+    spiky, rows = played(0.0, 6.0)
+    assert rows["crest", 1] == pytest.approx((2.0, rows["crest", 1].theirs, rows["crest", 1].theirs + 6.0))
+    rest = len(rows) - 4
+    assert steep == pytest.approx(4 * 3.0 / (rest + 16)) and spiky == pytest.approx(4 * 2.0 / (rest + 16))
+    assert _in_words("crest", "hard", rows["crest", 1]).startswith(
+        "peak over the level of the first 0.3 s, hard notes: "
+    )
 
 
 def test_what_no_bass_can_be_is_hopeless_and_no_error(problem: Problem) -> None:
@@ -126,7 +151,7 @@ def test_every_free_number_of_every_preset_moves_it_within_its_bounds(name: str)
         values = [f.value(u) for f in free]
         made = Builder(label).instrument(problem.tables(values))
         for f, value in zip(free, values, strict=True):
-            if f.section not in (bounds.FACTOR, bounds.MASSES, bounds.MIX) and f.key != "angle_when_hard":
+            if f.section not in (*bounds.FACTORS, bounds.MIX) and f.key != "angle_when_hard":
                 assert f.read(made) == pytest.approx(value, rel=1e-3, abs=1e-9), f.name
 
 
@@ -139,6 +164,9 @@ def test_forces_of_layers_become_velocities() -> None:
     forces = [5.0 * 10 ** (-x / 20) for x in (10.0, 8.0, 6.0, 0.0)]
     assert found == [velocity_of(player, force) for force in forces] and found == sorted(found)
     assert velocity_of(player, player.hardest) == 127 and velocity_of(player, 1e-9) == 1
+    assert found[0] == spread(4)[0]  # the new softest force keeps the usual velocity of the softest layer
+    levelled = replace(made, normalized=True)
+    assert "softest" not in levelled.own([5.5, 4.0, 6.0])["player"]
 
 
 def test_the_preset_holds_only_what_changed_and_is_the_bass_that_was_scored(tmp_path: Path) -> None:

@@ -52,10 +52,10 @@ def test_layers_and_strings_as_names_tell_them(tmp_path: Path) -> None:
     assert len(found.quiet) == 1
 
 
-def test_without_names_notes_are_played_at_the_lowest_fret_and_that_is_a_doubt(tmp_path: Path) -> None:
+def test_without_names_the_strings_are_a_doubt(tmp_path: Path) -> None:
     found = recorded([chromatic(tmp_path, pp=-30, ff=-8)])
     assert {p.string for p in found.takes} == {""}
-    assert len(found.doubts) == 1 and "the strings of all notes are assumed" in found.doubts[0]
+    assert len(found.doubts) == 1 and "the strings of all notes are found by their inharmonicity" in found.doubts[0]
 
 
 def test_one_recording_in_the_order_of_the_guide_tells_strings_frets_and_forces(tmp_path: Path) -> None:
@@ -118,5 +118,7 @@ def test_every_fourth_note_is_held_out_and_the_fitted_ones_spread(keys: int, lay
     assert 0 < len(made.fitted) <= FITTED and made.judges and not set(made.fitted) & set(made.judges)
     assert len({p.rank for p in made.fitted}) == min(layers, 4)
     held = [p for p in places if (p.key - 30 + p.rank) % 4 == 3]
+    pitches = {p.key for p in places if p not in held}
+    assert len({p.key for p in made.fitted}) == min(len(pitches), FITTED)
     assert not set(held) & set(made.fitted)
     assert plan(reversed(places)) == made
