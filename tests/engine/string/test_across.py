@@ -43,12 +43,13 @@ def test_v_has_the_frequencies_and_dampings_of_its_own_neck() -> None:
 
 
 def test_a_v_that_is_as_u_changes_nothing() -> None:
-    """An own law with the same numbers gives the same motion."""
+    """An own law with the same numbers gives the same motion, but for rounding."""
     trial = oblique(case_b(300, 1e6, duration=0.05), 0.8, 4e-3)
     s = dataclasses.replace(trial.speaking, own_across=True)
     plain, same = solve_trial(trial), solve_trial(dataclasses.replace(trial, speaking=s))
     assert plain.across_m is not None and same.across_m is not None
-    assert np.array_equal(plain.displacement_m, same.displacement_m) and np.array_equal(plain.across_m, same.across_m)
+    for one, other in ((plain.displacement_m, same.displacement_m), (plain.across_m, same.across_m)):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(one).max()
 
 
 @pytest.mark.parametrize("string", [None, g_string()], ids=["by the law", "measured"])
