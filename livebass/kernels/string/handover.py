@@ -108,8 +108,9 @@ def two_sums(u, v, squares, n, new, new_v, wanted, m):
 
 
 @fast
-def two_single_sums(u, v, rough, rest, n, new, new_v, wanted, m):
-    """`two_sums` in float32; the squares are `rough` + `rest`."""
+def two_single_sums(u, v, squares, n, new, new_v, wanted, m):
+    """`two_sums` in float32; the `squares` are sums of two parts."""
+    rough, rest = squares
     a, b = np.float32(wanted[m]), np.float32(wanted[m + 1])
     a_rest, b_rest = np.float32(wanted[m] - a), np.float32(wanted[m + 1] - b)
     q_a = q_b = p_a = p_b = np.float32(0.0)
@@ -152,7 +153,7 @@ def all_sums(u, v, squares, n, new, new_v, wanted, to):
         to_single(u, n)
         to_single(v, n)
         for m in range(0, to.modes, 2):
-            two_single_sums(u.high, v.high, rough, rest, n, new, new_v, wanted, m)
+            two_single_sums(u.high, v.high, (rough, rest), n, new, new_v, wanted, m)
     for m in range(to.modes, to.padded):
         new.q[m] = 0.0
         new.p[m] = 0.0
