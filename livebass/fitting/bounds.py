@@ -23,6 +23,7 @@ CLASSES: dict[str, type] = {"string": String, "neck": Neck, "player": Player, "p
 PRIOR = 0.25  # of the scale
 MOST_ANGLE = 84.0  # deg, of the hardest pull
 WIDEST = 0.97  # of the open string, the farthest place of a pluck
+FINGERED, PICKED_AT = 0.93, 0.96  # of it, the nearest to the bridge that a finger usually plucks, and a pick strikes
 ROOM = 0.02  # of it, from the usual place to the ends of the controller
 # Sections of numbers that are no keys of their own: factors of strings, of masses and of pickups, and two more
 FACTOR, MASSES, PICKUPS, STEP, MIX = "factor", "masses", "pickups", "step", "mix"
@@ -128,7 +129,7 @@ FREE = (
     Free("player", "greatest_apex", "greatest height of a pluck", 2.0, 14.0, "mm", log=True),
     Free("player", "pluck_angle", "angle of a soft pull", 0.0, 60.0, "deg"),
     Free("player", "angle_when_hard", "by which hard pulls go more across", 0.0, 60.0, "deg"),
-    Free("player", "pluck_position", "place of the pluck", 0.62, 0.96),
+    Free("player", "pluck_position", "place of the pluck", 0.62, FINGERED),
     Free("player", "rounding", "width of the finger, hard", 0.8, 14.0, "mm", log=True),
     Free("player", "rounding_soft", "width of the finger, soft", 2.0, 45.0, "mm", log=True),
     Free("player", "nearer_when_hard", "by which hard plucks are nearer the bridge", 0.0, 90.0, "mm"),
@@ -160,6 +161,14 @@ def step(low: str, high: str) -> Free:
     return Free(STEP, f"{low}-{high}", f"force of {high} over {low}", 0.5, 12.0, "dB")
 
 
+def picked(free: Free, pick: Pick) -> Free:
+    """The number of a pick that a finger's number is about, if `pick` has one."""
+    if free.section != "player" or free.key not in PICKED or not getattr(pick, PICKED[free.key]):
+        return free
+    high = PICKED_AT if free.key == "pluck_position" else free.high
+    return replace(free, section="pick", key=PICKED[free.key], title=free.title.replace("finger", "pick"), high=high)
+
+
 def free_numbers(bass: Instrument) -> list[Free]:
     """The free numbers that a bass has, with bounds that hold its own values; without the forces of layers.
 
@@ -171,12 +180,7 @@ def free_numbers(bass: Instrument) -> list[Free]:
     if not bass.necks[0].admittance.resonances:
         found = [f for f in found if f.section != MASSES]
     if player.stroke == "pick":
-        found = [
-            replace(f, section="pick", key=PICKED[f.key], title=f.title.replace("finger", "pick"))
-            if f.section == "player" and f.key in PICKED and getattr(player.pick, PICKED[f.key]) > 0
-            else f
-            for f in found
-        ]
+        found = [picked(f, player.pick) for f in found]
     if player.technique == "slap":
         found = [f for f in found if f.key not in UNSTRUCK] + (list(SLAPPED) if player.thumb_mass > 0 else [])
     pickups = bass.output.pickups
