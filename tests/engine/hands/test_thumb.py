@@ -13,13 +13,14 @@ from support.quiet import without_noise
 from support.scores import in_blocks
 from support.strings import paper_g
 
+import livebass
 from livebass import QUALITIES, score_of
 from livebass.arrays import Floats
 from livebass.bench.fidelity import string_alone
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Pool, Voice, modal_row, play_frames
 from livebass.engine.solve import trial_voice
-from livebass.kernels.string.records import EVENT, THERE, THROW
+from livebass.kernels.string.records import CONTACT, EVENT, THERE, THROW
 from livebass.model import modes
 from livebass.model.instrument import Pluck, Speaking, for_modes, note_frequency, speaking
 from livebass.model.trial import Trial
@@ -254,6 +255,20 @@ def test_the_thumb_presses_for_some_milliseconds(i: int) -> None:
             if t["on"] == THERE and t["force"] > 0:
                 last = n
         assert 4.0 < last / RATE * 1e3 < longest, (velocity, last / RATE * 1e3)
+
+
+@pytest.mark.parametrize("velocity", [60, 90, 127])
+@pytest.mark.parametrize("i", [0, 1])
+def test_the_thumb_of_the_shipped_slap_throws_the_string_onto_the_last_frets(i: int, velocity: int) -> None:
+    bass = livebass.load_preset("slap")
+    engine, log = Engine(bass, QUALITIES["live"], RATE), np.zeros(1000, CONTACT)
+    voice = engine.voices[i]
+    voice.record["log"], voice.record["log_room"] = log.ctypes.data, len(log)
+    engine.send(np.array([0]), np.array([[0x90, bass.strings[i].open_note, velocity]], np.uint8))
+    engine.process(RATE // 10)
+    hit = log["point"][: int(voice.record["logged"][0])] + 1  # of an open string: frets
+    assert hit[0] == bass.frets, "the last fret first"
+    assert set(range(1, hit[0] + 1)) - set(hit) <= {1, 2}, "and the wave runs down the neck"
 
 
 def test_a_thumb_without_stiffness_is_silent() -> None:
