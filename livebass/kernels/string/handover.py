@@ -80,62 +80,64 @@ def needed(w, n):
     return n
 
 
-@fast
-def two_sums(u, v, squares, n, new, new_v, wanted, m):
-    """Sets new.q[m] to the sum of `n` weighted displacements over (wanted[m] - squares[j]); velocities: new.p[m].
+def sums(width, parts, apart):
+    """Makes the kernel that sums in `width`.
 
-    Does the same for the next mode, and for `v` and `new_v`. No difference may be zero.
+    parts(x) gives a wanted number the form of the squares; apart(x, squares, j) is its distance from square j.
     """
-    a, b = wanted[m], wanted[m + 1]
-    q_a = q_b = p_a = p_b = 0.0
-    y_a = y_b = z_a = z_b = 0.0
-    for j in range(n):
-        square = squares[j]
-        to_a, to_b = a - square, b - square
-        inverse = 1.0 / (to_a * to_b)
-        over_a, over_b = inverse * to_b, inverse * to_a
-        q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
-        q_a += q * over_a
-        q_b += q * over_b
-        p_a += p * over_a
-        p_b += p * over_b
-        y_a += y * over_a
-        y_b += y * over_b
-        z_a += z * over_a
-        z_b += z * over_b
-    new.q[m], new.q[m + 1], new.p[m], new.p[m + 1] = q_a, q_b, p_a, p_b
-    new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
+
+    def two(u, v, squares, n, new, new_v, wanted, m):
+        """Sets new.q[m] to the sum of `n` weighted displacements over (wanted[m] - squares[j]); velocities: new.p[m].
+
+        Does the same for the next mode, and for `v` and `new_v`. No difference may be zero.
+        """
+        a, b = parts(wanted[m]), parts(wanted[m + 1])
+        q_a = q_b = p_a = p_b = width(0.0)
+        y_a = y_b = z_a = z_b = width(0.0)
+        for j in range(n):
+            to_a, to_b = apart(a, squares, j), apart(b, squares, j)
+            inverse = width(1.0) / (to_a * to_b)
+            over_a, over_b = inverse * to_b, inverse * to_a
+            q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
+            q_a += q * over_a
+            q_b += q * over_b
+            p_a += p * over_a
+            p_b += p * over_b
+            y_a += y * over_a
+            y_b += y * over_b
+            z_a += z * over_a
+            z_b += z * over_b
+        new.q[m], new.q[m + 1], new.p[m], new.p[m + 1] = q_a, q_b, p_a, p_b
+        new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
+
+    two.__qualname__ = f"sums.{parts.__name__}"
+    return fast(two)
 
 
 @fast
-def two_single_sums(u, v, squares, n, new, new_v, wanted, m):
-    """`two_sums` in float32; the `squares` are sums of two parts."""
-    rough, rest = squares
-    a, b = np.float32(wanted[m]), np.float32(wanted[m + 1])
-    a_rest, b_rest = np.float32(wanted[m] - a), np.float32(wanted[m + 1] - b)
-    q_a = q_b = p_a = p_b = np.float32(0.0)
-    y_a = y_b = z_a = z_b = np.float32(0.0)
-    for j in range(n):
-        to_a, to_b = difference(a, a_rest, rough[j], rest[j]), difference(b, b_rest, rough[j], rest[j])
-        inverse = np.float32(1.0) / (to_a * to_b)
-        over_a, over_b = inverse * to_b, inverse * to_a
-        q, p, y, z = u.q_before[j], u.p_before[j], v.q_before[j], v.p_before[j]
-        q_a += q * over_a
-        q_b += q * over_b
-        p_a += p * over_a
-        p_b += p * over_b
-        y_a += y * over_a
-        y_b += y * over_b
-        z_a += z * over_a
-        z_b += z * over_b
-    new.q[m], new.q[m + 1], new.p[m], new.p[m + 1] = q_a, q_b, p_a, p_b
-    new_v.q[m], new_v.q[m + 1], new_v.p[m], new_v.p[m + 1] = y_a, y_b, z_a, z_b
+def one_part(x):
+    return x
+
+
+@fast
+def apart_in_one(x, squares, j):
+    return x - squares[j]
 
 
 @jit
-def difference(rough, rest, other, other_rest):
-    """The difference of two numbers in two parts."""
-    return (rough - other) + (rest - other_rest)
+def two_parts(x):
+    """A number as the sum of two in float32."""
+    rough = np.float32(x)
+    return rough, np.float32(x - rough)
+
+
+@jit
+def apart_in_two(x, squares, j):
+    return (x[0] - squares[0][j]) + (x[1] - squares[1][j])
+
+
+two_sums = sums(np.float64, one_part, apart_in_one)
+two_single_sums = sums(np.float32, two_parts, apart_in_two)
 
 
 @jit
@@ -148,8 +150,7 @@ def all_sums(u, v, squares, n, new, new_v, wanted, to):
     else:
         rough, rest = new.high.q_before, new.high.p_before
         for j in range(n):
-            rough[j] = squares[j]
-            rest[j] = squares[j] - rough[j]
+            rough[j], rest[j] = two_parts(squares[j])
         to_single(u, n)
         to_single(v, n)
         for m in range(0, to.modes, 2):

@@ -397,10 +397,10 @@ def swinging(sound: Floats, near: float, rate: float) -> tuple[float, float]:
 
 
 # Notes of muted end too soon, and those of the others beat
-BEATING = {"muted", "upright", "jazz-bright"}
+UNREAD = {"muted", "upright", "jazz-bright"}
 
 
-@pytest.mark.parametrize("preset", quick(sorted(set(preset_names()) - BEATING), ["slap", "fretless"]))
+@pytest.mark.parametrize("preset", quick(sorted(set(preset_names()) - UNREAD), ["slap", "fretless"]))
 def test_rate_and_depth_of_a_vibrato(preset: str) -> None:
     """5.6 Hz within 5 %, and up to 40 cents within 12 %, as partials of u and v beat."""
     sound = play([(0.0, 0x90, 19, 100), (0.01, 0xB0, 1, 100), on(0.1, 50, 90)], 2.0, preset)
