@@ -20,8 +20,9 @@ from typing import Any
 
 import pytest
 
-# Before numpy is imported, here and in processes that tests start: on small matrices threads mostly wait for each other
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+from livebass.cores import ONE_THREAD
+
+os.environ.update(ONE_THREAD)  # before numpy is imported, here and in processes that tests start
 
 import support.source
 

@@ -127,24 +127,25 @@ def fit(
 
 def _on_strings(recorded: Recorded, wanted: Wanted) -> Recorded:
     """The notes with strings, told by the base preset that is given, or by the usual one if it can be tuned so."""
+    name = wanted.like or wanted.usual
     try:
-        return with_strings(recorded, _bass(wanted.like or wanted.usual, wanted.tuning))
+        return with_strings(recorded, Builder(name).instrument(_tables(name, wanted.tuning)))
     except PresetError:
         if wanted.like is not None:
             raise
         return recorded
 
 
-def _bass(name: str, tuning: Any) -> Instrument:
-    label, tables = preset_tables(name)
-    return Builder(label).instrument(_tuned(tables, tuning))
+def _tables(name: str, tuning: Any) -> Tables:
+    """The tables of a preset, tuned otherwise if `tuning` is given."""
+    _, tables = preset_tables(name)
+    return tables if tuning is None else tables | {"tuning": tuning}
 
 
 def _base(recorded: Recorded, wanted: Wanted, points: Points, say: Say) -> tuple[str, Tables, Plan]:
     """The name and tables of the base preset, and the plan of the notes that it can play."""
     if wanted.like is not None:
-        _, tables = preset_tables(wanted.like)
-        tables = _tuned(tables, wanted.tuning)
+        tables = _tables(wanted.like, wanted.tuning)
         able = estimates.places_of(recorded, Builder(wanted.like).instrument(tables))
         return wanted.like, tables, _planned(recorded, able, wanted.like)
     bases = _candidates(recorded, wanted.tuning)
@@ -162,17 +163,13 @@ def _base(recorded: Recorded, wanted: Wanted, points: Points, say: Say) -> tuple
     return bases[k][0], bases[k][1], chosen
 
 
-def _tuned(tables: Tables, tuning: Any) -> Tables:
-    return tables if tuning is None else tables | {"tuning": tuning}
-
-
 def _candidates(recorded: Recorded, tuning: Any) -> list[tuple[str, Tables, list[Place]]]:
     """The shipped presets that play nearly all of the notes, and are played alike: slapped, or plucked."""
     found = []
     for name in preset_names():
         if name in SAME_BASS or name.startswith(LABORATORY):
             continue
-        tables = _tuned(preset_tables(name)[1], tuning)
+        tables = _tables(name, tuning)
         try:
             bass = Builder(name).instrument(tables)
         except PresetError:  # cannot be tuned so
