@@ -82,7 +82,7 @@ def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path 
     with the frets and the mix of pickups. It plays a few notes again and again and compares them with yours. Notes that
     it never hears judge the result. -o FILE.toml writes `like = ...` and what changed; FILE.html shows before and
     after; FILE-points keeps every trial, so that the same command goes on after an interruption. The same notes, seed
-    and number of trials give the same preset. 600 trials take about ten minutes on two cores.
+    and number of trials give the same preset. 600 trials take some five minutes on two cores.
 
     \b
     Examples:

@@ -2,14 +2,13 @@
 
 Words in the name of a file, and of the folders that contain it below the given one, tell its dynamic (pp p mp mf f
 ff, soft medium hard, v1 or v100, or a number that grows with the level), its technique (fingers, pick, slap, pop or
-mute), whether the string is open or stopped, and other kinds of sound (release, scrape, and dead notes and harmonics,
-which are not compared). If no name tells the dynamic, the level does.
+mute), its string, whether that is open or stopped, and other kinds of sound (release, scrape, and dead notes and
+harmonics, which are not compared): names.py. If no name tells the dynamic, the level does.
 """
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,6 +21,7 @@ from livebass.arrays import Floats
 from livebass.bounds import either, one_of, refusal, within
 from livebass.comparison.distance import Shape, shape
 from livebass.comparison.measures import Measures, measure
+from livebass.comparison.names import NOTE, USUAL, strength, told_by, words_of
 from livebass.engine.engine import Engine
 from livebass.identification.partials import Recording, RecordingError, find_takes, pitch_of, read_recording
 from livebass.model.instrument import Instrument, note_frequency
@@ -36,23 +36,6 @@ PITCHES = (25.0, 500.0)  # Hz, for recordings
 BEFORE = 0.03  # s to keep before the attack of a note
 LONGEST = 6.0  # s of a note
 SHORTEST = 0.1  # s of a note
-TECHNIQUES = {
-    "fingers": "fingers finger fing fng index middle fingered",
-    "pick": "pick picked plectrum plec plek",
-    "slap": "slap slapped thumb slp",
-    "pop": "pop popped",
-    "mute": "mute muted mutes palm",  # with fingers or a pick
-}
-KINDS = {
-    "release": "release rel releases noteoff",
-    "scrape": "scrape scrapes squeak squeaks",
-    "other": "dead ghost harmonic harmonics",
-}
-WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
-LOUDNESS = ("ppp", "pp", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "fff")  # from soft to hard
-TAKES = re.compile(r"(rr|take|tk|alt|var)_?\d*")
-LAYER = re.compile(r"(?:v|vel|velocity|layer|dyn)(\d{1,3})")
-USUAL = "fingers"  # the technique, if nothing tells it
 SPREAD = 6.0  # dB from the softest to the loudest notes: less counts as one dynamic
 VELOCITIES = (30, 127)  # of the softest and the hardest dynamic
 ONLY = 100  # velocity, if there is one dynamic
@@ -70,11 +53,12 @@ class Note:
     rate: int  # Hz
     pitch: float  # Hz; 0 without pitch
     technique: str = USUAL
-    kind: str = "note"  # or "release", "scrape", "other"
+    kind: str = NOTE  # or "release", "scrape", "other"
     dynamic: str = ""  # its name; "" if not yet known
     rank: int = 0  # of the dynamic, 0 the softest
     place: str = ""  # words of the name other than dynamic and take: equal for notes of one key
     open: bool | None = None  # whether the string is open; None: unknown
+    string: str = ""  # as the name tells it (names.py)
 
     @cached_property
     def measures(self) -> Measures:
@@ -126,27 +110,14 @@ def _sounds_in(folder: Path) -> list[Path]:
     return [p for p in files if p.suffix.lower() in SOUNDS] or [p for p in files if p.suffix.lower() in OTHERS]
 
 
-def _words(parts: Sequence[str]) -> list[str]:
-    """Returns the words of names, in lower case."""
-    return [word for part in parts for word in re.split(r"[^0-9a-zA-Z#]+", part.lower()) if word]
-
-
 def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Note]:
-    words = _words(told)
-    known = [WORDS[w] for w in words if w in WORDS]
-    kind = next((name for name in known if name in KINDS), "note")
-    played = technique or next((name for name in reversed(TECHNIQUES) if name in known), USUAL)
-    last = _words(told[-1:])  # a folder may be called "f"
-    dynamic = next((w for w in reversed(last) if w in LOUDNESS), "")
-    layers = [m[1] for w in last if (m := LAYER.fullmatch(w))]
-    place = " ".join(
-        w for w in last if w != dynamic and w not in WORDS and not TAKES.fullmatch(w) and not LAYER.fullmatch(w)
-    )
+    names = told_by(told)
     recording = read_recording(file)
-    first = Note(str(file), recording.sound, recording.rate, 0.0, played, kind, place=place)
-    first = replace(first, open=True if "open" in words else False if "stopped" in words else None)
-    first = replace(first, dynamic=dynamic or (f"v{int(layers[-1])}" if layers else ""))
-    if kind != "note":
+    first = Note(
+        str(file), recording.sound, recording.rate, 0.0, technique or names.technique, names.kind,
+        dynamic=names.dynamic, place=names.place, string=names.string, open=names.open,
+    )  # fmt: skip
+    if names.kind != NOTE:
         return [first]
     return _with_pitch(recording, first)
 
@@ -166,22 +137,15 @@ def _with_pitch(recording: Recording, first: Note) -> list[Note]:
 
 def _by_dynamics(notes: list[Note]) -> list[Note]:
     """Sets the dynamic and its rank of each note: by names if all have one, else by numbers, else by level."""
-    plucked = [n for n in notes if n.kind == "note"]
+    plucked = [n for n in notes if n.kind == NOTE]
     if not plucked:
         return notes
     if not all(n.dynamic for n in plucked):
         names = _numbered(plucked) or _by_level(plucked)
         plucked = [replace(n, dynamic=name) for n, name in zip(plucked, names, strict=True)]
-    order = sorted({n.dynamic for n in plucked}, key=_loudness)
+    order = sorted({n.dynamic for n in plucked}, key=strength)
     plucked = [replace(n, rank=order.index(n.dynamic)) for n in plucked]
-    return plucked + [n for n in notes if n.kind != "note"]
-
-
-def _loudness(dynamic: str) -> tuple[int, float]:
-    if dynamic in LOUDNESS:
-        return 0, LOUDNESS.index(dynamic)
-    number = re.search(r"\d+", dynamic)
-    return 1, float(number[0]) if number else 0.0
+    return plucked + [n for n in notes if n.kind != NOTE]
 
 
 def _level(note: Note) -> float:
@@ -191,7 +155,7 @@ def _level(note: Note) -> float:
 
 def _numbered(notes: Sequence[Note]) -> list[str] | None:
     """Returns the number in each name with which the level grows at every pitch, if all have such a number."""
-    words = [[w for w in _words([Path(n.name).stem]) if w.isdigit()] for n in notes]
+    words = [[w for w in words_of(Path(n.name).stem) if w.isdigit()] for n in notes]
     count = {len(w) for w in words}
     if len(count) != 1 or not count - {0}:
         return None

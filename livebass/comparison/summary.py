@@ -11,7 +11,8 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from livebass.comparison.distance import SPANS, between
-from livebass.comparison.notes import TECHNIQUES, Note
+from livebass.comparison.names import TECHNIQUES
+from livebass.comparison.notes import Note
 from livebass.comparison.ringing import OCTAVES
 from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.units import cents

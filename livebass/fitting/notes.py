@@ -26,7 +26,6 @@ from livebass.identification.partials import RecordingError, read_recording
 from livebass.model.instrument import Instrument
 from livebass.units import cents, note_name, one_line
 
-STRING = re.compile(r"(?:^|[^a-z])string[ _-]?([a-z0-9]+)", re.IGNORECASE)
 QUIET = re.compile(r"(?:^|[^a-z])(silence|silent|quiet)", re.IGNORECASE)
 SHORTEST = 1.3  # s of a note
 FEWEST = 6  # different notes, counted by pitch, string and layer
@@ -120,11 +119,18 @@ def string_of(bass: Instrument, place: Place) -> int | None:
         for s, n in zip(bass.strings, bass.necks, strict=True)
     ]
     if place.string:
-        names = [s.name.casefold() for s in bass.strings]
-        i = names.index(place.string.casefold()) if place.string.casefold() in names else -1
+        i = _named(bass, place.string)
         return i if i >= 0 and frets[i] >= 0 else None
     able = [i for i, fret in enumerate(frets) if fret >= 0]
     return min(able, key=lambda i: frets[i], default=None)
+
+
+def _named(bass: Instrument, string: str) -> int:
+    """The index of the string with this name, or this number from the highest one; -1: there is none."""
+    names = [s.name.casefold() for s in bass.strings]
+    if string.casefold() in names:
+        return names.index(string.casefold())
+    return len(names) - int(string) if string.isdigit() and 1 <= int(string) <= len(names) else -1
 
 
 def _of(note: Note) -> str:
@@ -147,7 +153,7 @@ def _of_one_technique(notes: list[Note]) -> tuple[list[Note], list[str]]:
 
 def _strings(notes: Sequence[Note], guide: Sequence[Step]) -> tuple[list[str], list[Note], list[str]]:
     """The name of each note's string, "" if unknown; the notes as the guide tells them, if it does; doubts."""
-    told = [m[1] if (m := STRING.search(Path(n.name).stem)) else "" for n in notes]
+    told = [n.string for n in notes]
     files = {n.name for n in notes}
     if guide and len(files) == 1 and not any(told):
         heard, wanted = [key_of(n) for n in notes], [step.key for step in guide]

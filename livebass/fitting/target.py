@@ -18,7 +18,7 @@ import numpy as np
 from livebass.arrays import Floats
 from livebass.comparison.distance import Shape, between, shape
 from livebass.comparison.measures import GLIDE_KEYS, KEYS, attack, measure
-from livebass.comparison.notes import USUAL
+from livebass.comparison.names import USUAL
 from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
 from livebass.fitting.notes import Place
 

@@ -46,7 +46,7 @@ def test_layers_and_strings_as_names_tell_them(tmp_path: Path) -> None:
              for string, key in (("E", 33), ("A", 33), ("d", 43)) for name, level in LEVELS.items()}  # fmt: skip
     found = recorded([save(tmp_path, **names, silence=1e-4 * np.random.default_rng(0).standard_normal(RATE))])
     assert found.layers == ("pp", "mf", "ff") and not found.normalized and found.doubts == ()
-    assert set(found.takes) == {Place(key, string, rank) for key, string in ((33, "E"), (33, "A"), (43, "d"))
+    assert set(found.takes) == {Place(key, string, rank) for key, string in ((33, "E"), (33, "A"), (43, "D"))
                                 for rank in range(3)}  # fmt: skip
     assert [string_of(BASS, Place(33, s, 0)) for s in ("E", "a", "", "G", "X")] == [0, 1, 1, None, None]
     assert len(found.quiet) == 1

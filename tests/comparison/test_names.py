@@ -1,0 +1,48 @@
+"""Names of recordings as people write them: dynamic, string, take."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from livebass.comparison.names import strength, told_by
+
+
+@pytest.mark.parametrize(
+    ("name", "dynamic"),
+    [
+        ("E1_soft1", "soft"), ("A1Hard2", "hard"), ("E1soft", "soft"),
+        ("Bass 01 - A1 medium soft take 1", "medium soft"),
+        ("e2-medium-hard", "medium hard"), ("g very hard", "very hard"), ("D2_med", "medium"), ("a loud 3", "hard"),
+        ("soft_F", "soft"), ("Soft E1 P bass", "soft"), ("P-Bass E1 vel 100", "v100"), ("e1_vel_64", "v64"),
+        ("e1 layer 2 rr 1", "v2"), ("a_f_rr1", "f"), ("f_p", "p"), ("a1_mf2", "mf"), ("E1", ""), ("a_mid_pickup", ""),
+        ("hard/E1_soft", "soft"), ("hard/E1", "hard"), ("v3/E1", "v3"), ("f/e1", ""), ("f/e1_p", "p"),
+    ],
+)  # fmt: skip
+def test_a_name_tells_the_dynamic(name: str, dynamic: str) -> None:
+    assert told_by(name.split("/")).dynamic == dynamic
+
+
+def test_dynamics_are_in_order() -> None:
+    order = ["pp", "very soft", "soft", "medium soft", "mp", "medium", "mf", "medium hard", "hard", "very hard", "ff"]
+    assert all(strength(a) < strength(b) for a, b in itertools.pairwise([*order, "v1", "v20", "v100"]))
+
+
+@pytest.mark.parametrize(
+    ("name", "string"),
+    [
+        ("stringE_open_soft_take2", "E"), ("E string open soft 1", "E"), ("A string fret 5 hard", "A"),
+        ("E-String_2", "E"), ("A1_strong", ""),
+        ("string_D", "D"), ("estring_12", "E"), ("strG_v1", "G"), ("string Bb open", "Bb"), ("stringC#_open", "C#"),
+        ("4th string hard", "4"), ("string 4 fret 7", "4"), ("string4", "4"), ("string open E1", ""), ("E1_soft", ""),
+        ("B0 string 5", "B"), ("stringLow_open", "Low"), ("strings muted", ""), ("open string D", "D"),
+    ],
+)  # fmt: skip
+def test_a_name_tells_the_string(name: str, string: str) -> None:
+    assert told_by([name]).string == string
+
+
+def test_takes_of_a_note_have_one_place() -> None:
+    names = ("a_f_rr1", "a_f_rr2", "a f rr 3", "a f take 2", "a_f_alt", "a v100 rr1")
+    assert {told_by([name]).place for name in names} == {"a"}
