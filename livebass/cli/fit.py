@@ -78,11 +78,11 @@ def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path 
     stringE_fret05_soft_take1.flac also tells the string, which matters much; otherwise the fit finds it by the
     inharmonicity of the note. `livebass fit --guide` says what to play; one long recording in that order works too.
 
-    The fit identifies open strings, reads losses and noise off the notes, and then searches for the hand, the contact
-    with the frets and the mix of pickups. It plays a few notes again and again and compares them with yours. Notes that
-    it never hears judge the result. -o FILE.toml writes `like = ...` and what changed; FILE.html shows before and
-    after; FILE-points keeps every trial, so that the same command goes on after an interruption. The same notes, seed
-    and number of trials give the same preset. 600 trials take some five minutes on two cores.
+    The fit identifies open strings, reads losses, noise and hum off the notes, and then searches for the hand, the
+    contact with the frets and the mix of pickups. It plays a few notes again and again and compares them with yours.
+    Notes that it never hears judge the result. -o FILE.toml writes `like = ...` and what changed; FILE.html shows
+    before and after; FILE-points keeps every trial, so that the same command goes on after an interruption. The same
+    notes, seed and number of trials give the same preset. 600 trials take some five minutes on two cores.
 
     \b
     Examples:
@@ -191,11 +191,12 @@ def _searched(found: Recorded, how: dict[str, Any], points: Path) -> Fitted:
 
 
 def _wanted(how: dict[str, Any]) -> Wanted:
+    from livebass.comparison.names import NOTE
     from livebass.comparison.notes import measured
     from livebass.fitting.fit import Wanted
 
     others = tuple(
-        (one_line(path.resolve().name), tuple(n for n in measured([path], how["technique"]) if n.kind == "note"))
+        (one_line(path.resolve().name), tuple(n for n in measured([path], how["technique"]) if n.kind == NOTE))
         for path in how["beside"]
     )
     minutes = math.inf if how["minutes"] is None else how["minutes"]

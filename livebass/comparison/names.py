@@ -16,6 +16,7 @@ TECHNIQUES = {
 KINDS = {
     "release": "release rel releases noteoff",
     "scrape": "scrape scrapes squeak squeaks",
+    "silence": "silence silent quiet",  # the electronics alone
     "other": "dead ghost harmonic harmonics",
 }
 USUAL = "fingers"  # the technique, if nothing tells it
@@ -41,7 +42,7 @@ class Told:
     """What the names of a recording tell of it."""
 
     technique: str = USUAL
-    kind: str = NOTE  # or "release", "scrape", "other"
+    kind: str = NOTE  # or one of KINDS
     dynamic: str = ""  # "": not told
     string: str = ""  # its note, or its number from the highest string; "": not told
     open: bool | None = None  # whether the string is open; None: not told
@@ -52,7 +53,7 @@ def told_by(parts: Sequence[str]) -> Told:
     """Reads the names of a recording: of its folders, from the outermost, and last of the file without its ending."""
     each = [words_of(part) for part in parts]
     every = [word for words in each for word in words]
-    known = [WORDS[w] for w in every if w in WORDS]
+    known = [WORDS[w] for w in map(_unnumbered, every) if w in WORDS]
     dynamic, used = _dynamic(each)
     return Told(
         next((name for name in reversed(TECHNIQUES) if name in known), USUAL),
@@ -60,7 +61,7 @@ def told_by(parts: Sequence[str]) -> Told:
         dynamic,
         _string(every),
         next((PLACES[w] for w in every if w in PLACES), None),
-        " ".join(w for w in each[-1] if w not in WORDS and w not in used and not TAKE.fullmatch(w)),
+        " ".join(w for w in each[-1] if _unnumbered(w) not in WORDS and w not in used and not TAKE.fullmatch(w)),
     )
 
 
@@ -116,11 +117,16 @@ def _dynamics(words: Sequence[str]) -> list[tuple[str, set[str]]]:
 
 
 def _loudness(word: str) -> str:
-    """The dynamic that a word names, with the number of a take after it or not: "soft2"; "" if it names none."""
-    glued = re.fullmatch(r"([a-z]{2,})\d+", word)
-    plain = glued[1] if glued else word
+    """The dynamic that a word names; "" if it names none."""
+    plain = _unnumbered(word)
     plain = SAME.get(plain, plain)
     return plain if plain in LOUDNESS else ""
+
+
+def _unnumbered(word: str) -> str:
+    """A word without the number of a take that follows it: "soft2"."""
+    glued = re.fullmatch(r"([a-z]{2,})\d+", word)
+    return glued[1] if glued else word
 
 
 def _string(words: Sequence[str]) -> str:
@@ -143,6 +149,6 @@ def _string(words: Sequence[str]) -> str:
 
 def _is_known(word: str) -> bool:
     """True if a word means something other than a string's name."""
-    if word in WORDS or word in PLACES or _loudness(word):
+    if _unnumbered(word) in WORDS or word in PLACES or _loudness(word):
         return True
     return any(pattern.fullmatch(word) for pattern in (TAKE, LAYER, FRET))

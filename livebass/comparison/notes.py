@@ -53,7 +53,7 @@ class Note:
     rate: int  # Hz
     pitch: float  # Hz; 0 without pitch
     technique: str = USUAL
-    kind: str = NOTE  # or "release", "scrape", "other"
+    kind: str = NOTE  # or another of names.KINDS
     dynamic: str = ""  # its name; "" if not yet known
     rank: int = 0  # of the dynamic, 0 the softest
     place: str = ""  # words of the name other than dynamic and take: equal for notes of one key
@@ -203,7 +203,7 @@ def rendered(
     """
     bass = load_preset(preset) if isinstance(preset, str) else preset
     one_of("quality", quality, QUALITIES)
-    plucked = [n for n in like if n.kind == "note"]
+    plucked = [n for n in like if n.kind == NOTE]
     count = 1 + max((n.rank for n in plucked), default=0)
     speeds = list(velocities) if velocities is not None else spread(count)
     within("takes", takes, 1, 16, whole=True)

@@ -11,7 +11,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from livebass.comparison.distance import SPANS, between
-from livebass.comparison.names import TECHNIQUES
+from livebass.comparison.names import NOTE, TECHNIQUES
 from livebass.comparison.notes import Note
 from livebass.comparison.ringing import OCTAVES
 from livebass.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
@@ -74,7 +74,7 @@ def basses(name: str, notes: Sequence[Note], rendered: bool = False) -> list[Bas
     releases = tuple(n for n in notes if n.kind == "release")
     found = []
     for technique in TECHNIQUES:
-        plucked = tuple(n for n in notes if n.kind == "note" and n.technique == technique)
+        plucked = tuple(n for n in notes if n.kind == NOTE and n.technique == technique)
         if plucked:
             found.append(Bass(name, technique, rendered, plucked, releases))
     return found
@@ -88,7 +88,7 @@ def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
     """
     by_rank: dict[int, list[Note]] = defaultdict(list)
     for note in notes:
-        if note.kind == "note":
+        if note.kind == NOTE:
             by_rank[note.rank].append(note)
     found = {}
     for rank in sorted(by_rank):

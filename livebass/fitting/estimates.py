@@ -26,7 +26,7 @@ from livebass.fitting.playing import USUAL_RATE, played
 from livebass.fitting.problem import Problem
 from livebass.identification.identify import identify
 from livebass.identification.partials import RecordingError
-from livebass.kernels.bass.floor import FLOOR_BAND
+from livebass.kernels.bass.floor import FLOOR_BAND, HARMONICS
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import dampings
 from livebass.model.quality import QUALITIES
@@ -45,6 +45,11 @@ VELOCITY = 90  # of a medium note
 KNOCKED = 5  # notes that are released
 LOUD_KNOCK = 10.0  # dB
 HISS = (10e3, 16e3)  # Hz
+MAINS = (50.0, 60.0)  # Hz
+NEAR = 1.0  # Hz: mains drift less
+LINES_APART = 1.0  # s of silence that tell a line from what is beside it
+STANDS_OUT, FEWEST_LINES = 4.0, 3
+FAINTEST = -90.0  # dB over a medium note: a hum that nobody hears
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +89,7 @@ class Open:
 def open_notes(recorded: Recorded, bass: Instrument) -> dict[str, tuple[Note, ...]]:
     """Up to two takes of each string that is known to be open, medium ones first."""
     found: dict[str, list[tuple[int, Note]]] = {}
-    middle = (len(recorded.layers) - 1) // 2
+    middle = _middle(recorded)
     for place, notes in recorded.takes.items():
         i = string_of(bass, place)
         known = bool(place.string) or any(n.open for n in notes)
@@ -160,18 +165,67 @@ def floor(recorded: Recorded, problem: Problem) -> float | None:
     """
     if problem.bass.output.kind != "pickups":
         return None
-    middle = (len(recorded.layers) - 1) // 2
-    notes = [n for place, takes in recorded.takes.items() if place.rank == middle for n in takes]
-    quiet = [_rms(n.sound, n.rate, FLOOR_BAND) for n in recorded.quiet] or _before(notes)
+    notes = _medium(recorded)
+    quiet = [_without_hum(n) for n in recorded.quiet] or _before(notes)
     if quiet:
-        level = np.median([_rms(n.sound[attack(n.sound, n.rate) :][: round(0.3 * n.rate)]) for n in notes])
-        found = 20 * math.log10(float(np.median(quiet) / level))
+        found = 20 * math.log10(float(np.median(quiet) / _level(notes)))
     else:
         by_hiss = _floor_by_hiss(recorded, problem)
         if by_hiss is None:
             return None
         found = by_hiss
     return min(max(found, FLOORS[0]), FLOORS[1])
+
+
+def hum(recorded: Recorded, bass: Instrument) -> tuple[float, float] | None:
+    """The mains hum over a medium note, dB, and its frequency, Hz, by a recorded silence; None if it has none."""
+    if not recorded.quiet or bass.output.kind != "pickups":
+        return None
+    found = [max((_hum(n, mains), mains) for mains in MAINS) for n in recorded.quiet]
+    level, mains = sorted(found)[len(found) // 2]
+    if level == 0:
+        return None
+    over = 20 * math.log10(level / _level(_medium(recorded)))
+    return (min(over, FLOORS[1]), mains) if over > FAINTEST else None
+
+
+def _hum(silence: Note, mains: float) -> float:
+    """The level of a hum: of the mains' harmonics that stand out of what is beside them; 0 if it has not several."""
+    n = silence.sound.size
+    if n < LINES_APART * silence.rate:
+        return 0.0
+    window = np.hanning(n)
+    lines = 2 * np.abs(np.fft.rfft(silence.sound * window)) / window.sum()
+    nu = np.arange(lines.size) * silence.rate / n
+    heard = []
+    for k in range(1, HARMONICS + 1):
+        off = np.abs(nu - k * mains)
+        peak, beside = lines[off < NEAR].max(), np.median(lines[(off > 2 * NEAR) & (off < 0.4 * mains)])
+        if peak > STANDS_OUT * beside:
+            heard.append(peak)
+    return math.sqrt(0.5 * float(np.sum(np.square(heard)))) if len(heard) >= FEWEST_LINES else 0.0
+
+
+def _without_hum(silence: Note) -> float:
+    """The level of a silence in the floor's band, less its hum."""
+    whole = _rms(silence.sound, silence.rate, FLOOR_BAND)
+    rest = whole**2 - max(_hum(silence, mains) for mains in MAINS) ** 2
+    return math.sqrt(max(rest, 1e-4 * whole**2))
+
+
+def _medium(recorded: Recorded) -> list[Note]:
+    """The notes of the middle layer."""
+    middle = _middle(recorded)
+    return [n for place, takes in recorded.takes.items() if place.rank == middle for n in takes]
+
+
+def _middle(recorded: Recorded) -> int:
+    return (len(recorded.layers) - 1) // 2
+
+
+def _level(notes: Sequence[Note]) -> float:
+    """The median level of the first 0.3 s of notes."""
+    return float(np.median([_rms(n.sound[attack(n.sound, n.rate) :][: round(0.3 * n.rate)]) for n in notes]))
 
 
 def _before(notes: Sequence[Note]) -> list[float]:
@@ -220,11 +274,9 @@ def knock(recorded: Recorded, bass: Instrument) -> float | None:
     """The preset's release_noise (dB) whose releases peak as the recorded ones do; None if none is recorded."""
     if not recorded.releases or bass.player.release_noise <= OFF or bass.output.kind != "pickups":
         return None
-    middle = (len(recorded.layers) - 1) // 2
-    medium = [n for p, takes in recorded.takes.items() if p.rank == middle for n in takes]
-    rest = [_peak(n, RELEASED, RELEASED + 0.1) for n in medium]
+    rest = [_peak(n, RELEASED, RELEASED + 0.1) for n in _medium(recorded)]
     theirs = float(np.median([_peak(n, 0.0, AFTER) for n in recorded.releases]) - np.median(rest))
-    places = [p for p in places_of(recorded, bass) if p.rank == middle][:KNOCKED]
+    places = [p for p in places_of(recorded, bass) if p.rank == _middle(recorded)][:KNOCKED]
     level = LOUD_KNOCK  # from above: a knock below the note's own level is not heard
     for _ in range(3) if places else ():
         player = replace(bass.player, release_noise=level)

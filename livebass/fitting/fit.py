@@ -255,6 +255,8 @@ def _estimates(
     for key, value in (("floor_noise", floor), ("release_noise", knock)):
         if value is not None:
             own.setdefault("player", {})[key] = f"{value:.1f} dB"
+    if hum := estimates.hum(recorded, bass):
+        own.setdefault("player", {}).update(hum=f"{hum[0]:.1f} dB", mains=f"{hum[1]:g} Hz")
     return own, estimates.losses(bass, recorded, free), doubts
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -19,14 +18,14 @@ from typing import NamedTuple
 import numpy as np
 
 from livebass.comparison.measures import attack
+from livebass.comparison.names import NOTE
 from livebass.comparison.notes import Note, measured
 from livebass.fitting.guide import Step
 from livebass.identification.doubts import clipped_tops
-from livebass.identification.partials import RecordingError, read_recording
+from livebass.identification.partials import RecordingError
 from livebass.model.instrument import Instrument
 from livebass.units import cents, note_name, one_line
 
-QUIET = re.compile(r"(?:^|[^a-z])(silence|silent|quiet)", re.IGNORECASE)
 SHORTEST = 1.3  # s of a note
 FEWEST = 6  # different notes, counted by pitch, string and layer
 NORMALIZED = 2.0  # dB from one layer to the next, at the most, if levels were set by layer
@@ -70,10 +69,8 @@ def recorded(
     """
     left_out: list[str] = []
     notes = measured(paths, technique, left_out)
-    quiet = [each for each in left_out if QUIET.search(Path(each).stem)]
-    others = [each for each in left_out if each not in quiet]
-    doubts = [f"no note with a pitch is heard in {_some(others)}"] if others else []
-    plucked = [n for n in notes if n.kind == "note" and not QUIET.search(Path(n.name).stem)]
+    doubts = [f"no note with a pitch is heard in {_some(left_out)}"] if left_out else []
+    plucked = [n for n in notes if n.kind == NOTE]
     plucked, said = _of_one_technique(plucked)
     doubts += said
     label = one_line(str(paths[0]))
@@ -102,7 +99,7 @@ def recorded(
     normalized, said = _levels(made, layers)
     return Recorded(
         Path(paths[0]).resolve().stem, plucked[0].technique, made, layers,
-        tuple(n for n in notes if n.kind == "release"), tuple(_quiet(quiet)), normalized,
+        _of_kind(notes, "release"), _of_kind(notes, "silence"), normalized,
         (*doubts, *said, *_defects(plucked)), _digest(made),
     )  # fmt: skip
 
@@ -210,9 +207,8 @@ def _begun(note: Note) -> bool:
     return first == 0 and abs(note.sound[0]) > 0.3 * float(np.abs(note.sound[: note.rate // 2]).max())
 
 
-def _quiet(files: Iterable[str]) -> list[Note]:
-    read = [(file, read_recording(Path(file))) for file in files]
-    return [Note(file, r.sound, r.rate, 0.0, kind="other") for file, r in read]
+def _of_kind(notes: Iterable[Note], kind: str) -> tuple[Note, ...]:
+    return tuple(n for n in notes if n.kind == kind)
 
 
 def _digest(takes: dict[Place, tuple[Note, ...]]) -> str:

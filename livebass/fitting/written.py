@@ -102,7 +102,7 @@ def text_of(fitted: Fitted, place: Path, command: str) -> str:
     own = changed(fitted.own, problem.base)
     told = remarks(problem.free, best.scaled, best.deviations)
     told |= {("string", "inharmonicity"): "identified", ("output", "gain"): f"as loud as {problem.label}"}
-    told |= {("player", key): "measured" for key in ("floor_noise", "release_noise")}
+    told |= {("player", key): "measured" for key in ("floor_noise", "release_noise", "hum", "mains")}
     told |= {("player", "softest"): "by the force of the softest notes"}
     head = [
         f"Made by livebass {__version__}: {command}",

@@ -120,6 +120,25 @@ def test_noise_is_read_off_a_silence_or_what_precedes_the_notes(problem: Problem
     assert estimates.floor(recorded({PLACES[0]: led}), problem) == pytest.approx(-60, abs=0.5)
 
 
+@pytest.mark.parametrize("mains", [50.0, 60.0])
+def test_hum_is_told_from_noise(problem: Problem, mains: float) -> None:
+    rng = np.random.default_rng(2)
+    time = np.arange(5 * USUAL_RATE) / USUAL_RATE
+    tone = Note("", np.sin(2 * math.pi * 110 * time[:USUAL_RATE]), USUAL_RATE, 110.0)  # -3 dB
+    white = 10 ** ((-63.0 + 10 * math.log10(USUAL_RATE / 2 / 2960)) / 20) * rng.standard_normal(time.size)
+    harmonics = np.sum([np.sin(2 * math.pi * k * mains * time + k) / k for k in (1, 2, 3, 5, 7)], axis=0)
+    mains_hum = 10 ** (-43 / 20) * harmonics / np.std(harmonics)
+
+    def silence(sound: np.ndarray[Any, Any]) -> Recorded:
+        return recorded({PLACES[0]: tone}, quiet=(Note("", sound, USUAL_RATE, 0.0),))
+
+    assert estimates.hum(silence(white), problem.bass) is None
+    found = estimates.hum(silence(white + mains_hum), problem.bass)
+    assert found == (pytest.approx(-40, abs=0.3), mains)
+    assert estimates.floor(silence(white + mains_hum), problem) == pytest.approx(-60, abs=1)
+    assert estimates.hum(recorded({PLACES[0]: tone}), problem.bass) is None
+
+
 def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
     tables = {**BASE, "player": {**BASE["player"], "release_noise": "8 dB"}}
     loud = Engine(Builder(NAME).instrument(tables), QUALITIES["live"], USUAL_RATE, workers=1)

@@ -49,7 +49,14 @@ def test_layers_and_strings_as_names_tell_them(tmp_path: Path) -> None:
     assert set(found.takes) == {Place(key, string, rank) for key, string in ((33, "E"), (33, "A"), (43, "D"))
                                 for rank in range(3)}  # fmt: skip
     assert [string_of(BASS, Place(33, s, 0)) for s in ("E", "a", "", "G", "X")] == [0, 1, 1, None, None]
+    assert [string_of(BASS, Place(33, s, 0)) for s in ("4", "3", "2", "0", "5")] == [0, 1, None, None, None]
     assert len(found.quiet) == 1
+
+
+def test_a_silence_with_hum_is_no_note(tmp_path: Path) -> None:
+    chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
+    found = recorded([save(tmp_path, Silence2=0.01 * np.sin(2 * np.pi * 50 * np.arange(2 * RATE) / RATE))])
+    assert [Path(n.name).stem for n in found.quiet] == ["Silence2"] and min(p.key for p in found.takes) == 40
 
 
 def test_without_names_the_strings_are_a_doubt(tmp_path: Path) -> None:
