@@ -112,13 +112,15 @@ def _sounds_in(folder: Path) -> list[Path]:
 
 def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Note]:
     names = told_by(told)
-    recording = read_recording(file)
+    recording = read_recording(file, silent=True)
     first = Note(
         str(file), recording.sound, recording.rate, 0.0, technique or names.technique, names.kind,
         dynamic=names.dynamic, place=names.place, string=names.string, open=names.open,
     )  # fmt: skip
     if names.kind != NOTE:
         return [first]
+    if not recording.sound.any():
+        return []
     return _with_pitch(recording, first)
 
 

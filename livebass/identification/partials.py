@@ -73,10 +73,11 @@ class Take:
         return f"{one_line(self.name)}: the note at {self.start_s:.2f} s"
 
 
-def read_recording(path: Path, channel: int | None = None) -> Recording:
+def read_recording(path: Path, channel: int | None = None, silent: bool = False) -> Recording:
     """Reads one channel of a sound file (WAV, FLAC, Ogg ...), `channel` from 1, or the loudest; removes its mean.
 
-    Channels are not mixed: they may hold two polarisations or two pickups, out of phase. Raises RecordingError.
+    Channels are not mixed: they may hold two polarisations or two pickups, out of phase. `silent`: it may be silent.
+    Raises RecordingError.
     """
     name = str(path)
     try:
@@ -92,7 +93,9 @@ def read_recording(path: Path, channel: int | None = None) -> Recording:
         raise RecordingError(f"{name}: is empty")
     sound -= sound.mean(axis=0)  # a displacement sensor has an offset
     if np.max(np.abs(sound)) < SILENCE:
-        raise RecordingError(f"{name}: is silent")
+        if not silent:
+            raise RecordingError(f"{name}: is silent")
+        sound[:] = 0.0  # no mean is exact
     chosen = int(np.argmax(np.sum(sound**2, axis=0))) if channel is None else channel - 1
     return Recording(name, np.ascontiguousarray(sound[:, chosen]), rate)
 

@@ -137,6 +137,8 @@ def test_hum_is_told_from_noise(problem: Problem, mains: float) -> None:
     assert found == (pytest.approx(-40, abs=0.3), mains)
     assert estimates.floor(silence(white + mains_hum), problem) == pytest.approx(-60, abs=1)
     assert estimates.hum(recorded({PLACES[0]: tone}), problem.bass) is None
+    assert estimates.hum(silence(0 * white), problem.bass) is None
+    assert estimates.floor(silence(0 * white), problem) == estimates.FLOORS[0]
 
 
 def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
