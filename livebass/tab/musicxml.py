@@ -51,6 +51,10 @@ ORNAMENTS = {"trill-mark": "trill", "mordent": "mordent", "inverted-mordent": "i
              "inverted-turn": "inverted turn"}  # fmt: skip
 HOLDS = {"angled": 1.5, "square": 4.0}  # of fermatas by shape, as Guitar Pro holds short and long ones ...
 HOLD = 2.0  # ... and the usual ones
+HAIRPINS = "crescendo", "diminuendo"
+PALM, RING = "palm mute", "let ring"
+# Words that begin a line over the notes that are played so
+TECHNIQUES = {PALM: re.compile(r"p\.?\s?m\.?|palm[ -]mut(?:e|es|ed|ing)"), RING: re.compile(r"let ring")}
 UNMEASURED = 3  # strokes of a tremolo without a speed
 FULL = 90  # velocity of dynamics="100"
 MOST_ENDINGS = 99
@@ -88,6 +92,7 @@ def read_musicxml(data: bytes) -> Tab:
         names = {part.get("id"): part for part in root.iterfind("part-list/score-part")}
         divisions = exact(root.findtext(".//divisions") or "1")  # of parts without their own
         parts = [_Part(part, names.get(part.get("id")), divisions) for part in root.iterfind("part")]
+        _shorten_upbeat(parts)
         tracks = [replace(part.track(), left=left[part.name]) for part in parts]
         return Tab(_merged([part.bars for part in parts]), tracks)
 
@@ -142,6 +147,15 @@ def _turn_by_part(root: Any) -> None:
     root.tag = "score-partwise"
 
 
+def _shorten_upbeat(parts: Sequence[_Part]) -> None:
+    """Shortens the first bar to its notes if no part fills it, but one fills the next: an upbeat without a mark."""
+    long = [part for part in parts if len(part.bars) > 1]
+    upbeat, after = (max((part.filled[k] for part in long), default=Fraction(0)) for k in (0, 1))
+    if upbeat > 0 and all(upbeat < part.bars[0].length and after >= part.bars[1].length - ROUNDING for part in long):
+        for part in long:
+            part.bars[0].length = upbeat
+
+
 def _merged(parts: Sequence[list[Bar]]) -> list[Bar]:
     """The bars of all parts as one: as long as the longest, with the tempos and signs of each."""
     bars = max(parts, key=len, default=[])
@@ -184,8 +198,10 @@ class _Part:
         self.endings: frozenset[int] = frozenset()
         self.begin, self.fifths = Fraction(0), 0
         self.swing: tuple[Fraction, Fraction] | None = None
-        self.wedges: dict[str, tuple[Fraction, str]] = {}  # that are open, by number: where they begin, and their kind
-        self.hairpins: list[tuple[Fraction, Fraction, str]] = []
+        # Hairpins and lines of a technique that are open, by number: where they begin, and their kind
+        self.wedges: dict[str, tuple[Fraction, str]] = {}
+        self.lines: dict[tuple[str, str], tuple[Fraction, str]] = {}
+        self.spans: list[tuple[Fraction, Fraction, str]] = []  # all that are complete
         measures = part.findall("measure")
         if len(measures) > MOST_BARS:
             raise UnreadableTab(f"has {len(measures)} bars, more than {MOST_BARS}")
@@ -202,9 +218,11 @@ class _Part:
         self.sounding: dict[int, tuple[int, int]] = {}  # the string and fret of each pitch
         self.counted: set[int] = set()  # numbers of the bars, from 1, whose repeats say how often they play
         self.simile = 0  # bars back to the one that sounds
+        self.is_free = False  # bars are as long as their notes
+        self.filled: list[Fraction] = []  # length of the notes and rests of each bar
         for measure, after in zip_longest(measures, measures[1:]):
             self._measure(measure, _is_part(after))
-        self._put_hairpins()
+        self._put_spans()
         self._find_goals()
         self._count_passes()
 
@@ -283,7 +301,8 @@ class _Part:
         bar.signs = frozenset(sign for sign in known if not any(other.startswith(f"{sign} al ") for other in known))
         goes_back = bar.plays > 1 or any(sign in JUMPS for sign in known)
         fills = goes_back and abs(bar.length - end - self.bars[0].length) <= ROUNDING  # the upbeat completes it
-        if end > bar.length + ROUNDING or ((_is_part(measure) or goes_on or fills) and 0 < end < bar.length):
+        shortens = _is_part(measure) or goes_on or fills or self.is_free
+        if end > bar.length + ROUNDING or (shortens and 0 < end < bar.length):
             bar.length = end
         for voice in voices.values():
             voice.put_graces()
@@ -294,6 +313,7 @@ class _Part:
             found = deepcopy(self.voices[-self.simile])
         self.voices.append(found)
         self.begin += bar.length
+        self.filled.append(end)
 
     def _find_goals(self) -> None:
         """Jumps that name no goal lead to the coda or the fine that the part has."""
@@ -309,17 +329,21 @@ class _Part:
                 follows = after is not None and max(after.endings, default=0) > max(bar.endings)
                 bar.plays = max(max(bar.endings) + follows, 2)
 
-    def _put_hairpins(self) -> None:
-        """Marks the beats under each hairpin."""
+    def _put_spans(self) -> None:
+        """Marks the beats under each hairpin and each line of a technique."""
         begins = list(accumulate((bar.length for bar in self.bars), initial=Fraction(0)))
         bars = zip(begins, self.voices, strict=False)
         beats = [(begin + beat.at, beat) for begin, voices in bars for voice in voices for beat in voice]
         beats.sort(key=lambda row: row[0])
-        for begin, end, kind in self.hairpins:
+        for begin, end, kind in self.spans:
             for k in range(bisect_left(beats, begin, key=lambda row: row[0]), len(beats)):
-                if beats[k][0] >= end:
+                at, beat = beats[k]
+                if at >= end and at > begin:
                     break
-                beats[k][1].hairpin = kind
+                if kind in HAIRPINS:
+                    beat.hairpin = kind
+                for note in beat.notes:
+                    note.palm, note.let_ring = note.palm or kind == PALM, note.let_ring or kind == RING
 
     def _duration(self, element: Any) -> Fraction:
         found = exact(element.findtext("duration") or "0") / self.divisions
@@ -330,8 +354,12 @@ class _Part:
     def _attributes(self, attributes: Any, bar: Bar) -> None:
         self.divisions = exact(attributes.findtext("divisions") or str(self.divisions))
         self.fifths = bar.fifths = int(attributes.findtext("key/fifths") or self.fifths)
-        beats = [each.text or "" for each in attributes.iterfind("time/beats")]
-        units = [Fraction(4, int(each.text)) for each in attributes.iterfind("time/beat-type")]
+        time = attributes.find("time")  # of the first staff; others have their own, usually the same
+        beats, units = list[str](), list[Fraction]()
+        if time is not None:
+            self.is_free = time.find("senza-misura") is not None
+            beats = [each.text or "" for each in time.iterfind("beats")]
+            units = [Fraction(4, int(each.text)) for each in time.iterfind("beat-type")]
         if beats and units:
             self.beat = min(units)
             rows = zip(beats, units, strict=True)
@@ -359,6 +387,7 @@ class _Part:
             jumps = {"dacapo": f"da capo{goal}", "dalsegno": f"da segno{goal}", "tocoda": "da coda"}
             signs += [jumps.get(name, name) for name in sound.keys()]  # noqa: SIM118
         signs.append(words)
+        technique = next((kind for kind, text in TECHNIQUES.items() if text.fullmatch(words.strip())), "")
         told = direction.find("sound[@tempo]") is not None
         for each in direction.iterfind("direction-type/*"):
             if each.tag in ("segno", "coda"):
@@ -372,14 +401,28 @@ class _Part:
                 bar.tempos.append(Tempo(at, self.bpm))
             elif each.tag == "wedge":
                 self._wedge(each, self.begin + at)
+            elif each.tag in ("dashes", "bracket"):
+                self._line(each, self.begin + at, technique)
+                technique = ""
+        if technique:  # without a line: for this beat
+            self.spans.append((self.begin + at, self.begin + at, technique))
 
     def _wedge(self, wedge: Any, at: Fraction) -> None:
         number, kind = wedge.get("number") or "1", wedge.get("type")
-        if kind in ("crescendo", "diminuendo"):
+        if kind in HAIRPINS:
             self.wedges[number] = at, kind
         elif kind == "stop" and number in self.wedges:
             begin, kind = self.wedges.pop(number)
-            self.hairpins.append((begin, at, kind))
+            self.spans.append((begin, at, kind))
+
+    def _line(self, line: Any, at: Fraction, technique: str) -> None:
+        """Begins a line of a `technique`, if the words before it name one, or ends one."""
+        name = line.tag, line.get("number") or "1"
+        if line.get("type") == "start" and technique:
+            self.lines[name] = at, technique
+        elif line.get("type") == "stop" and name in self.lines:
+            begin, kind = self.lines.pop(name)
+            self.spans.append((begin, at, kind))
 
     def _barline(self, barline: Any, bar: Bar) -> None:
         repeat, ending = barline.find("repeat"), barline.find("ending")

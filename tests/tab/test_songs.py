@@ -341,6 +341,7 @@ HALF, QUARTER = "<beat-unit>half</beat-unit>", "<beat-unit>quarter</beat-unit>"
 ENDING = '<barline location="left"><ending number="{}" type="start"/></barline>'
 STOP = '<barline location="right"><ending number="{}" type="stop"/>{}</barline>'
 BACK = '<repeat direction="backward"/>'
+SIGNATURE = "<attributes><time><beats>4</beats><beat-type>4</beat-type></time></attributes>"
 JUMP = '<direction><sound {}="a"/></direction>'
 GRACE = "<note><grace/><pitch><step>C</step><octave>2</octave></pitch><type>eighth</type></note>"
 HIGH = "".join(
@@ -429,6 +430,28 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
                '<measure><part id="P">').replace("</measure></part>", "</part></measure>"),
         [(0, 3, 0)],
     ),
+    "an upbeat that is not marked": (
+        scored(plain("G", 2, 2), plain("A", 2, 8), plain("B", 2, 8)), [(0, 3, 0), (0.5, 3, 2), (2.5, 3, 4)],
+    ),
+    "a first bar that another part fills": (
+        scored(plain("G", 2, 2), plain("A", 2, 8)).replace(
+            "</score-partwise>", "<part id='Q'><measure>" + plain("G", 4, 8) + "</measure></part></score-partwise>"),
+        [(0, 3, 0), (2, 3, 2)],
+    ),
+    "an empty first bar": (scored("", plain("A", 2, 2), plain("B", 2, 8)), [(2, 3, 2), (4, 3, 4)]),
+    "a signature for each staff": (
+        scored(plain("G", 2, 6), plain("A", 2, 6), attributes="".join(f"<time number='{n}'><beats>3</beats><beat-type>4"
+               "</beat-type></time>" for n in (1, 2))),
+        [(0, 3, 0), (1.5, 3, 2)],
+    ),
+    "bars without a signature": (
+        scored(plain("G", 2, 8), "<attributes><time><senza-misura/></time></attributes>" + plain("A", 2, 2),
+               plain("B", 2, 2) + plain("A", 2, 4), SIGNATURE + plain("B", 2, 4), plain("A", 2, 4)),
+        [(0, 3, 0), (2, 3, 2), (2.5, 3, 4), (3, 3, 2), (4, 3, 4), (6, 3, 2)],
+    ),
+    "a namespace": (
+        scored(plain("G", 2, 8)).replace("<score-partwise", '<score-partwise xmlns="urn:example"', 1), [(0, 3, 0)],
+    ),
     "UTF-8 that claims to be UTF-16": (
         "<?xml version='1.0' encoding='UTF-16'?>" + scored(plain("G", 2, 8)), [(0, 3, 0)],
     ),
@@ -451,6 +474,22 @@ def test_tablature_in_musicxml_has_slurs_ties_and_notes_without_strings() -> Non
     kinds = [(s.kind, s.fret) for s in strokes]
     assert kinds == [("pluck", 3), ("hammer", 5), ("hammer", 7), ("pluck", 7), ("pluck", 3)]
     assert strokes[-1].end == 2.0
+
+
+@pytest.mark.parametrize("line", ["dashes", "bracket"])
+@pytest.mark.parametrize("words", ["P.M.", "PM", "p. m.", "palm mute", "Palm Muting", "let ring"])
+def test_lines_of_a_technique_hold_for_the_notes_under_them(words: str, line: str) -> None:
+    """Over a bar line, too; words without a line hold for their beat."""
+    begins = f'<words>{words}</words></direction-type><direction-type><{line} number="2" type="start"/>'
+    other = f'<words>cresc.</words></direction-type><direction-type><{line} number="1" type="start"/>'
+    ends = direction(f'<{line} number="2" type="stop"/>')
+    brief = [low(fret, 1) + "<forward><duration>1</duration></forward>" for fret in (3, 5, 7, 8)]
+    strokes = in_musicxml(
+        brief[0] + direction(begins) + brief[1] + direction(other) + brief[2] + brief[3],
+        brief[0] + ends + brief[1] + direction(f"<words>{words}</words>") + brief[2] + brief[3],
+    ).strokes
+    held = [s.end - s.time > 0.3 if words == "let ring" else s.palm for s in strokes]
+    assert held == [False, True, True, True, True, False, True, False]
 
 
 def test_the_wavy_line_of_a_trill_is_not_a_vibrato() -> None:
