@@ -13,11 +13,9 @@ from statistics import median
 
 from livebass import tracknames
 from livebass.score.lines import BASS_PROGRAMS, Lines, Note
+from livebass.score.spread import is_low
 from livebass.smf import Smf
 from livebass.units import note_name
-
-# A bass's range: most notes of a part lie within, half of them no higher than the middle
-LOWEST, HIGHEST, MIDDLE, MOST = 16, 67, 50, 0.9  # E0, G4, D3; fraction of notes
 
 PartKey = tuple[int, int]  # line, track
 
@@ -134,9 +132,7 @@ class Parts:
     @staticmethod
     def _is_low(notes: list[Note]) -> bool:
         """True if notes without a program lie where a bass plays."""
-        keys = [note.note for note in notes]
-        within = sum(LOWEST <= key <= HIGHEST for key in keys)
-        return all(note.program is None for note in notes) and within >= MOST * len(keys) and median(keys) <= MIDDLE
+        return all(note.program is None for note in notes) and is_low([note.note for note in notes])
 
     def name(self, key: PartKey) -> str:
         """The name of a part: its channel's, if the file names channels, or its track's."""

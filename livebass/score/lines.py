@@ -2,7 +2,7 @@
 
 A line is a channel of a port. If tracks share a channel and each sets a program of its own, as some software writes
 files, each of these tracks is a line. The channels of a zone, which a mode assigns to the strings or the notes of one
-instrument, belong together.
+instrument, or which sound like one (spread.py), belong together.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
-from livebass.score.score import CONTROL, LONGEST, NOTE_OFF, NOTE_ON, PROGRAM, RELEASE, Event, note_off
+from livebass.score.score import CHANNELS, CONTROL, LONGEST, NOTE_OFF, NOTE_ON, PROGRAM, RELEASE, Event, note_off
+from livebass.score.spread import spread
 from livebass.smf import Message, Smf, SmfError
 from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 
-CHANNELS = 16
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
 LONGEST_REST = 60  # s from the last note to the end of a file; a longer rest is cut off
@@ -179,6 +179,12 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
         return found
     found.zone, found.events = _zone(found)
     found.remarks = tuple(_tunings(smf))
+    one = None if found.zone else spread(found.events, rate)
+    if one is not None:
+        found.zone, found.events = one.lines, [*one.mode, *found.events]
+        low, *_, high = sorted(found.lines[line].channel + 1 for line in one.lines)
+        kind = "a channel a note" if one.mode else "a channel a string"
+        found.remarks += (f"plays channels {low} to {high} as one instrument, {kind}",)
     kept = [e for e in found.events if not (e.message.kind == CONTROL and e.message.first == PORTAMENTO_TIME)]
     if bends := _bends_by_portamento(found.events):
         found.remarks += (f"ignored controller 5 (portamento time, {bends} times): it bends only in takes of livebass",)

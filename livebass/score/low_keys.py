@@ -14,9 +14,9 @@ from typing import Protocol
 import numpy as np
 
 from livebass.score.score import NOTE_OFF, NOTE_ON, Score
+from livebass.score.spread import OVERLAP
 
 DEEPEST = 16  # E0: no bass is tuned lower
-OVERLAP = 0.06  # s, allowed overlap of notes in a line
 SHORT = 0.5  # of the usual length of a note: key switches are shorter
 MOST = 0.6  # of the low keys must look like notes
 

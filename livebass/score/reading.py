@@ -17,8 +17,9 @@ from pathlib import Path
 
 from livebass.bounds import refusal
 from livebass.score.choosing import Choice, Part, Parts
-from livebass.score.lines import CHANNELS, Lines, Note, is_note, lines_of
+from livebass.score.lines import Lines, Note, is_note, lines_of
 from livebass.score.score import (
+    CHANNELS,
     LEAST_RATE,
     NOTE_OFF,
     NOTE_ON,

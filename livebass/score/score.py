@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from livebass.bounds import between, refusal, within
 from livebass.smf import Message
 
-NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xE0  # kinds of messages
+# Kinds of messages
+NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xD0, 0xE0
+CHANNELS = 16
 RELEASE = 64  # velocity of a note-off without its own
 BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score

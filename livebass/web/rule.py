@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from livebass import kits, smf, techniques, tracknames
-from livebass.score import choosing, lines, low_keys, reading, score
+from livebass.score import lines, low_keys, reading, score, spread
 from livebass.units import note_name
 
 RULE = {
@@ -20,7 +20,7 @@ RULE = {
     "mostBefore": smf.MOST_BEFORE,
     "smpteRates": smf.SMPTE_RATES,
     "systemCommon": smf.SYSTEM_COMMON,
-    "channels": lines.CHANNELS,
+    "channels": score.CHANNELS,
     "drums": kits.DRUMS,
     "bassPrograms": list(lines.BASS_PROGRAMS),
     "tempo": lines.DEFAULT_TEMPO,
@@ -37,14 +37,20 @@ RULE = {
     "brief": score.BRIEF,
     "longest": score.LONGEST,
     "place": {
-        "lowest": choosing.LOWEST,
-        "highest": choosing.HIGHEST,
-        "middle": choosing.MIDDLE,
-        "most": choosing.MOST,
+        "lowest": spread.LOWEST,
+        "highest": spread.HIGHEST,
+        "middle": spread.MIDDLE,
+        "most": spread.MOST,
+    },
+    "overlap": spread.OVERLAP,
+    "spread": {
+        "mostOverlap": spread.MOST_OVERLAP,
+        "leastBent": spread.LEAST_BENT,
+        "mostStaying": spread.MOST_STAYING,
+        "timbre": spread.TIMBRE,
     },
     "low": {
         "deepest": low_keys.DEEPEST,
-        "overlap": low_keys.OVERLAP,
         "short": low_keys.SHORT,
         "most": low_keys.MOST,
     },

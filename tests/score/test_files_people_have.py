@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -348,6 +349,7 @@ OTHERS = {
     b"\x18FICHIER GUITAR PRO v5.00\x00\x00": "is a Guitar Pro 5 file, not a MIDI file: export MIDI",
     b'<?xml version="1.0"?>\n<score-partwise version="3.1">': "is a MusicXML file, not a MIDI file: export MIDI",
     b"RIFF\x24\x00\x00\x00WAVEfmt ": "is a WAV file, not a MIDI file",
+    b"G|---|\nD|-5-|\nA|---|\nE|---|": "is a text tab, which does not tell the lengths of its notes",
     b"hello, world": "not a Standard MIDI File",
 }
 
@@ -363,3 +365,71 @@ def test_a_name_tells_what_bytes_do_not(tmp_path: Path) -> None:
     (tmp_path / "song.GP5").write_bytes(b"hello, world")
     with pytest.raises(ScoreError, match="is a Guitar Pro 5 file, not a MIDI file: export MIDI"):
         read_score(tmp_path / "song.GP5", RATE)
+
+
+# ---- one instrument over several channels, without a mode
+
+
+def stringed(base: int, low_first: bool = False, length: int = 235) -> Rows:
+    """A line over four strings, a channel each, as a MIDI guitar's track has it after its modes are lost."""
+    opens, rows = (43, 38, 33, 28), []
+    for k, (string, fret) in enumerate(
+        [(3, 0), (3, 3), (2, 0), (2, 2), (1, 0), (1, 2), (0, 0), (0, 2), (3, 0), (2, 2)]
+    ):
+        channel = base + (3 - string if low_first else string)
+        rows += note_of(channel, opens[string] + fret, 240 * k, 240 * k + length)
+    return sorted(rows, key=lambda row: row[0])
+
+
+def in_turn(channels: Sequence[int], length: int = 235) -> Rows:
+    """The line, each note with a bend on the next of the channels, as MPE has it."""
+    rows = []
+    for k, key in enumerate((*LINE, *LINE)):
+        channel = channels[k % len(channels)]
+        rows += [(240 * k, (0xE0 | channel, 0, 64)), (240 * k, (0xB0 | channel, 74, 60))]
+        rows += note_of(channel, key, 240 * k, 240 * k + length)
+    return sorted(rows, key=lambda row: row[0])
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize(
+    "rows",
+    [stringed(0), stringed(10), stringed(0, low_first=True), stringed(0, length=255), in_turn((0, 1)),
+     [row for row in stringed(0) if row[1][0] & 15 > 1]],
+    ids=["highest first", "from channel 11", "lowest first", "legato", "two in turn", "two strings"],
+)  # fmt: skip
+def test_a_channel_a_string_without_a_mode_is_one_instrument(tmp_path: Path, rows: Rows, kind: int) -> None:
+    keys = [message[1] for _, message in rows if message[0] & 0xF0 == 0x90]
+    others = [events(*line(15, (84, 86)))] if kind else []
+    score = read(tmp_path, smf(events((0, meta(3, b"Take 3")), *rows), *others, kind=kind))
+    assert struck(score) == keys and "as one instrument, a channel a string" in score.remarks[0]
+    assert len({m[0] & 15 for m in score.messages.tolist()}) == len({m[0] & 15 for _, m in rows})
+    drums = events(*line(9, (36, 38)))
+    assert struck(read(tmp_path, smf(events(*rows), drums))) == keys
+
+
+@pytest.mark.parametrize("length", [235, 700])
+@pytest.mark.parametrize("channels", [range(1, 16), (3, 1, 2), (12, 14, 13, 15)])
+def test_a_channel_a_note_without_a_mode_is_mpe(tmp_path: Path, channels: Sequence[int], length: int) -> None:
+    """Chords, too: each channel bends its own notes."""
+    rows = in_turn(channels, min(length, 240 * len(channels) - 5))
+    score = read(tmp_path, smf(events(*rows)))
+    assert sorted(struck(score)) == sorted([*LINE, *LINE]) and "a channel a note" in score.remarks[0]
+    sent = [tuple(m) for m in score.messages.tolist() if m[0] == 0xB0]
+    assert sent[:3] == [(0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, max(channels[: len(rows) // 4]))]
+
+
+def test_a_band_on_the_channels_of_a_track_is_not_one_instrument(tmp_path: Path) -> None:
+    """Several lines at once, chords, a channel with a program, or notes that another track has there, too."""
+    band = [*line(0, (55, 57, 59)), *line(1), *line(3, (48, 50, 52))]
+    chords = [row for k, key in enumerate(LINE) for row in (*note_of(1, key, 480 * k, 480 * k + 200),
+              *(r for third in (0, 4, 7) for r in note_of(2, 40 + third, 480 * k + 240, 480 * k + 440)))]  # fmt: skip
+    for rows in (band, chords):
+        score = read(tmp_path, smf(events(*sorted(rows, key=lambda row: row[0])), kind=0))
+        assert struck(score) == list(LINE) and "in a bass's range" in score.remarks[0]
+    for tracks in (
+        [events((0, (0xC0, 0)), *stringed(0))],
+        [events(*stringed(0)), events(*line(0, (84, 86)))],
+    ):
+        (remark,) = read(tmp_path, smf(*tracks)).remarks
+        assert "in a bass's range" in remark

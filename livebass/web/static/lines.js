@@ -2,6 +2,7 @@
 // track that shares its channel but has its own program. The channels of a zone are one instrument.
 import {RULE} from "./rule.js";
 import {CONTROL, NOTE_OFF, NOTE_ON, PROGRAM, listOf} from "./smf.js";
+import {spreadOf} from "./spread.js";
 
 export const isNote = ({kind}) => kind === NOTE_ON || kind === NOTE_OFF;
 const sameBytes = (data, from, ...bytes) => bytes.every((byte, k) => data[from + k] === byte);
@@ -22,7 +23,7 @@ export class Lines {
     this.remarks = [];
     this.endSoon(frame(smf.endTick), rate);
     if (take) this.zone = new Set(this.lines.keys());
-    else this.sort(smf);
+    else this.sort(smf, rate);
   }
 
   // Sets the end, a frame: the file's, or its last note's if that is much earlier.
@@ -40,9 +41,10 @@ export class Lines {
 
   // Finds the zone, and the lines of tracks that share a channel; drops controller 5, which has another meaning in
   // foreign files.
-  sort(smf) {
+  sort(smf, rate) {
     this.findZone();
     this.remarks.push(...tuningsOf(smf));
+    if (!this.zone.size) this.joinSpread(rate);
     const bends = bendsByPortamento(this.events);
     if (bends)
       this.remarks.push(`ignored controller 5 (portamento time, ${bends} times): it bends only in takes of livebass`);
@@ -88,6 +90,17 @@ export class Lines {
     if (kinds.size < 2) return;
     this.zone = new Set();
     this.events = this.events.filter((_, place) => !modes.has(place));
+  }
+
+  // Makes a zone of the channels over which a track spreads one instrument.
+  joinSpread(rate) {
+    const one = spreadOf(this.events, rate);
+    if (!one) return;
+    this.zone = new Set(one.lines);
+    this.events = [...one.mode, ...this.events];
+    const channels = one.lines.map(line => this.lines[line].channel + 1).sort((a, b) => a - b);
+    const kind = one.mode.length ? "a channel a note" : "a channel a string";
+    this.remarks.push(`plays channels ${channels[0]} to ${channels.at(-1)} as one instrument, ${kind}`);
   }
 
   // Separates tracks that share a channel but have their own programs.

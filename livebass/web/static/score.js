@@ -3,6 +3,7 @@
 import {isNote, keyOf, roundedToEven} from "./lines.js";
 import {RULE} from "./rule.js";
 import {NOTE_OFF, NOTE_ON, listOf} from "./smf.js";
+import {middleOf} from "./spread.js";
 
 const noteOffOf = (line, channel, a, frame, b) =>
   ({tick: 0, frame, track: 0, port: 0, line, kind: NOTE_OFF, channel, a, b});
@@ -86,11 +87,6 @@ export function onChannels(events, {lines, zone}) {
   });
 }
 
-export const middleOf = values => {
-  const sorted = Float64Array.from(values).sort(), half = sorted.length >> 1;
-  return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
-};
-
 // Moves a foreign file's low keys, which would switch on `bass`, {range, switches}, up by octaves, if they are notes;
 // else returns the same array of events.
 export function withLowNotes(events, bass, rate) {
@@ -135,7 +131,7 @@ function areNotes(strokes, lowest, switches, rate) {
   const others = strokes.filter(({key}) => !switches.has(key) || key >= lowest);
   if (!low.length || !others.length) return low.length > 0;
   if (low.length === 1 && low[0].begin < others[0].begin) return false; // a switch before the first note
-  const usual = middleOf(others.map(({begin, end}) => end - begin)), overlap = RULE.low.overlap * rate;
+  const usual = middleOf(others.map(({begin, end}) => end - begin)), overlap = RULE.overlap * rate;
   const long = strokes.filter(({begin, end}) => end - begin > overlap);
   const begins = Float64Array.from(long, ({begin}) => begin).sort(), ends = Float64Array.from(long, ({end}) => end).sort();
   const like = low.filter(({begin, end}) => {

@@ -3,8 +3,9 @@
 import {Lines, frameOf, isNote} from "./lines.js";
 import {isBass, isDrums, isOther} from "./names.js";
 import {RULE} from "./rule.js";
-import {cleaned, endedTake, middleOf, onChannels, withLowNotes} from "./score.js";
+import {cleaned, endedTake, onChannels, withLowNotes} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
+import {areLow, middleOf} from "./spread.js";
 
 const MOST_SONG = 4 << 20; // bytes in a file
 const MOST_BARS = 5000;
@@ -81,9 +82,7 @@ class Parts {
 
   // True if notes without a program lie in a bass's range.
   isLow(notes) {
-    const {lowest, highest, middle, most} = RULE.place, within = notes.filter(({note}) => note >= lowest && note <= highest);
-    return notes.every(({program}) => program === undefined) && within.length >= most * notes.length &&
-      middleOf(notes.map(({note}) => note)) <= middle;
+    return notes.every(({program}) => program === undefined) && areLow(notes.map(({note}) => note));
   }
 
   channelNameOf({line, track}) {
