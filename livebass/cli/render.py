@@ -100,12 +100,12 @@ GROUPS = {
     default=100,
     metavar="1-127",
 )
-@option("--duration", Quantity("time", 1e-3, 3600.0), "Length of --note, 1ms to 3600s.", default=3.0, show_default="3s")
+@option("--duration", Quantity("time", 1e-3, 3600.0), "Length of --note, 1ms to 3600s.", default="3s")
 @option(
     "--channel",
     Parsed("channel", channel),
-    "MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else the only "
-    "part, or the lowest without a program. all: everything but drums.",
+    "MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else a MIDI guitar "
+    "or MPE keyboard; else the only part, or the lowest without a program. all: everything but drums.",
     metavar="[auto|all|1-16]",
     default="auto",
 )
@@ -134,7 +134,7 @@ GROUPS = {
 )
 @seed_option(2**32 - 1)
 def render(output: Path | None, preset: str | None, directory: Path | None, listing: bool, **rest: Any) -> None:
-    """Render a MIDI file, a tablature, a note or a demo to a sound file.
+    """Render a MIDI file, tablature, note or demo to a sound file.
 
     MIDI is a MIDI file of any type, a Guitar Pro or MusicXML file, or - for standard input. The new file replaces an
     old one when it is complete; an interrupted render leaves nothing behind.
