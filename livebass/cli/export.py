@@ -274,11 +274,11 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
       livebass export midi song.gp5
       livebass export midi song.gp --track Bass --bars 9-16 -o riff.mid
     """
-    from livebass.cli.song import Song
+    from livebass.cli.song import AUTO, Song
     from livebass.files import Transaction
 
     wanted = TabOptions.taken(options, options)
-    song = Song(tab, "auto", preset, wanted, Loader(options)).arranged()
+    song = Song(tab, AUTO, preset, wanted, Loader(options)).arranged()
     output = output or Path(f"{tab.stem}.mid")
     if output.exists() and os.path.samefile(tab, output):
         raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")

@@ -14,7 +14,7 @@ from livebass.cli.hands import Hands, Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.remembered import Memory
 from livebass.cli.said import say
-from livebass.cli.song import Song
+from livebass.cli.song import AUTO, Song
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import told, with_loaded
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
@@ -38,7 +38,7 @@ class Music:
         self.demo, self.wanted = options["demo"], options["preset"]
         self.asked, self.hands, self.behind, self.memory = asked, hands, behind, memory
         tab = TabOptions.taken(options, asked)
-        self.song = options["song"] and Song(options["song"], "auto", self.wanted, tab, Loader(asked.copy()))
+        self.song = options["song"] and Song(options["song"], AUTO, self.wanted, tab, Loader(asked.copy()))
         self.tuning = tuning_of_options(options)
         self.clicks, self.count_in = options["metronome"] == "file", options["count_in"]
         self._command = click.get_current_context().command

@@ -24,6 +24,7 @@ from livebass.cli.options import (
     count_option,
     file_option,
     flag,
+    given,
     option,
     preset_option,
     rendered_quality,
@@ -209,6 +210,13 @@ def check_together(music: Music, output: Path | None, directory: Path | None, op
         raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
     if sum(one is not None for one in (music.midi, music.note, music.demo, directory)) != 1:
         raise click.UsageError("give one of: a MIDI file or tablature, --note, --demo, --all-presets")
+    for names, wanted, what in (
+        (("velocity", "duration"), music.note, "--note"),
+        (("channel",), music.midi, "a MIDI file"),
+        (("track", "bars", "dynamics"), music.midi, "a tablature"),
+    ):
+        if unused := [name for name in names if wanted is None and given(name)]:
+            raise click.UsageError(f"--{unused[0]} is for {what}")
 
 
 def _render_music(

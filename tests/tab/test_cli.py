@@ -147,6 +147,13 @@ def test_a_metronome_of_the_file_is_for_tablature(run: Run) -> None:
         assert said in err
 
 
+@pytest.mark.parametrize("more", [["--list"], []])
+def test_a_channel_is_for_midi_files(run: Run, more: list[str]) -> None:
+    status, _, err = run("render", write(as_gp5(tab(beats(note(0, 3)))), "song.gp5"), "--channel", "2", *more)
+    assert_one_clear_line(status, err)
+    assert status == 2 and "--channel is for MIDI files" in err and "--track" in err
+
+
 def test_standard_input_is_a_tablature_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("livebass.score.reading._stdin", lambda: as_gp5(tab(beats(note(0, 3)))))
     assert "E1 A1 D2 G2" in cli_text(run, "render", "-", "--list")
