@@ -22,6 +22,7 @@ RULE = {
     "systemCommon": smf.SYSTEM_COMMON,
     "channels": score.CHANNELS,
     "drums": kits.DRUMS,
+    "melodic": kits.MELODIC,
     "bassPrograms": list(lines.BASS_PROGRAMS),
     "tempo": lines.DEFAULT_TEMPO,
     "longestRest": lines.LONGEST_REST,

@@ -146,6 +146,21 @@ def test_channel_10_may_be_melodic(tmp_path: Path, name: str) -> None:
     assert struck(read(tmp_path, smf(events(*MELODIC[name], *line(9, program=33))))) == list(LINE)
 
 
+@pytest.mark.parametrize("kind", [3, 4])
+@pytest.mark.parametrize("program", [None, 33, 0])
+def test_a_track_called_bass_on_channel_10_is_a_bass(tmp_path: Path, program: int | None, kind: int) -> None:
+    """Some programs number channels by track. A bass drum has fewer keys; a kit by its bank is a kit."""
+    strings = events((0, meta(3, b"Strings")), *line(0, (60, 62)))
+    bass = [(0, meta(kind, b"E-Bass")), *line(9, program=program)]
+    assert struck(read(tmp_path, smf(strings, events(*bass)))) == list(LINE)
+    for drums in (
+        [(0, meta(kind, b"Bass")), *line(9, (35, 36, 35, 36), program)],
+        [(0, meta(kind, b"Drums")), *line(9, program=program)],
+        [(0, (0xB9, 0, 127)), *bass],
+    ):
+        assert struck(read(tmp_path, smf(strings, events(*drums)))) == [60, 62]
+
+
 def test_a_bank_127_of_gs_is_no_kit_and_a_reset_makes_kits_as_they_were(tmp_path: Path) -> None:
     reset = exclusive(b"\x41\x10\x42\x12\x40\x00\x7f\x00\x41")
     kit = exclusive(b"\x41\x10\x42\x12\x40\x11\x15\x01\x19")

@@ -102,6 +102,7 @@ KINDS: dict[str, bytes] = {
     "part of XG": smf(events((0, sysex(0x43, 0x10, 0x4C, 0, 0, 0x7E, 0)), (1, sysex(0x43, 0x10, 0x4C, 8, 1, 7, 1))),
                       b"\x02\xc1\x21" + named(b"", 1, 36, 38), named(b"Bass", 2, *LINE)),
     "melodic channel 10": smf(b"\x00\xb9\x00\x79" + named(b"", 9, *LINE, program=b"\x21")),
+    "a bass on channel 10": smf(named(b"E-Bass", 9, *LINE), named(b"Pad", 0, 60, 64), named(b"Bass", 9, 36, 38)),
     "late program": with_rows((10, (0xC0, 33))),
     "programs later": with_rows((0, (0xC0, 33)), (240, (0xC0, 0)), (480, (0xC0, 36))),
     "tunings": with_rows((0, (0xC0, 33)), (0, sysex(0x7F, 0x7F, 4, 4, 0, 62)), (0, sysex(0x7E, 0x7F, 8, 2, 0, 0))),
