@@ -33,6 +33,7 @@ from livebass.score.score import (
     score_from,
 )
 from livebass.score.takes import with_basses
+from livebass.score.turns import in_turns
 from livebass.smf import SmfError, parse_smf
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
@@ -67,6 +68,8 @@ def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "au
     notes = read.lines.notes(events)
     program, changes = _programs(events, notes, read.lines.zone)
     sent = [e for place, e in enumerate(events) if e.message.kind != PROGRAM or place in changes]
+    if not read.take and (turns := in_turns(events, notes, rate)):
+        program, sent = notes[0].program, turns
     score = score_from(_on_channels(sent, read.lines), path.stem, rate, program, read.remarks)
     return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
 

@@ -358,6 +358,44 @@ def test_an_instruments_name_counts_beside_the_tracks(tmp_path: Path) -> None:
     assert struck(read(tmp_path, smf(events(*prefixed), kind=0))) == [72], "a name behind a channel prefix"
 
 
+def turns(*rows: tuple[int, int, int]) -> bytes:
+    """Bass lines of (channel, program, start)."""
+    return smf(
+        *(
+            events((0, (0xB0 | channel, 7, 90)), *line(channel, LINE, program, start))
+            for channel, program, start in rows
+        )
+    )
+
+
+def test_basses_with_channels_of_their_own_take_turns(tmp_path: Path) -> None:
+    """Slap, then fingers, then slap again: each part plays on its own bass."""
+    score = read(tmp_path, turns((1, 36, 0), (2, 33, 960), (3, 36, 1920)), rate=RATE)
+    assert score.program == 36 and score.changes == [(RATE, 33), (2 * RATE, 36)]
+    assert struck(score) == 3 * list(LINE)
+    kinds = (score.messages[:, 0] & 0xF0).tolist()
+    assert kinds.count(0xB0) == 3 and kinds[kinds.index(0xC0) + 1] == 0x90
+
+
+@pytest.mark.parametrize("starts", [(0, 0, 0), (0, 480, 960)])
+def test_basses_that_play_together_share_the_bass_of_most_notes(tmp_path: Path, starts: tuple[int, int, int]) -> None:
+    score = read(tmp_path, turns(*zip((1, 2, 3), (36, 33, 36), starts, strict=True)))
+    assert score.program == 36 and score.changes == []
+
+
+def test_a_bass_that_holds_notes_under_another_takes_no_turn(tmp_path: Path) -> None:
+    held = [row for k in range(3) for row in note_of(2, 28, 2400 * k, 2400 * k + 2000)]
+    data = smf(events(*line(1, LINE * 8, 33, 100)), events((0, (0xC2, 36)), *held))
+    score = read(tmp_path, data)
+    assert score.program == 33 and score.changes == []
+
+
+def test_single_notes_are_no_turns(tmp_path: Path) -> None:
+    rows = [row for k, key in enumerate(LINE * 3) for row in note_of(1 + k % 2, key, 240 * k, 240 * k + 200)]
+    score = read(tmp_path, smf(events((0, (0xC1, 33)), (0, (0xC2, 36)), *rows)))
+    assert score.program == 33 and score.changes == []
+
+
 # ---- files that are not MIDI
 
 OTHERS = {
