@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from livebass.cli.chosen import later_presets, preset_of, programs_of, remarks, too_low
+from livebass.cli.chosen import beyond_range, later_presets, preset_of, programs_of, remarks
 from livebass.cli.demos import demo_for, ready_for
 from livebass.cli.effects import Behind
 from livebass.cli.hands import Hands, Loader
@@ -51,8 +51,8 @@ class Music:
             self._of_take = {bass.preset: bass.given for bass in self.score.basses}
         self.preset, self.bass = self._first()
         if self.score:
-            lines = remarks(self.score, self.wanted, DEFAULT_PRESET) + too_low(self.bass, self.score, DEFAULT_PRESET)
-            for line in lines:
+            lines = remarks(self.score, self.wanted, DEFAULT_PRESET)
+            for line in [*lines, *beyond_range(self.bass, self.score, DEFAULT_PRESET)]:
                 say(f"{self.song.path}: {line}")
 
     def load(self, preset: str) -> Instrument:

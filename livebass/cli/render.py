@@ -223,7 +223,7 @@ def _render_music(
     music: Music, song: Song | None, output: Path, preset: str | None, options: Options, load: Loader
 ) -> str:
     """Renders a MIDI file, a tablature, a note or a demo; returns the summary."""
-    from livebass.cli.chosen import basses_of, check_range, remarks, too_low
+    from livebass.cli.chosen import basses_of, beyond_range, check_range, remarks
     from livebass.cli.taken import with_loaded
     from livebass.score.score import single_note
 
@@ -252,7 +252,7 @@ def _render_music(
         line = _render_to_stdout(bass, score, options, basses)
     else:
         line = _render_one(bass, score, output, options, basses=basses)
-    return ", ".join([line, *(too_low(bass, score, DEFAULT_PRESET) if music.midi is not None else [])])
+    return ", ".join([line, *(beyond_range(bass, score, DEFAULT_PRESET) if music.midi is not None else [])])
 
 
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:

@@ -68,6 +68,7 @@ class Score:
     file_end: int = 0  # frame at the end of the file, including other parts; 0: no file
     foreign: bool = False  # read from a file that is not a livebass take: its low keys may be notes (low_keys.py)
     raised: int = 0  # notes that were too low and moved up by octaves
+    left_out: int = 0  # key switches of another instrument (low_keys.py)
     beats: tuple[tuple[int, bool], ...] = ()  # (frame, whether a bar begins) of each beat, if the file has bars
 
     @property

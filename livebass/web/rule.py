@@ -54,6 +54,7 @@ RULE = {
         "deepest": low_keys.DEEPEST,
         "short": low_keys.SHORT,
         "most": low_keys.MOST,
+        "far": low_keys.FAR,
     },
     "notes": [note_name(note) for note in range(128)],
 }

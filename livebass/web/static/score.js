@@ -87,6 +87,29 @@ export function onChannels(events, {lines, zone}) {
   });
 }
 
+// The events without the key switches of another instrument, beyond the range of `bass`: brief keys just before a longer
+// note, or, far from all notes, keys held while notes begin.
+export function withoutForeignSwitches(events, bass, rate) {
+  const [lowest, highest] = bass.range, switches = new Set(bass.switches), {short, most, far} = RULE.low;
+  const strokes = strokesOf(events).filter(({key}) => key >= lowest || !switches.has(key));
+  const isNear = ({key}) => key >= lowest && key <= highest, notes = strokes.filter(isNear);
+  const beyond = strokes.filter(stroke => !isNear(stroke)), overlap = RULE.overlap * rate;
+  if (!notes.length || !beyond.length) return events;
+  const usual = middleOf(notes.map(({begin, end}) => end - begin)), keys = notes.map(({key}) => key);
+  const least = keys.reduce((a, b) => Math.min(a, b)) - far, greatest = keys.reduce((a, b) => Math.max(a, b)) + far;
+  const begins = Float64Array.from(notes, ({begin}) => begin);
+  const found = beyond.filter(({begin, end, key}) => {
+    const brief = end - begin < short * usual, isFar = key < least || key > greatest;
+    const until = isFar ? Math.max(end - overlap, begin + overlap) : begin + overlap;
+    const following = notes.slice(countBelow(begins, begin, false), countBelow(begins, until, false));
+    return (brief || isFar) && following.some(note => note.end > end + overlap || !brief);
+  });
+  if (found.length < most * beyond.length) return events;
+  const pressed = new Set(found.map(({begin, key}) => `${begin} ${key}`));
+  const released = new Set(found.map(({end, key}) => `${end} ${key}`));
+  return events.filter(({kind, frame, a}) => !(kind === NOTE_ON ? pressed : kind === NOTE_OFF ? released : new Set()).has(`${frame} ${a}`));
+}
+
 // Moves a foreign file's low keys, which would switch on `bass`, {range, switches}, up by octaves, if they are notes;
 // else returns the same array of events.
 export function withLowNotes(events, bass, rate) {

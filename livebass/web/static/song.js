@@ -3,7 +3,7 @@
 import {Lines, frameOf, isNote} from "./lines.js";
 import {isBass, isDrums, isOther} from "./names.js";
 import {RULE} from "./rule.js";
-import {cleaned, endedTake, onChannels, withLowNotes} from "./score.js";
+import {cleaned, endedTake, onChannels, withLowNotes, withoutForeignSwitches} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
 import {areLow, middleOf} from "./spread.js";
 
@@ -182,7 +182,7 @@ export class Song {
   }
 
   areLow(bass) {
-    const events = this.chosenEvents(this.choice);
+    const events = withoutForeignSwitches(this.chosenEvents(this.choice), bass, this.rate);
     return withLowNotes(events, bass, this.rate) !== events;
   }
 
@@ -205,7 +205,7 @@ export class Song {
   messages(which, bass) {
     const choice = which === AUTO ? this.choice : {notes: this.parts.notesOf(which), alone: true};
     const sent = onChannels(this.chosenEvents(choice).filter(({kind}) => kind !== PROGRAM), this.lines);
-    const played = this.take ? sent : withLowNotes(sent, bass, this.rate);
+    const played = this.take ? sent : withLowNotes(withoutForeignSwitches(sent, bass, this.rate), bass, this.rate);
     return played.map(({frame, kind, channel, a, b}) => ({frame, midi: b === undefined ? [kind | channel, a] : [kind | channel, a, b]}));
   }
 
