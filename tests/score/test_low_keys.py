@@ -67,6 +67,9 @@ NO_SWITCHES: dict[str, Rows] = {
     "brief low notes in a line": [*note_of(0, 26, 960, 1000), *note_of(0, 33, 1080, 1160), *note_of(0, 24, 1200, 1240)],
     "double stops": [*note_of(0, 26, 0, 200), *note_of(0, 26, 240, 440)],
     "a brief double stop": [*note_of(0, 26, 960, 1000), *note_of(0, 33, 960, 1000)],
+    "a grace note among low notes": [
+        *note_of(0, 26, 440, 470), *note_of(0, 26, 960, 1160), *note_of(0, 24, 1200, 1400),
+    ],
     "a drone": note_of(0, 26, -20, 900),
     "high notes": [*note_of(0, 72, 960, 1160), *note_of(0, 74, 1200, 1400)],
 }  # fmt: skip
