@@ -93,6 +93,10 @@ def test_what_is_not_played_is_counted(run: Run) -> None:
     piece = tab(beats(note(0, 23), note(0, 3, harmonic="semi"), note(0, 5, harmonic="semi")))
     _, _, err = run("export", "midi", write(as_gp(piece), "song.gp"))
     assert "3 notes; 2 semi-harmonics, 1 note beyond fret 20 not played" in err
+    hammered = [note(1, fret, hammer=True) for fret in (3, 5)]
+    piece = tab(beats(note(0, 23), hammered[0], None, hammered[1]), beats(note(0, 22)))
+    _, _, err = run("export", "midi", write(as_gp(piece), "song.gp"))
+    assert "4 notes; 2 slides or hammer-ons to nothing, 2 notes beyond fret 20 not played" in err
 
 
 def test_dynamics_move_the_force_of_all_notes(run: Run) -> None:

@@ -538,6 +538,21 @@ def test_a_bass_tuned_as_it_is_written_sounds_an_octave_lower(name: str, low: in
     assert piece.tracks[0].tuning[0] == low and [(s.string, s.fret) for s in played(piece).strokes] == [(0, 3)]
 
 
+@pytest.mark.parametrize("kind", ["gp5", "gp"])
+@pytest.mark.parametrize(
+    ("tuning", "name", "program", "low"),
+    [((40, 45, 50, 55), "x", 33, 28), ((40, 45, 50, 55, 59, 64), "Bass", 0, 28), ((40, 45, 50, 55), "Uke", 0, 40),
+     ((40, 45, 50, 55, 59, 64), "Bass", 30, 40),
+     ((33, 38, 43, 48), "Bass", 33, 33)],
+)  # fmt: skip
+def test_a_bass_of_guitar_pro_may_be_tuned_as_it_is_written(
+    tuning: tuple[int, ...], name: str, program: int, low: int, kind: str
+) -> None:
+    piece = tab(beats(note(0, 3)), tuning=tuning, name=name, program=program)
+    (track,) = parsed(WRITERS[kind](piece)).tracks
+    assert [note - low for note in track.tuning] == [note - tuning[0] for note in tuning]
+
+
 def test_a_partial_capo_is_counted() -> None:
     capo = b'<Property name="PartialCapoFret"><Fret>2</Fret></Property><Property name="CapoFret">'
     data = in_zip(as_gpif(tab(beats(note(0, 3)))).replace(b'<Property name="CapoFret">', capo))
