@@ -51,13 +51,16 @@ ORNAMENTS = {"trill-mark": "trill", "mordent": "mordent", "inverted-mordent": "i
              "inverted-turn": "inverted turn"}  # fmt: skip
 HOLDS = {"angled": 1.5, "square": 4.0}  # of fermatas by shape, as Guitar Pro holds short and long ones ...
 HOLD = 2.0  # ... and the usual ones
+# Programs of sounds, for parts without a program
+SOUNDS = {"pluck.bass": 33, "pluck.bass.acoustic": 32, "pluck.bass.electric": 33, "pluck.bass.fretless": 35,
+          "strings.contrabass": 32}  # fmt: skip
 HAIRPINS = "crescendo", "diminuendo"
 PALM, RING = "palm mute", "let ring"
 # Words that begin a line over the notes that are played so
 TECHNIQUES = {PALM: re.compile(r"p\.?\s?m\.?|palm[ -]mut(?:e|es|ed|ing)"), RING: re.compile(r"let ring")}
 UNMEASURED = 3  # strokes of a tremolo without a speed
 FULL = 90  # velocity of dynamics="100"
-MOST_ENDINGS = 99
+MOST_ENDINGS = MOST_PLAYS = 99
 MOST_NOTES = 30_000  # with rests; of a score with more, only the parts that a bass may play are read
 MOST_DIRECTIONS = 60_000  # with tempos
 MOST_IN_CHORD = 24
@@ -68,6 +71,12 @@ NOTE = re.compile(rb"<note(?:\s[^<>]*)?>")
 *SAID, DURATION = (
     re.compile(rb"<%b>([^<]*)</%b>" % (tag, tag)) for tag in (b"part-name", b"midi-program", b"duration")
 )
+TIMES = re.compile(
+    r"\(?(?:play |repeat )?(?:[x\u00d7] ?(\d+)|(\d+) ?(?:[x\u00d7]|times))\)?"
+)  # such as "4x" at a repeat
+TEMPO = re.compile(
+    r"(?:\u2669|(?<!\w)q|(?<!dotted )quarter|tempo|bpm) ?[=:] ?(\d+(?:\.\d+)?)|(\d+(?:\.\d+)?) ?bpm"
+)  # such as "q = 90"
 PER_MINUTE = re.compile(r"\d+(?:\.\d+)?")  # in a text such as "ca. 120"
 ROUNDING = Fraction(1, 32)  # quarter notes by which a bar may be too long
 
@@ -217,6 +226,7 @@ class _Part:
         self.latest: Beat | None = None  # to which a chord's notes belong
         self.sounding: dict[int, tuple[int, int]] = {}  # the string and fret of each pitch
         self.counted: set[int] = set()  # numbers of the bars, from 1, whose repeats say how often they play
+        self.times: dict[int, int] = {}  # how often words tell to play, by the number of their bar
         self.simile = 0  # bars back to the one that sounds
         self.is_free = False  # bars are as long as their notes
         self.filled: list[Fraction] = []  # length of the notes and rests of each bar
@@ -231,7 +241,8 @@ class _Part:
         if description is None:
             return Track("", self.tuning, self.capo, None, False, self.voices, self.tabbed)
         program, channel = (description.findtext(f"midi-instrument/midi-{name}") for name in ("program", "channel"))
-        kind = int(program) - 1 if program else None
+        sound = (description.findtext("score-instrument/instrument-sound") or "").strip()
+        kind = int(program) - 1 if program else SOUNDS.get(sound)
         name = (description.findtext("part-name") or "").strip()
         drums = (channel or "").strip() == PERCUSSION
         return Track(name, self.tuning, self.capo, kind, drums, self.voices, self.tabbed)
@@ -323,8 +334,13 @@ class _Part:
             bar.signs = frozenset(sign + goal if JUMPS.get(sign, ("", "-"))[1] == "" else sign for sign in bar.signs)
 
     def _count_passes(self) -> None:
-        """Repeats that do not say how often they play do it for all of their endings."""
+        """Repeats that do not say how often they play do it for all of their endings, or as often as words tell."""
+        times = 0
         for n, (bar, after) in enumerate(zip_longest(self.bars, self.bars[1:]), 1):
+            times = self.times.get(n, 0 if bar.opens else times)
+            if bar.plays > 1 and not bar.endings and n not in self.counted and times > 1:
+                bar.plays = times
+            times = 0 if bar.plays > 1 else times
             if bar.plays > 1 and bar.endings and n not in self.counted:
                 follows = after is not None and max(after.endings, default=0) > max(bar.endings)
                 bar.plays = max(max(bar.endings) + follows, 2)
@@ -387,8 +403,14 @@ class _Part:
             jumps = {"dacapo": f"da capo{goal}", "dalsegno": f"da segno{goal}", "tocoda": "da coda"}
             signs += [jumps.get(name, name) for name in sound.keys()]  # noqa: SIM118
         signs.append(words)
+        if times := TIMES.fullmatch(words.strip()):
+            self.times[len(self.bars)] = min(int(times[1] or times[2]), MOST_PLAYS)
         technique = next((kind for kind, text in TECHNIQUES.items() if text.fullmatch(words.strip())), "")
         told = direction.find("sound[@tempo]") is not None
+        by_words = TEMPO.search(words)
+        if by_words and not told and direction.find("direction-type/metronome") is None:
+            self.bpm = number(by_words[1] or by_words[2])
+            bar.tempos.append(Tempo(at, self.bpm))
         for each in direction.iterfind("direction-type/*"):
             if each.tag in ("segno", "coda"):
                 signs.append(each.tag)
@@ -440,7 +462,9 @@ class _Part:
         """Reads a note at `at`; returns where the next one begins."""
         voice = voices.setdefault(element.findtext("voice") or "1", _Voice())
         grace, chord = element.find("grace"), element.find("chord") is not None and self.latest is not None
-        length = self._duration(element)
+        length = (
+            self._duration(element) if grace is not None or element.find("duration") is not None else _written(element)
+        )
         note = self._read(element, self.latest.notes if chord and self.latest else [])
         if grace is not None:
             if chord and voice.graces and note is not None:
@@ -538,6 +562,16 @@ class _Part:
         if note.tremolo:
             note.tremolo /= max(TYPES.get(element.findtext("type") or "", 0) // 4, 1)
         return note
+
+
+def _written(note: Any) -> Fraction:
+    """The length of a note without a duration, by its shape."""
+    dots, change = len(note.findall("dot")), note.find("time-modification")
+    length = Fraction(4, TYPES.get((note.findtext("type") or "").strip(), 4)) * (2 - Fraction(1, 2 ** min(dots, 8)))
+    if change is None:
+        return length
+    actual, normal = (int(change.findtext(f"{name}-notes") or 1) for name in ("actual", "normal"))
+    return length * normal / actual
 
 
 def _pitch(element: Any, prefix: str) -> int:

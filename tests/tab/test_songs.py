@@ -9,6 +9,7 @@ import pytest
 from support.tabs import WRITERS as ALL
 from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, tab, zipped
 
+from livebass.score.reading import ScoreError
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Beat, Grace, Tab, Tempo
 from livebass.tab.perform import Performance, perform
 from livebass.tab.reading import Asked, parsed, table
@@ -449,6 +450,28 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
                plain("B", 2, 2) + plain("A", 2, 4), SIGNATURE + plain("B", 2, 4), plain("A", 2, 4)),
         [(0, 3, 0), (2, 3, 2), (2.5, 3, 4), (3, 3, 2), (4, 3, 4), (6, 3, 2)],
     ),
+    "notes without a duration": (
+        scored(*(plain("G", 2, 0).replace("<duration>0</duration>", f"<type>{kind}</type>") + plain("A", 2, 2)
+                 for kind in ("half", "quarter</type><dot/><type>", "eighth</type><time-modification><actual-notes>3"
+                              "</actual-notes><normal-notes>2</normal-notes></time-modification><type>"))),
+        [(0, 3, 0), (1, 3, 2), (2, 3, 0), (2.75, 3, 2), (4, 3, 0), (4.167, 3, 2)],
+    ),
+    **{f"a repeat with the words {words}": (
+        scored(OPENED + plain("G", 2, 8) + direction("<words>4x</words>") * (words == "before"),
+               plain("A", 2, 8) + direction(f"<words>{words}</words>") * (words != "before") + AGAIN, plain("B", 2, 8)),
+        [(4 * k + at, 3, fret) for k in range(4) for at, fret in ((0, 0), (2, 2))] + [(16, 3, 4)],
+    ) for words in ("4x", "x4", "(Play 4 times)", "4 \u00d7", "before")},
+    "words after a repeat": (
+        scored(plain("G", 2, 8) + AGAIN, plain("A", 2, 8) + direction("<words>4x</words>")), [
+            (0, 3, 0), (2, 3, 0), (4, 3, 2)],
+    ),
+    **{f"a tempo in words, {words}": (
+        scored(direction(f"<words>{words}</words>") + plain("G", 2, 4) + plain("A", 2, 4)), [(0, 3, 0), (2, 3, 2)],
+    ) for words in ("\u2669 = 60", "Slowly (q=60)", "60 BPM", "Tempo: 60")},
+    "words that tell no tempo": (
+        scored(direction("<words>Dotted quarter = 60, freq = 60</words>") + plain("G", 2, 4) + plain("A", 2, 4)),
+        [(0, 3, 0), (1, 3, 2)],
+    ),
     "a namespace": (
         scored(plain("G", 2, 8)).replace("<score-partwise", '<score-partwise xmlns="urn:example"', 1), [(0, 3, 0)],
     ),
@@ -463,6 +486,17 @@ def test_musicxml_without_tablature_is_played(case: str) -> None:
     text, expected = WRITTEN[case]
     strokes = played(parsed(text.encode())).strokes
     assert [(round(s.time, 3), s.string, s.fret) for s in strokes] == expected
+
+
+@pytest.mark.parametrize(("sound", "preset"), [("pluck.bass.electric", "yes"), ("pluck.guitar", None)])
+def test_a_sound_tells_a_bass_without_a_name(sound: str, preset: str | None) -> None:
+    about = f"<score-instrument><instrument-sound>{sound}</instrument-sound></score-instrument></score-part>"
+    text = scored(plain("G", 2, 8)).replace("Bass", "Part 1").replace("</score-part>", about, 1)
+    if preset:
+        assert table(text.encode(), Path("a.xml"), Asked())[1][-1] == "yes"
+    else:
+        with pytest.raises(ScoreError, match="no track is tuned like a bass"):
+            table(text.encode(), Path("a.xml"), Asked())
 
 
 def test_tablature_in_musicxml_has_slurs_ties_and_notes_without_strings() -> None:
