@@ -203,7 +203,7 @@ def _other_kind(data: bytes, name: str) -> str:
     if kind == TEXT_TAB:
         return f"is {kind}, which does not tell the lengths of its notes: livebass reads Guitar Pro and MusicXML files"
     if kind in SCORES:
-        return f"is {kind}, not a MIDI file: export MIDI from the program that wrote it"
+        return f"is {kind}, not a MIDI file: export MIDI or MusicXML from the program that wrote it"
     return f"is {kind}, not a MIDI file"
 
 

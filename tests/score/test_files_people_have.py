@@ -401,6 +401,7 @@ def test_single_notes_are_no_turns(tmp_path: Path) -> None:
 OTHERS = {
     b"\x18FICHIER GUITAR PRO v5.00\x00\x00": "is a Guitar Pro 5 file, not a MIDI file: export MIDI",
     b'<?xml version="1.0"?>\n<score-partwise version="3.1">': "is a MusicXML file, not a MIDI file: export MIDI",
+    b'<?xml version="1.0"?><museScore version="4">': "not a MIDI file: export MIDI or MusicXML from the program",
     b"RIFF\x24\x00\x00\x00WAVEfmt ": "is a WAV file, not a MIDI file",
     b"G|---|\nD|-5-|\nA|---|\nE|---|": "is a text tab, which does not tell the lengths of its notes",
     b"hello, world": "not a Standard MIDI File",
