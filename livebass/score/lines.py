@@ -45,6 +45,7 @@ class Note(NamedTuple):
     program: int | None  # of its line or zone at its beginning, from 0; None: not yet set
     bank: int | None  # its most significant byte
     drums: bool
+    frame: int
 
 
 @dataclass
@@ -83,7 +84,7 @@ class Lines:
                 if program is None and line in self.zone:
                     program = of_zone
                 drums = line not in self.zone and kits.has(line, event.frame, banks.get(line), event.track)
-                found.append(Note(place, event.track, line, m.first, program, banks.get(line), drums))
+                found.append(Note(place, event.track, line, m.first, program, banks.get(line), drums, event.frame))
         return found
 
     def _changed(self, events: list[Event]) -> set[int]:

@@ -157,9 +157,9 @@ def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> _Rea
     except SmfError as error:
         raise ScoreError(f"{path}: {error}") from None
     events = _ended(lines.events, lines.end) if take else cleaned(lines.events, lines.end, rate)
-    parts = Parts(smf, lines, lines.notes(events))
+    parts = Parts(smf, lines, lines.notes(events), rate)
     choice = parts.choose(channel, take)
-    remarks = (*smf.warnings, *lines.remarks, *filter(None, [choice.remark]))
+    remarks = (*smf.warnings, *lines.remarks, *choice.remarks)
     return _Read(take, lines, events, parts, choice, remarks)
 
 

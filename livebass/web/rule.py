@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from livebass import kits, smf, techniques, tracknames
-from livebass.score import lines, low_keys, reading, score, spread
+from livebass.score import choosing, lines, low_keys, reading, score, spread
 from livebass.units import note_name
 
 RULE = {
@@ -43,6 +43,9 @@ RULE = {
         "middle": spread.MIDDLE,
         "most": spread.MOST,
     },
+    "together": choosing.TOGETHER,
+    "same": choosing.SAME,
+    "leastSame": choosing.LEAST,
     "overlap": spread.OVERLAP,
     "spread": {
         "mostOverlap": spread.MOST_OVERLAP,

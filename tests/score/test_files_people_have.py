@@ -396,6 +396,33 @@ def test_single_notes_are_no_turns(tmp_path: Path) -> None:
     assert score.program == 33 and score.changes == []
 
 
+# ---- parts that double another one
+
+
+@pytest.mark.parametrize("program", [33, None])
+def test_a_bass_that_doubles_another_is_left_out(tmp_path: Path, program: int | None) -> None:
+    """Some files have the bass on two channels, a little apart, for a fuller sound."""
+    name = (0, meta(3, b"Bass"))
+    for channel, late in ((2, 0), (1, 10), (4, 14)):
+        first = events(name, (0, (0xB3, 7, 99)), *line(3, (*LINE, *LINE), program))
+        second = events(name, (0, (0xB0 | channel, 7, 20)), *line(channel, (*LINE, *LINE), program, late))
+        score = read(tmp_path, smf(first, second))
+        kept = min(channel, 3) + 1
+        assert struck(score) == [*LINE, *LINE] and score.remarks[-1].endswith(f"doubles channel {kept}: left out")
+        assert {m[0] & 15 for m in score.messages.tolist()} == {kept - 1}
+        assert [p.why for p in read_parts(tmp_path / "song.mid")].count("doubles another part") == 1
+
+
+def test_parts_with_other_notes_double_nothing(tmp_path: Path) -> None:
+    """An octave apart, in turns, or later; and the same notes of a channel asked for."""
+    first = events(*line(1, LINE, 33))
+    for keys, start in ((tuple(key + 12 for key in LINE), 0), (LINE, 960), (LINE, 40)):
+        assert len(struck(read(tmp_path, smf(first, events(*line(2, keys, 33, start)))))) == 8
+    assert len(struck(read(tmp_path, smf(first, events(*line(2, LINE[:3], 33)))))) == 7, "too few to tell"
+    data = smf(first, events(*line(2, LINE, 33)))
+    assert len(struck(read(tmp_path, data, "all"))) == 8 and len(struck(read(tmp_path, data, 3))) == 4
+
+
 # ---- files that are not MIDI
 
 OTHERS = {

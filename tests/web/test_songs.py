@@ -124,6 +124,9 @@ KINDS: dict[str, bytes] = {
         ((120 * k, (0xE1 + k % 3, 0, 64)), *note_of(1 + k % 3, key, 120 * k, 120 * k + 300))]))),
     "foreign key switches": smf(events((0, (0xC0, 33)), *by_tick(*note_of(0, 25, 0, 20), *note_of(0, 96, 500, 900), *(
         row for k, key in enumerate(LINE) for row in note_of(0, key, 20 + 240 * k, 240 + 240 * k))))),
+    "a bass doubled on another channel": smf(
+        events((0, (0xC0, 33)), *line_of(0)), events((0, (0xC1, 38)), *((tick + 5, m) for tick, m in line_of(1))),
+        named(b"Bass", 2, 60, 62)),
     "a mode of a band": with_rows((0, (0xB0, 126, 3)), (0, (0xC0, 33)), (0, (0xC1, 0)), *note_of(1, 60, 5, 600)),
     "ended on another channel": smf(b"\x00\xc0\x21\x00\x90\x28\x60\x60\x81\x28\x30" + END),
     "overlaps": smf(events((0, (0xC0, 33)), (0, (0x90, 40, 9)), (100, (0x90, 40, 8)), (110, (0x80, 40, 7)),

@@ -55,7 +55,7 @@ export class Lines {
     this.events = endedByOthers(this.events);
   }
 
-  // The notes among `events`, with their programs: {place, track, line, note, program, bank, drums}.
+  // The notes among `events`, with their programs: {place, track, line, note, program, bank, drums, frame}.
   notes(events) {
     const programs = onlyPrograms(events), banks = new Map(), kits = new Kits(this), found = [];
     let ofZone = this.programOfZone(events, programs);
@@ -68,7 +68,7 @@ export class Lines {
         banks.set(line, b);
       } else if (kind === NOTE_ON) {
         const program = programs.get(line) ?? (inZone ? ofZone : undefined), bank = banks.get(line);
-        found.push({place, track, line, note: a, program, bank, drums: !inZone && kits.has(line, frame, bank, track)});
+        found.push({place, track, line, note: a, program, bank, drums: !inZone && kits.has(line, frame, bank, track), frame});
       }
     });
     return found;

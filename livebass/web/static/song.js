@@ -13,11 +13,12 @@ export const AUTO = "auto"; // the automatic choice, among the parts
 const NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass";
 const partKey = ({line, track}) => `${line} ${track}`;
 
-// A file's notes by line and track, and the chosen ones: {notes, why, elseWhy, alone, remark}. `alone`: they are whole
-// parts; other parts on their lines do not matter.
+// A file's notes by line and track, and the chosen ones: {notes, why, elseWhy, alone, remarks, doubles}. `alone`: they are
+// whole parts; other parts on their lines do not matter. `doubles`: parts left out because another one has their notes.
 class Parts {
-  constructor(smf, lines, notes) {
+  constructor(smf, lines, notes, rate) {
     this.smf = smf;
+    this.rate = rate;
     this.lines = lines;
     this.notes = notes;
     /** @type {Map<string, any[]>} */
@@ -31,9 +32,37 @@ class Parts {
   choose(take) {
     if (take) return {notes: this.notes, why: "a take of livebass", elseWhy: ""};
     const notes = this.notes.filter(({drums, program}) => !drums && RULE.bassPrograms.includes(program));
-    if (notes.length) return {notes, why: "bass program", elseWhy: "no bass program"};
-    return this.chosenByName() || this.chosenOfZone() || this.chosenByPlace() ||
+    if (notes.length) return this.once({notes, why: "bass program", elseWhy: "no bass program"});
+    const named = this.chosenByName();
+    return named ? this.once(named) : this.chosenOfZone() || this.chosenByPlace() ||
       {notes: [], why: "", elseWhy: "no bass program, not called bass"};
+  }
+
+  // The choice without parts whose notes another one of its parts has, too.
+  once(choice) {
+    const parts = new Map(), doubles = new Map(), kept = [], {lines, zone} = this.lines;
+    for (const note of choice.notes) if (!zone.has(note.line)) listOf(parts, partKey(note)).push(note);
+    const line = key => parts.get(key)[0].line, track = key => parts.get(key)[0].track;
+    const inOrder = (a, b) => line(a) - line(b) || track(a) - track(b);
+    for (const key of [...parts.keys()].sort((a, b) => parts.get(b).length - parts.get(a).length || inOrder(a, b))) {
+      const other = kept.find(one => line(one) !== line(key) && this.hasNotes(parts.get(one), parts.get(key)));
+      if (other) doubles.set(key, other);
+      else kept.push(key);
+    }
+    if (!doubles.size) return choice;
+    const channel = key => lines[line(key)].channel + 1;
+    const told = [...doubles.keys()].sort(inOrder).map(key =>
+      `channel ${channel(key)} doubles channel ${channel(doubles.get(key))}: left out`);
+    const notes = choice.notes.filter(note => !doubles.has(partKey(note)));
+    return {...choice, notes, remarks: [...choice.remarks || [], ...told], doubles: new Set(doubles.keys())};
+  }
+
+  // True if most notes of `other` begin in `part`, too.
+  hasNotes(part, other) {
+    const frames = new Map(), together = RULE.together * this.rate;
+    for (const {note, frame} of part) listOf(frames, note).push(frame);
+    const same = other.filter(({note, frame}) => frames.get(note)?.some(own => Math.abs(own - frame) <= together));
+    return other.length >= RULE.leastSame && same.length >= RULE.same * other.length;
   }
 
   chosenByName() {
@@ -73,7 +102,7 @@ class Parts {
   }
 
   wholeParts(keys, why, elseWhy, remark) {
-    return {notes: this.notes.filter(note => keys.includes(partKey(note))), why, elseWhy, alone: true, remark};
+    return {notes: this.notes.filter(note => keys.includes(partKey(note))), why, elseWhy, alone: true, remarks: [remark]};
   }
 
   areDrums(notes) {
@@ -122,7 +151,8 @@ class Parts {
       programs: given(notes.map(({program}) => program)).map(program => program + 1), banks: given(all.map(({bank}) => bank)),
       notes: notes.length, switches: all.length - notes.length, chosen: notes.filter(has).length,
       lowest: range.reduce((a, b) => Math.min(a, b), range[0] ?? 0), highest: range.reduce((a, b) => Math.max(a, b), 0),
-      why: choice.why && all.some(has) ? choice.why : drums ? "drums" : choice.elseWhy || "",
+      why: choice.why && all.some(has) ? choice.why : drums ? "drums" :
+        choice.doubles?.has(key) ? "doubles another part" : choice.elseWhy || "",
     };
   }
 
@@ -145,10 +175,10 @@ export class Song {
     this.lines = new Lines(smf, rate, this.take);
     const {events, end} = this.lines;
     this.events = this.take ? endedTake(events, end) : cleaned(events, end, rate);
-    this.parts = new Parts(smf, this.lines, this.lines.notes(this.events));
+    this.parts = new Parts(smf, this.lines, this.lines.notes(this.events), rate);
     if (!this.parts.notes.length) throw new Error("has no notes");
     this.choice = this.parts.choose(this.take);
-    this.remarks = [...smf.warnings, ...this.lines.remarks, ...this.choice.remark ? [this.choice.remark] : []];
+    this.remarks = [...smf.warnings, ...this.lines.remarks, ...this.choice.remarks || []];
     this.length = end / rate; // s
     this.smf = smf;
   }
