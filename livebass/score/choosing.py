@@ -2,7 +2,7 @@
 
 The first of these with any notes: notes with a bass program of General MIDI; tracks called bass; a zone without a
 program; the only part that is not drums; of several parts without programs, the lowest in a bass's range. Of two chosen
-parts with the same notes on different channels, as files make a fuller sound, one plays.
+parts with the same notes, as files make a fuller sound, one plays.
 """
 
 from __future__ import annotations
@@ -104,21 +104,23 @@ class Parts:
         kept: list[PartKey] = []
         doubles: dict[PartKey, PartKey] = {}
         for key in sorted(parts, key=lambda key: (-len(parts[key]), key)):
-            same = (k for k in kept if k[0] != key[0] and self._has_notes(parts[k], parts[key]))
+            same = (k for k in kept if self._has_notes(parts[k], parts[key]))
             if (other := next(same, None)) is None:
                 kept.append(key)
             else:
                 doubles[key] = other
         if not doubles:
             return choice
-        channel = {key: self.lines.lines[key[0]].channel + 1 for key in parts}
-        told = (f"channel {channel[key]} doubles channel {channel[doubles[key]]}: left out" for key in sorted(doubles))
+        told = (f"{self._place(key)} doubles {self._place(doubles[key])} and is left out" for key in sorted(doubles))
         return replace(
             choice,
             notes=[note for note in choice.notes if (note.line, note.track) not in doubles],
             remarks=(*choice.remarks, *told),
             doubles=frozenset(doubles),
         )
+
+    def _place(self, key: PartKey) -> str:
+        return f"track {key[1] + 1} (channel {self.lines.lines[key[0]].channel + 1})"
 
     def _has_notes(self, part: list[Note], other: list[Note]) -> bool:
         """True if most notes of `other` begin in `part`, too."""

@@ -401,14 +401,15 @@ def test_single_notes_are_no_turns(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("program", [33, None])
 def test_a_bass_that_doubles_another_is_left_out(tmp_path: Path, program: int | None) -> None:
-    """Some files have the bass on two channels, a little apart, for a fuller sound."""
+    """Some files have the bass twice, a little apart, for a fuller sound: on two channels, or on two tracks of one."""
     name = (0, meta(3, b"Bass"))
-    for channel, late in ((2, 0), (1, 10), (4, 14)):
+    for channel, late in ((2, 0), (1, 10), (4, 14), (3, 3)):
         first = events(name, (0, (0xB3, 7, 99)), *line(3, (*LINE, *LINE), program))
         second = events(name, (0, (0xB0 | channel, 7, 20)), *line(channel, (*LINE, *LINE), program, late))
         score = read(tmp_path, smf(first, second))
         kept = min(channel, 3) + 1
-        assert struck(score) == [*LINE, *LINE] and score.remarks[-1].endswith(f"doubles channel {kept}: left out")
+        which = f"track {1 + (channel < 3)} (channel {kept})"
+        assert struck(score) == [*LINE, *LINE] and score.remarks[-1].endswith(f" doubles {which} and is left out")
         assert {m[0] & 15 for m in score.messages.tolist()} == {kept - 1}
         assert [p.why for p in read_parts(tmp_path / "song.mid")].count("doubles another part") == 1
 

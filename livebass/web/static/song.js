@@ -45,14 +45,13 @@ class Parts {
     const line = key => parts.get(key)[0].line, track = key => parts.get(key)[0].track;
     const inOrder = (a, b) => line(a) - line(b) || track(a) - track(b);
     for (const key of [...parts.keys()].sort((a, b) => parts.get(b).length - parts.get(a).length || inOrder(a, b))) {
-      const other = kept.find(one => line(one) !== line(key) && this.hasNotes(parts.get(one), parts.get(key)));
+      const other = kept.find(one => this.hasNotes(parts.get(one), parts.get(key)));
       if (other) doubles.set(key, other);
       else kept.push(key);
     }
     if (!doubles.size) return choice;
-    const channel = key => lines[line(key)].channel + 1;
-    const told = [...doubles.keys()].sort(inOrder).map(key =>
-      `channel ${channel(key)} doubles channel ${channel(doubles.get(key))}: left out`);
+    const place = key => `track ${track(key) + 1} (channel ${lines[line(key)].channel + 1})`;
+    const told = [...doubles.keys()].sort(inOrder).map(key => `${place(key)} doubles ${place(doubles.get(key))} and is left out`);
     const notes = choice.notes.filter(note => !doubles.has(partKey(note)));
     return {...choice, notes, remarks: [...choice.remarks || [], ...told], doubles: new Set(doubles.keys())};
   }
