@@ -21,6 +21,7 @@ from livebass.units import note_name
 
 PartKey = tuple[int, int]  # line, track
 # Notes of two parts are the same if they begin so close together; parts are, if so many of their notes are
+MOST_BASSES = 16  # parts that are compared
 TOGETHER, SAME, LEAST = 0.03, 0.9, 4  # s; fraction of notes; notes of a part that doubles another
 
 
@@ -101,6 +102,8 @@ class Parts:
         for note in choice.notes:
             if note.line not in self.lines.zone:
                 parts[note.line, note.track].append(note)
+        if len(parts) > MOST_BASSES:
+            return choice
         kept: list[PartKey] = []
         doubles: dict[PartKey, PartKey] = {}
         for key in sorted(parts, key=lambda key: (-len(parts[key]), key)):

@@ -8,7 +8,7 @@ all together have, too, or each bends its own notes.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 from statistics import median
 from typing import NamedTuple
@@ -47,15 +47,26 @@ def spread(events: Sequence[Event], rate: int) -> Spread | None:
     for event in events:
         if event.message.kind == NOTE_ON:
             playing[event.line].add(event.track)
+    own_lines: dict[int, list[int]] = defaultdict(list)  # by track
+    for line, tracks in sorted(playing.items()):
+        for track in tracks:
+            own_lines[track].append(line)
+    wanted = {
+        track: own
+        for track, own in sorted(own_lines.items())
+        if len(own) > 1
+        and own[0] // CHANNELS == own[-1] // CHANNELS
+        and not with_programs.intersection(own)
+        and all(len(playing[line]) == 1 for line in own)
+    }
+    if not wanted:
+        return None
+    all_strokes, moved = _strokes(events, set().union(*wanted.values())), _moved(events)
     found: list[tuple[float, Spread]] = []
-    for track in sorted(set().union(*playing.values())):
-        own = sorted(line for line, tracks in playing.items() if track in tracks)
-        alone = all(playing[line] == {track} for line in own) and own[0] // CHANNELS == own[-1] // CHANNELS
-        if len(own) < 2 or not alone or with_programs.intersection(own):
-            continue
-        strokes = _strokes(events, own)
+    for track, own in wanted.items():
+        strokes = {line: all_strokes[line] for line in own}
         keys = [key for line in own for _, _, key in strokes[line]]
-        if is_low(keys) and _is_one(events, strokes, OVERLAP * rate):
+        if is_low(keys) and _is_one(strokes, moved, OVERLAP * rate):
             mode = _mode(strokes, track, playing)
             found.append((median(keys), Spread(frozenset([*own, *(event.line for event in mode)]), mode)))
     return min(found, key=lambda row: row[0])[1] if found else None
@@ -77,16 +88,21 @@ def _strokes(events: Iterable[Event], lines: Collection[int]) -> dict[int, list[
     return found
 
 
-def _is_one(events: Iterable[Event], strokes: dict[int, list[Stroke]], overlap: float) -> bool:
+def _moved(events: Iterable[Event]) -> Counter[int]:
+    """The number of messages that bend or colour the notes of each line."""
+    moved: Counter[int] = Counter()
+    for event in events:
+        m = event.message
+        moved[event.line] += m.kind in (WHEEL, PRESSURE) or (m.kind == CONTROL and m.first == TIMBRE)
+    return moved
+
+
+def _is_one(strokes: dict[int, list[Stroke]], moved: Mapping[int, int], overlap: float) -> bool:
     """True if each line has one note at a time, and either all lines together have, too, or each bends its own."""
     if not all(_is_single(own, overlap) for own in strokes.values()):
         return False
     if _is_single(sorted(stroke for own in strokes.values() for stroke in own), overlap):
         return True
-    moved: Counter[int] = Counter()
-    for event in events:
-        m = event.message
-        moved[event.line] += m.kind in (WHEEL, PRESSURE) or (m.kind == CONTROL and m.first == TIMBRE)
     return len(strokes) >= LEAST_BENT and all(moved[line] >= len(own) for line, own in strokes.items())
 
 

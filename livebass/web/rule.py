@@ -43,6 +43,7 @@ RULE = {
         "middle": spread.MIDDLE,
         "most": spread.MOST,
     },
+    "mostBasses": choosing.MOST_BASSES,
     "together": choosing.TOGETHER,
     "same": choosing.SAME,
     "leastSame": choosing.LEAST,

@@ -138,7 +138,7 @@ function strokesOf(events) {
 }
 
 // How many of the sorted `values` are less than `value`, or with `orSame` equal to it.
-function countBelow(values, value, orSame) {
+export function countBelow(values, value, orSame) {
   let from = 0, to = values.length;
   while (from < to) {
     const half = (from + to) >> 1;

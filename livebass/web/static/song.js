@@ -3,7 +3,7 @@
 import {Lines, frameOf, isNote} from "./lines.js";
 import {isBass, isDrums, isOther} from "./names.js";
 import {RULE} from "./rule.js";
-import {cleaned, endedTake, onChannels, withLowNotes, withoutForeignSwitches} from "./score.js";
+import {cleaned, countBelow, endedTake, onChannels, withLowNotes, withoutForeignSwitches} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
 import {areLow, middleOf} from "./spread.js";
 
@@ -42,6 +42,7 @@ class Parts {
   once(choice) {
     const parts = new Map(), doubles = new Map(), kept = [], {lines, zone} = this.lines;
     for (const note of choice.notes) if (!zone.has(note.line)) listOf(parts, partKey(note)).push(note);
+    if (parts.size > RULE.mostBasses) return choice;
     const line = key => parts.get(key)[0].line, track = key => parts.get(key)[0].track;
     const inOrder = (a, b) => line(a) - line(b) || track(a) - track(b);
     for (const key of [...parts.keys()].sort((a, b) => parts.get(b).length - parts.get(a).length || inOrder(a, b))) {
@@ -60,7 +61,10 @@ class Parts {
   hasNotes(part, other) {
     const frames = new Map(), together = RULE.together * this.rate;
     for (const {note, frame} of part) listOf(frames, note).push(frame);
-    const same = other.filter(({note, frame}) => frames.get(note)?.some(own => Math.abs(own - frame) <= together));
+    const same = other.filter(({note, frame}) => {
+      const own = listOf(frames, note);
+      return own[countBelow(own, frame - together, false)] <= frame + together;
+    });
     return other.length >= RULE.leastSame && same.length >= RULE.same * other.length;
   }
 

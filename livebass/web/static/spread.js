@@ -19,18 +19,33 @@ export function areLow(keys) {
 export function spreadOf(events, rate) {
   const programs = new Set(events.filter(({kind}) => kind === PROGRAM).map(({line}) => line)), playing = new Map();
   for (const {kind, line, track} of events) if (kind === NOTE_ON) playing.set(line, (playing.get(line) || new Set()).add(track));
+  const ownLines = new Map(), port = line => Math.floor(line / RULE.channels); // by track
+  for (const line of [...playing.keys()].sort((a, b) => a - b))
+    for (const track of playing.get(line)) listOf(ownLines, track).push(line);
+  const wanted = [...ownLines].sort(([a], [b]) => a - b).filter(([, own]) => own.length > 1 &&
+    port(own[0]) === port(own[own.length - 1]) && own.every(line => playing.get(line).size === 1 && !programs.has(line)));
+  if (!wanted.length) return undefined;
+  const all = strokesOf(events, wanted.flatMap(([, own]) => own)), moved = movedOf(events);
   let found, lowest = Infinity;
-  for (const track of [...new Set([...playing.values()].flatMap(tracks => [...tracks]))].sort((a, b) => a - b)) {
-    const own = [...playing].filter(([, tracks]) => tracks.has(track)).map(([line]) => line).sort((a, b) => a - b);
-    const port = line => Math.floor(line / RULE.channels), shared = own.some(line => playing.get(line).size > 1);
-    if (own.length < 2 || shared || port(own[0]) !== port(own[own.length - 1]) || own.some(line => programs.has(line))) continue;
-    const strokes = strokesOf(events, own), keys = [...strokes.values()].flat().map(({key}) => key), middle = middleOf(keys);
-    if (middle >= lowest || !areLow(keys) || !isOne(events, strokes, RULE.overlap * rate)) continue;
+  for (const [track, own] of wanted) {
+    const strokes = new Map(own.map(line => [line, all.get(line)]));
+    const keys = [...strokes.values()].flat().map(({key}) => key), middle = middleOf(keys);
+    if (middle >= lowest || !areLow(keys) || !isOne(strokes, moved, RULE.overlap * rate)) continue;
     const mode = modeOf(strokes, track, playing);
     lowest = middle;
     found = {lines: [...new Set([...own, ...mode.map(({line}) => line)])], mode};
   }
   return found;
+}
+
+// The number of messages that bend or colour the notes of each line.
+function movedOf(events) {
+  const moved = new Map();
+  for (const {kind, line, a} of events) {
+    if (kind === WHEEL || kind === PRESSURE || (kind === CONTROL && a === RULE.spread.timbre))
+      moved.set(line, (moved.get(line) || 0) + 1);
+  }
+  return moved;
 }
 
 // {begin, end, key} of the notes of each line, by begin; notes without end take no time.
@@ -51,16 +66,11 @@ function strokesOf(events, lines) {
 }
 
 // True if each line has one note at a time, and either all lines together have, too, or each bends its own.
-function isOne(events, strokes, overlap) {
+function isOne(strokes, moved, overlap) {
   const lines = [...strokes.values()];
   if (!lines.every(own => isSingle(own, overlap))) return false;
   const byTime = lines.flat().sort((a, b) => a.begin - b.begin || a.end - b.end || a.key - b.key);
   if (isSingle(byTime, overlap)) return true;
-  const moved = new Map();
-  for (const {kind, line, a} of events) {
-    if (kind === WHEEL || kind === PRESSURE || (kind === CONTROL && a === RULE.spread.timbre))
-      moved.set(line, (moved.get(line) || 0) + 1);
-  }
   return lines.length >= RULE.spread.leastBent && [...strokes].every(([line, own]) => (moved.get(line) || 0) >= own.length);
 }
 
