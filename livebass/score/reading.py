@@ -15,6 +15,7 @@ from collections.abc import Container
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from livebass import tracknames
 from livebass.bounds import refusal
 from livebass.score.choosing import Choice, Part, Parts
 from livebass.score.lines import Lines, Note, is_note, lines_of
@@ -152,6 +153,8 @@ def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> _Rea
         raise refusal("channel", '"auto", "all" or a number from 1 to 16', repr(channel))
     try:
         smf = parse_smf(file_bytes(path) if data is None else data, path.name)
+        if tracknames.is_game(smf.names):
+            raise SmfError(tracknames.GAME_REFUSAL)
         take = TAKE in smf.texts
         lines = lines_of(smf, rate, take)
     except SmfError as error:

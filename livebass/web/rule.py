@@ -15,6 +15,11 @@ RULE = {
         "drums": tracknames.DRUM_WORD,
         "telling": tracknames.TELLING_WORD,
     },
+    "game": {
+        "track": tracknames.GAME_TRACK,
+        "least": tracknames.LEAST_GAME,
+        "refusal": tracknames.GAME_REFUSAL,
+    },
     "encodings": list(tracknames.ENCODINGS.values()),
     "longestName": smf.LONGEST_NAME,
     "mostBefore": smf.MOST_BEFORE,

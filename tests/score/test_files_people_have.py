@@ -424,6 +424,15 @@ def test_parts_with_other_notes_double_nothing(tmp_path: Path) -> None:
     assert len(struck(read(tmp_path, data, "all"))) == 8 and len(struck(read(tmp_path, data, 3))) == 4
 
 
+def test_a_chart_of_a_music_game_is_refused(tmp_path: Path) -> None:
+    """Its keys are buttons. A track called part is none."""
+    for names in ((b"PART BASS", b"EVENTS"), (b"PART GUITAR", b"PART REAL_BASS"), (b"PART KEYS_ANIM_LH", b"BEAT")):
+        with pytest.raises(ScoreError, match="is a chart for a music game"):
+            read(tmp_path, smf(*(named(name, 0, 96, 97) for name in names)))
+    for names in ((b"PART BASS", b"Piano"), (b"Part Bass", b"Part Guitar")):
+        assert struck(read(tmp_path, smf(*(named(name, k, 40, 43) for k, name in enumerate(names)))))
+
+
 # ---- files that are not MIDI
 
 OTHERS = {

@@ -129,6 +129,7 @@ KINDS: dict[str, bytes] = {
         named(b"Bass", 2, 60, 62)),
     "a bass doubled on its channel": smf(
         events((0, (0xC0, 33)), *line_of(0)), events(*((tick + 3, m) for tick, m in line_of(0)))),
+    "a chart of a game": smf(named(b"PART BASS", 0, 96, 97), named(b"PART REAL_BASS_22", 0, 26), named(b"BEAT", 0, 12)),
     "a mode of a band": with_rows((0, (0xB0, 126, 3)), (0, (0xC0, 33)), (0, (0xC1, 0)), *note_of(1, 60, 5, 600)),
     "ended on another channel": smf(b"\x00\xc0\x21\x00\x90\x28\x60\x60\x81\x28\x30" + END),
     "overlaps": smf(events((0, (0xC0, 33)), (0, (0x90, 40, 9)), (100, (0x90, 40, 8)), (110, (0x80, 40, 7)),

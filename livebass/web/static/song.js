@@ -1,7 +1,7 @@
 // A MIDI file on the page: its parts, the bass's parts among them, and their messages. It follows
 // livebass/score/choosing.py and reading.py: the page plays the same as `livebass render`.
 import {Lines, frameOf, isNote} from "./lines.js";
-import {isBass, isDrums, isOther} from "./names.js";
+import {isBass, isDrums, isGame, isOther} from "./names.js";
 import {RULE} from "./rule.js";
 import {cleaned, countBelow, endedTake, onChannels, withLowNotes, withoutForeignSwitches} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
@@ -173,6 +173,7 @@ export class Song {
   constructor(buffer, rate) {
     if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
     const smf = new Smf(new Uint8Array(buffer));
+    if (isGame(smf.names)) throw new Error(RULE.game.refusal);
     this.rate = rate;
     this.take = smf.texts.has(RULE.take);
     this.lines = new Lines(smf, rate, this.take);
