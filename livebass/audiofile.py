@@ -209,7 +209,9 @@ def encoding(path: Path, rate: int, format: str | None = None, bits: str | None 
     named = path.suffix.lower().removeprefix(".")
     kind = format or named
     if kind not in SUBTYPES:
-        raise ValueError(f"{path}: its format must be {either(SUBTYPES)}, not {kind or 'unknown'} (--format)")
+        if not kind:
+            raise ValueError(f"{path}: its name tells no format; --format takes {either(SUBTYPES)}")
+        raise ValueError(f"{path}: its format must be {either(SUBTYPES)}, not {kind} (--format)")
     if named in SUBTYPES and named != kind:
         raise ValueError(f"{path}: is named as {named}, but the format is {kind}")
     if bits not in SUBTYPES[kind]:

@@ -74,6 +74,11 @@ _IN_ZIP = (
     (rb"word/.*", "a Word document"),
     (rb"xl/.*", "an Excel document"),
 )
+TEXT_TAB = "a text tab"
+_DASH = r"[\-\u2010-\u2015\u2212\u2500]"
+_STRING = re.compile(rf"[>\s]*[A-Ha-h]?[#b]?\d?\s*(?:[|:\[\]]|{_DASH}).*")  # a line of a text tab
+_LEAST_STRINGS = 3  # lines one below the other
+_LEAST_DASHES, _LEAST_PART = 2, 0.4  # in each line; of its characters, with bar lines
 # Extensions of scores, for files whose bytes tell nothing
 _ENDINGS = {
     **{f".gp{version}": f"a Guitar Pro {version} file" for version in (1, 2, 3, 4, 5)},
@@ -100,6 +105,7 @@ def kind_of(data: bytes) -> str | None:
         wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
         text = data.decode("utf-16" if wide else "utf-8-sig", "ignore").lstrip()
         found = next((kind for start, kind in _TEXTS if re.match(start, text, re.DOTALL)), None)
+        found = found or (TEXT_TAB if _is_text_tab(text) else None)
     return found or _mpeg(data)
 
 
@@ -111,6 +117,18 @@ def is_tab(data: bytes) -> bool:
 def kind_of_name(name: str) -> str | None:
     """The kind of a file by its name, if its program can export it as MIDI; None for any other."""
     return next((kind for ending, kind in _ENDINGS.items() if name.lower().endswith(ending)), None)
+
+
+def _is_text_tab(text: str) -> bool:
+    """True if lines of dashes stand one below the other, with frets on some of them."""
+    strings: list[str] = []
+    for line in text.splitlines():
+        dashes, bars = len(re.findall(_DASH, line)), line.count("|")
+        is_string = _STRING.fullmatch(line) and dashes >= _LEAST_DASHES and dashes + bars >= _LEAST_PART * len(line)
+        strings = [*strings, line] if is_string else []
+        if len(strings) >= _LEAST_STRINGS and any(c.isdigit() for c in "".join(strings)):
+            return True
+    return False
 
 
 def _mpeg(data: bytes) -> str | None:

@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from livebass.kinds import HEAD, SCORES, kind_of, kind_of_name
+from livebass.kinds import HEAD, SCORES, TEXT_TAB, kind_of, kind_of_name
 from livebass.tracknames import decode
 
 SMPTE_RATES = {24: (24, 1), 25: (25, 1), 29: (30_000, 1001), 30: (30, 1)}  # frames/s as a fraction
@@ -200,8 +200,10 @@ def _other_kind(data: bytes, name: str) -> str:
     kind = kind_of(data[:HEAD]) or kind_of_name(name)
     if kind is None:
         return "not a Standard MIDI File (it does not begin with MThd)"
+    if kind == TEXT_TAB:
+        return f"is {kind}, which does not tell the lengths of its notes: livebass reads Guitar Pro and MusicXML files"
     if kind in SCORES:
-        return f"is {kind}, not a MIDI file: export MIDI from the program that wrote it"
+        return f"is {kind}, not a MIDI file: export MIDI or MusicXML from the program that wrote it"
     return f"is {kind}, not a MIDI file"
 
 

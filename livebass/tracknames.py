@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 # "Bass", "E-Bass", "bass 2", "BassGtr", "Contrabbasso", "FINGERED BS", and names in other languages
 BASS_WORD = "|".join(
@@ -31,6 +31,10 @@ DRUM_WORD = (
     r"drum|perc|kick|snare|cymbal|hi-?hat|(?<![a-z])(?:kit|hats?|toms?|batt?erie|bater[ií]a|schlagzeug|slagwerk)(?![a-z])"
     r"|удар|бараб|ドラム|鼓|드럼"
 )
+# Tracks of charts for music games, whose keys are buttons
+GAME_TRACK = r"PART (?:REAL_)?(?:BASS|GUITAR|DRUMS|KEYS|VOCALS|RHYTHM)(?:[ _].*)?|EVENTS|BEAT|T1 GEMS"
+LEAST_GAME = 2  # tracks that tell such a chart
+GAME_REFUSAL = "is a chart for a music game, which has buttons, not notes"
 # Words that tell the encoding of a name
 TELLING_WORD = (
     "ピアノ|ギター|ドラム|メロディ|トラック|ボーカル|ストリングス|音轨|音軌|钢琴|鋼琴|吉他|架子鼓|旋律|主音|鼓组"
@@ -66,6 +70,11 @@ def is_other(name: str) -> bool:
 def is_drums(name: str) -> bool:
     """True if a track of this name plays drums."""
     return bool(_found(DRUM_WORD, _plain(name)))
+
+
+def is_game(names: Iterable[str]) -> bool:
+    """True if tracks of these names are a chart for a music game."""
+    return sum(bool(re.fullmatch(GAME_TRACK, name)) for name in names) >= LEAST_GAME
 
 
 def decode(texts: Sequence[bytes]) -> list[str]:

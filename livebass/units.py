@@ -63,6 +63,9 @@ def allowed_units(dimension: str) -> str:
     return f"{', '.join(first)} or {last}" if first else last
 
 
+_COMMA = re.compile(r",\d")  # in place of a decimal point
+
+
 @lru_cache(maxsize=4096)  # files and limits repeat the same few hundred
 def split_quantity(text: str, dimension: str) -> tuple[float, str]:
     """Number and unit of a text such as "34 in". The number is finite, and not negative unless the dimension is signed.
@@ -78,6 +81,8 @@ def split_quantity(text: str, dimension: str) -> tuple[float, str]:
         or_off = ', or "off"' if known.off is not None else ""
         raise ValueError(f"{known.indefinite} is a number and a unit such as {example}; units: {units}{or_off}")
     number, unit = float(match[1]), match[2] or ""
+    if _COMMA.match(unit):
+        raise ValueError(f"{known.indefinite} needs a decimal point, not a comma; units: {units}")
     if unit not in known.units:
         missing = "has no unit" if not unit else f"has the unit {unit!r}"
         raise ValueError(f"{known.indefinite} {missing}; units: {units}")

@@ -97,7 +97,7 @@ def test_stereo(tmp_path: Path) -> None:
     ("name", "asked", "says"),
     [
         ("a.mp3", {}, "its format must be wav, flac or ogg, not mp3"),
-        ("a", {}, "its format must be wav, flac or ogg, not unknown"),
+        ("a", {}, "its name tells no format; --format takes wav, flac or ogg"),
         ("a.wav", {"format": "flac"}, "is named as wav"),
         ("a.flac", {"bits": "float"}, "bits of flac must be 16 or 24, not float"),
         ("a.ogg", {"bits": "16"}, "bits: ogg has no choice of them, leave them out"),

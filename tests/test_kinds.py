@@ -49,6 +49,12 @@ KINDS = {
     "a Guitar Pro 5 file": [b"\x18FICHIER GUITAR PRO v5.10" + bytes(6)],
     "a Guitar Pro 6 file": [b"BCFZ\0\0\1\0", b"BCFS\0\0\0\0"],
     "a Guitar Pro 7 file": [_zip("VERSION", "Content/score.gpif"), _zip("Content/BinaryStylesheet", "x")],
+    "a text tab": [
+        b"Riff, tuned DADG\n\nG|-----|\nD|-5p3-|\nA|-----5-|\nE|-----|\n",
+        "> G|––––7–|\r\n> D|––5–––|\r\n> A|––––––|\r\n> D|–10–––|".encode(),
+        b"x\ng ---2---\nd ---2---\na -0-----\n", "e:─3─\nB:─3─\nG:─0─".encode("utf-16"),
+        b"|-------0h2-|\n|---0-2-----|\n|-3---------|\n",
+    ],
     "a TuxGuitar file": [b"\x1b" + "TuxGuitar File Format - 1.5".encode("utf-16-be")],
     "a MusicXML file": [
         XML.format("UTF-8").encode(),
@@ -73,7 +79,9 @@ KINDS = {
 }  # fmt: skip
 UNKNOWN = [
     b"", b"\0", b"\xff", b"\xff\xff\xff\xff", b"not midi", bytes(200), b'name = "x"\n[neck]\n', b"PK", b"RIF",
-    "Bünde".encode(), "name = 1".encode("utf-16"), "# a".encode("utf-16"), b"< 3", b"\xff\xe8\x00\x00",
+    "Bünde".encode(), "name = 1".encode("utf-16"), "# a".encode("utf-16"), b"< 3",
+    b"- a\n- b 2\n- c\n", b"-1\n-2\n-3\n", b"| a | b |\n|---|---|\n| 1 | 2 |\n", b"---\n---\n---\n---\n",
+    b"\xff\xe8\x00\x00",
 ]  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def test_quantity_refuses(text: str, dimension: str, says: str) -> None:
 def test_a_refusal_begins_with_the_right_article(dimension: str) -> None:
     known = units.DIMENSIONS[dimension]
     unit, size = max(known.units.items(), key=lambda item: item[1])
-    wrong = ["much", "2", "2 parsec", f"1e999 {unit}"]
+    wrong = ["much", "2", "2 parsec", f"1e999 {unit}", f"2,5 {unit}"]
     wrong += [f"-1 {unit}"] * (not known.signed) + [f"1e308 {unit}"] * (size >= 10)
     for text in wrong:
         with pytest.raises(ValueError, match=rf"^(an (?=[aeiou])|a (?![aeiou])){dimension} "):

@@ -24,7 +24,7 @@ PLOT = option("--plot picture", PATH, "Draw the figures into FILE.png.", metavar
 
 @click.group()
 def bench() -> None:
-    """Measure how fast this machine computes sound, and whether it can play live."""
+    """Measure how fast this machine is, and whether it can play live."""
 
 
 @bench.command("render")

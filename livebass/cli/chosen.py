@@ -11,7 +11,7 @@ from livebass.cli.taken import shown
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
-from livebass.score.low_keys import with_low_notes
+from livebass.score.low_keys import with_low_notes, without_foreign_switches
 from livebass.score.score import NOTE_ON, Score
 from livebass.units import note_name
 
@@ -92,15 +92,17 @@ def check_range(bass: Instrument, note: int, usual: str) -> None:
         raise click.UsageError(f"--note {note_name(note)}: {bass.name} has {ends}; {hint}")
 
 
-def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
-    """A line about notes below the lowest string, if any, and the preset that plays them."""
-    lowest = bass.note_range[0]
+def beyond_range(bass: Instrument, score: Score, usual: str) -> list[str]:
+    """Lines about key switches of another instrument, and notes below the lowest string and who plays them."""
+    score, lowest = without_foreign_switches(score, bass), bass.note_range[0]
+    count = score.left_out
+    lines = [f"{count} key switch{'es' * (count != 1)} of another instrument left out"] if count else []
     notes = score.messages[score.messages[:, 0] & 0xF0 == NOTE_ON, 1]
     if not with_low_notes(score, bass).raised:
         notes = notes[~np.isin(notes, list(bass.switches))]
     below = sorted(notes[notes < lowest].tolist())
     if not below:
-        return []
+        return lines
     one = len(below) == 1
     if bass.player.out_of_range == "drop":
         become = "is left out" if one else "are left out"
@@ -111,5 +113,5 @@ def too_low(bass: Instrument, score: Score, usual: str) -> list[str]:
         if other := preset_with(note, usual):
             reached = len(below) - number
             which = f"{reached} of them" if number else "it" if one else "them"
-            return [f"{text}; -p {other} plays {which}"]
-    return [text]
+            return [*lines, f"{text}; -p {other} plays {which}"]
+    return [*lines, text]

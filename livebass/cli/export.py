@@ -57,7 +57,7 @@ class SystemOption(click.Option):
 
 @click.group()
 def export() -> None:
-    """Export basses to a web page, plugins or sample packs, and tablature to MIDI.
+    """Export plugins, a web page, sample packs, or tablature as MIDI.
 
     Export needs no network.
     """
@@ -173,7 +173,7 @@ def web(
     presets: tuple[str, ...], output: Path, single: bool, address: str | None, quality: str, more: tuple[str, ...],
     **options: Any,
 ) -> None:  # fmt: skip
-    """Write a web page that plays presets in a browser, by keys, mouse, touch or MIDI.
+    """Write a web page that plays presets, by keys, touch or MIDI.
 
     The page is a folder for a web server, over https or on localhost. With --single it is one file that also plays from
     disk. It plays without a network, in Chrome 97, Edge 97, Firefox 113, Safari 16.4 or later.
@@ -263,7 +263,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
 @tab_options
 @tuning_options
 def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> None:
-    """Write a tablature as a MIDI file that livebass and its plugins play.
+    """Write a tablature as a MIDI file.
 
     Each string has its own MIDI channel, the highest string channel 1; key switches call the techniques. The file has
     the tempos, time signatures and section names of the tablature. `livebass render` plays it as it plays the
@@ -274,11 +274,11 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
       livebass export midi song.gp5
       livebass export midi song.gp --track Bass --bars 9-16 -o riff.mid
     """
-    from livebass.cli.song import Song
+    from livebass.cli.song import AUTO, Song
     from livebass.files import Transaction
 
     wanted = TabOptions.taken(options, options)
-    song = Song(tab, "auto", preset, wanted, Loader(options)).arranged()
+    song = Song(tab, AUTO, preset, wanted, Loader(options)).arranged()
     output = output or Path(f"{tab.stem}.mid")
     if output.exists() and os.path.samefile(tab, output):
         raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")
@@ -305,8 +305,7 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     "--length",
     Quantity("time", *LENGTH),
     "Longest sample, 100ms to 60s. Longer notes fade out over the last quarter.",
-    default=8.0,
-    show_default="8s",
+    default="8s",
 )
 @option("--rate", RATE, "Sample rate, 22050 to 192000 Hz.", default=48000)
 @seed_option()

@@ -7,14 +7,14 @@ from typing import Any
 
 import click
 
-from livebass.cli.chosen import later_presets, preset_of, programs_of, remarks, too_low
+from livebass.cli.chosen import beyond_range, later_presets, preset_of, programs_of, remarks
 from livebass.cli.demos import demo_for, ready_for
 from livebass.cli.effects import Behind
 from livebass.cli.hands import Hands, Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.remembered import Memory
 from livebass.cli.said import say
-from livebass.cli.song import Song
+from livebass.cli.song import AUTO, Song
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import told, with_loaded
 from livebass.cli.tuning import TUNING_KEYS, load_tuned, tuning_of_options
@@ -38,7 +38,7 @@ class Music:
         self.demo, self.wanted = options["demo"], options["preset"]
         self.asked, self.hands, self.behind, self.memory = asked, hands, behind, memory
         tab = TabOptions.taken(options, asked)
-        self.song = options["song"] and Song(options["song"], "auto", self.wanted, tab, Loader(asked.copy()))
+        self.song = options["song"] and Song(options["song"], AUTO, self.wanted, tab, Loader(asked.copy()))
         self.tuning = tuning_of_options(options)
         self.clicks, self.count_in = options["metronome"] == "file", options["count_in"]
         self._command = click.get_current_context().command
@@ -51,8 +51,8 @@ class Music:
             self._of_take = {bass.preset: bass.given for bass in self.score.basses}
         self.preset, self.bass = self._first()
         if self.score:
-            lines = remarks(self.score, self.wanted, DEFAULT_PRESET) + too_low(self.bass, self.score, DEFAULT_PRESET)
-            for line in lines:
+            lines = remarks(self.score, self.wanted, DEFAULT_PRESET)
+            for line in [*lines, *beyond_range(self.bass, self.score, DEFAULT_PRESET)]:
                 say(f"{self.song.path}: {line}")
 
     def load(self, preset: str) -> Instrument:

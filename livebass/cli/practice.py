@@ -41,10 +41,10 @@ def page_basses(
         tab.check_unused(None)
         basses = basses_of(presets, more, load)
         return basses, {name: Source(preset, given) for name, preset in names_of(presets, more).items()}, {}
-    from livebass.cli.song import Song
+    from livebass.cli.song import AUTO, Song
     from livebass.web.tab import tab_data
 
-    song = Song(path, "auto", presets[0] if presets else None, tab, load).arranged()
+    song = Song(path, AUTO, presets[0] if presets else None, tab, load).arranged()
     say(f"{path}: {song.remark}")
     named = names_of(presets or (song.preset,), more)
     first = next(iter(named))

@@ -98,7 +98,7 @@ def check(file: str) -> None:
 
 @presets.command()
 def keys() -> None:
-    """List the keys of a preset file, with limits, defaults and meanings."""
+    """List the keys of a preset: limits, defaults and meanings."""
     from livebass.preset.load import preset_reference
 
     click.echo(preset_reference(), nl=False)
@@ -139,10 +139,9 @@ MOST_RESONANCES = 16
     "--start",
     Quantity(*limits.START),
     "Time to skip after each attack; more if the string rattles.",
-    default=0.02,
-    show_default="20ms",
+    default="20ms",
 )
-@option("--duration", Quantity(*limits.DURATION), "Longest part of each note to use.", default=5.0, show_default="5s")
+@option("--duration", Quantity(*limits.DURATION), "Longest part of each note to use.", default="5s")
 @option(
     "--channel",
     Number("number", *limits.CHANNELS, whole=True),

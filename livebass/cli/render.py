@@ -24,6 +24,7 @@ from livebass.cli.options import (
     count_option,
     file_option,
     flag,
+    given,
     option,
     preset_option,
     rendered_quality,
@@ -100,12 +101,12 @@ GROUPS = {
     default=100,
     metavar="1-127",
 )
-@option("--duration", Quantity("time", 1e-3, 3600.0), "Length of --note, 1ms to 3600s.", default=3.0, show_default="3s")
+@option("--duration", Quantity("time", 1e-3, 3600.0), "Length of --note, 1ms to 3600s.", default="3s")
 @option(
     "--channel",
     Parsed("channel", channel),
-    "MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else the only "
-    "part, or the lowest without a program. all: everything but drums.",
+    "MIDI channel to play. auto: the parts with a bass program, 33 to 40; else tracks called bass; else a MIDI guitar "
+    "or MPE keyboard; else the only part, or the lowest without a program. all: everything but drums.",
     metavar="[auto|all|1-16]",
     default="auto",
 )
@@ -134,7 +135,7 @@ GROUPS = {
 )
 @seed_option(2**32 - 1)
 def render(output: Path | None, preset: str | None, directory: Path | None, listing: bool, **rest: Any) -> None:
-    """Render a MIDI file, a tablature, a note or a demo to a sound file.
+    """Render a MIDI file, tablature, note or demo to a sound file.
 
     MIDI is a MIDI file of any type, a Guitar Pro or MusicXML file, or - for standard input. The new file replaces an
     old one when it is complete; an interrupted render leaves nothing behind.
@@ -209,13 +210,20 @@ def check_together(music: Music, output: Path | None, directory: Path | None, op
         raise click.UsageError("-o - writes to a pipe or file, not to a terminal")
     if sum(one is not None for one in (music.midi, music.note, music.demo, directory)) != 1:
         raise click.UsageError("give one of: a MIDI file or tablature, --note, --demo, --all-presets")
+    for names, wanted, what in (
+        (("velocity", "duration"), music.note, "--note"),
+        (("channel",), music.midi, "a MIDI file"),
+        (("track", "bars", "dynamics"), music.midi, "a tablature"),
+    ):
+        if unused := [name for name in names if wanted is None and given(name)]:
+            raise click.UsageError(f"--{unused[0]} is for {what}")
 
 
 def _render_music(
     music: Music, song: Song | None, output: Path, preset: str | None, options: Options, load: Loader
 ) -> str:
     """Renders a MIDI file, a tablature, a note or a demo; returns the summary."""
-    from livebass.cli.chosen import basses_of, check_range, remarks, too_low
+    from livebass.cli.chosen import basses_of, beyond_range, check_range, remarks
     from livebass.cli.taken import with_loaded
     from livebass.score.score import single_note
 
@@ -244,7 +252,7 @@ def _render_music(
         line = _render_to_stdout(bass, score, options, basses)
     else:
         line = _render_one(bass, score, output, options, basses=basses)
-    return ", ".join([line, *(too_low(bass, score, DEFAULT_PRESET) if music.midi is not None else [])])
+    return ", ".join([line, *(beyond_range(bass, score, DEFAULT_PRESET) if music.midi is not None else [])])
 
 
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:

@@ -25,6 +25,8 @@ from livebass.units import one_line
 if TYPE_CHECKING:
     from livebass.tab.reading import Arrangement
 
+AUTO = "auto"  # choice of a channel
+
 
 @dataclass(frozen=True)
 class Song:
@@ -38,13 +40,21 @@ class Song:
 
     def read(self, rate: int) -> tuple[Score, str | None]:
         """Its score, and the preset that the options name; None if the score names the bass."""
-        data = file_bytes(self.path)
+        data = self._data()
         if is_tab(data):
             from livebass.tab.reading import score_of_tab
 
             return score_of_tab(data, self.path, rate, self.tab.asked(self.preset), self.load), None
-        self.tab.check_unused(self.path)
         return score_in(data, self.path, rate, self.channel), self.preset
+
+    def _data(self) -> bytes:
+        """The bytes of the file. Raises UsageError for options that do not suit it."""
+        data = file_bytes(self.path)
+        if not is_tab(data):
+            self.tab.check_unused(self.path)
+        elif self.channel != AUTO:
+            raise click.UsageError(f"--channel is for MIDI files; in a tablature such as {self.path}, --track chooses")
+        return data
 
     def arranged(self) -> Arrangement:
         """A tablature as livebass plays it. Raises ScoreError for another file."""
@@ -57,13 +67,12 @@ class Song:
 
     def table(self, command: click.Command) -> str:
         """A table of its tracks or parts, and whether each would be played; `command` has the options."""
-        data = file_bytes(self.path)
+        data = self._data()
         if is_tab(data):
             from livebass.tab.reading import table
 
             rows = table(data, self.path, self.tab.asked(self.preset))
             return "\n".join(one_line(line.rstrip()) for line in columns(rows, left=len(rows[0])))
-        self.tab.check_unused(self.path)
         return _parts_table(self.path, self.channel, self.preset, self.load, command)
 
 

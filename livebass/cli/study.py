@@ -37,22 +37,22 @@ pluck_options = together(
     preset_option("The bass.", default="paper-g", show_default=True),
     option("--string", str, "Name of the string.", default="G"),
     option("--fret", Number("number", 0, 36, whole=True), "0 is open.", default=0),
-    option("--apex", Quantity(*APEX), "How far the string is pulled.", default=3.6e-3, show_default="3.6mm"),
+    option(
+        "--apex", Quantity(*APEX), "How far the string is pulled.  [default: 3.6mm]", default=3.6e-3, show_default=False
+    ),
     option(
         "--at",
         Quantity(*AT),
         "Place of the pluck, from the nut or the pressed fret.",
-        default=0.64,
-        show_default="0.64m",
+        default="0.64m",
     ),
     option(
         "--angle",
         Quantity(*ANGLE),
         "Direction of the pull: 0deg is away from the neck, 90deg across it.",
-        default=0.0,
-        show_default="0deg",
+        default="0deg",
     ),
-    option("--duration", Quantity(*DURATION), "Length of the motion.", default=1.0, show_default="1 s"),
+    option("--duration", Quantity(*DURATION), "Length of the motion.", default="1s"),
     quality_option("reference", "Precision of the string."),
     option("--modes", MODES, "Number of modes of the stopped string; replaces the quality's."),
 )
@@ -348,7 +348,13 @@ def list_studies() -> None:
 @folder_option(CREATED, required=True)
 @file_option("--json json_file", "Also write all numbers as JSON.")
 @option("--duration", Quantity("time", 0.1, 10), "Length of each motion; replaces the study's own (mostly 1 s).")
-@count_option("--workers", 256, "Number of motions computed at once.", default=core_count(), show_default="cores")
+@count_option(
+    "--workers",
+    256,
+    "Number of motions computed at once.  [default: one per core]",
+    default=core_count(),
+    show_default=False,
+)
 @flag("--player", "Also write the page that plays, and link the cases to it.")
 def run(
     names: tuple[str, ...], output: Path, json_file: Path | None, duration: float | None, workers: int, player: bool

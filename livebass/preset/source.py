@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import os
+import re
 import stat
 import tomllib
 from collections.abc import Iterable
@@ -15,6 +16,19 @@ from livebass.units import one_line
 
 LARGEST_FILE = 1_000_000  # bytes
 TOML, TEXT = "TOML text file", "text file"
+# Common slips in a line of TOML, and what to write
+SLIPS = tuple(
+    (re.compile(pattern), hint)
+    for pattern, hint in (
+        (r"[\u2018-\u201f\u00ab\u00bb]", 'write straight quotes (")'),
+        (r"=\s*[-+]?\d+,\d", "write a decimal point, not a comma"),
+        (r"=\s*[-+]?[\d.]+\s*[^\W\d_e]", 'put a value and its unit in quotes: "34 in"'),
+        (r'=\s*"[^"]*\\', "write / for each \\ of a path"),
+        (r"=\s*(?!(?:true|false|inf|nan)\b)[^\W\d_]", 'put text in quotes (")'),
+    )
+)
+PLACE = re.compile(r"\(at line (\d+)")  # in an error of tomllib ...
+NAMES = re.compile(r"\('[^()]*\)")  # ... which may hold a tuple of names
 SCALE = "a scale (.scl) is a temperament: give it to --temperament"
 
 
@@ -99,6 +113,14 @@ def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        why = "nested too deep" if isinstance(error, RecursionError) else str(error)
+        why = "nested too deep" if isinstance(error, RecursionError) else _explained(str(error), text)
         told = kind_of(text.encode())
         raise PresetError(f"{label}: {told}; a {kind} is a {TOML}" if told else f"{label}: not TOML: {why}") from None
+
+
+def _explained(error: str, text: str) -> str:
+    """An error of tomllib in `text`, with what to write in its place if the slip is a common one."""
+    place = PLACE.search(error)
+    line = text.split("\n")[int(place[1]) - 1] if place else ""
+    hint = next((f"; {hint}" for slip, hint in SLIPS if slip.search(line)), "")
+    return NAMES.sub(lambda names: ".".join(re.findall("'([^']*)'", names[0])), error) + hint

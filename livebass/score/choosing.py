@@ -1,25 +1,28 @@
 """Chooses the bass parts of a MIDI file: one rule for everything that plays files. The page has the same (song.js).
 
 The first of these with any notes: notes with a bass program of General MIDI; tracks called bass; a zone without a
-program; the only part that is not drums; of several parts without programs, the lowest in a bass's range.
+program; the only part that is not drums; of several parts without programs, the lowest in a bass's range. Of two chosen
+parts with the same notes, as files make a fuller sound, one plays.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Container, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
 
 from livebass import tracknames
 from livebass.score.lines import BASS_PROGRAMS, Lines, Note
+from livebass.score.spread import is_low
 from livebass.smf import Smf
 from livebass.units import note_name
 
-# A bass's range: most notes of a part lie within, half of them no higher than the middle
-LOWEST, HIGHEST, MIDDLE, MOST = 16, 67, 50, 0.9  # E0, G4, D3; fraction of notes
-
 PartKey = tuple[int, int]  # line, track
+# Notes of two parts are the same if they begin so close together; parts are, if so many of their notes are
+MOST_BASSES = 16  # parts that are compared
+TOGETHER, SAME, LEAST = 0.03, 0.9, 4  # s; fraction of notes; notes of a part that doubles another
 
 
 @dataclass(frozen=True)
@@ -65,14 +68,15 @@ class Choice:
     why: str  # the reason in the list of parts; for the others, `else_why`
     else_why: str
     alone: bool = False  # the notes are whole parts; ignore others on their lines
-    remark: str = ""  # for the user; "": it goes without saying
+    remarks: tuple[str, ...] = ()  # for the user; none: it goes without saying
+    doubles: frozenset[PartKey] = frozenset()  # parts left out because another one has their notes
 
 
 class Parts:
     """The notes of a file by line and track, with their names."""
 
-    def __init__(self, smf: Smf, lines: Lines, notes: list[Note]) -> None:
-        self.smf, self.lines, self.notes = smf, lines, notes
+    def __init__(self, smf: Smf, lines: Lines, notes: list[Note], rate: int) -> None:
+        self.smf, self.lines, self.notes, self.rate = smf, lines, notes, rate
         self.by_key: dict[PartKey, list[Note]] = defaultdict(list)
         for note in notes:
             self.by_key[note.line, note.track].append(note)
@@ -88,8 +92,51 @@ class Parts:
             return Choice([n for n in self.notes if not n.drums], "as asked for", "drums")
         found = [n for n in self.notes if not n.drums and n.program in BASS_PROGRAMS]
         if found:
-            return Choice(found, "bass program", "no bass program")
-        return self._chosen_by_name() or self._chosen_by_place()
+            return self._once(Choice(found, "bass program", "no bass program"))
+        named = self._chosen_by_name()
+        return self._once(named) if named else self._chosen_by_place()
+
+    def _once(self, choice: Choice) -> Choice:
+        """The choice without parts whose notes another one of its parts has, too."""
+        parts: dict[PartKey, list[Note]] = defaultdict(list)
+        for note in choice.notes:
+            if note.line not in self.lines.zone:
+                parts[note.line, note.track].append(note)
+        if len(parts) > MOST_BASSES:
+            return choice
+        kept: list[PartKey] = []
+        doubles: dict[PartKey, PartKey] = {}
+        for key in sorted(parts, key=lambda key: (-len(parts[key]), key)):
+            same = (k for k in kept if self._has_notes(parts[k], parts[key]))
+            if (other := next(same, None)) is None:
+                kept.append(key)
+            else:
+                doubles[key] = other
+        if not doubles:
+            return choice
+        told = (f"{self._place(key)} doubles {self._place(doubles[key])} and is left out" for key in sorted(doubles))
+        return replace(
+            choice,
+            notes=[note for note in choice.notes if (note.line, note.track) not in doubles],
+            remarks=(*choice.remarks, *told),
+            doubles=frozenset(doubles),
+        )
+
+    def _place(self, key: PartKey) -> str:
+        return f"track {key[1] + 1} (channel {self.lines.lines[key[0]].channel + 1})"
+
+    def _has_notes(self, part: list[Note], other: list[Note]) -> bool:
+        """True if most notes of `other` begin in `part`, too."""
+        frames: dict[int, list[int]] = defaultdict(list)
+        for note in part:
+            frames[note.note].append(note.frame)
+        together = TOGETHER * self.rate
+        same = 0
+        for note in other:
+            own = frames[note.note]
+            at = bisect_left(own, note.frame - together)
+            same += at < len(own) and own[at] <= note.frame + together
+        return len(other) >= LEAST and same >= SAME * len(other)
 
     def _chosen_by_name(self) -> Choice | None:
         tracks: dict[int, set[int]] = defaultdict(set)  # lines of each; a zone is one line
@@ -129,14 +176,12 @@ class Parts:
 
     def _whole(self, keys: Iterable[PartKey], why: str, else_why: str, remark: str) -> Choice:
         notes = [note for note in self.notes if (note.line, note.track) in keys]
-        return Choice(notes, why, else_why, alone=True, remark=remark)
+        return Choice(notes, why, else_why, alone=True, remarks=(remark,))
 
     @staticmethod
     def _is_low(notes: list[Note]) -> bool:
         """True if notes without a program lie where a bass plays."""
-        keys = [note.note for note in notes]
-        within = sum(LOWEST <= key <= HIGHEST for key in keys)
-        return all(note.program is None for note in notes) and within >= MOST * len(keys) and median(keys) <= MIDDLE
+        return all(note.program is None for note in notes) and is_low([note.note for note in notes])
 
     def name(self, key: PartKey) -> str:
         """The name of a part: its channel's, if the file names channels, or its track's."""
@@ -177,6 +222,8 @@ class Parts:
                 if chosen or any(n.place in places for n in all_notes)
                 else "drums"
                 if drums
+                else "doubles another part"
+                if key in choice.doubles
                 else choice.else_why
             )
         return Part(

@@ -2,7 +2,7 @@
 
 A line is a channel of a port. If tracks share a channel and each sets a program of its own, as some software writes
 files, each of these tracks is a line. The channels of a zone, which a mode assigns to the strings or the notes of one
-instrument, belong together.
+instrument, or which sound like one (spread.py), belong together.
 """
 
 from __future__ import annotations
@@ -13,12 +13,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
-from livebass.score.score import CONTROL, LONGEST, NOTE_OFF, NOTE_ON, PROGRAM, RELEASE, Event, note_off
+from livebass import tracknames
+from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, MELODIC, XG_DRUMS
+from livebass.score.score import CHANNELS, CONTROL, LONGEST, NOTE_OFF, NOTE_ON, PROGRAM, RELEASE, Event, note_off
+from livebass.score.spread import spread
 from livebass.smf import Message, Smf, SmfError
 from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 
-CHANNELS = 16
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses
 DEFAULT_TEMPO = 500_000  # us per quarter note, until a file sets another
 LONGEST_REST = 60  # s from the last note to the end of a file; a longer rest is cut off
@@ -44,6 +45,7 @@ class Note(NamedTuple):
     program: int | None  # of its line or zone at its beginning, from 0; None: not yet set
     bank: int | None  # its most significant byte
     drums: bool
+    frame: int
 
 
 @dataclass
@@ -57,6 +59,7 @@ class Lines:
     zone: frozenset[int] = frozenset()  # lines that form one instrument
     remarks: tuple[str, ...] = ()
     marks: tuple[tuple[int, str], ...] = ()  # (frame, text) of a take: the bass from there on
+    basses: frozenset[int] = frozenset()  # tracks called bass that are no drums, even on channel 10
 
     def notes(self, events: list[Event]) -> list[Note]:
         """The notes among `events`, with their programs.
@@ -80,8 +83,8 @@ class Lines:
                 program = programs.get(line)
                 if program is None and line in self.zone:
                     program = of_zone
-                drums = line not in self.zone and kits.has(line, event.frame, banks.get(line))
-                found.append(Note(place, event.track, line, m.first, program, banks.get(line), drums))
+                drums = line not in self.zone and kits.has(line, event.frame, banks.get(line), event.track)
+                found.append(Note(place, event.track, line, m.first, program, banks.get(line), drums, event.frame))
         return found
 
     def _changed(self, events: list[Event]) -> set[int]:
@@ -99,21 +102,21 @@ def _only_programs(events: list[Event]) -> dict[int, int]:
 
 
 class _Kits:
-    """Finds lines that play drums: channel 10, unless banks and system exclusive messages say otherwise.
+    """Finds lines that play drums: channel 10, unless names, banks and system exclusive messages say otherwise.
 
     Banks: 120 and 121 of General MIDI 2; 126 and 127 of XG, but not after a GS reset. System exclusive: rhythm parts of
     GS, part modes of XG.
     """
 
     def __init__(self, lines: Lines) -> None:
-        self._lines = lines.lines
+        self._lines, self._basses = lines.lines, lines.basses
         self._first = {line.port: k for k, line in enumerate(lines.lines) if line.channel == 0 and line.track is None}
         self._coming = list(reversed(lines.exclusive))
         self._set: dict[int, bool] = {}  # by line
         self._system: dict[int, str] = {}  # "gs", "xg" or "", by the first line of a port
 
-    def has(self, line: int, frame: int, bank: int | None) -> bool:
-        """True if a note of `line` at `frame`, in ascending order, plays drums in `bank`."""
+    def has(self, line: int, frame: int, bank: int | None, track: int) -> bool:
+        """True if a note of `line` and `track` at `frame`, in ascending order, plays drums in `bank`."""
         while self._coming and self._coming[-1][0] <= frame:
             self._take(*self._coming.pop()[1:])
         port, channel, _ = self._lines[line]
@@ -123,7 +126,7 @@ class _Kits:
             return True
         if bank == GM2_MELODIC or (system == "xg" and bank is not None):
             return False
-        return self._set.get(first + channel, channel == DRUMS)
+        return self._set.get(first + channel, channel == DRUMS and track not in self._basses)
 
     def _take(self, first: int, data: bytes) -> None:
         system = None
@@ -177,13 +180,40 @@ def lines_of(smf: Smf, rate: int, take: bool) -> Lines:
         found.zone = frozenset(range(len(lines)))
         found.marks = tuple((frame(tick), text) for tick, text in smf.marks)
         return found
+    found.basses = _basses(smf, events)
     found.zone, found.events = _zone(found)
     found.remarks = tuple(_tunings(smf))
+    one = None if found.zone else spread(found.events, rate)
+    if one is not None:
+        found.zone, found.events = one.lines, [*one.mode, *found.events]
+        low, *_, high = sorted(found.lines[line].channel + 1 for line in one.lines)
+        kind = "a channel a note" if one.mode else "a channel a string"
+        found.remarks += (f"plays channels {low} to {high} as one instrument, {kind}",)
     kept = [e for e in found.events if not (e.message.kind == CONTROL and e.message.first == PORTAMENTO_TIME)]
     if bends := _bends_by_portamento(found.events):
         found.remarks += (f"ignored controller 5 (portamento time, {bends} times): it bends only in takes of livebass",)
     found.events = _ended_by_others(_apart(found, kept))
     return found
+
+
+def _basses(smf: Smf, events: list[Event]) -> frozenset[int]:
+    """The tracks of one line that are called bass and play at least MELODIC keys.
+
+    Some programs number the channels of their tracks in order, and so give channel 10 to any instrument.
+    """
+    lines: dict[int, set[int]] = defaultdict(set)
+    keys: dict[int, set[int]] = defaultdict(set)
+    for event in events:
+        if event.message.kind == NOTE_ON:
+            lines[event.track].add(event.line)
+            keys[event.track].add(event.message.first)
+    return frozenset(
+        track
+        for track, own in lines.items()
+        if len(own) == 1
+        and len(keys[track]) >= MELODIC
+        and any(map(tracknames.is_bass, (smf.names[track], smf.instruments[track])))
+    )
 
 
 def _frame_of(smf: Smf, rate: int) -> Callable[[int], int]:

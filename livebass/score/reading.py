@@ -15,10 +15,12 @@ from collections.abc import Container
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from livebass import tracknames
 from livebass.bounds import refusal
 from livebass.score.choosing import Choice, Part, Parts
-from livebass.score.lines import CHANNELS, Lines, Note, is_note, lines_of
+from livebass.score.lines import Lines, Note, is_note, lines_of
 from livebass.score.score import (
+    CHANNELS,
     LEAST_RATE,
     NOTE_OFF,
     NOTE_ON,
@@ -32,6 +34,7 @@ from livebass.score.score import (
     score_from,
 )
 from livebass.score.takes import with_basses
+from livebass.score.turns import in_turns
 from livebass.smf import SmfError, parse_smf
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
@@ -66,6 +69,8 @@ def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "au
     notes = read.lines.notes(events)
     program, changes = _programs(events, notes, read.lines.zone)
     sent = [e for place, e in enumerate(events) if e.message.kind != PROGRAM or place in changes]
+    if not read.take and (turns := in_turns(events, notes, rate)):
+        program, sent = notes[0].program, turns
     score = score_from(_on_channels(sent, read.lines), path.stem, rate, program, read.remarks)
     return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
 
@@ -148,14 +153,16 @@ def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> _Rea
         raise refusal("channel", '"auto", "all" or a number from 1 to 16', repr(channel))
     try:
         smf = parse_smf(file_bytes(path) if data is None else data, path.name)
+        if tracknames.is_game(smf.names):
+            raise SmfError(tracknames.GAME_REFUSAL)
         take = TAKE in smf.texts
         lines = lines_of(smf, rate, take)
     except SmfError as error:
         raise ScoreError(f"{path}: {error}") from None
     events = _ended(lines.events, lines.end) if take else cleaned(lines.events, lines.end, rate)
-    parts = Parts(smf, lines, lines.notes(events))
+    parts = Parts(smf, lines, lines.notes(events), rate)
     choice = parts.choose(channel, take)
-    remarks = (*smf.warnings, *lines.remarks, *filter(None, [choice.remark]))
+    remarks = (*smf.warnings, *lines.remarks, *choice.remarks)
     return _Read(take, lines, events, parts, choice, remarks)
 
 

@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from livebass.bounds import between, refusal, within
 from livebass.smf import Message
 
-NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xE0  # kinds of messages
+# Kinds of messages
+NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xD0, 0xE0
+CHANNELS = 16
 RELEASE = 64  # velocity of a note-off without its own
 BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
 LONGEST = 24 * 3600  # s, of a score
@@ -66,6 +68,7 @@ class Score:
     file_end: int = 0  # frame at the end of the file, including other parts; 0: no file
     foreign: bool = False  # read from a file that is not a livebass take: its low keys may be notes (low_keys.py)
     raised: int = 0  # notes that were too low and moved up by octaves
+    left_out: int = 0  # key switches of another instrument (low_keys.py)
     beats: tuple[tuple[int, bool], ...] = ()  # (frame, whether a bar begins) of each beat, if the file has bars
 
     @property

@@ -51,9 +51,16 @@ ORNAMENTS = {"trill-mark": "trill", "mordent": "mordent", "inverted-mordent": "i
              "inverted-turn": "inverted turn"}  # fmt: skip
 HOLDS = {"angled": 1.5, "square": 4.0}  # of fermatas by shape, as Guitar Pro holds short and long ones ...
 HOLD = 2.0  # ... and the usual ones
+# Programs of sounds, for parts without a program
+SOUNDS = {"pluck.bass": 33, "pluck.bass.acoustic": 32, "pluck.bass.electric": 33, "pluck.bass.fretless": 35,
+          "strings.contrabass": 32}  # fmt: skip
+HAIRPINS = "crescendo", "diminuendo"
+PALM, RING = "palm mute", "let ring"
+# Words that begin a line over the notes that are played so
+TECHNIQUES = {PALM: re.compile(r"p\.?\s?m\.?|palm[ -]mut(?:e|es|ed|ing)"), RING: re.compile(r"let ring")}
 UNMEASURED = 3  # strokes of a tremolo without a speed
 FULL = 90  # velocity of dynamics="100"
-MOST_ENDINGS = 99
+MOST_ENDINGS = MOST_PLAYS = 99
 MOST_NOTES = 30_000  # with rests; of a score with more, only the parts that a bass may play are read
 MOST_DIRECTIONS = 60_000  # with tempos
 MOST_IN_CHORD = 24
@@ -64,6 +71,12 @@ NOTE = re.compile(rb"<note(?:\s[^<>]*)?>")
 *SAID, DURATION = (
     re.compile(rb"<%b>([^<]*)</%b>" % (tag, tag)) for tag in (b"part-name", b"midi-program", b"duration")
 )
+TIMES = re.compile(
+    r"\(?(?:play |repeat )?(?:[x\u00d7] ?(\d+)|(\d+) ?(?:[x\u00d7]|times))\)?"
+)  # such as "4x" at a repeat
+TEMPO = re.compile(
+    r"(?:\u2669|(?<!\w)q|(?<!dotted )quarter|tempo|bpm) ?[=:] ?(\d+(?:\.\d+)?)|(\d+(?:\.\d+)?) ?bpm"
+)  # such as "q = 90"
 PER_MINUTE = re.compile(r"\d+(?:\.\d+)?")  # in a text such as "ca. 120"
 ROUNDING = Fraction(1, 32)  # quarter notes by which a bar may be too long
 
@@ -88,6 +101,7 @@ def read_musicxml(data: bytes) -> Tab:
         names = {part.get("id"): part for part in root.iterfind("part-list/score-part")}
         divisions = exact(root.findtext(".//divisions") or "1")  # of parts without their own
         parts = [_Part(part, names.get(part.get("id")), divisions) for part in root.iterfind("part")]
+        _shorten_upbeat(parts)
         tracks = [replace(part.track(), left=left[part.name]) for part in parts]
         return Tab(_merged([part.bars for part in parts]), tracks)
 
@@ -142,6 +156,15 @@ def _turn_by_part(root: Any) -> None:
     root.tag = "score-partwise"
 
 
+def _shorten_upbeat(parts: Sequence[_Part]) -> None:
+    """Shortens the first bar to its notes if no part fills it, but one fills the next: an upbeat without a mark."""
+    long = [part for part in parts if len(part.bars) > 1]
+    upbeat, after = (max((part.filled[k] for part in long), default=Fraction(0)) for k in (0, 1))
+    if upbeat > 0 and all(upbeat < part.bars[0].length and after >= part.bars[1].length - ROUNDING for part in long):
+        for part in long:
+            part.bars[0].length = upbeat
+
+
 def _merged(parts: Sequence[list[Bar]]) -> list[Bar]:
     """The bars of all parts as one: as long as the longest, with the tempos and signs of each."""
     bars = max(parts, key=len, default=[])
@@ -184,8 +207,10 @@ class _Part:
         self.endings: frozenset[int] = frozenset()
         self.begin, self.fifths = Fraction(0), 0
         self.swing: tuple[Fraction, Fraction] | None = None
-        self.wedges: dict[str, tuple[Fraction, str]] = {}  # that are open, by number: where they begin, and their kind
-        self.hairpins: list[tuple[Fraction, Fraction, str]] = []
+        # Hairpins and lines of a technique that are open, by number: where they begin, and their kind
+        self.wedges: dict[str, tuple[Fraction, str]] = {}
+        self.lines: dict[tuple[str, str], tuple[Fraction, str]] = {}
+        self.spans: list[tuple[Fraction, Fraction, str]] = []  # all that are complete
         measures = part.findall("measure")
         if len(measures) > MOST_BARS:
             raise UnreadableTab(f"has {len(measures)} bars, more than {MOST_BARS}")
@@ -201,10 +226,13 @@ class _Part:
         self.latest: Beat | None = None  # to which a chord's notes belong
         self.sounding: dict[int, tuple[int, int]] = {}  # the string and fret of each pitch
         self.counted: set[int] = set()  # numbers of the bars, from 1, whose repeats say how often they play
+        self.times: dict[int, int] = {}  # how often words tell to play, by the number of their bar
         self.simile = 0  # bars back to the one that sounds
+        self.is_free = False  # bars are as long as their notes
+        self.filled: list[Fraction] = []  # length of the notes and rests of each bar
         for measure, after in zip_longest(measures, measures[1:]):
             self._measure(measure, _is_part(after))
-        self._put_hairpins()
+        self._put_spans()
         self._find_goals()
         self._count_passes()
 
@@ -213,7 +241,8 @@ class _Part:
         if description is None:
             return Track("", self.tuning, self.capo, None, False, self.voices, self.tabbed)
         program, channel = (description.findtext(f"midi-instrument/midi-{name}") for name in ("program", "channel"))
-        kind = int(program) - 1 if program else None
+        sound = (description.findtext("score-instrument/instrument-sound") or "").strip()
+        kind = int(program) - 1 if program else SOUNDS.get(sound)
         name = (description.findtext("part-name") or "").strip()
         drums = (channel or "").strip() == PERCUSSION
         return Track(name, self.tuning, self.capo, kind, drums, self.voices, self.tabbed)
@@ -283,7 +312,8 @@ class _Part:
         bar.signs = frozenset(sign for sign in known if not any(other.startswith(f"{sign} al ") for other in known))
         goes_back = bar.plays > 1 or any(sign in JUMPS for sign in known)
         fills = goes_back and abs(bar.length - end - self.bars[0].length) <= ROUNDING  # the upbeat completes it
-        if end > bar.length + ROUNDING or ((_is_part(measure) or goes_on or fills) and 0 < end < bar.length):
+        shortens = _is_part(measure) or goes_on or fills or self.is_free
+        if end > bar.length + ROUNDING or (shortens and 0 < end < bar.length):
             bar.length = end
         for voice in voices.values():
             voice.put_graces()
@@ -294,6 +324,7 @@ class _Part:
             found = deepcopy(self.voices[-self.simile])
         self.voices.append(found)
         self.begin += bar.length
+        self.filled.append(end)
 
     def _find_goals(self) -> None:
         """Jumps that name no goal lead to the coda or the fine that the part has."""
@@ -303,23 +334,32 @@ class _Part:
             bar.signs = frozenset(sign + goal if JUMPS.get(sign, ("", "-"))[1] == "" else sign for sign in bar.signs)
 
     def _count_passes(self) -> None:
-        """Repeats that do not say how often they play do it for all of their endings."""
+        """Repeats that do not say how often they play do it for all of their endings, or as often as words tell."""
+        times = 0
         for n, (bar, after) in enumerate(zip_longest(self.bars, self.bars[1:]), 1):
+            times = self.times.get(n, 0 if bar.opens else times)
+            if bar.plays > 1 and not bar.endings and n not in self.counted and times > 1:
+                bar.plays = times
+            times = 0 if bar.plays > 1 else times
             if bar.plays > 1 and bar.endings and n not in self.counted:
                 follows = after is not None and max(after.endings, default=0) > max(bar.endings)
                 bar.plays = max(max(bar.endings) + follows, 2)
 
-    def _put_hairpins(self) -> None:
-        """Marks the beats under each hairpin."""
+    def _put_spans(self) -> None:
+        """Marks the beats under each hairpin and each line of a technique."""
         begins = list(accumulate((bar.length for bar in self.bars), initial=Fraction(0)))
         bars = zip(begins, self.voices, strict=False)
         beats = [(begin + beat.at, beat) for begin, voices in bars for voice in voices for beat in voice]
         beats.sort(key=lambda row: row[0])
-        for begin, end, kind in self.hairpins:
+        for begin, end, kind in self.spans:
             for k in range(bisect_left(beats, begin, key=lambda row: row[0]), len(beats)):
-                if beats[k][0] >= end:
+                at, beat = beats[k]
+                if at >= end and at > begin:
                     break
-                beats[k][1].hairpin = kind
+                if kind in HAIRPINS:
+                    beat.hairpin = kind
+                for note in beat.notes:
+                    note.palm, note.let_ring = note.palm or kind == PALM, note.let_ring or kind == RING
 
     def _duration(self, element: Any) -> Fraction:
         found = exact(element.findtext("duration") or "0") / self.divisions
@@ -330,8 +370,12 @@ class _Part:
     def _attributes(self, attributes: Any, bar: Bar) -> None:
         self.divisions = exact(attributes.findtext("divisions") or str(self.divisions))
         self.fifths = bar.fifths = int(attributes.findtext("key/fifths") or self.fifths)
-        beats = [each.text or "" for each in attributes.iterfind("time/beats")]
-        units = [Fraction(4, int(each.text)) for each in attributes.iterfind("time/beat-type")]
+        time = attributes.find("time")  # of the first staff; others have their own, usually the same
+        beats, units = list[str](), list[Fraction]()
+        if time is not None:
+            self.is_free = time.find("senza-misura") is not None
+            beats = [each.text or "" for each in time.iterfind("beats")]
+            units = [Fraction(4, int(each.text)) for each in time.iterfind("beat-type")]
         if beats and units:
             self.beat = min(units)
             rows = zip(beats, units, strict=True)
@@ -359,7 +403,14 @@ class _Part:
             jumps = {"dacapo": f"da capo{goal}", "dalsegno": f"da segno{goal}", "tocoda": "da coda"}
             signs += [jumps.get(name, name) for name in sound.keys()]  # noqa: SIM118
         signs.append(words)
+        if times := TIMES.fullmatch(words.strip()):
+            self.times[len(self.bars)] = min(int(times[1] or times[2]), MOST_PLAYS)
+        technique = next((kind for kind, text in TECHNIQUES.items() if text.fullmatch(words.strip())), "")
         told = direction.find("sound[@tempo]") is not None
+        by_words = TEMPO.search(words)
+        if by_words and not told and direction.find("direction-type/metronome") is None:
+            self.bpm = number(by_words[1] or by_words[2])
+            bar.tempos.append(Tempo(at, self.bpm))
         for each in direction.iterfind("direction-type/*"):
             if each.tag in ("segno", "coda"):
                 signs.append(each.tag)
@@ -372,14 +423,28 @@ class _Part:
                 bar.tempos.append(Tempo(at, self.bpm))
             elif each.tag == "wedge":
                 self._wedge(each, self.begin + at)
+            elif each.tag in ("dashes", "bracket"):
+                self._line(each, self.begin + at, technique)
+                technique = ""
+        if technique:  # without a line: for this beat
+            self.spans.append((self.begin + at, self.begin + at, technique))
 
     def _wedge(self, wedge: Any, at: Fraction) -> None:
         number, kind = wedge.get("number") or "1", wedge.get("type")
-        if kind in ("crescendo", "diminuendo"):
+        if kind in HAIRPINS:
             self.wedges[number] = at, kind
         elif kind == "stop" and number in self.wedges:
             begin, kind = self.wedges.pop(number)
-            self.hairpins.append((begin, at, kind))
+            self.spans.append((begin, at, kind))
+
+    def _line(self, line: Any, at: Fraction, technique: str) -> None:
+        """Begins a line of a `technique`, if the words before it name one, or ends one."""
+        name = line.tag, line.get("number") or "1"
+        if line.get("type") == "start" and technique:
+            self.lines[name] = at, technique
+        elif line.get("type") == "stop" and name in self.lines:
+            begin, kind = self.lines.pop(name)
+            self.spans.append((begin, at, kind))
 
     def _barline(self, barline: Any, bar: Bar) -> None:
         repeat, ending = barline.find("repeat"), barline.find("ending")
@@ -397,7 +462,9 @@ class _Part:
         """Reads a note at `at`; returns where the next one begins."""
         voice = voices.setdefault(element.findtext("voice") or "1", _Voice())
         grace, chord = element.find("grace"), element.find("chord") is not None and self.latest is not None
-        length = self._duration(element)
+        length = (
+            self._duration(element) if grace is not None or element.find("duration") is not None else _written(element)
+        )
         note = self._read(element, self.latest.notes if chord and self.latest else [])
         if grace is not None:
             if chord and voice.graces and note is not None:
@@ -495,6 +562,16 @@ class _Part:
         if note.tremolo:
             note.tremolo /= max(TYPES.get(element.findtext("type") or "", 0) // 4, 1)
         return note
+
+
+def _written(note: Any) -> Fraction:
+    """The length of a note without a duration, by its shape."""
+    dots, change = len(note.findall("dot")), note.find("time-modification")
+    length = Fraction(4, TYPES.get((note.findtext("type") or "").strip(), 4)) * (2 - Fraction(1, 2 ** min(dots, 8)))
+    if change is None:
+        return length
+    actual, normal = (int(change.findtext(f"{name}-notes") or 1) for name in ("actual", "normal"))
+    return length * normal / actual
 
 
 def _pitch(element: Any, prefix: str) -> int:

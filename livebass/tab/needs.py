@@ -30,17 +30,24 @@ def needed(module: str) -> Any:
 
 
 def parsed_xml(data: bytes) -> Any:
-    """The root of an XML document. Raises UnreadableTab for damage and entities, and LookupError without defusedxml."""
+    """The root of an XML document, without namespaces.
+
+    Raises UnreadableTab for damage and entities, and LookupError without defusedxml.
+    """
     xml = needed("defusedxml.ElementTree")
     if data.count(b"<") - data.count(b"</") > MOST_ELEMENTS:
         raise UnreadableTab(f"its XML has more than {MOST_ELEMENTS} elements")
     try:
-        return xml.fromstring(FALSE_ENCODING.sub(rb"\1", data, count=1))
+        root = xml.fromstring(FALSE_ENCODING.sub(rb"\1", data, count=1))
     except xml.ParseError as error:
         line, column = error.position
         raise UnreadableTab(f"is damaged: line {line}, column {column} of its XML") from None
     except (ValueError, LookupError):  # entities, refused by defusedxml; an unknown encoding
         raise UnreadableTab("its XML declares entities or an unknown encoding, which livebass does not read") from None
+    if root.tag.startswith("{"):
+        for element in root.iter():
+            element.tag = element.tag.rpartition("}")[2]
+    return root
 
 
 def damaged(error: Exception, what: str) -> UnreadableTab:

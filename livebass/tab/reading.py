@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -41,10 +42,12 @@ READERS: dict[str, Callable[[bytes], Tab]] = {
 }
 HIGHEST = 50  # D3, of any string
 BASSES = {4: "jazz-finger", 5: "five-string", 6: "six-string"}  # by number of strings
+GUITARS = range(24, 32)  # programs from 0
 FOURTH = 5  # semitones to a string that the tab does not have
 MOST_TEMPOS = 10_000
 MOST_NAMED = 8  # tracks in an error
 MOST_SAID = 6  # kinds of what is not played
+AFTER_NOUN = re.compile(r" (?=(?:beyond|on|other|without|to|in|out|off)\b)")  # in the name of a sign
 
 
 @dataclass(frozen=True)
@@ -147,6 +150,8 @@ def parsed(data: bytes) -> Tab:
     for track in tab.tracks:
         if any(not 0 <= note <= 127 for note in track.tuning):
             raise UnreadableTab("is damaged: a string is tuned beyond the notes of MIDI")
+        if _is_written_high(track):
+            track.tuning = tuple(note - 12 for note in track.tuning)
     return fill_in(tab)
 
 
@@ -175,6 +180,17 @@ def _is_bass(track: Track) -> bool:
     low, high = min(track.tuning, default=127), max(track.tuning, default=127)
     return (
         track.tabbed and not track.drums and len(track.tuning) in BASSES and low <= HIGHEST_LOWEST and high <= HIGHEST
+    )
+
+
+def _is_written_high(track: Track) -> bool:
+    """True if a bass, by its program or name, has strings tuned as its notes are written: an octave too high."""
+    named = tracknames.is_bass(track.name) and track.program not in GUITARS
+    return (
+        (named or track.program in BASS_PROGRAMS)
+        and track.tabbed
+        and not track.drums
+        and min(track.tuning, default=0) > HIGHEST_LOWEST
     )
 
 
@@ -211,24 +227,31 @@ def _bass(track: Track, asked: Asked, load: Callable[..., Instrument]) -> tuple[
     by_program = PROGRAMS.get((track.program if track.program is not None else -1) + 1)
     usual = [by_program] if strings == 4 and by_program else []
     usual += [name for count, name in BASSES.items() if count >= strings]
-    problem = f"has {strings} strings, which no bass here has; -p names another one"
+    problem = ""
     for preset in [asked.preset] if asked.preset else usual:
         bass = load(preset)
         missing = len(bass.strings) - strings
         if missing < 0:
-            problem = f"has {strings} strings, and {preset} has {len(bass.strings)}"
+            problem = problem or f"has {strings} strings, and {preset} has {len(bass.strings)}"
             continue
         tuning = [*track.tuning, *(track.tuning[-1] + FOURTH * (k + 1) for k in range(missing))]
         given = {"tuning": " ".join(map(note_name, tuning)), "capo": track.capo}
         try:
             bass = load(preset, given)
         except ValueError as error:
-            problem = f"cannot be played on {preset}: {error}"
+            problem = problem or f"cannot be played on {preset}: {error}"
             continue
         given |= {name: value for name, value in asked.options.items() if value is not None}
         name = os.path.abspath(preset) if is_path(preset) else preset
         return name, {key: str(value) for key, value in given.items() if value}, bass
+    problem = problem or f"has {strings} strings, which no bass here has; -p names another one"
     raise UnreadableTab(f'track "{track.name}" {problem}')
+
+
+def _plural(name: str) -> str:
+    """The plural of the name of a sign, such as "notes beyond fret 20"."""
+    noun, *rest = AFTER_NOUN.split(name, maxsplit=1)
+    return " ".join([" or ".join(f"{each}s" for each in noun.split(" or ")), *rest])
 
 
 def _said(tab: Tab, number: int, performance: Performance, lacks: Mapping[str, int]) -> str:
@@ -240,5 +263,5 @@ def _said(tab: Tab, number: int, performance: Performance, lacks: Mapping[str, i
     if others:
         line += f", not the bass{'es' * (len(others) > 1)} in track {', '.join(str(n + 1) for n in others)}"
     missing = sorted(((count, name) for name, count in lacks.items() if count), reverse=True)[:MOST_SAID]
-    counted = ", ".join(f"{count} {name}{'s' * (count != 1)}" for count, name in missing)
+    counted = ", ".join(f"{count} {name if count == 1 else _plural(name)}" for count, name in missing)
     return f"{line}; {counted} not played" if counted else line

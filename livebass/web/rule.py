@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from livebass import kits, smf, techniques, tracknames
-from livebass.score import choosing, lines, low_keys, reading, score
+from livebass.score import choosing, lines, low_keys, reading, score, spread
 from livebass.units import note_name
 
 RULE = {
@@ -15,13 +15,19 @@ RULE = {
         "drums": tracknames.DRUM_WORD,
         "telling": tracknames.TELLING_WORD,
     },
+    "game": {
+        "track": tracknames.GAME_TRACK,
+        "least": tracknames.LEAST_GAME,
+        "refusal": tracknames.GAME_REFUSAL,
+    },
     "encodings": list(tracknames.ENCODINGS.values()),
     "longestName": smf.LONGEST_NAME,
     "mostBefore": smf.MOST_BEFORE,
     "smpteRates": smf.SMPTE_RATES,
     "systemCommon": smf.SYSTEM_COMMON,
-    "channels": lines.CHANNELS,
+    "channels": score.CHANNELS,
     "drums": kits.DRUMS,
+    "melodic": kits.MELODIC,
     "bassPrograms": list(lines.BASS_PROGRAMS),
     "tempo": lines.DEFAULT_TEMPO,
     "longestRest": lines.LONGEST_REST,
@@ -37,16 +43,27 @@ RULE = {
     "brief": score.BRIEF,
     "longest": score.LONGEST,
     "place": {
-        "lowest": choosing.LOWEST,
-        "highest": choosing.HIGHEST,
-        "middle": choosing.MIDDLE,
-        "most": choosing.MOST,
+        "lowest": spread.LOWEST,
+        "highest": spread.HIGHEST,
+        "middle": spread.MIDDLE,
+        "most": spread.MOST,
+    },
+    "mostBasses": choosing.MOST_BASSES,
+    "together": choosing.TOGETHER,
+    "same": choosing.SAME,
+    "leastSame": choosing.LEAST,
+    "overlap": spread.OVERLAP,
+    "spread": {
+        "mostOverlap": spread.MOST_OVERLAP,
+        "leastBent": spread.LEAST_BENT,
+        "mostStaying": spread.MOST_STAYING,
+        "timbre": spread.TIMBRE,
     },
     "low": {
         "deepest": low_keys.DEEPEST,
-        "overlap": low_keys.OVERLAP,
         "short": low_keys.SHORT,
         "most": low_keys.MOST,
+        "far": low_keys.FAR,
     },
     "notes": [note_name(note) for note in range(128)],
 }

@@ -342,6 +342,16 @@ def test_the_summary_says_which_notes_lie_too_low(
     assert err.startswith(f"{line}livebass: error: nowhere/log"), err
 
 
+def test_the_summary_counts_key_switches_of_another_instrument(
+    fake: type[FakeEngine], run: Run, tmp_path: Path
+) -> None:
+    switch = b"\x00\x90\x60\x64\x05\x80\x60\x00"
+    for count, said in ((1, "1 key switch"), (2, "2 key switches")):
+        (tmp_path / "song.mid").write_bytes(song(b"\x00\xc0\x21", *[switch + NOTE] * count))
+        status, _, err = run("render", "song.mid", "-o", "out.wav")
+        assert status == 0 and err.endswith(f"dBFS, {said} of another instrument left out\n"), err
+
+
 def test_a_file_is_listed(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "song.mid").write_bytes(low_song(28, 40))

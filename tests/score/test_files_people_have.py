@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -143,6 +144,21 @@ MELODIC: dict[str, Rows] = {
 @pytest.mark.parametrize("name", MELODIC)
 def test_channel_10_may_be_melodic(tmp_path: Path, name: str) -> None:
     assert struck(read(tmp_path, smf(events(*MELODIC[name], *line(9, program=33))))) == list(LINE)
+
+
+@pytest.mark.parametrize("kind", [3, 4])
+@pytest.mark.parametrize("program", [None, 33, 0])
+def test_a_track_called_bass_on_channel_10_is_a_bass(tmp_path: Path, program: int | None, kind: int) -> None:
+    """Some programs number channels by track. A bass drum has fewer keys; a kit by its bank is a kit."""
+    strings = events((0, meta(3, b"Strings")), *line(0, (60, 62)))
+    bass = [(0, meta(kind, b"E-Bass")), *line(9, program=program)]
+    assert struck(read(tmp_path, smf(strings, events(*bass)))) == list(LINE)
+    for drums in (
+        [(0, meta(kind, b"Bass")), *line(9, (35, 36, 35, 36), program)],
+        [(0, meta(kind, b"Drums")), *line(9, program=program)],
+        [(0, (0xB9, 0, 127)), *bass],
+    ):
+        assert struck(read(tmp_path, smf(strings, events(*drums)))) == [60, 62]
 
 
 def test_a_bank_127_of_gs_is_no_kit_and_a_reset_makes_kits_as_they_were(tmp_path: Path) -> None:
@@ -342,12 +358,89 @@ def test_an_instruments_name_counts_beside_the_tracks(tmp_path: Path) -> None:
     assert struck(read(tmp_path, smf(events(*prefixed), kind=0))) == [72], "a name behind a channel prefix"
 
 
+def turns(*rows: tuple[int, int, int]) -> bytes:
+    """Bass lines of (channel, program, start)."""
+    return smf(
+        *(
+            events((0, (0xB0 | channel, 7, 90)), *line(channel, LINE, program, start))
+            for channel, program, start in rows
+        )
+    )
+
+
+def test_basses_with_channels_of_their_own_take_turns(tmp_path: Path) -> None:
+    """Slap, then fingers, then slap again: each part plays on its own bass."""
+    score = read(tmp_path, turns((1, 36, 0), (2, 33, 960), (3, 36, 1920)), rate=RATE)
+    assert score.program == 36 and score.changes == [(RATE, 33), (2 * RATE, 36)]
+    assert struck(score) == 3 * list(LINE)
+    kinds = (score.messages[:, 0] & 0xF0).tolist()
+    assert kinds.count(0xB0) == 3 and kinds[kinds.index(0xC0) + 1] == 0x90
+
+
+@pytest.mark.parametrize("starts", [(0, 0, 0), (0, 480, 960)])
+def test_basses_that_play_together_share_the_bass_of_most_notes(tmp_path: Path, starts: tuple[int, int, int]) -> None:
+    score = read(tmp_path, turns(*zip((1, 2, 3), (36, 33, 36), starts, strict=True)))
+    assert score.program == 36 and score.changes == []
+
+
+def test_a_bass_that_holds_notes_under_another_takes_no_turn(tmp_path: Path) -> None:
+    held = [row for k in range(3) for row in note_of(2, 28, 2400 * k, 2400 * k + 2000)]
+    data = smf(events(*line(1, LINE * 8, 33, 100)), events((0, (0xC2, 36)), *held))
+    score = read(tmp_path, data)
+    assert score.program == 33 and score.changes == []
+
+
+def test_single_notes_are_no_turns(tmp_path: Path) -> None:
+    rows = [row for k, key in enumerate(LINE * 3) for row in note_of(1 + k % 2, key, 240 * k, 240 * k + 200)]
+    score = read(tmp_path, smf(events((0, (0xC1, 33)), (0, (0xC2, 36)), *rows)))
+    assert score.program == 33 and score.changes == []
+
+
+# ---- parts that double another one
+
+
+@pytest.mark.parametrize("program", [33, None])
+def test_a_bass_that_doubles_another_is_left_out(tmp_path: Path, program: int | None) -> None:
+    """Some files have the bass twice, a little apart, for a fuller sound: on two channels, or on two tracks of one."""
+    name = (0, meta(3, b"Bass"))
+    for channel, late in ((2, 0), (1, 10), (4, 14), (3, 3)):
+        first = events(name, (0, (0xB3, 7, 99)), *line(3, (*LINE, *LINE), program))
+        second = events(name, (0, (0xB0 | channel, 7, 20)), *line(channel, (*LINE, *LINE), program, late))
+        score = read(tmp_path, smf(first, second))
+        kept = min(channel, 3) + 1
+        which = f"track {1 + (channel < 3)} (channel {kept})"
+        assert struck(score) == [*LINE, *LINE] and score.remarks[-1].endswith(f" doubles {which} and is left out")
+        assert {m[0] & 15 for m in score.messages.tolist()} == {kept - 1}
+        assert [p.why for p in read_parts(tmp_path / "song.mid")].count("doubles another part") == 1
+
+
+def test_parts_with_other_notes_double_nothing(tmp_path: Path) -> None:
+    """An octave apart, in turns, or later; and the same notes of a channel asked for."""
+    first = events(*line(1, LINE, 33))
+    for keys, start in ((tuple(key + 12 for key in LINE), 0), (LINE, 960), (LINE, 40)):
+        assert len(struck(read(tmp_path, smf(first, events(*line(2, keys, 33, start)))))) == 8
+    assert len(struck(read(tmp_path, smf(first, events(*line(2, LINE[:3], 33)))))) == 7, "too few to tell"
+    data = smf(first, events(*line(2, LINE, 33)))
+    assert len(struck(read(tmp_path, data, "all"))) == 8 and len(struck(read(tmp_path, data, 3))) == 4
+
+
+def test_a_chart_of_a_music_game_is_refused(tmp_path: Path) -> None:
+    """Its keys are buttons. A track called part is none."""
+    for names in ((b"PART BASS", b"EVENTS"), (b"PART GUITAR", b"PART REAL_BASS"), (b"PART KEYS_ANIM_LH", b"BEAT")):
+        with pytest.raises(ScoreError, match="is a chart for a music game"):
+            read(tmp_path, smf(*(named(name, 0, 96, 97) for name in names)))
+    for names in ((b"PART BASS", b"Piano"), (b"Part Bass", b"Part Guitar")):
+        assert struck(read(tmp_path, smf(*(named(name, k, 40, 43) for k, name in enumerate(names)))))
+
+
 # ---- files that are not MIDI
 
 OTHERS = {
     b"\x18FICHIER GUITAR PRO v5.00\x00\x00": "is a Guitar Pro 5 file, not a MIDI file: export MIDI",
     b'<?xml version="1.0"?>\n<score-partwise version="3.1">': "is a MusicXML file, not a MIDI file: export MIDI",
+    b'<?xml version="1.0"?><museScore version="4">': "not a MIDI file: export MIDI or MusicXML from the program",
     b"RIFF\x24\x00\x00\x00WAVEfmt ": "is a WAV file, not a MIDI file",
+    b"G|---|\nD|-5-|\nA|---|\nE|---|": "is a text tab, which does not tell the lengths of its notes",
     b"hello, world": "not a Standard MIDI File",
 }
 
@@ -363,3 +456,71 @@ def test_a_name_tells_what_bytes_do_not(tmp_path: Path) -> None:
     (tmp_path / "song.GP5").write_bytes(b"hello, world")
     with pytest.raises(ScoreError, match="is a Guitar Pro 5 file, not a MIDI file: export MIDI"):
         read_score(tmp_path / "song.GP5", RATE)
+
+
+# ---- one instrument over several channels, without a mode
+
+
+def stringed(base: int, low_first: bool = False, length: int = 235) -> Rows:
+    """A line over four strings, a channel each, as a MIDI guitar's track has it after its modes are lost."""
+    opens, rows = (43, 38, 33, 28), []
+    for k, (string, fret) in enumerate(
+        [(3, 0), (3, 3), (2, 0), (2, 2), (1, 0), (1, 2), (0, 0), (0, 2), (3, 0), (2, 2)]
+    ):
+        channel = base + (3 - string if low_first else string)
+        rows += note_of(channel, opens[string] + fret, 240 * k, 240 * k + length)
+    return sorted(rows, key=lambda row: row[0])
+
+
+def in_turn(channels: Sequence[int], length: int = 235) -> Rows:
+    """The line, each note with a bend on the next of the channels, as MPE has it."""
+    rows = []
+    for k, key in enumerate((*LINE, *LINE)):
+        channel = channels[k % len(channels)]
+        rows += [(240 * k, (0xE0 | channel, 0, 64)), (240 * k, (0xB0 | channel, 74, 60))]
+        rows += note_of(channel, key, 240 * k, 240 * k + length)
+    return sorted(rows, key=lambda row: row[0])
+
+
+@pytest.mark.parametrize("kind", [0, 1])
+@pytest.mark.parametrize(
+    "rows",
+    [stringed(0), stringed(10), stringed(0, low_first=True), stringed(0, length=255), in_turn((0, 1)),
+     [row for row in stringed(0) if row[1][0] & 15 > 1]],
+    ids=["highest first", "from channel 11", "lowest first", "legato", "two in turn", "two strings"],
+)  # fmt: skip
+def test_a_channel_a_string_without_a_mode_is_one_instrument(tmp_path: Path, rows: Rows, kind: int) -> None:
+    keys = [message[1] for _, message in rows if message[0] & 0xF0 == 0x90]
+    others = [events(*line(15, (84, 86)))] if kind else []
+    score = read(tmp_path, smf(events((0, meta(3, b"Take 3")), *rows), *others, kind=kind))
+    assert struck(score) == keys and "as one instrument, a channel a string" in score.remarks[0]
+    assert len({m[0] & 15 for m in score.messages.tolist()}) == len({m[0] & 15 for _, m in rows})
+    drums = events(*line(9, (36, 38)))
+    assert struck(read(tmp_path, smf(events(*rows), drums))) == keys
+
+
+@pytest.mark.parametrize("length", [235, 700])
+@pytest.mark.parametrize("channels", [range(1, 16), (3, 1, 2), (12, 14, 13, 15)])
+def test_a_channel_a_note_without_a_mode_is_mpe(tmp_path: Path, channels: Sequence[int], length: int) -> None:
+    """Chords, too: each channel bends its own notes."""
+    rows = in_turn(channels, min(length, 240 * len(channels) - 5))
+    score = read(tmp_path, smf(events(*rows)))
+    assert sorted(struck(score)) == sorted([*LINE, *LINE]) and "a channel a note" in score.remarks[0]
+    sent = [tuple(m) for m in score.messages.tolist() if m[0] == 0xB0]
+    assert sent[:3] == [(0xB0, 101, 0), (0xB0, 100, 6), (0xB0, 6, max(channels[: len(rows) // 4]))]
+
+
+def test_a_band_on_the_channels_of_a_track_is_not_one_instrument(tmp_path: Path) -> None:
+    """Several lines at once, chords, a channel with a program, or notes that another track has there, too."""
+    band = [*line(0, (55, 57, 59)), *line(1), *line(3, (48, 50, 52))]
+    chords = [row for k, key in enumerate(LINE) for row in (*note_of(1, key, 480 * k, 480 * k + 200),
+              *(r for third in (0, 4, 7) for r in note_of(2, 40 + third, 480 * k + 240, 480 * k + 440)))]  # fmt: skip
+    for rows in (band, chords):
+        score = read(tmp_path, smf(events(*sorted(rows, key=lambda row: row[0])), kind=0))
+        assert struck(score) == list(LINE) and "in a bass's range" in score.remarks[0]
+    for tracks in (
+        [events((0, (0xC0, 0)), *stringed(0))],
+        [events(*stringed(0)), events(*line(0, (84, 86)))],
+    ):
+        (remark,) = read(tmp_path, smf(*tracks)).remarks
+        assert "in a bass's range" in remark

@@ -57,6 +57,44 @@ def test_key_switches_stay_what_they_are(tmp_path: Path, name: str) -> None:
     assert with_low_notes(score, load_preset("five-string")) is score
 
 
+FOREIGN: dict[str, Rows] = {
+    "brief, before the notes": [*note_of(0, 24, -40, -10), *note_of(0, 26, 440, 470)],
+    "high, at the notes": [*note_of(0, 96, 0, 10), *note_of(0, 97, 720, 730)],
+    "high, held": note_of(0, 84, -20, 900),
+}
+NO_SWITCHES: dict[str, Rows] = {
+    "low notes": [*note_of(0, 26, 960, 1160), *note_of(0, 24, 1200, 1400)],
+    "brief low notes in a line": [*note_of(0, 26, 960, 1000), *note_of(0, 33, 1080, 1160), *note_of(0, 24, 1200, 1240)],
+    "double stops": [*note_of(0, 26, 0, 200), *note_of(0, 26, 240, 440)],
+    "a brief double stop": [*note_of(0, 26, 960, 1000), *note_of(0, 33, 960, 1000)],
+    "a grace note among low notes": [
+        *note_of(0, 26, 440, 470), *note_of(0, 26, 960, 1160), *note_of(0, 24, 1200, 1400),
+    ],
+    "a drone": note_of(0, 26, -20, 900),
+    "high notes": [*note_of(0, 72, 960, 1160), *note_of(0, 74, 1200, 1400)],
+}  # fmt: skip
+
+
+def shifted(rows: Rows) -> Rows:
+    return [
+        (tick + 100 if message[0] & 0xF0 != 0xC0 else tick, message) for tick, message in [*line(30, 28, 33, 35), *rows]
+    ]
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_key_switches_of_another_instrument_are_left_out(tmp_path: Path, name: str) -> None:
+    fitted = with_low_notes(read(tmp_path, shifted(FOREIGN[name])), load_preset("jazz-finger"))
+    alone = read(tmp_path, shifted([]))
+    assert fitted.left_out == len(FOREIGN[name]) // 2 and fitted.notes == alone.notes == 4
+    assert np.array_equal(fitted.messages, alone.messages) and np.array_equal(fitted.frames, alone.frames)
+
+
+@pytest.mark.parametrize("name", NO_SWITCHES)
+def test_notes_beyond_the_range_are_no_switches(tmp_path: Path, name: str) -> None:
+    score = read(tmp_path, shifted(NO_SWITCHES[name]))
+    assert with_low_notes(score, load_preset("jazz-finger")) is score
+
+
 def test_notes_of_a_program_and_of_a_take_are_left_alone(tmp_path: Path) -> None:
     """They were played on a livebass, where these keys switch."""
     bass = load_preset("five-string")

@@ -38,6 +38,7 @@ def named(name: bytes, channel: int, *notes: int, program: bytes = b"") -> bytes
 
 def variable(number: int) -> bytes:
     """A variable-length quantity."""
+    assert number >= 0, "events must be in order"
     data = [number & 0x7F]
     while number := number >> 7:
         data.append(number & 0x7F | 0x80)

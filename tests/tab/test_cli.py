@@ -93,6 +93,10 @@ def test_what_is_not_played_is_counted(run: Run) -> None:
     piece = tab(beats(note(0, 23), note(0, 3, harmonic="semi"), note(0, 5, harmonic="semi")))
     _, _, err = run("export", "midi", write(as_gp(piece), "song.gp"))
     assert "3 notes; 2 semi-harmonics, 1 note beyond fret 20 not played" in err
+    hammered = [note(1, fret, hammer=True) for fret in (3, 5)]
+    piece = tab(beats(note(0, 23), hammered[0], None, hammered[1]), beats(note(0, 22)))
+    _, _, err = run("export", "midi", write(as_gp(piece), "song.gp"))
+    assert "4 notes; 2 slides or hammer-ons to nothing, 2 notes beyond fret 20 not played" in err
 
 
 def test_dynamics_move_the_force_of_all_notes(run: Run) -> None:
@@ -145,6 +149,13 @@ def test_a_metronome_of_the_file_is_for_tablature(run: Run) -> None:
         status, _, err = run("play", "--no-settings", *options)
         assert_one_clear_line(status, err)
         assert said in err
+
+
+@pytest.mark.parametrize("more", [["--list"], []])
+def test_a_channel_is_for_midi_files(run: Run, more: list[str]) -> None:
+    status, _, err = run("render", write(as_gp5(tab(beats(note(0, 3)))), "song.gp5"), "--channel", "2", *more)
+    assert_one_clear_line(status, err)
+    assert status == 2 and "--channel is for MIDI files" in err and "--track" in err
 
 
 def test_standard_input_is_a_tablature_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

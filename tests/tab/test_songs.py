@@ -9,6 +9,7 @@ import pytest
 from support.tabs import WRITERS as ALL
 from support.tabs import as_gp, as_gp5, as_gpif, as_musicxml, beats, note, tab, zipped
 
+from livebass.score.reading import ScoreError
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, Beat, Grace, Tab, Tempo
 from livebass.tab.perform import Performance, perform
 from livebass.tab.reading import Asked, parsed, table
@@ -341,6 +342,7 @@ HALF, QUARTER = "<beat-unit>half</beat-unit>", "<beat-unit>quarter</beat-unit>"
 ENDING = '<barline location="left"><ending number="{}" type="start"/></barline>'
 STOP = '<barline location="right"><ending number="{}" type="stop"/>{}</barline>'
 BACK = '<repeat direction="backward"/>'
+SIGNATURE = "<attributes><time><beats>4</beats><beat-type>4</beat-type></time></attributes>"
 JUMP = '<direction><sound {}="a"/></direction>'
 GRACE = "<note><grace/><pitch><step>C</step><octave>2</octave></pitch><type>eighth</type></note>"
 HIGH = "".join(
@@ -429,6 +431,50 @@ WRITTEN: dict[str, tuple[str, list[tuple[float, int, int]]]] = {
                '<measure><part id="P">').replace("</measure></part>", "</part></measure>"),
         [(0, 3, 0)],
     ),
+    "an upbeat that is not marked": (
+        scored(plain("G", 2, 2), plain("A", 2, 8), plain("B", 2, 8)), [(0, 3, 0), (0.5, 3, 2), (2.5, 3, 4)],
+    ),
+    "a first bar that another part fills": (
+        scored(plain("G", 2, 2), plain("A", 2, 8)).replace(
+            "</score-partwise>", "<part id='Q'><measure>" + plain("G", 4, 8) + "</measure></part></score-partwise>"),
+        [(0, 3, 0), (2, 3, 2)],
+    ),
+    "an empty first bar": (scored("", plain("A", 2, 2), plain("B", 2, 8)), [(2, 3, 2), (4, 3, 4)]),
+    "a signature for each staff": (
+        scored(plain("G", 2, 6), plain("A", 2, 6), attributes="".join(f"<time number='{n}'><beats>3</beats><beat-type>4"
+               "</beat-type></time>" for n in (1, 2))),
+        [(0, 3, 0), (1.5, 3, 2)],
+    ),
+    "bars without a signature": (
+        scored(plain("G", 2, 8), "<attributes><time><senza-misura/></time></attributes>" + plain("A", 2, 2),
+               plain("B", 2, 2) + plain("A", 2, 4), SIGNATURE + plain("B", 2, 4), plain("A", 2, 4)),
+        [(0, 3, 0), (2, 3, 2), (2.5, 3, 4), (3, 3, 2), (4, 3, 4), (6, 3, 2)],
+    ),
+    "notes without a duration": (
+        scored(*(plain("G", 2, 0).replace("<duration>0</duration>", f"<type>{kind}</type>") + plain("A", 2, 2)
+                 for kind in ("half", "quarter</type><dot/><type>", "eighth</type><time-modification><actual-notes>3"
+                              "</actual-notes><normal-notes>2</normal-notes></time-modification><type>"))),
+        [(0, 3, 0), (1, 3, 2), (2, 3, 0), (2.75, 3, 2), (4, 3, 0), (4.167, 3, 2)],
+    ),
+    **{f"a repeat with the words {words}": (
+        scored(OPENED + plain("G", 2, 8) + direction("<words>4x</words>") * (words == "before"),
+               plain("A", 2, 8) + direction(f"<words>{words}</words>") * (words != "before") + AGAIN, plain("B", 2, 8)),
+        [(4 * k + at, 3, fret) for k in range(4) for at, fret in ((0, 0), (2, 2))] + [(16, 3, 4)],
+    ) for words in ("4x", "x4", "(Play 4 times)", "4 \u00d7", "before")},
+    "words after a repeat": (
+        scored(plain("G", 2, 8) + AGAIN, plain("A", 2, 8) + direction("<words>4x</words>")), [
+            (0, 3, 0), (2, 3, 0), (4, 3, 2)],
+    ),
+    **{f"a tempo in words, {words}": (
+        scored(direction(f"<words>{words}</words>") + plain("G", 2, 4) + plain("A", 2, 4)), [(0, 3, 0), (2, 3, 2)],
+    ) for words in ("\u2669 = 60", "Slowly (q=60)", "60 BPM", "Tempo: 60")},
+    "words that tell no tempo": (
+        scored(direction("<words>Dotted quarter = 60, freq = 60</words>") + plain("G", 2, 4) + plain("A", 2, 4)),
+        [(0, 3, 0), (1, 3, 2)],
+    ),
+    "a namespace": (
+        scored(plain("G", 2, 8)).replace("<score-partwise", '<score-partwise xmlns="urn:example"', 1), [(0, 3, 0)],
+    ),
     "UTF-8 that claims to be UTF-16": (
         "<?xml version='1.0' encoding='UTF-16'?>" + scored(plain("G", 2, 8)), [(0, 3, 0)],
     ),
@@ -442,6 +488,17 @@ def test_musicxml_without_tablature_is_played(case: str) -> None:
     assert [(round(s.time, 3), s.string, s.fret) for s in strokes] == expected
 
 
+@pytest.mark.parametrize(("sound", "preset"), [("pluck.bass.electric", "yes"), ("pluck.guitar", None)])
+def test_a_sound_tells_a_bass_without_a_name(sound: str, preset: str | None) -> None:
+    about = f"<score-instrument><instrument-sound>{sound}</instrument-sound></score-instrument></score-part>"
+    text = scored(plain("G", 2, 8)).replace("Bass", "Part 1").replace("</score-part>", about, 1)
+    if preset:
+        assert table(text.encode(), Path("a.xml"), Asked())[1][-1] == "yes"
+    else:
+        with pytest.raises(ScoreError, match="no track is tuned like a bass"):
+            table(text.encode(), Path("a.xml"), Asked())
+
+
 def test_tablature_in_musicxml_has_slurs_ties_and_notes_without_strings() -> None:
     slur = '</technical><slur type="{}"/><technical>'
     slurred = low(3, 1, slur.format("start")) + low(5, 1) + low(7, 1, slur.format("stop")) + low(7, 1)
@@ -451,6 +508,22 @@ def test_tablature_in_musicxml_has_slurs_ties_and_notes_without_strings() -> Non
     kinds = [(s.kind, s.fret) for s in strokes]
     assert kinds == [("pluck", 3), ("hammer", 5), ("hammer", 7), ("pluck", 7), ("pluck", 3)]
     assert strokes[-1].end == 2.0
+
+
+@pytest.mark.parametrize("line", ["dashes", "bracket"])
+@pytest.mark.parametrize("words", ["P.M.", "PM", "p. m.", "palm mute", "Palm Muting", "let ring"])
+def test_lines_of_a_technique_hold_for_the_notes_under_them(words: str, line: str) -> None:
+    """Over a bar line, too; words without a line hold for their beat."""
+    begins = f'<words>{words}</words></direction-type><direction-type><{line} number="2" type="start"/>'
+    other = f'<words>cresc.</words></direction-type><direction-type><{line} number="1" type="start"/>'
+    ends = direction(f'<{line} number="2" type="stop"/>')
+    brief = [low(fret, 1) + "<forward><duration>1</duration></forward>" for fret in (3, 5, 7, 8)]
+    strokes = in_musicxml(
+        brief[0] + direction(begins) + brief[1] + direction(other) + brief[2] + brief[3],
+        brief[0] + ends + brief[1] + direction(f"<words>{words}</words>") + brief[2] + brief[3],
+    ).strokes
+    held = [s.end - s.time > 0.3 if words == "let ring" else s.palm for s in strokes]
+    assert held == [False, True, True, True, True, False, True, False]
 
 
 def test_the_wavy_line_of_a_trill_is_not_a_vibrato() -> None:
@@ -497,6 +570,21 @@ def test_a_bass_tuned_as_it_is_written_sounds_an_octave_lower(name: str, low: in
     text = scored(plain("G", 2, 4), attributes=f"<staff-details>{HIGH}</staff-details>").replace("Bass", name)
     piece = parsed(text.encode())
     assert piece.tracks[0].tuning[0] == low and [(s.string, s.fret) for s in played(piece).strokes] == [(0, 3)]
+
+
+@pytest.mark.parametrize("kind", ["gp5", "gp"])
+@pytest.mark.parametrize(
+    ("tuning", "name", "program", "low"),
+    [((40, 45, 50, 55), "x", 33, 28), ((40, 45, 50, 55, 59, 64), "Bass", 0, 28), ((40, 45, 50, 55), "Uke", 0, 40),
+     ((40, 45, 50, 55, 59, 64), "Bass", 30, 40),
+     ((33, 38, 43, 48), "Bass", 33, 33)],
+)  # fmt: skip
+def test_a_bass_of_guitar_pro_may_be_tuned_as_it_is_written(
+    tuning: tuple[int, ...], name: str, program: int, low: int, kind: str
+) -> None:
+    piece = tab(beats(note(0, 3)), tuning=tuning, name=name, program=program)
+    (track,) = parsed(WRITERS[kind](piece)).tracks
+    assert [note - low for note in track.tuning] == [note - tuning[0] for note in tuning]
 
 
 def test_a_partial_capo_is_counted() -> None:

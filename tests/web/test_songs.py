@@ -36,9 +36,13 @@ def line_of(channel: int, keys: list[int] = LINE, length: int = 240) -> list[tup
     return [row for k, key in enumerate(keys) for row in note_of(channel, key, k * length, (k + 1) * length)]
 
 
+def by_tick(*rows: tuple[int, tuple[int, ...]]) -> list[tuple[int, tuple[int, ...]]]:
+    return sorted(rows, key=lambda row: row[0])
+
+
 def with_rows(*rows: tuple[int, tuple[int, ...]], channel: int = 0) -> bytes:
     """A one-track file: a line on a channel, and the events `rows`."""
-    return smf(events(*sorted([*rows, *line_of(channel)], key=lambda row: row[0])))
+    return smf(events(*by_tick(*rows, *line_of(channel))))
 
 
 UNNAMED = smf(BASS + events(*line_of(0)), events((0, (0xC3, 5)), *line_of(3)), events(*line_of(9, [36, 38])))
@@ -98,6 +102,7 @@ KINDS: dict[str, bytes] = {
     "part of XG": smf(events((0, sysex(0x43, 0x10, 0x4C, 0, 0, 0x7E, 0)), (1, sysex(0x43, 0x10, 0x4C, 8, 1, 7, 1))),
                       b"\x02\xc1\x21" + named(b"", 1, 36, 38), named(b"Bass", 2, *LINE)),
     "melodic channel 10": smf(b"\x00\xb9\x00\x79" + named(b"", 9, *LINE, program=b"\x21")),
+    "a bass on channel 10": smf(named(b"E-Bass", 9, *LINE), named(b"Pad", 0, 60, 64), named(b"Bass", 9, 36, 38)),
     "late program": with_rows((10, (0xC0, 33))),
     "programs later": with_rows((0, (0xC0, 33)), (240, (0xC0, 0)), (480, (0xC0, 36))),
     "tunings": with_rows((0, (0xC0, 33)), (0, sysex(0x7F, 0x7F, 4, 4, 0, 62)), (0, sysex(0x7E, 0x7F, 8, 2, 0, 0))),
@@ -112,6 +117,19 @@ KINDS: dict[str, bytes] = {
     "shared by names": smf(named(b"Bass", 0, *LINE), named(b"Piano", 0, 40, 52, 60)),
     "string channels": with_rows((0, (0xB0, 126, 4)), (0, (0xC0, 33)), *note_of(1, 45, 9, 70), *note_of(2, 50, 9, 9)),
     "MPE": with_rows((0, (0xB0, 101, 0)), (0, (0xB0, 100, 6)), (0, (0xB0, 6, 3)), *note_of(2, 50, 5, 600)),
+    "string channels without a mode": smf(events(*by_tick(*[row for k, (channel, key) in enumerate(
+        [(3, 28), (3, 31), (2, 33), (1, 38), (0, 43), (3, 30), (2, 35)])
+        for row in note_of(channel, key, 240 * k, 240 * k + 250)]))),
+    "MPE without a mode": smf(events(*by_tick(*[row for k, key in enumerate([*LINE, *LINE]) for row in
+        ((120 * k, (0xE1 + k % 3, 0, 64)), *note_of(1 + k % 3, key, 120 * k, 120 * k + 300))]))),
+    "foreign key switches": smf(events((0, (0xC0, 33)), *by_tick(*note_of(0, 25, 0, 20), *note_of(0, 96, 500, 900), *(
+        row for k, key in enumerate(LINE) for row in note_of(0, key, 20 + 240 * k, 240 + 240 * k))))),
+    "a bass doubled on another channel": smf(
+        events((0, (0xC0, 33)), *line_of(0)), events((0, (0xC1, 38)), *((tick + 5, m) for tick, m in line_of(1))),
+        named(b"Bass", 2, 60, 62)),
+    "a bass doubled on its channel": smf(
+        events((0, (0xC0, 33)), *line_of(0)), events(*((tick + 3, m) for tick, m in line_of(0)))),
+    "a chart of a game": smf(named(b"PART BASS", 0, 96, 97), named(b"PART REAL_BASS_22", 0, 26), named(b"BEAT", 0, 12)),
     "a mode of a band": with_rows((0, (0xB0, 126, 3)), (0, (0xC0, 33)), (0, (0xC1, 0)), *note_of(1, 60, 5, 600)),
     "ended on another channel": smf(b"\x00\xc0\x21\x00\x90\x28\x60\x60\x81\x28\x30" + END),
     "overlaps": smf(events((0, (0xC0, 33)), (0, (0x90, 40, 9)), (100, (0x90, 40, 8)), (110, (0x80, 40, 7)),

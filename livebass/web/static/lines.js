@@ -1,7 +1,9 @@
 // Sorts a MIDI file's messages into lines, as livebass/score/lines.py does: a line is a channel of a port, or of a
 // track that shares its channel but has its own program. The channels of a zone are one instrument.
+import {isBass} from "./names.js";
 import {RULE} from "./rule.js";
 import {CONTROL, NOTE_OFF, NOTE_ON, PROGRAM, listOf} from "./smf.js";
+import {spreadOf} from "./spread.js";
 
 export const isNote = ({kind}) => kind === NOTE_ON || kind === NOTE_OFF;
 const sameBytes = (data, from, ...bytes) => bytes.every((byte, k) => data[from + k] === byte);
@@ -19,10 +21,11 @@ export class Lines {
     this.exclusive = smf.exclusive.filter(({port}) => first.has(port))
       .map(({tick, port, data}) => ({frame: frame(tick), first: first.get(port), data}));
     this.zone = new Set(); // lines of one instrument
+    this.basses = take ? new Set() : bassesOf(smf, this.events); // tracks that are no drums, even on channel 10
     this.remarks = [];
     this.endSoon(frame(smf.endTick), rate);
     if (take) this.zone = new Set(this.lines.keys());
-    else this.sort(smf);
+    else this.sort(smf, rate);
   }
 
   // Sets the end, a frame: the file's, or its last note's if that is much earlier.
@@ -40,9 +43,10 @@ export class Lines {
 
   // Finds the zone, and the lines of tracks that share a channel; drops controller 5, which has another meaning in
   // foreign files.
-  sort(smf) {
+  sort(smf, rate) {
     this.findZone();
     this.remarks.push(...tuningsOf(smf));
+    if (!this.zone.size) this.joinSpread(rate);
     const bends = bendsByPortamento(this.events);
     if (bends)
       this.remarks.push(`ignored controller 5 (portamento time, ${bends} times): it bends only in takes of livebass`);
@@ -51,7 +55,7 @@ export class Lines {
     this.events = endedByOthers(this.events);
   }
 
-  // The notes among `events`, with their programs: {place, track, line, note, program, bank, drums}.
+  // The notes among `events`, with their programs: {place, track, line, note, program, bank, drums, frame}.
   notes(events) {
     const programs = onlyPrograms(events), banks = new Map(), kits = new Kits(this), found = [];
     let ofZone = this.programOfZone(events, programs);
@@ -64,7 +68,7 @@ export class Lines {
         banks.set(line, b);
       } else if (kind === NOTE_ON) {
         const program = programs.get(line) ?? (inZone ? ofZone : undefined), bank = banks.get(line);
-        found.push({place, track, line, note: a, program, bank, drums: !inZone && kits.has(line, frame, bank)});
+        found.push({place, track, line, note: a, program, bank, drums: !inZone && kits.has(line, frame, bank, track), frame});
       }
     });
     return found;
@@ -88,6 +92,17 @@ export class Lines {
     if (kinds.size < 2) return;
     this.zone = new Set();
     this.events = this.events.filter((_, place) => !modes.has(place));
+  }
+
+  // Makes a zone of the channels over which a track spreads one instrument.
+  joinSpread(rate) {
+    const one = spreadOf(this.events, rate);
+    if (!one) return;
+    this.zone = new Set(one.lines);
+    this.events = [...one.mode, ...this.events];
+    const channels = one.lines.map(line => this.lines[line].channel + 1).sort((a, b) => a - b);
+    const kind = one.mode.length ? "a channel a note" : "a channel a string";
+    this.remarks.push(`plays channels ${channels[0]} to ${channels.at(-1)} as one instrument, ${kind}`);
   }
 
   // Separates tracks that share a channel but have their own programs.
@@ -151,9 +166,10 @@ function onlyPrograms(events) {
   return new Map([...found].filter(([, program]) => program !== undefined));
 }
 
-// The lines that play drums: channel 10, unless banks and system exclusive messages change that.
+// The lines that play drums: channel 10, unless names, banks and system exclusive messages change that.
 class Kits {
-  constructor({lines, exclusive}) {
+  constructor({lines, exclusive, basses}) {
+    this.basses = basses;
     this.lines = lines;
     this.exclusive = exclusive;
     this.taken = 0;
@@ -161,14 +177,14 @@ class Kits {
     this.systems = new Map(); // "gs", "xg" or "", by the first line of a port
   }
 
-  // True if a note of `line` at `frame`, in ascending order, sounds drums in `bank`.
-  has(line, frame, bank) {
+  // True if a note of `line` and `track` at `frame`, in ascending order, sounds drums in `bank`.
+  has(line, frame, bank, track) {
     while (this.taken < this.exclusive.length && this.exclusive[this.taken].frame <= frame)
       this.take(this.exclusive[this.taken++]);
     const {channel, first} = this.lines[line], system = this.systems.get(first);
     if (bank === RULE.gm2Drums || (RULE.xgDrums.includes(bank) && system !== "gs")) return true;
     if (bank === RULE.gm2Melodic || (system === "xg" && bank !== undefined)) return false;
-    return this.parts.get(first + channel) ?? channel === RULE.drums;
+    return this.parts.get(first + channel) ?? (channel === RULE.drums && !this.basses.has(track));
   }
 
   take({first, data}) {
@@ -194,6 +210,18 @@ class Kits {
     this.systems.set(first, system);
     for (let channel = 0; channel < RULE.channels; channel++) this.parts.delete(first + channel);
   }
+}
+
+// The tracks of one line that are called bass and play several keys: some programs give channel 10 to any instrument.
+function bassesOf({names, instruments}, events) {
+  const lines = new Map(), keys = new Map();
+  for (const {kind, track, line, a} of events) {
+    if (kind !== NOTE_ON) continue;
+    lines.set(track, (lines.get(track) || new Set()).add(line));
+    keys.set(track, (keys.get(track) || new Set()).add(a));
+  }
+  return new Set([...lines.keys()].filter(track => lines.get(track).size === 1 && keys.get(track).size >= RULE.melodic &&
+    (isBass(names[track]) || isBass(instruments[track]))));
 }
 
 // The places of messages that give channels a meaning, and the lines of each.

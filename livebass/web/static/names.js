@@ -6,6 +6,9 @@ const LATIN_LETTERS = /^[\x20-\x7e]/;
 const CONTROLS_OF_C1 = /[\x80-\x9f]/; // browsers' reading of bytes that these encodings do not have
 
 const plainName = name => name.normalize("NFKC").replaceAll("İ", "I").replaceAll("ı", "i");
+const GAME_TRACK = new RegExp(`^(?:${RULE.game.track})$`, "u");
+// True if tracks of these names are a chart for a music game.
+export const isGame = names => names.filter(name => GAME_TRACK.test(name)).length >= RULE.game.least;
 export const isOther = name => WORDS.other.test(plainName(name));
 export const isDrums = name => WORDS.drums.test(plainName(name));
 export const isBass = name => WORDS.bass.test(plainName(name)) && !isOther(name);

@@ -3,6 +3,7 @@
 import {isNote, keyOf, roundedToEven} from "./lines.js";
 import {RULE} from "./rule.js";
 import {NOTE_OFF, NOTE_ON, listOf} from "./smf.js";
+import {middleOf} from "./spread.js";
 
 const noteOffOf = (line, channel, a, frame, b) =>
   ({tick: 0, frame, track: 0, port: 0, line, kind: NOTE_OFF, channel, a, b});
@@ -86,10 +87,28 @@ export function onChannels(events, {lines, zone}) {
   });
 }
 
-export const middleOf = values => {
-  const sorted = Float64Array.from(values).sort(), half = sorted.length >> 1;
-  return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
-};
+// The events without the key switches of another instrument, beyond the range of `bass`: brief keys just before a longer
+// note, or, far from all notes, keys held while notes begin.
+export function withoutForeignSwitches(events, bass, rate) {
+  const [lowest, highest] = bass.range, switches = new Set(bass.switches), {short, most, far} = RULE.low;
+  const strokes = strokesOf(events).filter(({key}) => key >= lowest || !switches.has(key));
+  const isNear = ({key}) => key >= lowest && key <= highest, notes = strokes.filter(isNear);
+  const beyond = strokes.filter(stroke => !isNear(stroke)), overlap = RULE.overlap * rate;
+  if (!notes.length || !beyond.length) return events;
+  const usual = middleOf(notes.map(({begin, end}) => end - begin)), keys = notes.map(({key}) => key);
+  const least = keys.reduce((a, b) => Math.min(a, b)) - far, greatest = keys.reduce((a, b) => Math.max(a, b)) + far;
+  const begins = Float64Array.from(notes, ({begin}) => begin);
+  const found = beyond.filter(({begin, end, key}) => {
+    const brief = end - begin < short * usual, isFar = key < least || key > greatest;
+    const until = isFar ? Math.max(end - overlap, begin + overlap) : begin + overlap;
+    const following = notes.slice(countBelow(begins, begin, false), countBelow(begins, until, false));
+    return (brief || isFar) && following.some(note => note.end > end + overlap || !brief);
+  });
+  if (found.length < most * beyond.length) return events;
+  const pressed = new Set(found.map(({begin, key}) => `${begin} ${key}`));
+  const released = new Set(found.map(({end, key}) => `${end} ${key}`));
+  return events.filter(({kind, frame, a}) => !(kind === NOTE_ON ? pressed : kind === NOTE_OFF ? released : new Set()).has(`${frame} ${a}`));
+}
 
 // Moves a foreign file's low keys, which would switch on `bass`, {range, switches}, up by octaves, if they are notes;
 // else returns the same array of events.
@@ -119,7 +138,7 @@ function strokesOf(events) {
 }
 
 // How many of the sorted `values` are less than `value`, or with `orSame` equal to it.
-function countBelow(values, value, orSame) {
+export function countBelow(values, value, orSame) {
   let from = 0, to = values.length;
   while (from < to) {
     const half = (from + to) >> 1;
@@ -135,7 +154,7 @@ function areNotes(strokes, lowest, switches, rate) {
   const others = strokes.filter(({key}) => !switches.has(key) || key >= lowest);
   if (!low.length || !others.length) return low.length > 0;
   if (low.length === 1 && low[0].begin < others[0].begin) return false; // a switch before the first note
-  const usual = middleOf(others.map(({begin, end}) => end - begin)), overlap = RULE.low.overlap * rate;
+  const usual = middleOf(others.map(({begin, end}) => end - begin)), overlap = RULE.overlap * rate;
   const long = strokes.filter(({begin, end}) => end - begin > overlap);
   const begins = Float64Array.from(long, ({begin}) => begin).sort(), ends = Float64Array.from(long, ({end}) => end).sort();
   const like = low.filter(({begin, end}) => {

@@ -9,7 +9,8 @@ export const NOTE_OFF = 0x80;
 export const NOTE_ON = 0x90;
 export const CONTROL = 0xb0;
 export const PROGRAM = 0xc0;
-const PRESSURE = 0xd0;
+export const PRESSURE = 0xd0;
+export const WHEEL = 0xe0;
 const NO_CHANNEL = -1;
 
 // A Map's list for a key; a new one if it has none.

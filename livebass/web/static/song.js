@@ -1,10 +1,11 @@
 // A MIDI file on the page: its parts, the bass's parts among them, and their messages. It follows
 // livebass/score/choosing.py and reading.py: the page plays the same as `livebass render`.
 import {Lines, frameOf, isNote} from "./lines.js";
-import {isBass, isDrums, isOther} from "./names.js";
+import {isBass, isDrums, isGame, isOther} from "./names.js";
 import {RULE} from "./rule.js";
-import {cleaned, endedTake, middleOf, onChannels, withLowNotes} from "./score.js";
+import {cleaned, countBelow, endedTake, onChannels, withLowNotes, withoutForeignSwitches} from "./score.js";
 import {NOTE_OFF, NOTE_ON, PROGRAM, Smf, listOf, plural} from "./smf.js";
+import {areLow, middleOf} from "./spread.js";
 
 const MOST_SONG = 4 << 20; // bytes in a file
 const MOST_BARS = 5000;
@@ -12,11 +13,12 @@ export const AUTO = "auto"; // the automatic choice, among the parts
 const NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass";
 const partKey = ({line, track}) => `${line} ${track}`;
 
-// A file's notes by line and track, and the chosen ones: {notes, why, elseWhy, alone, remark}. `alone`: they are whole
-// parts; other parts on their lines do not matter.
+// A file's notes by line and track, and the chosen ones: {notes, why, elseWhy, alone, remarks, doubles}. `alone`: they are
+// whole parts; other parts on their lines do not matter. `doubles`: parts left out because another one has their notes.
 class Parts {
-  constructor(smf, lines, notes) {
+  constructor(smf, lines, notes, rate) {
     this.smf = smf;
+    this.rate = rate;
     this.lines = lines;
     this.notes = notes;
     /** @type {Map<string, any[]>} */
@@ -30,9 +32,40 @@ class Parts {
   choose(take) {
     if (take) return {notes: this.notes, why: "a take of livebass", elseWhy: ""};
     const notes = this.notes.filter(({drums, program}) => !drums && RULE.bassPrograms.includes(program));
-    if (notes.length) return {notes, why: "bass program", elseWhy: "no bass program"};
-    return this.chosenByName() || this.chosenOfZone() || this.chosenByPlace() ||
+    if (notes.length) return this.once({notes, why: "bass program", elseWhy: "no bass program"});
+    const named = this.chosenByName();
+    return named ? this.once(named) : this.chosenOfZone() || this.chosenByPlace() ||
       {notes: [], why: "", elseWhy: "no bass program, not called bass"};
+  }
+
+  // The choice without parts whose notes another one of its parts has, too.
+  once(choice) {
+    const parts = new Map(), doubles = new Map(), kept = [], {lines, zone} = this.lines;
+    for (const note of choice.notes) if (!zone.has(note.line)) listOf(parts, partKey(note)).push(note);
+    if (parts.size > RULE.mostBasses) return choice;
+    const line = key => parts.get(key)[0].line, track = key => parts.get(key)[0].track;
+    const inOrder = (a, b) => line(a) - line(b) || track(a) - track(b);
+    for (const key of [...parts.keys()].sort((a, b) => parts.get(b).length - parts.get(a).length || inOrder(a, b))) {
+      const other = kept.find(one => this.hasNotes(parts.get(one), parts.get(key)));
+      if (other) doubles.set(key, other);
+      else kept.push(key);
+    }
+    if (!doubles.size) return choice;
+    const place = key => `track ${track(key) + 1} (channel ${lines[line(key)].channel + 1})`;
+    const told = [...doubles.keys()].sort(inOrder).map(key => `${place(key)} doubles ${place(doubles.get(key))} and is left out`);
+    const notes = choice.notes.filter(note => !doubles.has(partKey(note)));
+    return {...choice, notes, remarks: [...choice.remarks || [], ...told], doubles: new Set(doubles.keys())};
+  }
+
+  // True if most notes of `other` begin in `part`, too.
+  hasNotes(part, other) {
+    const frames = new Map(), together = RULE.together * this.rate;
+    for (const {note, frame} of part) listOf(frames, note).push(frame);
+    const same = other.filter(({note, frame}) => {
+      const own = listOf(frames, note);
+      return own[countBelow(own, frame - together, false)] <= frame + together;
+    });
+    return other.length >= RULE.leastSame && same.length >= RULE.same * other.length;
   }
 
   chosenByName() {
@@ -72,7 +105,7 @@ class Parts {
   }
 
   wholeParts(keys, why, elseWhy, remark) {
-    return {notes: this.notes.filter(note => keys.includes(partKey(note))), why, elseWhy, alone: true, remark};
+    return {notes: this.notes.filter(note => keys.includes(partKey(note))), why, elseWhy, alone: true, remarks: [remark]};
   }
 
   areDrums(notes) {
@@ -81,9 +114,7 @@ class Parts {
 
   // True if notes without a program lie in a bass's range.
   isLow(notes) {
-    const {lowest, highest, middle, most} = RULE.place, within = notes.filter(({note}) => note >= lowest && note <= highest);
-    return notes.every(({program}) => program === undefined) && within.length >= most * notes.length &&
-      middleOf(notes.map(({note}) => note)) <= middle;
+    return notes.every(({program}) => program === undefined) && areLow(notes.map(({note}) => note));
   }
 
   channelNameOf({line, track}) {
@@ -123,7 +154,8 @@ class Parts {
       programs: given(notes.map(({program}) => program)).map(program => program + 1), banks: given(all.map(({bank}) => bank)),
       notes: notes.length, switches: all.length - notes.length, chosen: notes.filter(has).length,
       lowest: range.reduce((a, b) => Math.min(a, b), range[0] ?? 0), highest: range.reduce((a, b) => Math.max(a, b), 0),
-      why: choice.why && all.some(has) ? choice.why : drums ? "drums" : choice.elseWhy || "",
+      why: choice.why && all.some(has) ? choice.why : drums ? "drums" :
+        choice.doubles?.has(key) ? "doubles another part" : choice.elseWhy || "",
     };
   }
 
@@ -141,15 +173,16 @@ export class Song {
   constructor(buffer, rate) {
     if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
     const smf = new Smf(new Uint8Array(buffer));
+    if (isGame(smf.names)) throw new Error(RULE.game.refusal);
     this.rate = rate;
     this.take = smf.texts.has(RULE.take);
     this.lines = new Lines(smf, rate, this.take);
     const {events, end} = this.lines;
     this.events = this.take ? endedTake(events, end) : cleaned(events, end, rate);
-    this.parts = new Parts(smf, this.lines, this.lines.notes(this.events));
+    this.parts = new Parts(smf, this.lines, this.lines.notes(this.events), rate);
     if (!this.parts.notes.length) throw new Error("has no notes");
     this.choice = this.parts.choose(this.take);
-    this.remarks = [...smf.warnings, ...this.lines.remarks, ...this.choice.remark ? [this.choice.remark] : []];
+    this.remarks = [...smf.warnings, ...this.lines.remarks, ...this.choice.remarks || []];
     this.length = end / rate; // s
     this.smf = smf;
   }
@@ -183,7 +216,7 @@ export class Song {
   }
 
   areLow(bass) {
-    const events = this.chosenEvents(this.choice);
+    const events = withoutForeignSwitches(this.chosenEvents(this.choice), bass, this.rate);
     return withLowNotes(events, bass, this.rate) !== events;
   }
 
@@ -206,7 +239,7 @@ export class Song {
   messages(which, bass) {
     const choice = which === AUTO ? this.choice : {notes: this.parts.notesOf(which), alone: true};
     const sent = onChannels(this.chosenEvents(choice).filter(({kind}) => kind !== PROGRAM), this.lines);
-    const played = this.take ? sent : withLowNotes(sent, bass, this.rate);
+    const played = this.take ? sent : withLowNotes(withoutForeignSwitches(sent, bass, this.rate), bass, this.rate);
     return played.map(({frame, kind, channel, a, b}) => ({frame, midi: b === undefined ? [kind | channel, a] : [kind | channel, a, b]}));
   }
 
