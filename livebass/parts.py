@@ -213,17 +213,17 @@ class PlayerNumbers:
         word=37, file=(0, 1), of="palm")  # standard deviation of its Gaussian pressure
     skin_noise: float = number(OFF, "level", "-200 dB", "20 dB",
         "finger on windings in the hardest pluck, relative to its peak",
-        word=30, of="pickups pluck")  # rms at its loudest
+        word=30, of="pluck")  # rms at its loudest
     pick_noise: float = number(OFF, "level", "-200 dB", "20 dB",
         "clicks of a pick, relative to the pluck's peak; off: skin_noise",
-        word=38, of="pickups pluck pick")  # rms at its loudest, of any force
+        word=38, of="pluck pick")  # rms at its loudest, of any force
     release_noise: float = number(OFF, "level", "-200 dB", "40 dB",
-        "knock of a releasing hand, relative to a medium note after 1 s", word=31, of="pickups")  # rms at its loudest
+        "knock of a releasing hand, relative to a medium note after 1 s", word=31)  # rms at its loudest
     floor_noise: float = number(OFF, "level", "-200 dB", "0 dB", "noise of the electronics, relative to a medium note",
-        word=33, of="pickups")  # rms
+        word=33)  # rms
     hum: float = number(OFF, "level", "-200 dB", "0 dB", "mains hum of single coils, relative to a medium note",
-        word=39, of="pickups")  # rms
-    mains: float = number(50.0, "frequency", "40 Hz", "70 Hz", "frequency of that hum", word=40, of="pickups hum")
+        word=39)  # rms
+    mains: float = number(50.0, "frequency", "40 Hz", "70 Hz", "frequency of that hum", word=40, of="hum")
     resting_hand: float = number(0.0, "mechanical resistance", "0 N s/m", "100 N s/m",
         "firmness of a hand that rests on strings that answer", word=41, of="answers")
     squeak: float = number(0.0, "level", "-200 dB", "20 dB", "fingers sliding on round windings, relative to normal",

@@ -138,6 +138,8 @@ FREE = (
     Free("coil", "capacitance", "capacitance of windings and cable", 150.0, 6000.0, "pF", log=True),
     Free("coil", "tone", "tone control", 0.0, 1.0),
     Free("player", "palm_resistance", "resistance of the resting palm", 0.02, 8.0, "N s/m", log=True),
+    Free("player", "palm_place", "distance of the palm from the saddle", 5.0, 45.0, "mm", log=True),
+    Free("player", "palm_width", "width of the palm", 2.0, 15.0, "mm", log=True),
     Free("neck", "axes_turned", "turn of the neck's axes", 0.0, 60.0, "deg"),
     Free("neck", "longer_across", "length across over that upwards", 0.2, 4.0, "mm", log=True, prior=0.15),
     Free(MASSES, "resonance_masses", "masses of the neck, over the base preset's", 0.3, 3.0, log=True, prior=0.15),
@@ -151,6 +153,7 @@ SLAPPED = (
     Free("player", "strike_hardest", "speed of the thumb, hard", 0.5, 8.0, "m/s", log=True),
     Free("player", "strike_position", "place of the thumb", 0.5, 0.9),
 )
+PALM = ("palm_place", "palm_width")
 UNSTRUCK = (
     "pluck_angle", "angle_when_hard", "pluck_position", "rounding", "rounding_soft", "nearer_when_hard",
 )  # fmt: skip
@@ -177,6 +180,8 @@ def free_numbers(bass: Instrument) -> list[Free]:
     found, player = list(FREE), bass.player
     if not bass.necks[0].own_across:
         found = [f for f in found if f.key != "axes_turned"]
+    if not player.palm_resistance:
+        found = [f for f in found if f.key not in PALM]
     if not bass.necks[0].admittance.resonances:
         found = [f for f in found if f.section != MASSES]
     if player.stroke == "pick":

@@ -84,7 +84,6 @@ RULES = (
     Rule("coil", key_names("coil"), NO_PICKUPS, _displacement),
     Rule("pickup", key_names("pickup"), NO_PICKUPS, _displacement),
     Rule("string", ("level",), NO_PICKUPS, _displacement),
-    *_group("pickups", NO_PICKUPS, _displacement),
     Rule("player", ("squeak",), "all strings are flat", lambda bass, _: not any(s.winding for s in bass.strings)),
     *_group(
         "sensor", 'output.kind is "pickups", which takes no sensor', lambda bass, part: not _displacement(bass, part)

@@ -156,7 +156,7 @@ def test_a_release_knocks_as_recorded(real: dict[Place, Note]) -> None:
 
 def test_only_a_palm_that_rests_is_fitted() -> None:
     muted, free = ({f.key for f in free_numbers(load_preset(name))} for name in ("muted", NAME))
-    assert muted - free == {"palm_resistance"}
+    assert muted - free == {"palm_resistance", "palm_place", "palm_width"}
 
 
 @pytest.mark.parametrize("name", of_each_kind(n for n in preset_names() if not n.startswith("paper")))

@@ -111,13 +111,14 @@ def fit_noises(string, i, instrument, p, ops, seed):
     voice = string.voice
     voice.seed = seed + i
     voice.medium = 0.5 * speed_of_corner(p, ops[i, 0], i, force_at(p, MEDIUM), MEDIUM_PLACE * ops[i, 0].length)
+    voice.lever = 2.0 * voice.saddle[0] / ops[i, 0].speed if voice.pickups == 0 else 0.0
     voice.landing_noise = LATER * voice.medium * amplitude(instrument.player.release_noise)
 
 
 @jit
 def signal_of_medium(voice):
-    """Signal of the string's speed after a medium pluck, below the coil's resonance; 0: no pickup."""
-    level, top, bottom = 0.0, 0.0, 0.0
+    """Signal of a medium pluck: of the string's speed below the coil's resonance, or of a sensor's displacement."""
+    level, top, bottom = voice.lever, 0.0, 0.0
     for k in range(voice.pickups):
         level += abs(voice.level[k])
     for k in range(4):

@@ -1,6 +1,7 @@
 """Noise of the hands on top of the string's motion: skin or pick in a pluck, the knock of a release.
 
-All are added to the string speed that every pickup senses, ahead of coil, tone and volume. In reality a fingertip
+All are added to the string speed that every pickup senses, ahead of coil, tone and volume. A displacement sensor feels
+them as waves that the saddle, at a distance x, reflects: a speed s moves it by 2 x s / c. In reality a fingertip
 slipping off a winding is a noise force at its place, and a landing hand knocks on string, fret and neck. As forces they
 would cost a pass over all modes in every noisy frame; the string would ring on with them, some 20 dB below, and each
 pickup would hear them through its own comb. This model omits that.
@@ -97,7 +98,7 @@ def is_pulling(voice):
 
 @jit
 def hear_hands(voice, y):
-    """Adds this frame's noises to each pickup's speed in `y`, which follows its displacement."""
+    """Adds this frame's noises to each pickup's speed in `y`, which follows its displacement, or to a sensor's."""
     skin, click, knock = voice.skin, voice.click, voice.knock
     x = 0.0
     if is_pulling(voice):
@@ -124,6 +125,8 @@ def hear_hands(voice, y):
     if x != 0.0:
         for i in range(voice.pickups):
             y[2 * i + 1] += x
+        if voice.pickups == 0:
+            y[0] += voice.lever * x
 
 
 @jit

@@ -360,6 +360,7 @@ VOICE = np.dtype(
         ("squeak", "f8"),  # level of that noise, 1 as usual
         ("seed", "i8"),  # for the hand noises
         ("medium", "f8"),  # m/s, speed of the open string after a medium pluck
+        ("lever", "f8"),  # s, displacement at a sensor without pickups over the speed of a wave that passes it
         ("landing_noise", "f8"),  # m/s, rms, of a hand that ends a note; 0: none
         ("pickups", "i8"),  # 0: the displacement itself
         ("across", "f8", (4,)),  # each pickup's sensitivity to v, relative to u

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.costs import quick
@@ -199,12 +197,17 @@ def test_noise_ends() -> None:
             assert not voice.record[name]["band"]["low_pass"].any()
 
 
-def test_displacement_has_no_noise() -> None:
-    made = bass("paper-bass")
-    loud = replace(made, player=replace(made.player, **NOISES))  # type: ignore[arg-type]
-    score = score_of([(0.0, 0.3, made.strings[1].open_note, 100)], RATE)
-    sounds = [render_to_array(b, score, QUALITIES["live"], tail=0.3) for b in (made, loud)]
-    assert np.array_equal(*sounds)
+def test_a_displacement_sensor_feels_noise_as_loud_as_its_keys_say() -> None:
+    """Skin under a hard note's peak, the knock over a note after 1 s, the floor under a medium note."""
+    hard, medium, late = note(127, "upright"), note(64, "upright"), note(64, "upright", seconds=1.2)
+    early = slice(0, round(0.2 * RATE))
+    skin = [loudest(x[early], 2e-3) for x in takes(127, preset="upright", skin_noise=-14.0)]
+    assert abs(db(float(np.median(skin) / np.abs(hard).max())) + 14.0) < 3.5
+    knock = [float(np.abs(x).max()) for x in takes(64, preset="upright", release_noise=0.0)]
+    rest = float(np.abs(late[round(1.1 * RATE) : round(1.2 * RATE)]).max())
+    assert -2.0 <= db(float(np.median(knock)) / rest) <= 17.0
+    floor = (note(64, "upright", floor_noise=-50.0) - medium)[RATE // 2 : RATE]
+    assert abs(db(rms(floor) / rms(medium[round(0.1 * RATE) : round(0.4 * RATE)])) + 50.0) < 2.0
 
 
 # The floor
