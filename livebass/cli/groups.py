@@ -11,11 +11,25 @@ WIDTH = 30  # of the option column, under every heading
 
 
 class GroupedCommand(click.Command):
-    """A command whose `--help` groups options by heading; `groups` are {heading: options, as "--file --demo"}."""
+    """A command whose `--help` groups options by heading; `groups` are {heading: options, as "--file --demo"}.
 
-    def __init__(self, *arguments: Any, groups: Mapping[str, str], **more: Any) -> None:
+    `surplus`: what to do with an argument too many, for the error.
+    """
+
+    def __init__(self, *arguments: Any, groups: Mapping[str, str], surplus: str = "", **more: Any) -> None:
         super().__init__(*arguments, **more)
+        self.surplus = surplus
         self.groups = {heading: options.split() for heading, options in groups.items()}
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        left = ctx.allow_extra_args
+        ctx.allow_extra_args = True
+        super().parse_args(ctx, args)
+        ctx.allow_extra_args = left
+        if ctx.args and not (left or ctx.resilient_parsing):
+            hint = f"; {self.surplus}" if self.surplus else ""
+            raise click.UsageError(f"{ctx.args[0]}: one argument too many{hint}", ctx)
+        return ctx.args
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         options = {parameter.opts[-1]: parameter for parameter in self.get_params(ctx)}

@@ -56,6 +56,15 @@ class LoadedAtUse(Mapping[str, click.Command]):
 class Commands(click.Group):
     """A group that leaves messages for Ctrl-C and the status of a broken pipe to `run`."""
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in self.commands and os.path.isfile(args[0]):
+            name = args[0]
+            hint = f"`livebass render {name}` renders a file, `livebass play --file {name}` plays it"
+            raise click.UsageError(f"{name}: is a file, not a command; {hint}", ctx)
+        return super().resolve_command(ctx, args)
+
     def invoke(self, ctx: click.Context) -> Any:
         try:
             return super().invoke(ctx)

@@ -59,7 +59,7 @@ class Setting(click.Option):
 setting, switch = functools.partial(option, cls=Setting), functools.partial(flag, cls=Setting)
 
 
-@click.command(cls=GroupedCommand, groups=GROUPS)
+@click.command(cls=GroupedCommand, groups=GROUPS, surplus="--file plays a file")
 @preset_option(f"The bass.  [default: the last one, at first {DEFAULT_PRESET}; or the bass that --file asks for]")
 @tuning_options
 @quality_option(

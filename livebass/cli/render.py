@@ -75,7 +75,7 @@ GROUPS = {
 }
 
 
-@click.command(cls=GroupedCommand, groups=GROUPS)
+@click.command(cls=GroupedCommand, groups=GROUPS, surplus="-o names the sound file")
 @click.argument("midi", required=False, type=PATH)
 @option("--note", NOTE, "Play one note instead of a MIDI file: G2, C#1, 43.")
 @demo_option("Play")

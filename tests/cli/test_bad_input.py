@@ -78,6 +78,24 @@ def test_wrong_usage(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["song.mid"], "`livebass render song.mid` renders a file, `livebass play --file song.mid` plays it"),
+        (["render", "song.mid", "out.wav"], "out.wav: one argument too many; -o names the sound file"),
+        (["play", "song.mid"], "song.mid: one argument too many; --file plays a file"),
+    ],
+)
+def test_a_file_in_the_wrong_place(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "song.mid").write_bytes(GOOD)
+    status, _, err = run(*arguments)
+    assert_one_clear_line(status, err, (2,))
+    assert says in err
+
+
 BAD_FILES = {
     "empty": b"",
     "text": b"not midi",
