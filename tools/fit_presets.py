@@ -4,7 +4,7 @@
 
 FOLDER holds the recordings, as for tools/real_notes.py; tools/fits.toml says which make which preset, and how. What a
 fit leaves, its trials and its page, stays in FOLDER: after an interruption the same command goes on. The same kind of
-processor makes the same presets.
+processor makes the same presets. A preset whose fit begins at a file of tools/bases is that file with fitted numbers.
 """
 
 from __future__ import annotations
@@ -19,15 +19,49 @@ from typing import Any
 
 HERE = Path(__file__).parent
 PRESETS = HERE.parent / "presets"
+TABLE = re.compile(r"^(?=\[)", re.MULTILINE)  # where a table begins
+HEADER = re.compile(r"(?:\[.*\n(?:name = .*)?)?")  # with the name of a string
+KEY = r"^{} = (?:\{{[^}}]*\}}|[^\n{{]*).*$"  # and its value, on several lines if it is a table in braces
+END = re.compile(r"\n(?=(?:\s|#.*\n)*\Z)")  # of the last key of a table; comments below it are about the next
+VALUE = re.compile(r"^(\w+) = .*$", re.MULTILINE)  # in a fitted preset
+
+
+def tables(text: str) -> dict[tuple[str, int], str]:
+    """The texts of a preset's tables by header, with a name, and number; what stands above them comes first."""
+    found: dict[tuple[str, int], str] = {}
+    for part in TABLE.split(text):
+        header = HEADER.findall(part)[0]
+        found[header, sum(header == other for other, _ in found)] = part
+    return found
+
+
+def onto(base: str, fitted: str) -> str:
+    """The text of the preset `base` with the keys of its fit in place of its own, or below them."""
+    made, new = tables(base), tables(fitted)
+    told = "".join(re.findall(r"^#.*\n", fitted, re.MULTILINE))
+    for place in list(new)[1:]:
+        for line in VALUE.finditer(new[place]):
+            text = made[place]
+            old = re.search(KEY.format(line[1]), text, re.MULTILINE)
+            if old:
+                made[place] = text[: old.start()] + line[0] + text[old.end() :]
+            else:
+                made[place] = END.sub(f"\n{line[0]}\n", text, count=1)
+    return told + "".join(made.values())
 
 
 def fitted(folder: Path, name: str, told: dict[str, Any]) -> str:
     """Fits a preset to its recordings and returns its text."""
-    place = folder / f"{name}.toml"
+    place = folder.absolute() / f"{name}.toml"
     given = [f"--{key}={told[key]}" for key in ("like", "seed", "evaluations")]
-    command = [sys.executable, "-m", "livebass", "fit", folder / told["recordings"], *given, "-o", place]
-    subprocess.run(command, check=True)
-    return place.read_text(encoding="utf-8")
+    notes = folder.absolute() / told["recordings"]
+    command = [sys.executable, "-m", "livebass", "fit", notes, *given, "-o", place]
+    subprocess.run(command, check=True, cwd=HERE.parent)
+    text = place.read_text(encoding="utf-8")
+    for key in told["left_out"]:
+        text = re.sub(rf"^{key} = .*\n", "", text, flags=re.MULTILINE)
+    base = HERE.parent / told["like"]
+    return onto(base.read_text(encoding="utf-8"), text) if base.is_file() else text
 
 
 def shipped(text: str, told: dict[str, Any], source: dict[str, Any]) -> str:

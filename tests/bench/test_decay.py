@@ -94,9 +94,14 @@ def test_stopped_notes_ring_as_long_as_real_ones(name: str, least: float, most: 
     assert np.all((ratio > 0.5) & (ratio < 1.35)), ratio
 
 
-@pytest.mark.parametrize("name", quick(["jazz-finger", "precision-finger"], ["jazz-finger"]))
-def test_no_cliff_above_1500_hz(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "least"),
+    quick(
+        [("jazz-finger", 0.7), ("precision-finger", 0.4)], always=[("jazz-finger", 0.7)]
+    ),  # its strings are played in
+)
+def test_no_cliff_above_1500_hz(name: str, least: float) -> None:
     """From octave to octave T60 falls at most to 0.4; beyond a plateau it once fell to 0.3."""
     _, stopped = heard(name)
     fall = stopped[HIGH:] / stopped[HIGH - 1 : -1]
-    assert np.all(fall > 0.4) and stopped[-1] > 0.7, stopped
+    assert np.all(fall > 0.4) and stopped[-1] > least, stopped
