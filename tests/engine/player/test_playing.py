@@ -15,6 +15,7 @@ from support.messages import Message, control, off, wheel
 from support.own_basses import load_preset
 from support.strings import even, one_string
 
+import livebass
 from livebass import preset_names
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
@@ -390,6 +391,21 @@ def test_soft_slaps_touch_no_fret_and_hard_ones_do(string: int) -> None:
     found = contacts("slap-impulse", string, [1, 20, 127])
     assert {place: n for place, n in found.items() if place[1] <= 20 and n} == {}
     assert {place: n for place, n in found.items() if place[1] == 127 and n < 5} == {}
+
+
+@pytest.mark.parametrize(("velocity", "strings"), [(60, range(1)), (127, range(3, 5))])
+def test_hard_notes_of_the_shipped_pick_return_to_the_frets(velocity: int, strings: range) -> None:
+    """On most open strings, more than 0.2 s after the stroke, as recorded hard notes do."""
+    usual, returning = Engine(even(livebass.load_preset("precision-pick")), QUALITIES["live"], RATE), 0
+    for i, key in enumerate(OPEN):
+        bass = usual.another()
+        bass.send(np.zeros(1, np.int64), np.array([on(key, velocity)], np.uint8))
+        counts = []
+        for seconds in (0.2, 0.3):
+            bass.process(round(seconds * RATE))
+            counts.append(bass.voices[i].note()[1])
+        returning += counts[1] > counts[0]
+    assert returning in strings
 
 
 # Everything at once
