@@ -7,13 +7,13 @@ from __future__ import annotations
 
 # Distance of hard notes of a quality from `reference`, by KINDS of fidelity.py: dB, median and worst pluck
 WAVEFORMS: dict[str, dict[str, tuple[int, int]]] = {
-    "frets with loss": {"live": (-66, -36), "studio": (-80, -51)},
-    "thumb": {"live": (-60, -52), "studio": (-82, -77)},
-    "pops": {"live": (-40, -26), "studio": (-63, -43)},
-    "guests": {"live": (-42, -6), "studio": (-60, -16)},
-    "straight": {"live": (-47, -18), "studio": (-68, -30)},
-    "boards": {"live": (-50, -45), "studio": (-52, -46)},
-    "lossless": {"live": (-20, -2), "studio": (-25, -5)},
+    "frets with loss": {"live": (-52, -26), "studio": (-66, -30)},
+    "thumb": {"live": (-58, -47), "studio": (-74, -54)},
+    "pops": {"live": (-45, -40), "studio": (-59, -56)},
+    "guests": {"live": (-44, -9), "studio": (-63, -20)},
+    "straight": {"live": (-47, -21), "studio": (-64, -44)},
+    "boards": {"live": (-45, -31), "studio": (-50, -35)},
+    "lossless": {"live": (-18, -3), "studio": (-23, -4)},
 }
 CALLED = {
     "frets with loss": "plucked, frets with loss",
