@@ -39,7 +39,7 @@ COUNTED = re.compile(r"([1-9])(?:st|nd|rd|th)?")  # a string by its number, from
 
 @dataclass(frozen=True)
 class Told:
-    """What the names of a recording tell of it."""
+    """A recording as its names tell it."""
 
     technique: str = USUAL
     kind: str = NOTE  # or one of KINDS
