@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+SILENCE = "silence"
 TECHNIQUES = {
     "fingers": "fingers finger fing fng index middle fingered",
     "pick": "pick picked plectrum plec plek",
@@ -16,7 +17,7 @@ TECHNIQUES = {
 KINDS = {
     "release": "release rel releases noteoff",
     "scrape": "scrape scrapes squeak squeaks",
-    "silence": "silence silent quiet",  # the electronics alone
+    SILENCE: "silence silent",  # the electronics alone
     "other": "dead ghost harmonic harmonics",
 }
 USUAL = "fingers"  # the technique, if nothing tells it
@@ -24,7 +25,7 @@ NOTE = "note"  # the kind, if nothing tells it
 WORDS = {word: name for table in (TECHNIQUES, KINDS) for name, words in table.items() for word in words.split()}
 PLACES = {"open": True, "stopped": False}
 LOUDNESS = ("ppp", "pp", "softest", "p", "soft", "mp", "medium", "mf", "f", "hard", "ff", "hardest", "fff")
-SAME = {"med": "medium", "moderate": "medium", "softly": "soft", "loud": "hard"}
+SAME = {"med": "medium", "moderate": "medium", "softly": "soft", "quiet": "soft", "loud": "hard"}
 MIDDLE = LOUDNESS.index("medium")
 BETWEEN = ("medium", "med", "mid", "mezzo")  # before a dynamic: nearer to the medium
 BEYOND = ("very", "extra", "super")  # before a dynamic: further from it, but not as far as the next word
@@ -55,14 +56,21 @@ def told_by(parts: Sequence[str]) -> Told:
     every = [word for words in each for word in words]
     known = [WORDS[w] for w in map(_unnumbered, every) if w in WORDS]
     dynamic, used = _dynamic(each)
+    place = " ".join(w for w in each[-1] if _unnumbered(w) not in WORDS and w not in used and not TAKE.fullmatch(w))
+    usual = SILENCE if is_quiet(parts[-1]) and not re.search("[a-z]", place) else NOTE  # "quiet" alone, or of a note
     return Told(
         next((name for name in reversed(TECHNIQUES) if name in known), USUAL),
-        next((name for name in known if name in KINDS), NOTE),
+        next((name for name in known if name in KINDS), usual),
         dynamic,
         _string(every),
         next((PLACES[w] for w in every if w in PLACES), None),
-        " ".join(w for w in each[-1] if _unnumbered(w) not in WORDS and w not in used and not TAKE.fullmatch(w)),
+        place,
     )
+
+
+def is_quiet(name: str) -> bool:
+    """True if a name calls a recording quiet: a soft note, or a silence."""
+    return "quiet" in map(_unnumbered, words_of(name))
 
 
 def words_of(name: str) -> list[str]:

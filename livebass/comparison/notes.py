@@ -21,7 +21,7 @@ from livebass.arrays import Floats
 from livebass.bounds import either, one_of, refusal, within
 from livebass.comparison.distance import Shape, shape
 from livebass.comparison.measures import Measures, measure
-from livebass.comparison.names import NOTE, USUAL, strength, told_by, words_of
+from livebass.comparison.names import NOTE, SILENCE, USUAL, is_quiet, strength, told_by, words_of
 from livebass.engine.engine import Engine
 from livebass.identification.partials import Recording, RecordingError, find_takes, pitch_of, read_recording
 from livebass.model.instrument import Instrument, note_frequency
@@ -119,9 +119,8 @@ def _of_file(file: Path, told: Sequence[str], technique: str | None) -> list[Not
     )  # fmt: skip
     if names.kind != NOTE:
         return [first]
-    if not recording.sound.any():
-        return []
-    return _with_pitch(recording, first)
+    heard = _with_pitch(recording, first) if recording.sound.any() else []
+    return heard or ([replace(first, kind=SILENCE)] if is_quiet(told[-1]) else [])
 
 
 def _with_pitch(recording: Recording, first: Note) -> list[Note]:

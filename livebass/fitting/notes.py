@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from livebass.comparison.measures import attack
-from livebass.comparison.names import NOTE
+from livebass.comparison.names import NOTE, SILENCE
 from livebass.comparison.notes import Note, measured
 from livebass.fitting.guide import Step
 from livebass.identification.doubts import clipped_tops
@@ -99,7 +99,7 @@ def recorded(
     normalized, said = _levels(made, layers)
     return Recorded(
         Path(paths[0]).resolve().stem, plucked[0].technique, made, layers,
-        _of_kind(notes, "release"), _of_kind(notes, "silence"), normalized,
+        _of_kind(notes, "release"), _of_kind(notes, SILENCE), normalized,
         (*doubts, *said, *_defects(plucked)), _digest(made),
     )  # fmt: skip
 

@@ -17,7 +17,8 @@ from livebass.comparison.names import strength, told_by
         ("e2-medium-hard", "medium hard"), ("g very hard", "very hard"), ("D2_med", "medium"), ("a loud 3", "hard"),
         ("soft_F", "soft"), ("Soft E1 P bass", "soft"), ("P-Bass E1 vel 100", "v100"), ("e1_vel_64", "v64"),
         ("e1 layer 2 rr 1", "v2"), ("a_f_rr1", "f"), ("f_p", "p"), ("a1_mf2", "mf"), ("E1", ""), ("a_mid_pickup", ""),
-        ("hard/E1_soft", "soft"), ("hard/E1", "hard"), ("v3/E1", "v3"), ("f/e1", ""), ("f/e1_p", "p"),
+        ("hard/E1_soft", "soft"), ("E1_quiet", "soft"),
+        ("hard/E1", "hard"), ("v3/E1", "v3"), ("f/e1", ""), ("f/e1_p", "p"),
     ],
 )  # fmt: skip
 def test_a_name_tells_the_dynamic(name: str, dynamic: str) -> None:
@@ -41,6 +42,20 @@ def test_dynamics_are_in_order() -> None:
 )  # fmt: skip
 def test_a_name_tells_the_string(name: str, string: str) -> None:
     assert told_by([name]).string == string
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("silence", "silence"),
+        ("quiet", "silence"),
+        ("Quiet 2", "silence"),
+        ("E1 quiet", "note"),
+        ("E1 rel2", "release"),
+    ],
+)
+def test_a_quiet_note_is_no_silence(name: str, kind: str) -> None:
+    assert told_by([name]).kind == kind
 
 
 def test_takes_of_a_note_have_one_place() -> None:

@@ -57,8 +57,8 @@ def test_files_without_sound_do_not_stop_a_fit(tmp_path: Path) -> None:
     """A gate or a muted input leaves zeros."""
     nothing = np.full(2 * RATE, 0.1)  # only an offset
     chromatic(tmp_path, range(40, 46), pp=-30, ff=-8)
-    found = recorded([save(tmp_path, n46_ff=nothing, silence=nothing)])
-    assert len(found.takes) == 12 and len(found.quiet) == 1
+    found = recorded([save(tmp_path, n46_ff=nothing, silence=nothing, room_quiet=nothing)])
+    assert len(found.takes) == 12 and len(found.quiet) == 2
     assert any("no note with a pitch is heard in n46_ff.wav" in doubt for doubt in found.doubts)
 
 
