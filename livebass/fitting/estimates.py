@@ -181,35 +181,42 @@ def hum(recorded: Recorded, bass: Instrument) -> tuple[float, float] | None:
     """The mains hum over a medium note, dB, and its frequency, Hz, by a recorded silence; None if it has none."""
     if not recorded.quiet or bass.output.kind != "pickups":
         return None
-    found = [max((_hum(n, mains), mains) for mains in MAINS) for n in recorded.quiet]
-    level, mains = sorted(found)[len(found) // 2]
+    found = sorted(map(_hum, recorded.quiet))
+    level, mains = found[len(found) // 2]
     if level == 0:
         return None
     over = 20 * math.log10(level / _level(_medium(recorded)))
     return (min(over, FLOORS[1]), mains) if over > FAINTEST else None
 
 
-def _hum(silence: Note, mains: float) -> float:
-    """The level of a hum: of the mains' harmonics that stand out of what is beside them; 0 if it has not several."""
+def _hum(silence: Note) -> tuple[float, float]:
+    """The level of a hum, 0 if there is none, and the mains' frequency, Hz.
+
+    A hum is the mains' harmonics that stand out of what is beside them, if there are several.
+    """
     n = silence.sound.size
     if n < LINES_APART * silence.rate:
-        return 0.0
+        return 0.0, MAINS[0]
     window = np.hanning(n)
     lines = 2 * np.abs(np.fft.rfft(silence.sound * window)) / window.sum()
     nu = np.arange(lines.size) * silence.rate / n
-    heard = []
-    for k in range(1, HARMONICS + 1):
-        off = np.abs(nu - k * mains)
-        peak, beside = lines[off < NEAR].max(), np.median(lines[(off > 2 * NEAR) & (off < 0.4 * mains)])
-        if peak > STANDS_OUT * beside:
-            heard.append(peak)
-    return math.sqrt(0.5 * float(np.sum(np.square(heard)))) if len(heard) >= FEWEST_LINES else 0.0
+    found = []
+    for mains in MAINS:
+        heard = []
+        for k in range(1, HARMONICS + 1):
+            off = np.abs(nu - k * mains)
+            peak, beside = lines[off < NEAR].max(), np.median(lines[(off > 2 * NEAR) & (off < 0.4 * mains)])
+            if peak > STANDS_OUT * beside:
+                heard.append(peak)
+        level = math.sqrt(0.5 * float(np.sum(np.square(heard)))) if len(heard) >= FEWEST_LINES else 0.0
+        found.append((level, mains))
+    return max(found)
 
 
 def _without_hum(silence: Note) -> float:
     """The level of a silence in the floor's band, less its hum."""
     whole = _rms(silence.sound, silence.rate, FLOOR_BAND)
-    rest = whole**2 - max(_hum(silence, mains) for mains in MAINS) ** 2
+    rest = whole**2 - _hum(silence)[0] ** 2
     return math.sqrt(max(rest, 1e-4 * whole**2))
 
 
