@@ -6,7 +6,6 @@ import gc
 import inspect
 import itertools
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -31,6 +30,7 @@ import support.examples  # noqa: F401, registers the profiles of hypothesis
 from support.command import Run
 from support.engine import FakeEngine
 from support.jack import lasting_server, leave_nothing
+from support.needs import package, pytest_fixture_setup, pytest_pyfunc_call, tool  # noqa: F401, hooks
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
@@ -41,7 +41,6 @@ from livebass.plugin import build as build_plugin
 from livebass.plugin.systems import this_system
 from livebass.web import build as build_module
 
-NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 WORKER = os.environ.get("PYTEST_XDIST_WORKER")
 REAL = "LIVEBASS_REAL_TESTS"  # names the file in which pytest-xdist's workers list the real tests for the controller
 NUMBERS = itertools.count()
@@ -310,9 +309,7 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
     """A JACK server, always ended by its process id."""
-    if not shutil.which("jackd"):
-        assert not NEEDED, "jackd is missing"
-        pytest.skip("there is no jackd here")
-    jack = pytest.importorskip("jack")
+    tool("jackd", "JACK")
+    jack = package("jack")
     with lasting_server() as process:
         yield SimpleNamespace(process=process, jack=jack)

@@ -18,7 +18,6 @@ import hashlib
 import json
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
@@ -200,6 +199,7 @@ def test(arguments: list[str]) -> None:
     say("Installing what the tests need into .venv, unless it is there ...")
     for package in install(*extras):
         say(f"pip cannot install {package} here: tests that need it are skipped (log: {LOG})")
+    run(PYTHON, "tests/support/needs.py")
     # Two workers compute and one waits for processes that tests start; real tests have two of their own
     command = [PYTHON, "-m", "pytest", "-n", workers, "--no-loadscope-reorder", *which, *rest]
     say("== pytest " + " ".join(map(str, command[3:])))
