@@ -8,6 +8,7 @@ check           runs the linters and type checkers
 wheel           builds a wheel per system, and the plugins' zip archives
 release         builds all files of a release
 site            builds the site
+install EXTRA   installs extras of pyproject.toml
 
 It needs Python 3.11 or later and its standard library. On Linux and macOS tools/demo, tools/test and so on call it.
 """
@@ -216,11 +217,20 @@ def program(name: str, *extras: str) -> None:
     become(PYTHON, f"tools/{name}.py", *sys.argv[2:])
 
 
+def install_extras(extras: list[str]) -> None:
+    make_venv()
+    if missing := install(*extras):
+        raise Failed(f"pip cannot install {', '.join(missing)} here. Log: {LOG}")
+
+
 COMMANDS = {
     "demo": demo,
     "test": test,
     "check": lambda _: program("check", "test", "check"),
     "wheel": lambda _: program("wheels", "wheel"),
+    "release": lambda _: program("release", "wheel"),
+    "site": lambda _: program("site", "site"),
+    "install": install_extras,
 }
 
 

@@ -57,6 +57,14 @@ def missing(needed: str, package: str = "", part: str = "", error: Exception | N
     pytest.skip(f"needs {needed}{hint}", allow_module_level=True)
 
 
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """Lists the tests that were skipped for want of a part, so that .ci/run can run them elsewhere."""
+    if os.environ.get("LIVEBASS_LIST_SKIPPED"):
+        for report in terminalreporter.stats.get("skipped", []):
+            if report.longrepr[2].startswith("Skipped: needs "):
+                terminalreporter.write_line(f"skipped without a part of the system: {report.nodeid}")
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_fixture_setup() -> Iterator[None]:
     return (yield from skip_without_compiler())
