@@ -21,11 +21,13 @@ for package in ("numpy", "numba", "soundfile", "click", "mido", "platformdirs", 
         pass
 for name in ("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"):
     sys.modules[name] = None
-for name in ("chown", "fchmod", "fork", "geteuid", "getgid", "getpgid", "getuid", "killpg", "mkfifo", "nice", "O_NOFOLLOW",
-             "O_NONBLOCK", "SCHED_FIFO", "SCHED_OTHER", "SCHED_RESET_ON_FORK", "SCHED_RR", "sched_getaffinity", "statvfs",
-             "sched_getscheduler", "sched_param", "sched_setaffinity", "sched_setscheduler", "setpgid", "sysconf"):
+for name in ("chown", "fchmod", "fork", "geteuid", "getgid", "getpgid", "getuid", "killpg", "mkfifo", "nice",
+             "O_NOFOLLOW", "O_NONBLOCK", "SCHED_FIFO", "SCHED_OTHER", "SCHED_RESET_ON_FORK", "SCHED_RR",
+             "sched_getaffinity", "sched_getscheduler", "sched_param", "sched_setaffinity", "sched_setscheduler", "setpgid",
+             "statvfs", "sysconf"):
     delattr(os, name) if hasattr(os, name) else None
-for name in ("alarm", "pthread_kill", "pthread_sigmask", "setitimer", "SIGALRM", "SIGCONT", "SIGHUP", "SIGPIPE",
+for name in ("alarm", "pthread_kill", "pthread_sigmask", "setitimer", "SIGALRM", "SIGCONT", "SIGHUP",
+             "SIGPIPE",
              "SIGQUIT", "SIGSTOP", "SIGTSTP", "SIGUSR1", "SIGUSR2", "sigwait", "SIGWINCH", "SIGXCPU"):
     delattr(signal, name) if hasattr(signal, name) else None
 import livebass
@@ -40,7 +42,7 @@ COMMANDS = [
     (), ("devices",), ("render", "--note", "E1", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", "a.wav"),
     ("export", "instrument", "slap", "-o", "slap.lbass"), ("presets", "check", "slap"),
     ("simulate", "-q", "live", "--duration", "10ms", "-o", "pluck"),
-    ("study", "sweep", "--vary", "pluck.apex=1mm:2mm:2", "-q", "live", "--duration", "10ms", "--workers", "2", "-o", "d"),
+    ("study", "sweep", "--vary", "pluck.apex=1mm:2mm:2", "-q", "live", "--duration", "10ms", "--workers", "2"),
 ]  # fmt: skip
 
 
