@@ -43,7 +43,7 @@ COMMANDS = [
     (), ("devices",), ("render", "--note", "E1", "--duration", "0.1", "--tail", "0", "-q", "live", "-o", "a.wav"),
     ("export", "instrument", "slap", "-o", "slap.lbass"), ("presets", "check", "slap"),
     ("simulate", "-q", "live", "--duration", "10ms", "-o", "pluck"),
-    ("study", "sweep", "--vary", "pluck.apex=1mm:2mm:2", "--modes", "9", "--duration", "9ms", "--no-picture", "-o", "d"),
+    ("study", "sweep", "--vary", "pluck.apex=1mm:2mm:2", "--modes", "9", "--duration", "9ms", "-o", "d"),
 ]  # fmt: skip
 
 
