@@ -3,7 +3,8 @@
 python tools/where.py [SITE]
 
 Releases, issues and changelog follow from Source. SITE is the address of the site; by default that of the pages of
-GitHub, GitLab or Codeberg, elsewhere the one that pyproject.toml has. tests/test_project.py checks that all places agree.
+GitHub, GitLab or Codeberg, elsewhere the line Site of pyproject.toml. tests/test_project.py checks that the places
+agree.
 """
 
 from __future__ import annotations
@@ -52,7 +53,9 @@ def write(folder: Path = ROOT, site: str | None = None) -> list[str]:
             raise ValueError(f"{name} must be an address such as https://github.com/owner/livebass, not {address}")
     wanted = derived(source, site)
     citation = (folder / "CITATION.cff").read_text("utf-8")
-    before = [re.search(rf'^{key}: "(.+)"$', citation, re.M) for key in ("repository-code", "url")]
+    before = [*re.findall(r'^(?:repository-code|url): "(.+)"$', citation, re.MULTILINE)]
+    moved = dict(zip(before, (source, site), strict=True))  # the address of the repository stands first
+    old_ones = re.compile("|".join(rf"{re.escape(one)}(?![\w.-])" for one in sorted(before, key=len, reverse=True)))
     changed = []
     for name in ("pyproject.toml", *PLACES):
         file = folder / name
@@ -61,8 +64,7 @@ def write(folder: Path = ROOT, site: str | None = None) -> list[str]:
             for key, address in wanted.items():
                 text = re.sub(rf'^{key} = "https?://.*"$', f'{key} = "{address}"', text, count=1, flags=re.M)
         else:
-            for found, address in zip(before, (source, site), strict=True):
-                text = re.sub(rf"{re.escape(found[1])}(?![\w.-])", address, text) if found else text
+            text = old_ones.sub(lambda found: moved[found[0]], text)
         if not PLACEHOLDER.match(source):
             text = text.replace(NOTE, "")
         if text != old:
