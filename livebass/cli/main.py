@@ -15,7 +15,6 @@ import re
 import sys
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from importlib import metadata
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -125,6 +124,8 @@ def version_text() -> str:
 
 def _packages() -> Iterator[str]:
     """Names and versions of the installed packages that livebass or its extra `live` requires."""
+    from importlib import metadata  # imports csv and zipfile, which a render does not need
+
     with contextlib.suppress(metadata.PackageNotFoundError):
         for requirement in metadata.requires("livebass") or ():
             package, _, condition = requirement.partition(";")
