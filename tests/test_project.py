@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import fnmatch
 import re
 import runpy
 import shutil
@@ -80,14 +79,6 @@ def test_the_table_of_extras_has_all_for_users_and_texts_install_them_editable()
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "install":
                 called |= {str(a.value) for a in node.args if isinstance(a, ast.Constant)}
     assert called and called <= set(named), "what messages tell to install is in the table"
-
-
-def test_git_ignores_what_the_commands_of_the_readme_write() -> None:
-    rules = [rule.strip("/") for rule in (ROOT / ".gitignore").read_text("utf-8").splitlines() if rule.startswith("/")]
-    written = set(re.findall(r"(?: -o| >| --record| --record-midi) ([\w-]+(?:\.\w+)?)(?=[`\s])", README))
-    assert {"song.wav", "mine.toml", "page", "take.mid", "case-b"} <= written
-    for name in (*written, "demo.wav", "techniques.wav", "song.mid", "song.musicxml", "cabinet.wav"):
-        assert any(fnmatch.fnmatch(name, rule) for rule in rules), name
 
 
 def test_the_statements_of_the_paper_that_hold_are_as_measured() -> None:

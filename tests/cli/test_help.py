@@ -27,6 +27,7 @@ from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
+FIRST_SCREEN = 40  # lines
 WIDEST = 100  # characters per line of a page, for terminals
 LARGEST_PICTURE = 150_000  # bytes
 OTHER_OPTIONS = {"--all", "--without", "--sdist"}  # of tools/test, tools/fit_neck.py, and the program build
@@ -223,7 +224,8 @@ def test_the_page_on_presets_names_every_preset() -> None:
 def test_the_first_screen_of_the_readme_shows_a_picture_and_what_follows_plays() -> None:
     """tests/test_project.py has more about it."""
     first, title, after = README.read_text().partition("\n## Play live\n")
-    assert title and first.index("tools/demo") < first.index("tools/test")
+    screen = "\n".join(first.splitlines()[:FIRST_SCREEN])
+    assert title and screen.index("## I have a DAW") < screen.index("tools/demo") < screen.index("tools/test")
     commands = [line for line, whole in quoted(after) if whole]
     assert [next(c for c in commands if c.startswith(word)) for word in ("play", "page", "presets")]
     pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README.read_text())
