@@ -1,6 +1,6 @@
 """Runs README's commands in their order, as a newcomer would, and prints the last line of each.
 
-python tools/diary.py [--first]     all commands, or only those of the first block: set up, test, first steps
+python tools/diary.py [--first]     all commands, or only the set-up and the first steps
 
 It goes to a fresh clone, and changes it. A command ends well with status 0, or with one line of error that names what
 is missing here, such as a sound card. Those that play until Ctrl-C get it after some seconds. Exits with 1 if a
@@ -73,11 +73,11 @@ def run(command: str, environment: dict[str, str]) -> tuple[int, str]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--first", action="store_true", help="only the first block of commands, without the tests")
+    parser.add_argument("--first", action="store_true", help="only the first three blocks, without the tests")
     given = parser.parse_args()
     blocks = commands(README.read_text(encoding="utf-8"))
     if given.first:
-        blocks = [[line for line in block if line != "tools/test"] for block in blocks[:2]]
+        blocks = [[line for line in block if line != "tools/test"] for block in blocks[:3]]
     environment = {**os.environ, "PATH": f"{ROOT}/.venv/bin{os.pathsep}{os.environ['PATH']}"}
     failed = 0
     for command in dict.fromkeys(line for block in blocks for line in block):
