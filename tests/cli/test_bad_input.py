@@ -245,7 +245,7 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
             for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (HANGUP, 128 + HANGUP))
             for again in ((), (0.05,), (0.002, 0.2, 0.1))
         ],
-        always=[(signal.SIGINT, 130, ()), (signal.SIGTERM, 143, (0.002, 0.2, 0.1)), (signal.SIGHUP, 129, ())],
+        always=[(signal.SIGINT, 130, ()), (signal.SIGTERM, 143, (0.002, 0.2, 0.1)), (HANGUP, 128 + HANGUP, ())],
     ),
 )
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:
