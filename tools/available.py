@@ -69,29 +69,32 @@ def wheels(needed: Iterable[str], system: str, python: str) -> dict[str, str]:
     facts = facts | {"python_version": python, "python_full_version": f"{python}.0", "implementation_name": "cpython"}
     facts["platform_python_implementation"] = "CPython"
     found: dict[str, str] = {}
-    wanted: dict[str, set[str]] = {}  # by name: all that is required of a package
-    new = list(needed)
+    wanted: dict[str, set[str]] = {}  # by name: all that is required of a package ...
+    extras: dict[str, set[str]] = {}  # ... and its extras
+    new = [(text, "") for text in needed]  # with the package that has this requirement
     while new:
         changed = set()
-        for one in map(Requirement, new):
-            name = canonicalize_name(one.name)
-            holds = not one.marker or any(one.marker.evaluate(facts | {"extra": extra}) for extra in one.extras or [""])
-            if holds and (text := f"{name}{one.specifier}") not in wanted.setdefault(name, set()):
-                wanted[name].add(text)
+        for one, of in ((Requirement(text), of) for text, of in new):
+            name = str(canonicalize_name(one.name))
+            holds = not one.marker or any(one.marker.evaluate(facts | {"extra": e}) for e in extras.get(of) or [""])
+            text = f"{name}{one.specifier}"
+            if holds and not (text in wanted.get(name, ()) and one.extras <= extras[name]):
+                wanted.setdefault(name, set()).add(text)
+                extras.setdefault(name, set()).update(one.extras)
                 changed.add(name)
         new = []
         for name, version, requirements in chosen(
             [sorted(wanted[name]) for name in sorted(changed)], platforms, python
         ):
             found[name] = version
-            new += requirements
+            new += [(text, name) for text in requirements]
     return found
 
 
 def chosen(wanted: list[list[str]], platforms: list[str], python: str) -> list[tuple[str, str, list[str]]]:
-    """Returns name, version and requirements of the wheels that pip chooses; `wanted`: the requirements of each package.
+    """Returns name, version and requirements of the wheels that pip chooses, or `MISSING`.
 
-    If not all have one, asks for fewer at a time.
+    wanted: the requirements of each package. If not all have a wheel, it asks for fewer at a time.
     """
     if not wanted:
         return []
@@ -108,7 +111,7 @@ def chosen(wanted: list[list[str]], platforms: list[str], python: str) -> list[t
             installs = json.loads(report.read_text("utf-8"))["install"]
             return [described(install["metadata"]) for install in installs]
     if len(wanted) == 1:
-        return [(canonicalize_name(Requirement(wanted[0][0]).name), MISSING, [])]
+        return [(str(canonicalize_name(Requirement(wanted[0][0]).name)), MISSING, [])]
     half = len(wanted) // 2
     return [one for part in (wanted[:half], wanted[half:]) for one in chosen(part, platforms, python)]
 

@@ -22,6 +22,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 ZIP, GZIP = b"PK\3\4", b"\x1f\x8b"  # how these files begin
+HEAD = "head of"  # an entry's name, date, rights in an archive
 BASE64 = re.compile(rb"[A-Za-z0-9+/]{400,}={0,2}")  # the page holds its module and its basses in it
 
 
@@ -49,7 +50,7 @@ def contents(place: str, data: bytes) -> Iterator[tuple[str, bytes]]:
     if data.startswith(ZIP):
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
             for entry in packed.infolist():
-                yield f"{place}: head of {entry.filename}", repr([entry, entry.date_time, entry.extra]).encode()
+                yield f"{place}: {HEAD} {entry.filename}", repr([entry, entry.date_time, entry.extra]).encode()
                 yield from contents(f"{place}: {entry.filename}", packed.read(entry))
     elif data.startswith(GZIP):
         inside = zlib.decompressobj(wbits=31).decompress(data)  # without what follows, such as a checksum
@@ -58,7 +59,7 @@ def contents(place: str, data: bytes) -> Iterator[tuple[str, bytes]]:
             return
         with tarfile.open(fileobj=io.BytesIO(inside)) as archive:
             for member in archive:
-                yield f"{place}: head of {member.name}", repr(sorted(member.get_info().items())).encode()
+                yield f"{place}: {HEAD} {member.name}", repr(sorted(member.get_info().items())).encode()
                 if file := archive.extractfile(member):
                     yield from contents(f"{place}: {member.name}", file.read())
     else:
@@ -78,7 +79,7 @@ def differences(first: Path, second: Path) -> list[str]:
             both = zip_longest(*(contents(name, file.read_bytes()) for file in (one, two)))
             places = [(a or b)[0] for a, b in both if a != b]
             inner = [place for place in places[1:] if not any(other.startswith(f"{place}:") for other in places)]
-            found.append(f"{name}: two builds differ, first in {(inner or places)[0]}")
+            found.append(f"{name}: two builds differ, first in {min(inner or places, key=lambda place: HEAD in place)}")
     return found
 
 
