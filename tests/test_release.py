@@ -179,7 +179,7 @@ def test_a_build_that_differs_is_refused_and_leaves_nothing(
 
 
 def machine(inside: ModuleType, *names: str) -> object:
-    return inside.Machine(frozenset({HOME}), "/var/tmp7", frozenset(names))
+    return inside.Machine(frozenset({HOME}), frozenset({"/var/tmp7"}), frozenset(names))
 
 
 def packed(data: bytes) -> dict[str, bytes]:
@@ -230,7 +230,11 @@ def test_sources_may_have_a_users_name_but_no_path(
 
 def test_this_machine_has_words(inside: ModuleType, tmp_path: Path) -> None:
     found = inside.Machine.this(str(tmp_path))
-    assert str(tmp_path) in found.paths and str(Path.home()) in found.paths | {"/"} and "/" not in found.paths
+    assert (
+        str(tmp_path) in found.paths
+        and str(Path.home()) in found.paths | found.common | {"/"}
+        and "/" not in found.paths
+    )
     assert found.names
 
 

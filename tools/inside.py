@@ -22,6 +22,7 @@ from itertools import zip_longest
 from pathlib import Path
 
 ZIP, GZIP = b"PK\3\4", b"\x1f\x8b"  # how these files begin
+ROOTS_HOME = "/root"
 HEAD = "head of"  # an entry's name, date, rights in an archive
 BASE64 = re.compile(rb"[A-Za-z0-9+/]{400,}={0,2}")  # the page holds its module and its basses in it
 
@@ -30,8 +31,8 @@ BASE64 = re.compile(rb"[A-Za-z0-9+/]{400,}={0,2}")  # the page holds its module 
 class Machine:
     """Words that tell of a machine."""
 
-    paths: frozenset[str]  # of the checkout, of the build, of homes
-    temporary: str  # the folder of temporary files
+    paths: frozenset[str]  # of the checkout, of the build, of homes; nothing may have them
+    common: frozenset[str]  # paths that many machines have, so that a source may mention them
     names: frozenset[str]  # of user and host
 
     @classmethod
@@ -39,9 +40,10 @@ class Machine:
         """Returns the words of this machine; `more` paths."""
         user, host = getpass.getuser(), socket.gethostname()
         homes = {str(Path.home()), os.path.expanduser(f"~{user}")}
-        paths = {sys.prefix, *homes, *more, *(os.path.realpath(path) for path in more)}
+        paths = {sys.prefix, *homes, *more, *(os.path.realpath(path) for path in more)} - {ROOTS_HOME}
         known = {path for path in paths if os.path.isabs(path) and path != os.path.dirname(path)}
-        return cls(frozenset(known), tempfile.gettempdir(), frozenset({user, host, host.partition(".")[0]} - {""}))
+        names = {user, host, host.partition(".")[0]} - {""}
+        return cls(frozenset(known), frozenset({tempfile.gettempdir(), ROOTS_HOME}), frozenset(names))
 
 
 def contents(place: str, data: bytes) -> Iterator[tuple[str, bytes]]:
@@ -86,16 +88,13 @@ def differences(first: Path, second: Path) -> list[str]:
 def leaks(folder: Path, machine: Machine, sources: Collection[bytes]) -> list[str]:
     """Returns a line for each word of `machine` in a folder's files, and in what is packed in them.
 
-    Copies of `sources` may name the temporary folder, user and host: one may be called root, or bass. Generated files
-    may have a user or host that is a word of the sources; that word is not searched for, which is said.
+    Copies of `sources` may have common paths and names: a user may be called root, or bass. A name that is a word of
+    the sources is not searched for in generated files either, which is said.
     """
-    everywhere = {word: _pattern(word) for word in machine.paths}
-    generated = everywhere | {machine.temporary: _pattern(machine.temporary)}
-    for name in sorted(machine.names):
-        if any(_pattern(name).search(text) for text in sources):
-            print(f"Not searched for, as it is a word of the sources: {name}", file=sys.stderr)
-        else:
-            generated[name] = _pattern(name)
+    common = {name for name in machine.names if any(_has(text, name) for text in sources)}
+    for name in sorted(common):
+        print(f"Not searched for, as it is a word of the sources: {name}", file=sys.stderr)
+    generated = sorted(machine.paths | machine.common | machine.names - common)
     copies = {hashlib.sha256(text).digest() for text in sources}
     found, seen = [], set[bytes]()
     for file in sorted(folder.iterdir()):
@@ -103,14 +102,14 @@ def leaks(folder: Path, machine: Machine, sources: Collection[bytes]) -> list[st
             digest = hashlib.sha256(data).digest()
             if digest not in seen:
                 seen.add(digest)
-                searched = everywhere if digest in copies else generated
-                found += [
-                    f"{place}: has {word}, a word of this machine" for word, p in searched.items() if p.search(data)
-                ]
+                searched = sorted(machine.paths) if digest in copies else generated
+                found += [f"{place}: has {word}, a word of this machine" for word in searched if _has(data, word)]
     return found
 
 
-def _pattern(word: str) -> re.Pattern[bytes]:
-    """Returns a pattern of `word` in 8 and in 16 bits, unless it is part of a longer word."""
-    narrow, wide = re.escape(word.encode()), re.escape(word.encode("utf-16-le"))
-    return re.compile(rb"(?<![\w.-])" + narrow + rb"(?![\w-])|" + wide)
+def _has(data: bytes, word: str) -> bool:
+    """Returns whether `data` has `word`, in 8 or 16 bits, not as a part of a longer word."""
+    narrow, wide = word.encode(), word.encode("utf-16-le")
+    if wide in data:
+        return True
+    return narrow in data and bool(re.search(rb"(?<![\w.-])" + re.escape(narrow) + rb"(?![\w-])", data))

@@ -231,7 +231,6 @@ COMMANDS = {
     "wheel": lambda _: program("wheels", "wheel"),
     "release": lambda _: program("release", "wheel"),
     "available": lambda _: program("available"),
-    "release": lambda _: program("release", "wheel"),
     "site": lambda _: program("site", "site"),
     "install": install_extras,
 }

@@ -41,6 +41,8 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     command = [*plugins.zig(system), "-shared", "-s", "-O2", str(source), "-o", str(made)]
     if system.ending == "so":
         command += ["-lm", "-Wl,-z,defs", "-Wl,-z,now"]
+    elif system.ending == "dylib":
+        command += plugins.NAMED  # else it names the folder in which it was built
     plugins.run([command], "no library of kernels was built")
     for leftover in out.glob("*.lib"), out.glob("*.pdb"):
         for file in leftover:

@@ -35,6 +35,7 @@ FLAGS = (
     "-Wno-unused-parameter",  # hosts' interfaces pass arguments that we may not need
     "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
+NAMED = ("-Wl,-x", "-Wl,-install_name,livebass")  # of a macOS library: no local names; not those of its build folder
 LINKING = {
     "so": (
         "-fPIC",
@@ -45,7 +46,7 @@ LINKING = {
         "-lm",
         "-lpthread",
     ),
-    "dylib": ("-fPIC", "-Wl,-x", "-Wl,-install_name,livebass"),  # no local names; else it names its build folder, too
+    "dylib": ("-fPIC", *NAMED),
     "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
 }
 CLOSER = (
