@@ -128,7 +128,7 @@ def test_what_is_built_is_what_git_tracks_under_any_umask(tool: ModuleType, tree
     (tree / "untracked.txt").touch()
     before = os.umask(0o077)
     try:
-        tool.export(tree, tmp_path / "copy")
+        tool.write(tool.tracked(tree), tmp_path / "copy")
     finally:
         os.umask(before)
     copied = {str(file.relative_to(tmp_path / "copy")) for file in (tmp_path / "copy").rglob("*") if file.is_file()}
@@ -161,7 +161,7 @@ def test_a_build_that_differs_is_refused_and_leaves_nothing(
 ) -> None:
     count = 0
 
-    def built(place: Path, *_: object) -> Path:
+    def built(_: object, place: Path, *more: object) -> Path:
         nonlocal count
         count += 1
         (place / "files").mkdir(parents=True)
@@ -276,7 +276,7 @@ def test_a_wheel_does_not_depend_on_place_time_umask_or_hash_seed(tool: ModuleTy
         before = os.umask(umask)
         try:
             tree, out = tmp_path / name / "tree", tmp_path / name / "out"
-            tool.export(ROOT, tree)
+            tool.write(tool.tracked(ROOT), tree)
             out.mkdir()
             env = os.environ | settings | {"PYTHONPATH": str(tree)}
             done = subprocess.run(

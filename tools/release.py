@@ -88,10 +88,10 @@ def release(given: argparse.Namespace) -> None:
             run([sys.executable, "tools/run.py", name], ROOT, f"tools/{name} failed")
     output.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="livebass-release-") as place:
-        builds = []
+        sources, builds = tracked(ROOT), []
         for name, settings, umask in list(zip(FOLDERS, SETTINGS, UMASKS, strict=True))[: 1 if given.once else 2]:
             started = time.monotonic()
-            builds.append(built(Path(place, name), settings, umask, given.systems))
+            builds.append(built(sources, Path(place, name), settings, umask, given.systems))
             say(f"Built {len(list(builds[-1].iterdir()))} files in {(time.monotonic() - started) / 60:.1f} minutes")
         if wrong := [line for second in builds[1:] for line in differences(builds[0], second)]:
             raise Refused("\n".join(wrong))
@@ -99,7 +99,7 @@ def release(given: argparse.Namespace) -> None:
         (made / CHANGES).write_text(changes(ROOT, version), encoding="utf-8", newline="\n")
         (made / BUILD).write_text(tools(), encoding="utf-8", newline="\n")
         machine = Machine.this(place, str(ROOT))
-        if wrong := leaks(made, machine, [(ROOT / name).read_bytes() for name, _ in tracked(ROOT)]):
+        if wrong := leaks(made, machine, [data for data, _ in sources.values()]):
             raise Refused("\n".join(wrong))
         (made / SUMS).write_text(sums(made), encoding="utf-8", newline="\n")
         put(made, output)
@@ -203,30 +203,38 @@ def replaceable(folder: Path) -> bool:
 # Building
 
 
-def tracked(root: Path) -> list[tuple[str, str]]:
-    """Returns the names and modes of the files that git tracks in the tree `root`, without those deleted there."""
+def tracked(root: Path) -> dict[str, tuple[bytes, bool]]:
+    """Returns the files that git tracks in the tree `root`: what each holds, and whether it is a program, by path."""
     entries = git(root, "ls-files", "--stage", "-z").split("\0")[:-1]
-    found = [(name, facts.split()[0]) for facts, name in (entry.split("\t", 1) for entry in entries)]
-    return [(name, mode) for name, mode in found if (root / name).is_file()]
+    modes = {name: facts.split()[0] for facts, name in (entry.split("\t", 1) for entry in entries)}
+    return {
+        name: ((root / name).read_bytes(), mode == PROGRAM) for name, mode in modes.items() if (root / name).is_file()
+    }
 
 
-def export(root: Path, tree: Path) -> None:
-    """Copies the files that git tracks in `root` into the new folder `tree`."""
-    for name, mode in tracked(root):
+def write(sources: Mapping[str, tuple[bytes, bool]], tree: Path) -> None:
+    """Writes the files of `tracked` into the new folder `tree`."""
+    for name, (data, program) in sources.items():
         (tree / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(root / name, tree / name)
-        if mode == PROGRAM:
+        (tree / name).write_bytes(data)
+        if program:
             (tree / name).chmod(0o700)
 
 
-def built(place: Path, settings: Mapping[str, str], umask: int, systems: Sequence[str]) -> Path:
-    """Builds in the new folder `place`, with nothing compiled before; returns the folder of files. Raises Refused."""
+def built(
+    sources: Mapping[str, tuple[bytes, bool]],
+    place: Path,
+    settings: Mapping[str, str],
+    umask: int,
+    systems: Sequence[str],
+) -> Path:
+    """Builds `sources` in the new folder `place`, with nothing compiled before; returns the folder of files. Raises Refused."""
     before = os.umask(umask)
     try:
         for name in ("home", "temporary", "files"):
             (place / name).mkdir(parents=True)
         tree, files = place / "livebass", place / "files"
-        export(ROOT, tree)
+        write(sources, tree)
         env = {name: value for name, value in os.environ.items() if not name.startswith(OURS)}
         env.update(settings)
         env |= {name: str(place / "temporary") for name in ("TMPDIR", "TEMP", "TMP")}
