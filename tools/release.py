@@ -228,7 +228,10 @@ def built(
     umask: int,
     systems: Sequence[str],
 ) -> Path:
-    """Builds `sources` in the new folder `place`, with nothing compiled; returns the folder of files. Raises Refused."""
+    """Builds `sources` in the new folder `place`, with nothing compiled before; returns the files' folder.
+
+    Raises Refused.
+    """
     before = os.umask(umask)
     try:
         for name in ("home", "temporary", "files"):
