@@ -132,8 +132,8 @@ def install(*extras: str) -> list[str]:
                 errors = re.findall(r"^ERROR: (.+)", LOG.read_text(encoding="utf-8"), re.MULTILINE)
                 why = errors[-1] if errors else "pip failed"
                 raise Failed(f"Installing failed: {why}\n  It needs the network the first time. Log: {LOG}")
-            packages = {package for extra in new for package in requirements(extra)}
-            missing += sorted(package for package in packages if not pip(package))
+            packages = sorted({package for extra in new for package in requirements(extra)})
+            missing = list(dict.fromkeys([*missing, *(package for package in packages if not pip(package))]))
         kept = {"folder": str(ROOT), "digest": digest, "extras": sorted(have | set(extras)), "missing": missing}
         INSTALLED.write_text(json.dumps(kept, indent=1), encoding="utf-8")
     return missing
@@ -170,7 +170,8 @@ def demo(arguments: list[str]) -> None:
     run(livebass, "render", "--demo", "techniques", "-o", "techniques.wav")
     run(PYTHON, "tools/examples.py")
     shown = livebass.relative_to(ROOT)
-    print(f"""
+    print(
+        f"""
   sound     {ROOT / "demo.wav"}
   hands     {ROOT / "techniques.wav"}: livebass help playing says how to play each
 
@@ -179,7 +180,9 @@ Next:
   {shown} page                        the page, in a browser: play it and see what the strings do
   {shown} presets list                the basses
   {shown} render song.mid -o song.wav the bass part of a MIDI file; song.mid is a short one
-  tools/demo precision-finger                    the other phrase; any preset will do""")
+  tools/demo precision-finger                    the other phrase; any preset will do""",
+        flush=True,
+    )
     lacks = [LIVE.get(name_of(package), "no MIDI ports") for package in missing]
     if lacks:
         names = ", ".join(map(name_of, missing))

@@ -12,6 +12,7 @@ from livebass.bench.measured import waveform_rows, waveform_sentence
 from livebass.cli.messages import keys_text, meaning
 from livebass.model.keymap import MODO
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
+from livebass.units import pitch_name
 
 ROOT = Path(__file__).parents[1]
 WORDS = 6  # first words that identify a sentence
@@ -35,12 +36,16 @@ def technique_table() -> str:
 
 
 def short_table() -> str:
-    """README's table: keys and controllers of the techniques that have buttons on the page, in the default map."""
-    rows = [TECHNIQUE_ROWS[button.symbol] for button in BUTTONS]
-    return table(
-        ("technique", "key", "controller"),
-        *((row.name, f"{row.asked} {keys_text(row.modo)}" if row.modo else "", controller_of(row)) for row in rows),
-    )
+    """README's table: keys and controllers of the techniques that have buttons on the page, in the default map.
+
+    Hosts name keys in two ways: 60 is C4, or C3.
+    """
+    rows: list[tuple[str, ...]] = [("technique", "key", "C4 is 60", "C3 is 60", "controller")]
+    for row in (TECHNIQUE_ROWS[button.symbol] for button in BUTTONS):
+        key = f"{row.asked} {keys_text(row.modo)}" if row.modo else ""
+        named = (", ".join(f"{pitch_name(k)}{k // 12 - below}" for k in row.modo) for below in (1, 2))
+        rows.append((row.name, key, *named, controller_of(row)))
+    return table(*rows)
 
 
 def waveform_table() -> str:

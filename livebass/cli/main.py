@@ -10,6 +10,8 @@ import contextlib
 import errno
 import importlib
 import os
+import platform
+import re
 import sys
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
@@ -75,8 +77,21 @@ class Commands(click.Group):
             raise click.exceptions.Exit(BROKEN_PIPE) from None
 
 
+def _show_version(context: click.Context, _: click.Parameter, asked: bool) -> None:
+    if asked and not context.resilient_parsing:
+        click.echo(version_text())
+        context.exit()
+
+
 @click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
-@click.version_option(__version__, package_name="livebass")
+@click.option(
+    "--version",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_show_version,
+    help="Show the version, the system and the packages, and exit.",
+)
 def livebass() -> None:
     """A physical-model electric bass whose strings hit their frets.
 
@@ -93,6 +108,31 @@ def livebass() -> None:
 
 
 livebass.commands = LoadedAtUse()  # type: ignore[assignment]
+
+
+def version_text() -> str:
+    """Returns three lines: the version; system, Python and kernels; the installed packages of livebass."""
+    from livebass.compiling.store import level
+
+    try:
+        kernels = f"kernels {level()}"
+    except ValueError as error:  # a processor without kernels, or a bad LIVEBASS_LEVEL
+        kernels = f"no kernels: {error}"
+    system = f"{platform.platform()}, Python {platform.python_version()}, {kernels}"
+    return "\n".join([f"livebass, version {__version__}", system, ", ".join(_packages())])
+
+
+def _packages() -> Iterator[str]:
+    """Names and versions of the installed packages that livebass or its extra `live` requires."""
+    from importlib import metadata  # imports csv and zipfile, which a render does not need
+
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        for requirement in metadata.requires("livebass") or ():
+            package, _, condition = requirement.partition(";")
+            name = re.split(r"[^\w.-]", package.strip(), maxsplit=1)[0]
+            if "extra" not in condition or re.search(r"extra == ['\"]live['\"]", condition):
+                with contextlib.suppress(metadata.PackageNotFoundError):
+                    yield f"{name} {metadata.version(name)}"
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import platform
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 from types import SimpleNamespace
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -14,7 +17,8 @@ import soundfile
 from support.command import GOOD, NOTE, Run, assert_one_clear_line, cli_text, command, song
 from support.engine import FakeEngine
 
-from livebass import Instrument, load_preset
+from livebass import Instrument, __version__, load_preset
+from livebass.compiling import store
 from livebass.engine import render as render_module
 from livebass.parts import NOISES
 from livebass.units import OFF
@@ -125,6 +129,24 @@ def test_help_starts_fast_and_without_kernels(arguments: list[str]) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stderr) == (0, "") and done.stdout
+
+
+def test_the_version_says_what_a_bug_report_needs(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    version, system, packages = cli_text(run, "--version").splitlines()
+    assert version == f"livebass, version {__version__}", "programs may read this line"
+    assert f"Python {platform.python_version()}, kernels {store.level()}" in system and platform.system() in system
+    named = dict(package.split(" ") for package in packages.split(", "))
+    assert named["numpy"] == np.__version__ and named["numba"] == metadata.version("numba")
+    assert "soundfile" in named and "pytest" not in named and "matplotlib" not in named
+
+    def unknown(name: str) -> NoReturn:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(store, "level", store.level.__wrapped__)  # not as it was found before
+    monkeypatch.setenv("LIVEBASS_LEVEL", "sparc")
+    monkeypatch.setattr(metadata, "requires", unknown)  # a source tree that was never installed
+    version, system, packages = cli_text(run, "--version").split("\n")[:3]
+    assert "no kernels: LIVEBASS_LEVEL must be" in system and packages == ""
 
 
 def test_a_note_loads_no_compiler_and_no_reader_of_music(tmp_path: Path) -> None:

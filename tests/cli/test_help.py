@@ -221,12 +221,13 @@ def test_the_page_on_presets_names_every_preset() -> None:
         assert f"| `{name}` |" in handbook.page_text("presets")
 
 
-def test_the_first_screen_of_the_readme() -> None:
-    first = README.read_text().partition("\n## ")[0]
-    assert len(first.splitlines()) < FIRST_SCREEN
-    commands = [line for line, whole in quoted(first) if whole]
-    assert [next(c for c in commands if c.startswith(word)) for word in ("play", "render", "presets")]
-    assert first.index("tools/demo") < first.index("tools/test") < first.index("livebass play")
+def test_the_first_screen_of_the_readme_shows_a_picture_and_what_follows_plays() -> None:
+    """tests/test_project.py has more about it."""
+    first, title, after = README.read_text().partition("\n## Play live\n")
+    screen = "\n".join(first.splitlines()[:FIRST_SCREEN])
+    assert title and screen.index("## I have a DAW") < screen.index("tools/demo") < screen.index("tools/test")
+    commands = [line for line, whole in quoted(after) if whole]
+    assert [next(c for c in commands if c.startswith(word)) for word in ("play", "page", "presets")]
     pictures = re.findall(r"!\[[^]]+\]\(([^)]+)\)", README.read_text())
     assert len(pictures) == 1 and pictures[0] in first
     data = (ROOT / pictures[0]).read_bytes()
