@@ -48,8 +48,10 @@ def inside() -> ModuleType:
 @pytest.fixture(scope="module")
 def tool(inside: ModuleType) -> Iterator[ModuleType]:
     """The module tools/release.py."""
+    loaded("where")
     yield loaded("release")
-    del sys.modules["release"], sys.modules["inside"]
+    for name in ("release", "inside", "where"):
+        del sys.modules[name]
 
 
 @pytest.fixture
@@ -62,6 +64,7 @@ def tree(tmp_path: Path) -> Path:
         "# Changelog\n\n## [1.2.3] - 2026-11-28\n\nMore.\n\n## [1.2.2] - 2026-01-02\n\nLess.\n"
     )
     (root / "CITATION.cff").write_text('title: livebass\nversion: 1.2.3\ndate-released: "2026-11-28"\n')
+    (root / "pyproject.toml").write_text('[project.urls]\nSource = "https://github.com/anna/livebass"\n')
     (root / "run").write_text("#!/bin/sh\n")
     (root / "run").chmod(0o755)
     for command in (["init", "-q"], ["add", "-A"], ["commit", "-q", "-m", "a"]):
@@ -92,7 +95,9 @@ def test_a_clean_tree_whose_versions_agree_can_be_released(tool: ModuleType, tre
         ("CHANGELOG.md", "2026-11-28", "2026-11-31", "not 2026-11-31"),
         ("CHANGELOG.md", "[1.2.3]", "[1.3.0]", "CHANGELOG.md begins with 1.3.0, but livebass/__init__.py has 1.2.3"),
         ("CITATION.cff", "version: 1.2.3", "version: 1.2.2", "CITATION.cff has version 1.2.2"),
-        ("CITATION.cff", "2026-11-28", "2026-11-27", "CITATION.cff has date-released 2026-11-27"),
+        ("CITATION.cff", "2026-11-28", "2026-11-27", "CITATION.cff must have date-released: 2026-11-28"),
+        ("CITATION.cff", 'date-released: "2026-11-28"', "", "CITATION.cff must have date-released: 2026-11-28"),
+        ("pyproject.toml", "github.com/anna", "example.org", "[project.urls] has placeholders"),
     ],
 )
 def test_versions_that_disagree_are_refused(
@@ -132,7 +137,7 @@ def test_what_is_built_is_what_git_tracks_under_any_umask(tool: ModuleType, tree
     finally:
         os.umask(before)
     copied = {str(file.relative_to(tmp_path / "copy")) for file in (tmp_path / "copy").rglob("*") if file.is_file()}
-    assert copied == {"livebass/__init__.py", "CHANGELOG.md", "CITATION.cff", "run"}
+    assert copied == {"livebass/__init__.py", "CHANGELOG.md", "CITATION.cff", "pyproject.toml", "run"}
     assert os.access(tmp_path / "copy" / "run", os.X_OK) and not os.access(tmp_path / "copy" / "CHANGELOG.md", os.X_OK)
 
 

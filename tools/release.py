@@ -26,6 +26,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from inside import Machine, differences, leaks
+from where import PLACEHOLDER, urls
 
 from livebass.bounds import either
 from livebass.plugin.systems import SYSTEMS
@@ -141,7 +142,9 @@ def problems(root: Path, tag: str | None = None, trial: bool = False) -> list[st
         if stated.get("version") != version:
             found.append(f"CITATION.cff has version {stated.get('version')}, but livebass/__init__.py has {version}")
         if date and stated.get("date-released") != when:
-            found.append(f"CITATION.cff has date-released {stated.get('date-released')}, but CHANGELOG.md has {when}")
+            found.append(f"CITATION.cff must have date-released: {when}, as CHANGELOG.md")
+    if not trial and any(PLACEHOLDER.match(address) for address in urls(root).values()):
+        found.append("pyproject.toml: [project.urls] has placeholders; write Source, then run tools/where.py")
     if tag is not None and tag != f"v{version}":
         found.append(f"the tag must be v{version}, not {tag}")
     return found
