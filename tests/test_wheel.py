@@ -14,11 +14,12 @@ import pytest
 from support.plugins import MOST_BYTES
 
 from livebass.compiling import ENTRIES, emitter, store
-from livebass.plugin.build import name_of
+from livebass.plugin.build import LIBRARY, name_of, object_name
 from livebass.plugin.systems import SYSTEMS
 
 ROOT = Path(__file__).parents[1]
 SYSTEM = f"linux-{platform.machine()}"
+KERNEL = "define i64 @lb_read_word(ptr %at) {\n  %x = load i64, ptr %at\n  ret i64 %x\n}\n"
 
 pytestmark = [
     pytest.mark.slow,
@@ -62,6 +63,24 @@ def test_libraries_are_small_and_know_nothing_of_python(installed: Path) -> None
         if path.name.startswith("kernels-") and path.suffix == ".so":
             exported = set(re.findall(rb"\blb_[a-z_0-9]+", code))
             assert {name.decode().removeprefix("lb_") for name in exported} >= set(ENTRIES)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_library_is_the_same_in_any_folder_and_names_none(name: str, tmp_path: Path) -> None:
+    system = SYSTEMS[name]
+    code = emitter.assembled(emitter.optimised(KERNEL, system.levels[0])[0], system.levels[0], system.triple)
+    made = []
+    for place in ("here", "other place"):
+        folder = tmp_path / place
+        folder.mkdir()
+        (folder / object_name(LIBRARY, system.levels[0], system)).write_bytes(code)
+        command = f"import wheels; from pathlib import Path; place = Path({str(folder)!r})\n"
+        command += f"wheels.library(place, wheels.SYSTEMS[{name!r}], {system.levels[0]!r}, place)"
+        subprocess.run([sys.executable, "-c", command], cwd=ROOT / "tools", check=True)
+        (library,) = folder.glob(f"kernels-*.{system.ending}")
+        made.append(library.read_bytes())
+        assert not re.search(rb"here|other place|" + re.escape(tmp_path.name.encode()), made[-1])
+    assert made[0] == made[1] and b"lb_read_word" in made[0]
 
 
 PLAY = """

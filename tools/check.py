@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCES = ROOT / "livebass/plugin/c"
 CHECKED = ROOT / ".venv/checked-c"  # an empty file for each source that was found good
 PAGE = ROOT / "tools/js"
+WORKFLOWS = sorted((ROOT / ".github/workflows").glob("*.yml"))
 
 
 def program(*command: object, cwd: Path = ROOT) -> tuple[bool, str]:
@@ -81,6 +82,7 @@ CHECKS: dict[str, Callable[[], tuple[bool, str]]] = {
     "ruff format": lambda: program("ruff", "format", "--check", "."),
     "import contracts": lambda: program("lint-imports"),
     "mypy": lambda: program("mypy"),
+    "actionlint": lambda: program("actionlint", "-shellcheck=", "-pyflakes=", *WORKFLOWS),
     "clang-tidy": check_c,
     "tsc and eslint": check_js,
 }

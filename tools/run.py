@@ -6,7 +6,8 @@ test            runs the tests that need no sound card, JACK, display or C compi
   --all         ... also the slow tests, and more random examples
 check           runs the linters and type checkers
 wheel           builds a wheel per system, and the plugins' zip archives
-release         builds all files of a release
+release         checks, tests and builds all files of a release
+available       looks up whether all packages have wheels, for every Python and system
 site            builds the site
 install EXTRA   installs extras of pyproject.toml
 
@@ -232,6 +233,7 @@ COMMANDS = {
     "check": lambda _: program("check", "test", "check"),
     "wheel": lambda _: program("wheels", "wheel"),
     "release": lambda _: program("release", "wheel"),
+    "available": lambda _: program("available"),
     "site": lambda _: program("site", "site"),
     "install": install_extras,
 }

@@ -1,9 +1,9 @@
-"""Builds every system's wheels and zip archives, with their compiled code, on one machine; for `tools/wheel`.
+"""Builds every system's wheel and zip archive, with their compiled code, on one machine; for `tools/wheel`.
 
-The kernels become raw IR once per kind of processor, and machine code once per processor level, system and use
+The kernels become raw IR once, optimised IR once per processor level and use, and machine code once per system
 (emitter.py). ziglang links for Linux, macOS and Windows: a shared library of kernels for each level, and the plugins'
 binary with all levels (plugin/build.py). All systems share the page's module (web/build.py). Archives, for users
-without Python, hold the same plugins and page (zips.py).
+without Python, hold the same plugins and page (zips.py); the page is also a file of its own.
 """
 
 from __future__ import annotations
@@ -19,9 +19,11 @@ from pathlib import Path
 
 import zips
 
+from livebass import __version__
 from livebass.bounds import either
 from livebass.cli.shelf import names_of
 from livebass.compiling import store
+from livebass.cores import core_count
 from livebass.plugin import build as plugins
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import SYSTEMS, System
@@ -39,6 +41,8 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     command = [*plugins.zig(system), "-shared", "-s", "-O2", str(source), "-o", str(made)]
     if system.ending == "so":
         command += ["-lm", "-Wl,-z,defs", "-Wl,-z,now"]
+    elif system.ending == "dylib":
+        command += plugins.NAMED  # else it names the folder in which it was built
     plugins.run([command], "no library of kernels was built")
     for leftover in out.glob("*.lib"), out.glob("*.pdb"):
         for file in leftover:
@@ -46,7 +50,7 @@ def library(objects: Path, system: System, level: str, out: Path) -> None:
     made.write_bytes(store.sealed(made.read_bytes()))
 
 
-def build(system: System, objects: Path, binary: bytes, page: bytes, out: Path) -> Path:
+def wheel(system: System, objects: Path, binary: bytes, page: bytes, out: Path) -> Path:
     """Builds a system's wheel, with the plugins' `binary` and the module `page`; returns its file."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder)
@@ -70,13 +74,12 @@ def build(system: System, objects: Path, binary: bytes, page: bytes, out: Path) 
             "        build_data['pure_python'] = False\n"
         )
         made = Path(folder) / "dist"
-        subprocess.run(
-            [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(made)], cwd=tree, check=True,
-            stdout=subprocess.DEVNULL,
-        )  # fmt: skip
-        (wheel,) = made.glob("*.whl")
-        out.mkdir(parents=True, exist_ok=True)
-        return Path(shutil.move(wheel, out / wheel.name))
+        command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(made)]
+        done = subprocess.run(command, cwd=tree, capture_output=True, text=True)
+        if done.returncode:
+            sys.exit(f"tools/wheel: hatchling: {done.stderr.strip()}")
+        (file,) = made.glob("*.whl")
+        return Path(shutil.move(file, out / file.name))
 
 
 def main() -> None:
@@ -92,24 +95,41 @@ def main() -> None:
     unknown = [name for name in given.systems if name not in SYSTEMS]
     if unknown:
         parser.error(f"system must be {either(SYSTEMS)}, not {unknown[0]}")
-    systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
-    binaries = {}
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(1) as beside:
-        page = beside.submit(pages.module)  # compiles in its own process
-        plugins.emit(Path(folder), systems, (plugins.LIBRARY, plugins.PLUGIN))
-        for system in systems:
-            binary = binaries[system.name] = plugins.link(Path(folder), system, plugins.zig(system))
-            wheel = build(system, Path(folder), binary, page.result(), given.output)
-            print(f"{wheel} ({_size(wheel.stat().st_size)})")
-            for file in zipfile.ZipFile(wheel).infolist():
-                if file.filename.startswith("livebass/built/"):
-                    print(f"    {Path(file.filename).name} ({_size(file.file_size)})")
     basses = {name: load_preset(name) for name in names_of((), ())}
-    files, html = instrument_files(basses), single_page(page_files(basses, "live"))
-    for name, of in zips.archives(binaries).items():
-        made = given.output / f"{zips.title(name)}.zip"
-        made.write_bytes(zips.archive(name, of, basses, files, html))
-        print(f"{made} ({_size(made.stat().st_size)})")
+    systems = [SYSTEMS[name] for name in given.systems or SYSTEMS]
+    given.output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(core_count()) as pool:
+        module = pool.submit(pages.module)  # compiles in its own process
+        plugins.emit(Path(folder), systems, (plugins.LIBRARY, plugins.PLUGIN))
+
+        def built(system: System) -> bytes:
+            binary = plugins.link(Path(folder), system, plugins.zig(system))
+            say_wheel(wheel(system, Path(folder), binary, module.result(), given.output))
+            return binary
+
+        binaries = dict(zip([system.name for system in systems], pool.map(built, systems), strict=True))
+        files, html = instrument_files(basses), single_page(page_files(basses, "live"))
+
+        def archived(name: str) -> Path:
+            made = given.output / f"{zips.title(name)}.zip"
+            made.write_bytes(zips.archive(name, archives[name], basses, files, html))
+            return made
+
+        archives = zips.archives(binaries)
+        page = given.output / f"livebass-{__version__}.html"
+        page.write_bytes(html)
+        for made in [*pool.map(archived, archives), page]:
+            print(f"{made} ({_size(made.stat().st_size)})")
+
+
+def say_wheel(file: Path) -> None:
+    """Prints a wheel's size, and the sizes of its compiled files."""
+    lines = [f"{file} ({_size(file.stat().st_size)})"]
+    with zipfile.ZipFile(file) as packed:
+        for entry in packed.infolist():
+            if entry.filename.startswith("livebass/built/"):
+                lines.append(f"    {Path(entry.filename).name} ({_size(entry.file_size)})")
+    print("\n".join(lines))
 
 
 def _size(size: int) -> str:

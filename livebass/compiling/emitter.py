@@ -1,5 +1,7 @@
 """Compiles all kernels in one pass, ahead of time: LLVM's O3 of numba's IR, for a named level of processor.
 
+O3 gives the same IR for every system, so a release optimises once per level. Machine code is per system.
+
     python -m livebass.compiling.emitter LEVEL
 
 writes the object file (processes.py). The functions of all entries form one module (lowering.py) in which all but the
@@ -56,6 +58,7 @@ PROCESSOR = {
 }  # fmt: skip
 LOWERED, OPTIMISED = 0.6, 0.9  # fractions of the time until IR and optimised IR are ready
 ADDRESS = re.compile(r"inttoptr \(i64 \d")  # of the compiler's process
+TARGET = re.compile(r"^target (triple|datalayout) = .*\n", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -103,6 +106,20 @@ def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
     """
     import llvmlite.binding as llvm
 
+    machine, head = _machine(level, triple)
+    module = llvm.parse_assembly(head + text)
+    module.link_in(llvm.parse_assembly(head + SQRT + PROCESSOR[LEVELS[level].machine]))
+    for function in module.functions:
+        if not function.is_declaration and not function.name.startswith("lb_"):
+            function.linkage = "internal"
+    module.verify()
+    return machine, module
+
+
+def _machine(level: str, triple: str | None) -> tuple[Any, str]:
+    """Returns LLVM's machine of `level`, and the first lines of a module for it."""
+    import llvmlite.binding as llvm
+
     llvm.initialize_all_targets()
     llvm.initialize_all_asmprinters()
     kind = LEVELS[level]
@@ -114,33 +131,23 @@ def parsed(text: str, level: str, triple: str | None = None) -> tuple[Any, Any]:
         reloc="static" if kind.machine == "wasm32" else "pic",
         codemodel="default",
     )
-    head = f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
-    module = llvm.parse_assembly(head + text)
-    module.link_in(llvm.parse_assembly(head + SQRT + PROCESSOR[kind.machine]))
-    for function in module.functions:
-        if not function.is_declaration and not function.name.startswith("lb_"):
-            function.linkage = "internal"
-    module.verify()
-    return machine, module
+    return machine, f'target triple = "{triple}"\ntarget datalayout = "{machine.target_data}"\n'
 
 
-def emit(
-    text: str, level: str, triple: str | None = None, optimised: Callable[[], None] = lambda: None
-) -> tuple[bytes, set[str]]:
-    """Returns the object file of the program `text` for `level`, and the symbols it needs.
+def optimised(text: str, level: str) -> tuple[str, set[str]]:
+    """Returns the optimised IR of the program `text` for `level`, on any system, and the symbols it needs.
 
-    `triple`: another system than this one; `optimised` is called before generating machine code. Raises ValueError if
-    the code needs a forbidden symbol.
+    Raises ValueError if the code needs a forbidden symbol.
     """
     import llvmlite.binding as llvm
 
-    machine, module = parsed(text, level, triple)
+    kind = LEVELS[level]
+    machine, module = parsed(text, level, kind.triple or f"{kind.machine}-unknown-linux-gnu")
     options = llvm.create_pipeline_tuning_options(speed_level=3)
     options.loop_vectorization, options.loop_interleaving = True, True
     options.slp_vectorization, options.loop_unrolling = False, False  # unrolled: a fifth longer, and not faster
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
-    optimised()
     final = str(module)
     if ADDRESS.search(final):
         raise ValueError("an address of the compiler's process is in the code")
@@ -151,7 +158,28 @@ def emit(
     }  # fmt: skip
     if needs - ALLOWED:
         raise ValueError(f"the code needs {', '.join(sorted(needs - ALLOWED))}")
-    return machine.emit_object(module), needs
+    return TARGET.sub("", final), needs
+
+
+def assembled(optimised_ir: str, level: str, triple: str | None = None) -> bytes:
+    """Returns the object file of `optimised` IR for `level`. `triple`: another system than this one."""
+    import llvmlite.binding as llvm
+
+    machine, head = _machine(level, triple)
+    return machine.emit_object(llvm.parse_assembly(head + optimised_ir))
+
+
+def emit(
+    text: str, level: str, triple: str | None = None, between: Callable[[], None] = lambda: None
+) -> tuple[bytes, set[str]]:
+    """Returns the object file of the program `text` for `level`, and the symbols it needs.
+
+    `triple`: another system than this one; `between` is called before generating machine code. Raises ValueError if
+    the code needs a forbidden symbol.
+    """
+    final, needs = optimised(text, level)
+    between()
+    return assembled(final, level, triple), needs
 
 
 def main(level: str) -> None:
@@ -160,7 +188,7 @@ def main(level: str) -> None:
     def work(tell: processes.Progress) -> bytes:
         text = program(lambda part: tell(LOWERED * part))
         tell(LOWERED)
-        return emit(text, level, optimised=lambda: tell(OPTIMISED))[0]
+        return emit(text, level, between=lambda: tell(OPTIMISED))[0]
 
     processes.serve(work)
 

@@ -35,6 +35,7 @@ FLAGS = (
     "-Wno-unused-parameter",  # hosts' interfaces pass arguments that we may not need
     "-Wno-enum-float-conversion",  # enums are our constants
 )  # fmt: skip
+NAMED = ("-Wl,-x", "-Wl,-install_name,livebass")  # of a macOS library: no local names; not those of its build folder
 LINKING = {
     "so": (
         "-fPIC",
@@ -45,7 +46,7 @@ LINKING = {
         "-lm",
         "-lpthread",
     ),
-    "dylib": ("-fPIC", "-Wl,-x", "-Wl,-install_name,livebass"),  # no local names; else it names its build folder, too
+    "dylib": ("-fPIC", *NAMED),
     "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
 }
 CLOSER = (
@@ -65,12 +66,14 @@ from pathlib import Path
 from livebass.compiling import emitter
 from livebass.plugin.header import entries_of, suffix
 text = emitter.program()
-use, level, triple, place = sys.argv[1:]
+use, level, *objects = sys.argv[1:]  # of an object: the system, the file
 if use == "plugin":  # several levels in one binary, which exports none of them, and has no others than it calls
     called = {entry.name for entry in entries_of(level)}
     text = re.sub(r"@lb_(\\w+)", lambda m: f"@lb_{m[1]}{suffix(level)}" if m[1] in called else f"@{m[1]}", text)
     text = re.sub(r"^define (\\w+ @lb_)", r"define hidden \\1", text, flags=re.MULTILINE)
-Path(place).write_bytes(emitter.emit(text, level, triple)[0])
+final, _ = emitter.optimised(text, level)
+for triple, place in zip(objects[::2], objects[1::2], strict=True):
+    Path(place).write_bytes(emitter.assembled(final, level, triple))
 """
 
 
@@ -183,17 +186,19 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
             return kernels / f"{level}.o" if kernels else None
         return place / object_name(use, level, system) if place else None
 
-    missing: dict[str, tuple[tuple[str, ...], Path | None]] = {}
+    missing: dict[str, Path | None] = {}
+    asked: dict[tuple[str, str], list[str]] = {}  # by use and level: the systems and files of its objects
     for use, system in itertools.product(uses, systems):
         for level in system.levels:
             name, file = object_name(use, level, system), kept(use, level, system)
             if file and (data := store.whole(file)) is not None:
                 (folder / name).write_bytes(data)
             else:
-                missing[name] = (use, level, system.triple), file
-    emitting = [[sys.executable, "-P", "-c", EMIT, *asked, str(folder / name)] for name, (asked, _) in missing.items()]
+                missing[name] = file
+                asked.setdefault((use, level), []).extend([system.triple, str(folder / name)])
+    emitting = [[sys.executable, "-P", "-c", EMIT, *which, *objects] for which, objects in asked.items()]
     run(emitting, "the kernels do not compile")
-    for name, (_, file) in missing.items():
+    for name, file in missing.items():
         if file:
             with suppress(OSError):
                 store.write(file, (folder / name).read_bytes())
@@ -202,15 +207,17 @@ def emit(folder: Path, systems: Sequence[System], uses: Sequence[str]) -> None:
 def link(folder: Path, system: System, using: list[str], more: Sequence[str] = ()) -> bytes:
     """Links a system's binary from the object files in `folder`, with the compiler `using` and `more` flags.
 
-    Raises BuildError.
+    Other files go into a folder of that system in it. Raises BuildError.
     """
-    (folder / "kernels.h").write_text(header(system.levels))
+    within = folder / system.name
+    within.mkdir(exist_ok=True)
+    (within / "kernels.h").write_text(header(system.levels))
     objects = [str(folder / object_name(PLUGIN, level, system)) for level in system.levels]
     sources = [str(source) for source in sorted(C.glob("*.c"))]
-    made = folder / f"plugin.{system.ending}"
+    made = within / f"plugin.{system.ending}"
     if system.ending == "dll":
-        objects += [str(imports(folder, library, names)) for library, names in OF_WINDOWS.items()]
-    command = [*using, *FLAGS, *more, f"-I{folder}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
+        objects += [str(imports(within, library, names)) for library, names in OF_WINDOWS.items()]
+    command = [*using, *FLAGS, *more, f"-I{within}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
     run([command], "the plugins do not compile")
     return made.read_bytes()
 
