@@ -46,6 +46,8 @@ class Quality:
         return self
 
 
+#: The three tiers by name, from the coarsest to the finest: "live", "studio" and "reference". `livebass help cost` and
+#: docs/notes/quality.md say how far apart they are.
 QUALITIES = {
     "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6), damped_rates=(336e3, 240e3)),
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),

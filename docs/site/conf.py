@@ -1,0 +1,82 @@
+"""Configuration of Sphinx. tools/site.py puts this folder and the repository's pages together, and builds the site."""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from sphinx.application import Sphinx
+from sphinx.pycode import ModuleAnalyzer
+
+import livebass
+
+# This file is a copy in a scratch folder during a build: the package says where the project is.
+PROJECT = tomllib.loads((Path(livebass.__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+URLS = PROJECT.get("urls", {})
+
+project = PROJECT["name"]
+version = release = livebass.__version__
+author = PROJECT["authors"][0]["name"]
+project_copyright = author  # without a year: the same sources give the same pages
+language = "en"
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.githubpages",
+]
+myst_heading_anchors = 4
+smartquotes = False  # would turn --option into a dash
+highlight_language = "none"  # indented code of the handbook is commands, TOML and text
+suppress_warnings = ["myst.header"]  # README's sections have levels of their own
+
+default_role = "py:obj"  # `name` in a docstring leads to that name if the site has it, and is code in any case
+autosummary_generate = False
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
+autodoc_class_signature = "mixed"
+autodoc_preserve_defaults = True
+python_display_short_literal_types = True
+python_use_unqualified_type_names = True
+add_module_names = False
+napoleon_numpy_docstring = False
+napoleon_use_rtype = False
+toc_object_entries_show_parents = "hide"
+
+html_theme = "pydata_sphinx_theme"
+html_title = "livebass"
+html_favicon = "icon.svg"
+html_baseurl = URLS.get("Site", "")
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_show_sourcelink = False
+html_copy_source = False
+html_theme_options = {
+    "logo": {"text": "livebass", "image_light": "icon.svg", "image_dark": "icon.svg", "alt_text": ""},
+    "navbar_align": "left",
+    "navbar_end": ["theme-switcher", "navbar-icon-links"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+    "secondary_sidebar_items": ["page-toc"],
+    "show_toc_level": 2,
+    "icon_links": [{"name": "Source", "url": URLS["Source"], "icon": "fa-solid fa-code"}] if "Source" in URLS else [],
+}
+html_sidebars = {"index": [], "page": [], "readme": []}
+
+
+def describe_data(app: Sphinx, what: str, name: str, obj: object, options: Any, lines: list[str]) -> None:
+    """Gives a public value, such as QUALITIES, the comment of its definition, which is in another module."""
+    if what != "data":
+        return
+    stub = ast.parse(Path(livebass.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    own = name.removeprefix("livebass.")
+    modules = [n.module for n in stub.body if isinstance(n, ast.ImportFrom) and own in {a.name for a in n.names}]
+    lines[:] = ModuleAnalyzer.for_module(f"livebass.{modules[0]}").find_attr_docs()["", own]
+
+
+def setup(app: Sphinx) -> None:
+    app.connect("autodoc-process-docstring", describe_data)

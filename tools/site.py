@@ -1,0 +1,245 @@
+"""Builds the project's site: first page, handbook, Python interface, the live page, sounds, notes.
+
+python tools/site.py [-o build/site]     needs the extra `site`
+
+Its pages are the repository's own Markdown files, which `assembled` puts together with docs/site. Sphinx builds them,
+with warnings as errors, and tools/links.py looks for dead links. The same sources give the same bytes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator
+from html import escape
+from pathlib import Path, PurePosixPath
+from urllib.parse import unquote, urljoin
+
+from livebass.cli.help import PAGES
+from livebass.files import OutputError, whole_directory
+from livebass.web.modules import text as page_source
+from livebass.web.public import ICON
+
+sys.path.insert(0, str(Path(__file__).parent))
+from links import check  # beside this file
+
+ROOT = Path(__file__).resolve().parents[1]
+SITE = ROOT / "docs" / "site"  # configuration, and the pages that only the site has
+FIRST, PLAY, SOUNDS, FILES = "index.md", "play", "sounds", "files"
+MADE = "objects.inv"  # Sphinx writes it into every site
+LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
+HELP = re.compile(rf"`livebass help ({'|'.join(PAGES)})`")
+HEADING = re.compile(r"(#+) +(.+?) *#*")
+MARK = re.compile(r"<!-- README: (.+) -->")
+DOOR = re.compile(r"I \w+")  # README's sections for three kinds of readers: I have a DAW, I have a terminal, I study
+
+
+class SiteError(Exception):
+    """The site cannot be built; one line."""
+
+
+def addresses() -> dict[str, str]:
+    """Returns the project's public addresses by name: [project.urls] of pyproject.toml."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return dict(project.get("urls", {}))
+
+
+def pages() -> dict[str, Path]:
+    """Returns the files of the repository that are pages, by their place on the site, in reading order."""
+    handbook = {f"handbook/{page}.md": ROOT / "livebass" / "help" / f"{page}.md" for page in PAGES}
+    notes = {f"notes/{file.name}": file for file in sorted((ROOT / "docs" / "notes").glob("*.md"))}
+    project = {f"project/{file.stem.lower()}.md": file for file in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"))}
+    return {**handbook, **notes, **dict(sorted(project.items()))}
+
+
+def unfenced(text: str) -> Iterator[tuple[str, bool]]:
+    """Yields each line, and whether it is Markdown rather than code between fences."""
+    fence = ""
+    for line in text.splitlines(keepends=True):
+        mark = re.match(r" {0,3}(```+|~~~+)", line)
+        if mark and not fence:
+            fence = mark[1]
+            yield line, False
+        elif mark and mark[1].startswith(fence):
+            fence = ""
+            yield line, False
+        else:
+            yield line, not fence
+
+
+def sections(text: str) -> dict[str, str]:
+    """Returns the sections of a Markdown text by heading, without it; "" is what stands before the second heading.
+
+    A section ends at the next heading of its level or above. Headings in it move to level 3 or below.
+    """
+    lines = list(unfenced(text))
+    heads = [(i, HEADING.fullmatch(line.rstrip("\n"))) for i, (line, prose) in enumerate(lines) if prose]
+    found = [(i, len(head[1]), head[2]) for i, head in heads if head]
+    parts = {}
+    for order, (start, level, title) in enumerate(found):
+        later = found[order + 1 :]
+        top = order == 0
+        end = next((i for i, depth, _ in later if top or depth <= level), len(lines))
+        parts["" if top else title] = "".join(
+            f"#{line}" if prose and level < 3 and HEADING.fullmatch(line.rstrip("\n")) else line
+            for line, prose in lines[start + 1 : end]
+        ).strip("\n")
+    return parts
+
+
+class Assembly:
+    """Puts the sources of the site together in a folder."""
+
+    def __init__(self, to: Path) -> None:
+        self.to, self.urls, self.pages = to, addresses(), pages()
+        self.places = {file: place for place, file in self.pages.items()}
+
+    def assemble(self) -> None:
+        """Writes all sources. Raises SiteError for a link that leads nowhere."""
+        shutil.copytree(SITE, self.to, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+        icon = unquote(ICON.findall(page_source("index.html"))[0].partition(",")[2])
+        (self.to / "icon.svg").write_text(icon + "\n", encoding="utf-8")
+        for place, file in self.pages.items():
+            self._write(place, self.linked(file.read_text(encoding="utf-8"), file, place))
+        readme = sections((ROOT / "README.md").read_text(encoding="utf-8"))
+        for file in sorted(self.to.rglob("*.md")):
+            place = file.relative_to(self.to).as_posix()
+            if place not in self.pages:
+                self._write(place, self._filled(file.read_text(encoding="utf-8"), readme, place))
+        missing = [f.name for f in self.sounds() if f"{SOUNDS}/{f.name}" not in (self.to / FIRST).read_text("utf-8")]
+        if missing:
+            raise SiteError(f"README.md: has no link to {', '.join(missing)} of docs/sounds in its first sections")
+
+    @staticmethod
+    def sounds() -> list[Path]:
+        """Returns the recordings to listen to; none if there is no folder of them."""
+        return sorted((ROOT / "docs" / SOUNDS).glob("*.ogg"))
+
+    def _filled(self, text: str, readme: dict[str, str], place: str) -> str:
+        """Returns a page of docs/site with sections of README.md in place of its marks."""
+        return MARK.sub(lambda mark: self._of_readme(mark[1], readme, place), text)
+
+    def _of_readme(self, wanted: str, readme: dict[str, str], place: str) -> str:
+        """Returns what a mark in a page of docs/site stands for: a section of README.md, "beginning", "doors"."""
+        if wanted == "beginning":
+            titles = ["", *(title for title, text in readme.items() if title and f"docs/{SOUNDS}/" in text)]
+        elif wanted == "doors":
+            titles = [title for title in readme if DOOR.match(title)]
+        elif wanted in readme:
+            titles = [wanted]
+        else:
+            raise SiteError(f"docs/site/{place}: README.md has no section {wanted!r}")
+        named = wanted in ("beginning", "doors")
+        texts = [f"## {title}\n\n{readme[title]}" if title and named else readme[title] for title in titles]
+        return self.linked("\n\n".join(texts), ROOT / "README.md", place)
+
+    def _write(self, place: str, text: str) -> None:
+        file = self.to / place
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, encoding="utf-8")
+
+    def linked(self, text: str, source: Path, place: str) -> str:
+        """Returns `text` of the file `source` as it stands at `place`: links between files become links on the site.
+
+        A link to a sound becomes a player, and `livebass help PAGE` in a text leads to that page.
+        """
+        up = "../" * place.count("/")
+
+        def link(match: re.Match[str]) -> str:
+            mark, words, target = match.groups()
+            path, _, anchor = target.partition("#")
+            if not path or re.match(r"[a-z]+:", path):
+                return match[0]
+            file = (source.parent / unquote(path)).resolve()
+            if not file.exists() or not file.is_relative_to(ROOT):
+                raise SiteError(f"{source.relative_to(ROOT)}: {target}: there is no such file")
+            if file in self.places:
+                return f"{mark}[{words}]({up}{self.places[file]}{anchor and '#' + anchor})"
+            if file.is_dir():
+                return f"[{words}]({self._in_source(file)})"
+            inside = file.relative_to(ROOT).as_posix()
+            if file.suffix == ".ogg":
+                copy = f"{SOUNDS}/{file.name}"
+                self._copy(file, copy)
+                player = f'<audio controls preload="none" aria-label="{escape(words)}" src="{up}{copy}"></audio>'
+                return f"{words} {player}"
+            self._copy(file, f"{FILES}/{inside}")
+            return f"{mark}[{words}]({up}{FILES}/{inside})"
+
+        def prose(line: str) -> str:
+            line = LINK.sub(link, line)
+            at = PurePosixPath(place).parent.as_posix()
+            return HELP.sub(lambda m: f"[{m[0]}]({'' if at == 'handbook' else up + 'handbook/'}{m[1]}.md)", line)
+
+        code = re.compile(r" {4}|\t")  # indented code; a list's second paragraph has no links in our pages
+        return "".join(prose(line) if is_prose and not code.match(line) else line for line, is_prose in unfenced(text))
+
+    def _in_source(self, folder: Path) -> str:
+        if "Source" not in self.urls:
+            raise SiteError("pyproject.toml: [project.urls] has no Source, the repository's address")
+        return f"{self.urls['Source'].rstrip('/')}/tree/HEAD/{folder.relative_to(ROOT).as_posix()}"
+
+    def _copy(self, file: Path, place: str) -> None:
+        target = self.to / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, target)
+
+
+def run(command: list[str], what: str) -> None:
+    """Runs a Python module with the arguments `command`. Raises SiteError if it fails."""
+    environment = os.environ | {"PYTHONHASHSEED": "0", "SOURCE_DATE_EPOCH": "0"}
+    done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, env=environment, check=False)
+    if done.returncode:
+        raise SiteError(f"{what} failed; the lines above say why")
+
+
+def build(out: Path) -> set[str]:
+    """Builds the site as the folder `out`; returns the links that lead elsewhere. Raises SiteError, OutputError."""
+    address = addresses().get("Site")
+    own: list[str] = ["--address", urljoin(address.rstrip("/") + "/", f"{PLAY}/")] if address else []
+    with whole_directory(out, is_site) as new, tempfile.TemporaryDirectory() as scratch:
+        source, cache = Path(scratch) / "source", Path(scratch) / "cache"
+        Assembly(source).assemble()
+        sphinx = ["--quiet", "--fail-on-warning", "--builder=html", "--jobs=auto", f"--doctree-dir={cache}"]
+        run(["sphinx", *sphinx, str(source), str(new)], "Sphinx")
+        if (source / SOUNDS).is_dir():
+            shutil.copytree(source / SOUNDS, new / SOUNDS)
+        (new / ".buildinfo").unlink(missing_ok=True)  # of the next build, which would be a new one
+        run(["livebass", "export", "web", "-o", str(new / PLAY), *own], "livebass export web")
+        faults, elsewhere = check(new)
+        if faults:
+            raise SiteError("\n".join(["dead links:", *faults]))
+    return elsewhere
+
+
+def is_site(entries: list[Path]) -> bool:
+    """True if these are the entries of a site that this program built: they may be replaced."""
+    return {MADE, PLAY, "index.html"} <= {entry.name for entry in entries}
+
+
+def main(report: Callable[[str], None] = print) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("-o", "--out", type=Path, default=ROOT / "build" / "site", help="folder (build/site)")
+    given = parser.parse_args()
+    try:
+        import sphinx  # noqa: F401
+    except ImportError:
+        print("tools/site.py: needs Sphinx: .venv/bin/pip install -e '.[site]'", file=sys.stderr)
+        return 1
+    try:
+        elsewhere = build(given.out)
+    except (SiteError, OutputError) as error:
+        print(f"tools/site.py: {error}", file=sys.stderr)
+        return 1
+    report(f"{given.out / 'index.html'}: no dead link; {len(elsewhere)} links lead elsewhere, which were not followed")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
