@@ -33,9 +33,11 @@ ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "docs" / "site"  # configuration, and the pages that only the site has
 FIRST, PLAY, SOUNDS, FILES = "index.md", "play", "sounds", "files"
 MADE = "objects.inv"  # Sphinx writes it into every site
+LEFT = (".buildinfo", "_static/webpack-macros.html")  # for a later build, and a template of the theme
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 HELP = re.compile(rf"`livebass help ({'|'.join(PAGES)})`")
 HEADING = re.compile(r"(#+) +(.+?) *#*")
+TITLE = re.compile(r"# (\w+): (.+)")
 MARK = re.compile(r"<!-- README: (.+) -->")
 DOOR = re.compile(r"I \w+")  # README's sections for three kinds of readers: I have a DAW, I have a terminal, I study
 
@@ -106,7 +108,12 @@ class Assembly:
         icon = unquote(ICON.findall(page_source("index.html"))[0].partition(",")[2])
         (self.to / "icon.svg").write_text(icon + "\n", encoding="utf-8")
         for place, file in self.pages.items():
-            self._write(place, self.linked(file.read_text(encoding="utf-8"), file, place))
+            text = file.read_text(encoding="utf-8")
+            if place.startswith("handbook/"):  # "Name: contents" is a long title for a narrow screen and for navigation
+                text = TITLE.sub(lambda m: f"# {m[1]}\n\n*{m[2][0].upper()}{m[2][1:]}.*", text, count=1)
+            elif file == ROOT / "README.md":
+                text = re.sub(r"^# .*$", "# First steps", text, count=1, flags=re.MULTILINE)
+            self._write(place, self.linked(text, file, place))
         readme = sections((ROOT / "README.md").read_text(encoding="utf-8"))
         for file in sorted(self.to.rglob("*.md")):
             place = file.relative_to(self.to).as_posix()
@@ -170,7 +177,8 @@ class Assembly:
                 player = f'<audio controls preload="none" aria-label="{escape(words)}" src="{up}{copy}"></audio>'
                 return f"{words} {player}"
             self._copy(file, f"{FILES}/{inside}")
-            return f"{mark}[{words}]({up}{FILES}/{inside})"
+            at = f"{up}{FILES}/{inside}"
+            return f"![{words}]({at})" if mark else f'<a href="{at}">{words}</a>'
 
         def prose(line: str) -> str:
             line = LINK.sub(link, line)
@@ -192,11 +200,14 @@ class Assembly:
 
 
 def run(command: list[str], what: str) -> None:
-    """Runs a Python module with the arguments `command`. Raises SiteError if it fails."""
+    """Runs a Python module with the arguments `command`. Raises SiteError with its output if it fails."""
     environment = os.environ | {"PYTHONHASHSEED": "0", "SOURCE_DATE_EPOCH": "0"}
-    done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, env=environment, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", *command], cwd=ROOT, env=environment, check=False,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8", errors="backslashreplace",
+    )  # fmt: skip
     if done.returncode:
-        raise SiteError(f"{what} failed; the lines above say why")
+        raise SiteError(f"{what} failed:\n{done.stdout.rstrip()}")
 
 
 def build(out: Path) -> set[str]:
@@ -208,9 +219,11 @@ def build(out: Path) -> set[str]:
         Assembly(source).assemble()
         sphinx = ["--quiet", "--fail-on-warning", "--builder=html", "--jobs=auto", f"--doctree-dir={cache}"]
         run(["sphinx", *sphinx, str(source), str(new)], "Sphinx")
-        if (source / SOUNDS).is_dir():
-            shutil.copytree(source / SOUNDS, new / SOUNDS)
-        (new / ".buildinfo").unlink(missing_ok=True)  # of the next build, which would be a new one
+        for folder in (SOUNDS, FILES):
+            if (source / folder).is_dir():
+                shutil.copytree(source / folder, new / folder)
+        for name in LEFT:
+            (new / name).unlink(missing_ok=True)
         run(["livebass", "export", "web", "-o", str(new / PLAY), *own], "livebass export web")
         faults, elsewhere = check(new)
         if faults:

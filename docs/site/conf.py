@@ -55,6 +55,7 @@ html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
+html_context = {"default_mode": "auto"}  # dark or light as the reader's system
 html_theme_options = {
     "logo": {"text": "livebass", "image_light": "icon.svg", "image_dark": "icon.svg", "alt_text": ""},
     "navbar_align": "left",
