@@ -42,7 +42,7 @@ class Links(HTMLParser):
         given = {name: value or "" for name, value in attrs}
         self._style = tag == "style"
         self.anchors.update(given[name] for name in ("id", "name") if name in given)
-        fetched = tag != "link" or not UNFETCHED >= set(given.get("rel", "").split())
+        fetched = tag != "link" or not set(given.get("rel", "").split()) <= UNFETCHED
         for name, value in given.items():
             if (tag, name) in FOLLOWED or ((tag, name) in LOADED and not fetched):
                 self.followed.append(value)

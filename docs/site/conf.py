@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import ast
+import dataclasses
 import tomllib
 from pathlib import Path
 from typing import Any
 
+import numpy.typing
 from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
 import livebass
+
+
+class NDArray:
+    """Stands for numpy's, whose types would appear as ndarray[tuple[Any, ...], dtype[float64]]."""
+
+    def __class_getitem__(cls, kind: type) -> type:
+        return type(f"NDArray[{getattr(kind, '__name__', kind)}]", (), {"__module__": "builtins"})
+
+
+numpy.typing.NDArray = NDArray  # before the first module of livebass that names it
+numpy.typing.ArrayLike = type("ArrayLike", (), {"__module__": "builtins"})
 
 # This file is a copy in a scratch folder during a build: the package says where the project is.
 PROJECT = tomllib.loads((Path(livebass.__file__).parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -38,7 +51,8 @@ default_role = "py:obj"  # `name` in a docstring leads to that name if the site 
 autosummary_generate = False
 autodoc_typehints = "description"
 autodoc_member_order = "bysource"
-autodoc_class_signature = "mixed"
+autodoc_typehints_description_target = "documented_params"
+autoclass_content = "both"  # the class and its __init__
 autodoc_preserve_defaults = True
 python_display_short_literal_types = True
 python_use_unqualified_type_names = True
@@ -69,15 +83,22 @@ html_theme_options = {
 html_sidebars = {"index": [], "page": [], "readme": []}
 
 
-def describe_data(app: Sphinx, what: str, name: str, obj: object, options: Any, lines: list[str]) -> None:
-    """Gives a public value, such as QUALITIES, the comment of its definition, which is in another module."""
-    if what != "data":
-        return
-    stub = ast.parse(Path(livebass.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-    own = name.removeprefix("livebass.")
-    modules = [n.module for n in stub.body if isinstance(n, ast.ImportFrom) and own in {a.name for a in n.names}]
-    lines[:] = ModuleAnalyzer.for_module(f"livebass.{modules[0]}").find_attr_docs()["", own]
+def describe(app: Sphinx, what: str, name: str, obj: object, options: Any, lines: list[str]) -> None:
+    """Gives a public value, such as QUALITIES, the comment of its definition, and keeps colons in texts of fields."""
+    if what == "data":
+        stub = ast.parse(Path(livebass.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+        own = name.removeprefix("livebass.")
+        modules = [n.module for n in stub.body if isinstance(n, ast.ImportFrom) and own in {a.name for a in n.names}]
+        lines[:] = ModuleAnalyzer.for_module(f"livebass.{modules[0]}").find_attr_docs()["", own]
+    if what in ("attribute", "property") and ":" in "".join(lines[:1]):
+        lines[:0] = ["..", ""]  # an empty comment: napoleon takes what stands before a colon in line 1 for a type
+
+
+def shorten(app: Sphinx, what: str, name: str, obj: Any, *rest: object) -> tuple[str, str] | None:
+    """Hides the fields in the head of a class that holds results or settings: they stand below it."""
+    return ("", "") if dataclasses.is_dataclass(obj) else None
 
 
 def setup(app: Sphinx) -> None:
-    app.connect("autodoc-process-docstring", describe_data)
+    app.connect("autodoc-process-docstring", describe, priority=400)  # before napoleon
+    app.connect("autodoc-process-signature", shorten)

@@ -186,10 +186,10 @@ class Instrument:
     necks: tuple[Neck, ...]
     output: Output
     player: Player
-    a4: float = A4_HZ  # Hz, of the A above middle C
+    a4: float = A4_HZ  #: Hz, of the A above middle C
     effects: Effects = field(default_factory=Effects)
-    grazed: tuple[Neck, ...] = ()  # grazed by the player's force 1, one per string; empty: its own
-    played: tuple[tuple[str, float], ...] = ()  # parameters that play it (techniques.py), by symbol, and their values
+    grazed: tuple[Neck, ...] = ()  #: grazed by the player's force 1, one per string; empty: its own
+    played: tuple[tuple[str, float], ...] = ()  #: parameters that play it (techniques.py), by symbol, and their values
 
     @property
     def switches(self) -> frozenset[int]:
