@@ -53,7 +53,6 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 autodoc_typehints_description_target = "documented_params"
 autoclass_content = "both"  # the class and its __init__
-autodoc_preserve_defaults = True
 python_display_short_literal_types = True
 python_use_unqualified_type_names = True
 add_module_names = False

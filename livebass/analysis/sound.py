@@ -199,7 +199,8 @@ def fundamental(
 ) -> Pitch:
     """Measures the fundamental frequency over time by YIN.
 
-    Source: A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002), 1917-1930, steps 2 to 5. Lags are multiples of a sample, refined to about a thousandth of one.
+    Source: A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002), 1917-1930, steps 2 to 5. Lags are
+    multiples of a sample, refined to about a thousandth of one.
 
     Args:
         sound: (n,), in any unit.
