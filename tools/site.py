@@ -31,7 +31,8 @@ from links import check  # beside this file
 
 ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "docs" / "site"  # configuration, and the pages that only the site has
-FIRST, PLAY, SOUNDS, FILES = "index.md", "play", "sounds", "files"
+FIRST, START = "index.md", "start.md"  # START is README.md
+PLAY, SOUNDS, FILES = "play", "sounds", "files"
 MADE = "objects.inv"  # Sphinx writes it into every site
 LEFT = (".buildinfo", "_static/webpack-macros.html")  # for a later build, and a template of the theme
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
@@ -57,7 +58,8 @@ def pages() -> dict[str, Path]:
     handbook = {f"handbook/{page}.md": ROOT / "livebass" / "help" / f"{page}.md" for page in PAGES}
     notes = {f"notes/{file.name}": file for file in sorted((ROOT / "docs" / "notes").glob("*.md"))}
     project = {f"project/{file.stem.lower()}.md": file for file in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"))}
-    return {**handbook, **notes, **dict(sorted(project.items()))}
+    project.pop("project/readme.md", None)
+    return {START: ROOT / "README.md", **handbook, **notes, **dict(sorted(project.items()))}
 
 
 def unfenced(text: str) -> Iterator[tuple[str, bool]]:
@@ -111,7 +113,7 @@ class Assembly:
             text = file.read_text(encoding="utf-8")
             if place.startswith("handbook/"):  # "Name: contents" is a long title for a narrow screen and for navigation
                 text = TITLE.sub(lambda m: f"# {m[1]}\n\n*{m[2][0].upper()}{m[2][1:]}.*", text, count=1)
-            elif file == ROOT / "README.md":
+            elif place == START:
                 text = re.sub(r"^# .*$", "# First steps", text, count=1, flags=re.MULTILINE)
             self._write(place, self.linked(text, file, place))
         readme = sections((ROOT / "README.md").read_text(encoding="utf-8"))

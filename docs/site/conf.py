@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy.typing
+from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
@@ -79,7 +80,7 @@ html_theme_options = {
     "show_toc_level": 2,
     "icon_links": [{"name": "Source", "url": URLS["Source"], "icon": "fa-solid fa-code"}] if "Source" in URLS else [],
 }
-html_sidebars = {"index": [], "page": [], "readme": []}
+html_sidebars = {"index": [], "page": [], "start": []}
 
 
 def describe(app: Sphinx, what: str, name: str, obj: object, options: Any, lines: list[str]) -> None:
@@ -98,6 +99,13 @@ def shorten(app: Sphinx, what: str, name: str, obj: Any, *rest: object) -> tuple
     return ("", "") if dataclasses.is_dataclass(obj) else None
 
 
+def set_dashes(app: Sphinx, doctree: nodes.document) -> None:
+    """Sets dashes between arguments and their descriptions; anywhere else -- belongs to an option."""
+    for text in list(doctree.findall(lambda node: isinstance(node, nodes.Text) and node == " -- ")):
+        text.parent.replace(text, nodes.Text(" \N{EN DASH} "))
+
+
 def setup(app: Sphinx) -> None:
     app.connect("autodoc-process-docstring", describe, priority=400)  # before napoleon
     app.connect("autodoc-process-signature", shorten)
+    app.connect("doctree-read", set_dashes)
