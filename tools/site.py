@@ -37,9 +37,11 @@ MADE = "objects.inv"  # Sphinx writes it into every site
 LEFT = (".buildinfo", "_static/webpack-macros.html")  # for a later build, and a template of the theme
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
 HELP = re.compile(rf"`livebass help ({'|'.join(PAGES)})`")
+PAGE = re.compile(r"(?<![\w`([/.-])(docs/[\w/-]+\.md)\b")  # a page named in a text without a link
 HEADING = re.compile(r"(#+) +(.+?) *#*")
 TITLE = re.compile(r"# (\w+): (.+)")
 MARK = re.compile(r"<!-- README: (.+) -->")
+HEAR = "<!-- sounds -->"
 DOOR = re.compile(r"I \w+")  # README's sections for three kinds of readers: I have a DAW, I have a terminal, I study
 
 
@@ -80,7 +82,7 @@ def unfenced(text: str) -> Iterator[tuple[str, bool]]:
 def sections(text: str) -> dict[str, str]:
     """Returns the sections of a Markdown text by heading, without it; "" is what stands before the second heading.
 
-    A section ends at the next heading of its level or above. Headings in it move to level 3 or below.
+    A section ends at the next heading of its level or above.
     """
     lines = list(unfenced(text))
     heads = [(i, HEADING.fullmatch(line.rstrip("\n"))) for i, (line, prose) in enumerate(lines) if prose]
@@ -90,10 +92,7 @@ def sections(text: str) -> dict[str, str]:
         later = found[order + 1 :]
         top = order == 0
         end = next((i for i, depth, _ in later if top or depth <= level), len(lines))
-        parts["" if top else title] = "".join(
-            f"#{line}" if prose and level < 3 and HEADING.fullmatch(line.rstrip("\n")) else line
-            for line, prose in lines[start + 1 : end]
-        ).strip("\n")
+        parts["" if top else title] = "".join(line for line, _ in lines[start + 1 : end]).strip("\n")
     return parts
 
 
@@ -121,32 +120,29 @@ class Assembly:
             place = file.relative_to(self.to).as_posix()
             if place not in self.pages:
                 self._write(place, self._filled(file.read_text(encoding="utf-8"), readme, place))
-        missing = [f.name for f in self.sounds() if f"{SOUNDS}/{f.name}" not in (self.to / FIRST).read_text("utf-8")]
-        if missing:
-            raise SiteError(f"README.md: has no link to {', '.join(missing)} of docs/sounds in its first sections")
-
-    @staticmethod
-    def sounds() -> list[Path]:
-        """Returns the recordings to listen to; none if there is no folder of them."""
-        return sorted((ROOT / "docs" / SOUNDS).glob("*.ogg"))
 
     def _filled(self, text: str, readme: dict[str, str], place: str) -> str:
-        """Returns a page of docs/site with sections of README.md in place of its marks."""
-        return MARK.sub(lambda mark: self._of_readme(mark[1], readme, place), text)
+        """Returns a page of docs/site with sections of README.md, or players for sounds, in place of its marks."""
+        text = MARK.sub(lambda mark: self._of_readme(mark[1], readme, place), text)
+        return text.replace(HEAR, self._players(text, place))
 
     def _of_readme(self, wanted: str, readme: dict[str, str], place: str) -> str:
-        """Returns what a mark in a page of docs/site stands for: a section of README.md, "beginning", "doors"."""
-        if wanted == "beginning":
-            titles = ["", *(title for title, text in readme.items() if title and f"docs/{SOUNDS}/" in text)]
-        elif wanted == "doors":
-            titles = [title for title in readme if DOOR.match(title)]
-        elif wanted in readme:
-            titles = [wanted]
-        else:
+        """Returns a section of README.md for a page of docs/site: its "beginning", its "doors", or one by heading."""
+        doors = {title: f"## {title}\n\n{text}" for title, text in readme.items() if DOOR.match(title)}
+        found = {"beginning": readme[""], "doors": "\n\n".join(doors.values()), **readme}
+        if wanted not in found:
             raise SiteError(f"docs/site/{place}: README.md has no section {wanted!r}")
-        named = wanted in ("beginning", "doors")
-        texts = [f"## {title}\n\n{readme[title]}" if title and named else readme[title] for title in titles]
-        return self.linked("\n\n".join(texts), ROOT / "README.md", place)
+        return self.linked(found[wanted], ROOT / "README.md", place)
+
+    def _players(self, page: str, place: str) -> str:
+        """Returns the sounds of docs/sounds/sounds.toml that `page` lacks, each with its text and a player."""
+        table = ROOT / "docs" / SOUNDS / "sounds.toml"
+        rows = tomllib.loads(table.read_text(encoding="utf-8"))["sound"] if table.exists() else []
+        shown = [
+            f"[**{row['title']}.**](docs/{SOUNDS}/{row['file']}) {row['text']}"
+            for row in rows if f"{SOUNDS}/{row['file']}" not in page
+        ]  # fmt: skip
+        return self.linked("\n\n".join(shown), ROOT / "README.md", place)
 
     def _write(self, place: str, text: str) -> None:
         file = self.to / place
@@ -176,14 +172,18 @@ class Assembly:
             if file.suffix == ".ogg":
                 copy = f"{SOUNDS}/{file.name}"
                 self._copy(file, copy)
-                player = f'<audio controls preload="none" aria-label="{escape(words)}" src="{up}{copy}"></audio>'
-                return f"{words} {player}"
+                label = escape(words.strip("*."))
+                return f'{words} <audio controls preload="none" aria-label="{label}" src="{up}{copy}"></audio>'
             self._copy(file, f"{FILES}/{inside}")
             at = f"{up}{FILES}/{inside}"
             return f"![{words}]({at})" if mark else f'<a href="{at}">{words}</a>'
 
+        def page(match: re.Match[str]) -> str:
+            file = ROOT / match[1]
+            return f"[{match[1]}]({up}{self.places[file]})" if file in self.places else match[0]
+
         def prose(line: str) -> str:
-            line = LINK.sub(link, line)
+            line = PAGE.sub(page, LINK.sub(link, line))
             at = PurePosixPath(place).parent.as_posix()
             return HELP.sub(lambda m: f"[{m[0]}]({'' if at == 'handbook' else up + 'handbook/'}{m[1]}.md)", line)
 
