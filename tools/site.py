@@ -9,6 +9,7 @@ with warnings as errors, and tools/links.py looks for dead links. The same sourc
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import os
 import re
 import shutil
@@ -21,18 +22,18 @@ from html import escape
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote, urljoin
 
+from links import check
+
 from livebass.cli.help import PAGES
 from livebass.files import OutputError, whole_directory
 from livebass.web.modules import text as page_source
 from livebass.web.public import ICON
 
-sys.path.insert(0, str(Path(__file__).parent))
-from links import check  # beside this file
-
 ROOT = Path(__file__).resolve().parents[1]
 SITE = ROOT / "docs" / "site"  # configuration, and the pages that only the site has
 FIRST, START = "index.md", "start.md"  # START is README.md
 PLAY, SOUNDS, FILES = "play", "sounds", "files"
+NEEDED = ("sphinx", "myst_parser", "pydata_sphinx_theme")  # the extra `site`
 MADE = "objects.inv"  # Sphinx writes it into every site
 LEFT = (".buildinfo", "_static/webpack-macros.html")  # for a later build, and a template of the theme
 LINK = re.compile(r"(!?)\[([^\]]*)\]\(([^)\s]+)\)")
@@ -242,10 +243,8 @@ def main(report: Callable[[str], None] = print) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("-o", "--out", type=Path, default=ROOT / "build" / "site", help="folder (build/site)")
     given = parser.parse_args()
-    try:
-        import sphinx  # noqa: F401
-    except ImportError:
-        print("tools/site.py: needs Sphinx: .venv/bin/pip install -e '.[site]'", file=sys.stderr)
+    if missing := [name for name in NEEDED if importlib.util.find_spec(name) is None]:
+        print(f"tools/site.py: needs {', '.join(missing)}: .venv/bin/pip install -e '.[site]'", file=sys.stderr)
         return 1
     try:
         elsewhere = build(given.out)
