@@ -247,7 +247,7 @@ def main(report: Callable[[str], None] = print) -> int:
         print(f"tools/site.py: needs {', '.join(missing)}: .venv/bin/pip install -e '.[site]'", file=sys.stderr)
         return 1
     try:
-        elsewhere = build(given.out)
+        elsewhere = build(given.out.resolve())
     except (SiteError, OutputError) as error:
         print(f"tools/site.py: {error}", file=sys.stderr)
         return 1
