@@ -209,11 +209,14 @@ class Solved:
 
     @cached_property
     def pitch(self) -> Pitch:
-        """The fundamental of u by YIN, every millisecond. ValueError for less than two periods.
+        """The fundamental of u by YIN, every millisecond.
 
-        The window is one period: a longer one would blur the steps of a glide. Only sound below `LOW` counts: near the
-        bridge the overtones, which are not quite harmonic, have most of the power. The deepest dip counts: if a string
-        rattles there may be none below a threshold.
+        The window is one period: a longer one would blur the steps of a glide. Only sound below five times the first
+        eigenfrequency counts: near the bridge the overtones, which are not quite harmonic, have most of the power. The
+        deepest dip counts: if a string rattles there may be none below a threshold.
+
+        Raises:
+            ValueError: A motion of less than two periods.
         """
         first = float(modes.frequencies(self.speaking, 1)[0])
         least, most = (part * first for part in PITCHES)

@@ -128,9 +128,15 @@ class Contactogram:
     release_s: Floats  #: (k,), when it leaves the fret; NaN if unknown
 
     def sets(self, gap: float = 4e-3) -> Ints:
-        """Number of each contact's set, from 0, (k,): `gap` (s) without a new contact ends a set.
+        """Numbers the sets of contacts, one set per period of the string.
 
         A string swings down to the frets once per period: half a period, 5 ms at 98 Hz, is free of contacts.
+
+        Args:
+            gap: A time without a new contact that ends a set, s.
+
+        Returns:
+            Number of each contact's set, from 0, (k,).
         """
         return np.concatenate([[0], np.cumsum(np.diff(self.time_s) >= gap)])[: self.time_s.size].astype(np.int64)
 

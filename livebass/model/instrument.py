@@ -218,7 +218,11 @@ class Instrument:
         return any(neck.surface for neck in self.necks)
 
     def string_index(self, name: str) -> int:
-        """Index of the string called `name`, in any case. Raises LookupError with the known names."""
+        """Returns the index of the string called `name`, in any case.
+
+        Raises:
+            LookupError: There is no such string; the message lists the names.
+        """
         names = [s.name for s in self.strings]
         for i, have in enumerate(names):
             if have.casefold() == name.casefold():

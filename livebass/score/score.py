@@ -78,7 +78,7 @@ class Score:
         return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
 
     def on_one_bass(self) -> Score:
-        """The score without its program changes and the basses they choose."""
+        """Returns the score without its program changes and the basses that they choose."""
         kept = self.messages[:, 0] & 0xF0 != PROGRAM
         return replace(self, frames=self.frames[kept], messages=self.messages[kept], basses=())
 
