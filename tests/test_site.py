@@ -57,6 +57,7 @@ def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     root = written(tmp_path / "project", {
         "README.md": (
             "# it\n\nIt sounds, see [cost](livebass/help/cost.md#qualities).\n\n```sh\n# no heading\n```\n\n"
+            "[Here](#windows) is [the page](https://it.example.org/play/index.html#x) of [it](https://it.example.org).\n\n"
             "## I have a DAW\n\nUse it.\n\n### Windows\n\nCopy.\n\n## In Python\n\n`livebass help cost`\n"
         ),
         "CONTRIBUTING.md": "# Contributing\n\nSee [licence](LICENSE), [tests](tests), [web](https://example.org/a.md).\n",
@@ -73,7 +74,8 @@ def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         "docs/sounds/pick.ogg": "ogg",
         "docs/site/index.md": "<!-- README: beginning -->\n\n<!-- sounds -->\n\n<!-- README: doors -->\n",
         "docs/site/api/index.md": "<!-- README: In Python -->\n",
-        "pyproject.toml": '[project]\n[project.urls]\nSource = "https://example.org/it/"\n',
+        "pyproject.toml": '[project]\n[project.urls]\nSource = "https://example.org/it/"\n'
+        'Site = "https://it.example.org"\n',
         **{f"livebass/help/{page}.md": f"# {page.title()}: all of it\n\n## Qualities\n" for page in PAGES},
     })  # fmt: skip
     monkeypatch.setattr(site, "ROOT", root)
@@ -138,6 +140,9 @@ def test_all_pages_of_the_repository_are_on_the_site(site: Any, tmp_path: Path) 
 def test_links_between_pages_follow_them_to_their_places(site: Any, project: Path, tmp_path: Path) -> None:
     sources = assembled(site, tmp_path / "source")
     assert "[cost](handbook/cost.md#qualities)" in sources["start.md"]
+    assert "[Here](#windows)" in sources["start.md"] and "[Here](start.md#windows)" in sources["index.md"]
+    page = '<a href="play/index.html#x">the page</a> of <a href="index.html">it</a>.'
+    assert page in sources["start.md"] and page in sources["index.md"]
     contributing = sources["project/contributing.md"]
     assert '<a href="../files/LICENSE">licence</a>' in contributing
     assert (tmp_path / "source" / "files" / "LICENSE").read_text() == "free\n"

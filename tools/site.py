@@ -160,8 +160,13 @@ class Assembly:
         def link(match: re.Match[str]) -> str:
             mark, words, target = match.groups()
             path, _, anchor = target.partition("#")
-            if not path or re.match(r"[a-z]+:", path):
+            own = self.urls.get("Site")
+            if own and (target == own or target.startswith(own.rstrip("/") + "/")):
+                return f'<a href="{up}{target[len(own) :].strip("/") or "index.html"}">{words}</a>'
+            if re.match(r"[a-z]+:", path):
                 return match[0]
+            if not path:  # a section of `source`, which may be part of another page here
+                return match[0] if self.places[source] == place else f"[{words}]({up}{self.places[source]}#{anchor})"
             file = (source.parent / unquote(path)).resolve()
             if not file.exists() or not file.is_relative_to(ROOT):
                 raise SiteError(f"{source.relative_to(ROOT)}: {target}: there is no such file")
