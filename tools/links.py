@@ -45,7 +45,7 @@ class Links(HTMLParser):
         fetched = tag != "link" or not set(given.get("rel", "").split()) <= UNFETCHED
         for name, value in given.items():
             if (tag, name) in FOLLOWED or ((tag, name) in LOADED and not fetched):
-                self.followed.append(value)
+                self.followed += [value] if given.get("rel") != "canonical" else []  # the page's own address
             elif (tag, name) in LOADED:
                 self.loaded.append(value)
             elif (tag, name) in SETS:
