@@ -166,11 +166,22 @@ def test_the_first_page_has_the_beginning_of_the_readme_its_doors_and_the_sounds
     assert (tmp_path / "source" / "sounds" / "slap.ogg").exists()
 
 
-def test_a_sound_that_the_readme_links_to_appears_once(site: Any, project: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "text, players",
+    [
+        ("- [it](docs/sounds/pick.ogg) sounds", ["pick.ogg", "slap.ogg"]),
+        ("| a | b |\n|---|---|\n| [it](docs/sounds/pick.ogg) | sounds |\n", ["pick.ogg", "slap.ogg"]),
+        ("Hear [it](docs/sounds/pick.ogg), too.", ["slap.ogg", "pick.ogg"]),  # within a sentence it stays a link
+    ],
+)
+def test_a_sound_of_the_readme_has_one_player(
+    site: Any, project: Path, tmp_path: Path, text: str, players: list[str]
+) -> None:
     readme = project / "README.md"
-    readme.write_text(readme.read_text().replace("It sounds", "Hear [it](docs/sounds/pick.ogg)"))
+    readme.write_text(readme.read_text().replace("It sounds", f"{text}\n\nIt sounds"))
     page = assembled(site, tmp_path / "source")["index.md"]
-    assert re.findall(r'<audio[^>]* src="(.*?)"', page) == ["sounds/pick.ogg", "sounds/slap.ogg"]
+    assert re.findall(r'<audio[^>]* src="sounds/(.*?)"', page) == players
+    assert page.count("sounds/pick.ogg") == (2 if text.startswith("Hear") else 1)
 
 
 def test_a_site_needs_no_sounds(site: Any, project: Path, tmp_path: Path) -> None:

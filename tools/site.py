@@ -141,7 +141,7 @@ class Assembly:
         rows = tomllib.loads(table.read_text(encoding="utf-8"))["sound"] if table.exists() else []
         shown = [
             f"[**{row['title']}.**](docs/{SOUNDS}/{row['file']}) {row['text']}"
-            for row in rows if f"{SOUNDS}/{row['file']}" not in page
+            for row in rows if f'src="{SOUNDS}/{row["file"]}"' not in page
         ]  # fmt: skip
         return self.linked("\n\n".join(shown), ROOT / "README.md", place)
 
@@ -153,7 +153,7 @@ class Assembly:
     def linked(self, text: str, source: Path, place: str) -> str:
         """Returns `text` of the file `source` as it stands at `place`: links between files become links on the site.
 
-        A link to a sound becomes a player, and `livebass help PAGE` in a text leads to that page.
+        A link to a sound that begins a line, an item of a list or a row becomes a player, and `livebass help PAGE` in a text leads to that page.
         """
         up = "../" * place.count("/")
 
@@ -175,7 +175,7 @@ class Assembly:
             if file.is_dir():
                 return f"[{words}]({self._in_source(file)})"
             inside = file.relative_to(ROOT).as_posix()
-            if file.suffix == ".ogg":
+            if file.suffix == ".ogg" and match.string[: match.start()].strip() in ("", "-", "*", "|"):
                 copy = f"{SOUNDS}/{file.name}"
                 self._copy(file, copy)
                 label = escape(words.strip("*."))
