@@ -153,7 +153,8 @@ class Assembly:
     def linked(self, text: str, source: Path, place: str) -> str:
         """Returns `text` of the file `source` as it stands at `place`: links between files become links on the site.
 
-        A link to a sound that begins a line, an item of a list or a row becomes a player, and `livebass help PAGE` in a text leads to that page.
+        A link to a sound at the start of a line, an item or a row becomes a player. `livebass help PAGE` leads to that
+        page.
         """
         up = "../" * place.count("/")
 
