@@ -57,7 +57,7 @@ def project(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     root = written(tmp_path / "project", {
         "README.md": (
             "# it\n\nIt sounds, see [cost](livebass/help/cost.md#qualities).\n\n```sh\n# no heading\n```\n\n"
-            "[Here](#windows) is [the page](https://it.example.org/play/index.html#x) of [it](https://it.example.org).\n\n"
+            "[Here](#windows) is [the\npage](https://it.example.org/play/index.html#x) of [it](https://it.example.org).\n\n"
             "## I have a DAW\n\nUse it.\n\n### Windows\n\nCopy.\n\n## In Python\n\n`livebass help cost`\n"
         ),
         "CONTRIBUTING.md": "# Contributing\n\nSee [licence](LICENSE), [tests](tests), [web](https://example.org/a.md).\n",
@@ -141,7 +141,7 @@ def test_links_between_pages_follow_them_to_their_places(site: Any, project: Pat
     sources = assembled(site, tmp_path / "source")
     assert "[cost](handbook/cost.md#qualities)" in sources["start.md"]
     assert "[Here](#windows)" in sources["start.md"] and "[Here](start.md#windows)" in sources["index.md"]
-    page = '<a href="play/index.html#x">the page</a> of <a href="index.html">it</a>.'
+    page = '<a href="play/index.html#x">the\npage</a> of <a href="index.html">it</a>.'
     assert page in sources["start.md"] and page in sources["index.md"]
     contributing = sources["project/contributing.md"]
     assert '<a href="../files/LICENSE">licence</a>' in contributing

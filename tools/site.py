@@ -19,7 +19,9 @@ import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
 from html import escape
-from pathlib import Path, PurePosixPath
+from itertools import groupby
+from operator import itemgetter
+from pathlib import Path
 from urllib.parse import unquote, urljoin
 
 from links import check
@@ -176,7 +178,8 @@ class Assembly:
             if file.is_dir():
                 return f"[{words}]({self._in_source(file)})"
             inside = file.relative_to(ROOT).as_posix()
-            if file.suffix == ".ogg" and match.string[: match.start()].strip() in ("", "-", "*", "|"):
+            before = match.string[: match.start()].rpartition("\n")[2]
+            if file.suffix == ".ogg" and before.strip() in ("", "-", "*", "|"):
                 copy = f"{SOUNDS}/{file.name}"
                 self._copy(file, copy)
                 label = escape(words.strip("*."))
@@ -189,13 +192,15 @@ class Assembly:
             file = ROOT / match[1]
             return f"[{match[1]}]({up}{self.places[file]})" if file in self.places else match[0]
 
-        def prose(line: str) -> str:
-            line = PAGE.sub(page, LINK.sub(link, line))
-            at = PurePosixPath(place).parent.as_posix()
-            return HELP.sub(lambda m: f"[{m[0]}]({'' if at == 'handbook' else up + 'handbook/'}{m[1]}.md)", line)
+        def prose(text: str) -> str:
+            text = PAGE.sub(page, LINK.sub(link, text))
+            at = "" if place.startswith("handbook/") else f"{up}handbook/"
+            return HELP.sub(lambda m: f"[{m[0]}]({at}{m[1]}.md)", text)
 
-        code = re.compile(r" {4}|\t")  # indented code; a list's second paragraph has no links in our pages
-        return "".join(prose(line) if is_prose and not code.match(line) else line for line, is_prose in unfenced(text))
+        code = re.compile(r" {4}|\t")  # indented code; no list of ours has links so deep
+        lines = [(line, is_prose and not code.match(line)) for line, is_prose in unfenced(text)]
+        blocks = [("".join(line for line, _ in run), is_prose) for is_prose, run in groupby(lines, itemgetter(1))]
+        return "".join(prose(block) if is_prose else block for block, is_prose in blocks)
 
     def _in_source(self, folder: Path) -> str:
         if "Source" not in self.urls:
