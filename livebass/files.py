@@ -52,7 +52,7 @@ def checked_place(path: Path) -> Path:
         elif not place.parent.is_dir():
             raise OutputError(f"{path}: there is no directory {path.parent}")
         if not os.access(place.parent, os.W_OK):
-            raise OutputError(f"{path}: the directory {path.parent} is read-only")
+            raise OutputError(f"{path}: cannot be written: the directory {path.parent} is read-only")
         with tempfile.TemporaryFile(dir=place.parent):  # raises if the file system takes none, as /proc
             pass
     return place

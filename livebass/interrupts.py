@@ -218,8 +218,11 @@ def stop_instead(flag: StopFlag, playing: Callable[[], bool]) -> None:
 def hidden_from_children() -> Iterator[None]:
     """Blocks SIGINT and SIGHUP in processes and threads that start within the block.
 
-    Ctrl-C reaches the whole process group; the parent ends its workers in order.
+    Ctrl-C reaches the whole process group; the parent ends its workers in order. Windows has no such signals.
     """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     try:
         yield

@@ -6,10 +6,7 @@ import gc
 import inspect
 import itertools
 import os
-import shutil
 import signal
-import subprocess
-import sys
 import tempfile
 from collections.abc import Generator, Iterator
 from contextlib import suppress
@@ -28,20 +25,18 @@ import support.source
 
 # isort: split
 import support.examples  # noqa: F401, registers the profiles of hypothesis
+from support import products
 from support.command import Run
 from support.engine import FakeEngine
 from support.jack import lasting_server, leave_nothing
+from support.needs import package, pytest_fixture_setup, pytest_pyfunc_call, pytest_terminal_summary, tool  # noqa: F401, hooks
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
 from livebass.engine import engine as engine_module
 from livebass.engine import render as render_module
 from livebass.engine.image import Image, Pool, image
-from livebass.plugin import build as build_plugin
-from livebass.plugin.systems import this_system
-from livebass.web import build as build_module
 
-NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_JACK"))
 WORKER = os.environ.get("PYTEST_XDIST_WORKER")
 REAL = "LIVEBASS_REAL_TESTS"  # names the file in which pytest-xdist's workers list the real tests for the controller
 NUMBERS = itertools.count()
@@ -101,17 +96,6 @@ IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tes
 # Products that tests need, by folder or file; a process makes them while other tests run
 WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
 NEEDED_PRODUCTS = {"plugin": ("tests/plugin/", "tests/cli/test_export.py"), "module": ("tests/web/",)}
-BUILD = """
-import sys
-from livebass.compiling import library
-library.library()
-if "module" in sys.argv:
-    from livebass.web import build
-    build.module()
-if "plugin" in sys.argv:
-    from livebass.plugin import build, systems
-    build.binary(systems.this_system())
-"""
 # The order of files: those without kernels, then the longest, so no worker is left with one at the end
 NEXT = (
     "tests/test_compiling.py", "tests/live/test_play.py", "tests/fitting/test_fit.py", "tests/plugin/test_promises.py",
@@ -246,24 +230,20 @@ def real_tests() -> frozenset[str]:
 @pytest.hookimpl(optionalhook=True)  # of pytest-xdist
 def pytest_xdist_node_collection_finished(ids: list[str]) -> None:
     """Starts making the needed products, in a process beside the workers, once all tests are known."""
-    begin_to_make(tuple(name for name, places in NEEDED_PRODUCTS.items() if any(i.startswith(places) for i in ids)))
+    begin_to_make(*(name for name, places in NEEDED_PRODUCTS.items() if any(i.startswith(places) for i in ids)))
 
 
-@cache
-def begin_to_make(products: tuple[str, ...]) -> subprocess.Popen[bytes]:
-    return subprocess.Popen([sys.executable, "-c", BUILD, *products], stderr=subprocess.DEVNULL)
+begin_to_make = cache(products.begin)
 
 
 @cache
 def have(product: str) -> None:
     """Makes a product if needed: one of several processes makes it, and the others wait."""
     with suppress(OSError):
-        if product == "module":
-            build_module.module()
-        elif product == "plugin":
-            build_plugin.binary(this_system())
-        elif store.kept() and not library.cached():
-            subprocess.run([sys.executable, "-c", BUILD], check=False, stderr=subprocess.DEVNULL)
+        if product != "kernels":
+            products.make(product)
+        elif store.kept() and not library.cached():  # in a process of its own, which imports numba
+            products.begin().wait()
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
@@ -310,9 +290,7 @@ def run(capfd: pytest.CaptureFixture[str]) -> Run:
 @pytest.fixture(scope="module")
 def server() -> Iterator[SimpleNamespace]:
     """A JACK server, always ended by its process id."""
-    if not shutil.which("jackd"):
-        assert not NEEDED, "jackd is missing"
-        pytest.skip("there is no jackd here")
-    jack = pytest.importorskip("jack")
+    tool("jackd", "JACK")
+    jack = package("jack")
     with lasting_server() as process:
         yield SimpleNamespace(process=process, jack=jack)

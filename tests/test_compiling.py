@@ -647,7 +647,7 @@ NOTE = ("render", "--note", "G2", "--duration", "0.1", "--tail", "0", "-q", "liv
     "change, named",
     [
         ("os.environ['LIVEBASS_LEVEL'] = 'pentium'", "LIVEBASS_LEVEL must be x86-64-v"),
-        ("platform.machine = lambda: 'riscv64'", "processor riscv64"),
+        ("import soundfile; platform.machine = lambda: 'riscv64'", "processor riscv64"),
         ("sys.executable = None", "sys.executable"),
         ("sys.executable = '/nowhere/python'", "/nowhere/python"),
     ],

@@ -215,7 +215,7 @@ def test_without_sphinx_a_line_says_what_to_install(
     monkeypatch.setattr(site, "NEEDED", ("re", "no_such_package"))
     monkeypatch.setattr(sys, "argv", ["site.py", "-o", str(tmp_path / "site")])
     assert site.main() == 1 and not (tmp_path / "site").exists()
-    assert capsys.readouterr().err == "tools/site.py: needs no_such_package: .venv/bin/pip install -e '.[site]'\n"
+    assert capsys.readouterr().err == "tools/site.py: needs no_such_package: tools/run.py site installs them\n"
 
 
 def test_a_folder_of_other_files_is_not_replaced(

@@ -1,6 +1,6 @@
 """Builds the project's site: first page, handbook, Python interface, the live page, sounds, notes.
 
-python tools/site.py [-o build/site]     needs the extra `site`
+tools/site [-o build/site]     in .venv with the extra `site`, which tools/run.py installs
 
 Its pages are the repository's own Markdown files, which `assembled` puts together with docs/site. Sphinx builds them,
 with warnings as errors, and tools/links.py looks for dead links. The same sources give the same bytes.
@@ -255,7 +255,7 @@ def main(report: Callable[[str], None] = print) -> int:
     parser.add_argument("-o", "--out", type=Path, default=ROOT / "build" / "site", help="folder (build/site)")
     given = parser.parse_args()
     if missing := [name for name in NEEDED if importlib.util.find_spec(name) is None]:
-        print(f"tools/site.py: needs {', '.join(missing)}: .venv/bin/pip install -e '.[site]'", file=sys.stderr)
+        print(f"tools/site.py: needs {', '.join(missing)}: tools/run.py site installs them", file=sys.stderr)
         return 1
     try:
         elsewhere = build(given.out.resolve())

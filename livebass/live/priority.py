@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import resource
 import shutil
 import signal
 import subprocess
@@ -41,6 +40,8 @@ def _ask_rtkit(thread: int) -> str | None:
     busctl = shutil.which("busctl")
     if not busctl:
         return "rtkit cannot be asked without busctl"
+    import resource  # Windows has none
+
     _asked.add(thread)
     before = resource.getrlimit(resource.RLIMIT_RTTIME)
     with suppress(OSError, ValueError):

@@ -16,6 +16,7 @@ from support.child import die, fail, sleep
 from support.command import Run
 from support.jack import JACK_PERIOD as PERIOD
 from support.jack import JACK_RATE as RATE
+from support.needs import package
 
 from livebass.bench import latency, player
 from livebass.bench.jack import WRAP, Lost, in_child, since
@@ -25,7 +26,7 @@ FEW = latency.Extent(notes=4, queued=5)
 
 @pytest.fixture
 def no_server(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("jack")
+    package("jack")
     monkeypatch.setenv("JACK_DEFAULT_SERVER", "nobody")
 
 

@@ -16,6 +16,7 @@ import soundfile
 from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, small_files, song
 from support.costs import quick
 from support.engine import FakeEngine
+from support.needs import CLOSED
 
 from livebass.compiling import library
 from livebass.files import OutputError, checked_place
@@ -161,7 +162,7 @@ def test_what_is_said_of_a_good_file_is_one_line_too(fake: type[FakeEngine], run
         (["render", "--note", "G2", "-o", "dir.wav"], "is a directory"),
         (["render", "--note", "G2", "-o", "none/out.wav"], "there is no directory"),
         (["render", "--note", "G2", "-o", "/dev/full", "--format", "wav"], "not a regular file"),
-        (["render", "--note", "G2", "-o", "/proc/out.wav"], "cannot be written"),
+        (["render", "--note", "G2", "-o", f"{CLOSED}/out.wav"], "cannot be written"),
         (["render", "--all-presets", "file"], "not a directory"),
         (["render", "--all-presets", "file/deeper"], "Not a directory"),
         (["render", "--note", "G2", "--preset", "none"], "none"),
@@ -306,5 +307,5 @@ def test_all_presets_or_none(
 
 def test_a_place_is_tried_before_the_work() -> None:
     """A file system that refuses files says so only on a try."""
-    with pytest.raises(OutputError, match=r"/proc/out\.wav: (cannot be written|there is no directory)"):
-        checked_place(Path("/proc/out.wav"))
+    with pytest.raises(OutputError, match=rf"{CLOSED}/out\.wav: cannot be written"):
+        checked_place(CLOSED / "out.wav")

@@ -11,6 +11,7 @@ from pathlib import Path
 import platformdirs
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text, small_files
+from support.needs import CLOSED
 
 from livebass import preset_names
 from livebass.compiling import store
@@ -216,7 +217,7 @@ BAD = [
     (["-p", "none"], "none"), (["-p", "none.toml"], "none.toml"), (["-p", "odd.toml"], "odd.toml"),
     (["-p", "./two words.toml"], "two words"), (["-p", "slap", "-o", "file"], "file"),
     (["-p", "slap", "-o", "file/deeper"], "file/deeper"), (["-p", "slap", "-o", "/dev/full"], "/dev/full"),
-    (["-p", "slap", "-o", "/proc/here"], "/proc/here"),
+    (["-p", "slap", "-o", f"{CLOSED}/here"], f"{CLOSED}/here"),
     (["-p", "slap", "-o", "taken"], "holds other files, such as notes.txt"),
     (["-p", "slap", "-o", "bad"], "is not a directory"),
 ]  # fmt: skip
@@ -244,7 +245,7 @@ def test_bad_data_and_targets(run: Run, elsewhere: Path, kind: str, arguments: l
     [
         (["none"], "none"),
         (["slap", "-o", "none/slap.lbass"], "there is no directory"),
-        (["slap", "-o", "/proc/slap.lbass"], "cannot be written"),
+        (["slap", "-o", f"{CLOSED}/slap.lbass"], "cannot be written"),
         (["slap", "-o", "dir.lbass"], "is a directory"),
         (["./two words.toml"], "two words"),
         (["slap"], "Not a directory"),

@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
+from support.needs import CLOSED
 from support.quiet import without_noise
 from support.sampler import through_sfizz
 
@@ -361,7 +362,7 @@ def test_size_alone_writes_nothing(quick: list[int], run: Run, tmp_path: Path) -
         (["export", "sfz", "-o", "file"], 1, "file: is not a directory"),
         (["export", "sfz", "-o", "file/deeper"], 1, "file/deeper: cannot be written: Not a directory"),
         (["export", "sfz", "-o", "full"], 1, "full: holds other files, such as notes.txt"),
-        (["export", "sfz", "-o", "/proc/pack"], 1, "/proc/pack: cannot be written"),
+        (["export", "sfz", "-o", f"{CLOSED}/pack"], 1, f"{CLOSED}/pack: cannot be written"),
     ],
     ids=str,
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import signal
 import subprocess
 import tempfile
@@ -18,10 +17,10 @@ import soundfile
 from support.command import BASS, NOTE, song
 from support.costs import quick
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
+from support.needs import tool
 
 from livebass.analysis.sound import fundamental
 
-NEEDED = bool(os.environ.get("LIVEBASS_NEEDS_DESKTOP"))
 LIFE = "900"  # s, longest life of a server
 
 
@@ -59,9 +58,8 @@ def does(*command: str) -> bool:
 @contextmanager
 def folder(*needed: str) -> Iterator[Path]:
     """A folder for the sockets and settings of one desktop; the environment names it meanwhile."""
-    if missing := [name for name in needed if not shutil.which(name)]:
-        assert not NEEDED, f"missing: {missing}"
-        pytest.skip(f"not here: {', '.join(missing)}")
+    for name in needed:
+        tool(name, "DESKTOP")
     with ExitStack() as ends, pytest.MonkeyPatch.context() as environment:
         here = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="lb-")))  # short: socket names have a limit
         for name in ("XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "PULSE_RUNTIME_PATH"):

@@ -21,6 +21,7 @@ import pytest
 import soundfile
 from support.jack import JACK_PERIOD, JACK_RATE, PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, offline
+from support.needs import missing, package
 
 from livebass import load_preset
 from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
@@ -229,7 +230,7 @@ def test_a_server_that_hangs_does_not_hold_the_take(server: SimpleNamespace, tmp
 
 
 def test_without_a_server_it_says_so() -> None:
-    pytest.importorskip("jack")
+    package("jack")
     process = livebass("play", "--backend", "jack", env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"})
     _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
@@ -244,7 +245,7 @@ def test_a_registry_full_of_dead_servers_holds_no_server_up() -> None:
     Runs in a process with its own shared memory, as other servers may run here.
     """
     if not shutil.which("jackd") or subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
-        pytest.skip("there is no jackd here, or no shared memory of one's own")
+        missing("jackd, and shared memory of one's own")
     program = """
 import subprocess
 from support.jack import SHARED, leave_nothing, running_server, servers, wait_for
@@ -283,7 +284,7 @@ print(sorted(SHARED.iterdir()))
 
 def test_a_client_that_does_not_open_at_once_is_opened_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Another server has a client of that name at the moment; without a server there is no second try."""
-    jack = pytest.importorskip("jack")
+    jack = package("jack")
     opened: list[str] = []
     for status, failures in ((0x21, 2), (0x11, 0)):
         faults = [jack.JackOpenError("livebass", jack.Status(status))] * 2
@@ -316,7 +317,7 @@ def test_a_jack_library_that_hangs_is_an_error(arguments: tuple[str, ...]) -> No
     Only the hang is slow here, so less patience will do.
     """
     if subprocess.run([*APART, "true"], capture_output=True, check=False).returncode:
-        pytest.skip("there is no shared memory of one's own")
+        missing("shared memory of one's own")
     leave = "d=/dev/shm/jack_db-0; mkdir $d && : >$d/__db.001 && "  # here this user is 0
     apart = [part.replace("exec", f"{leave} exec") for part in APART]
     done = subprocess.run(

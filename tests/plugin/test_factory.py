@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from support import vst3 as vst3host
 from support.clap import RELIEF, Library, Plugin
+from support.needs import pedalboard
 from support.picture import Host, library
 from support.plugins import RATE, hard_score
 
@@ -154,9 +155,8 @@ def test_presets_of_vst3_are_the_states_of_the_sounds(folder: Path, vst3_bundle:
 @LINUX
 def test_pedalboard_plays_a_preset_of_vst3(vst3_bundle: Path, tmp_path: Path) -> None:
     """As `render` plays the sound, but for values that the host rounds to 32 bits."""
-    pedalboard = pytest.importorskip("pedalboard")
     vst3.write_presets(NAMES, tmp_path)
-    plugin = pedalboard.load_plugin(str(vst3_bundle), plugin_name="livebass")
+    plugin = pedalboard().load_plugin(str(vst3_bundle), plugin_name="livebass")
     name = next(name for name in FACTORY if dict(load_preset(name).played).get("gain", 0.0) == 0.0)
     plugin.load_preset(str(tmp_path / "livebass" / f"{sound_title(name)}.vstpreset"))
     score = hard_score()

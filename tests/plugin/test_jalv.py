@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import time
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.jack import wait_for
+from support.needs import tool
 from support.plugins import written
 from support.screen import hand, needs_screen, running_screen
 
@@ -28,9 +28,7 @@ LOWEST_STRING = (200, 196)  # px in the window, which is in the corner
 
 def test_it_plays_by_midi_and_by_a_hand_in_its_window(server: SimpleNamespace, tmp_path: Path) -> None:
     needs_screen()
-    if not shutil.which("jalv.gtk3"):
-        assert not os.environ.get("LIVEBASS_NEEDS_LV2"), "jalv.gtk3 is missing"
-        pytest.skip("there is no jalv.gtk3 here")
+    tool("jalv.gtk3", "LV2")
     bundles = written(lv2, tmp_path / "livebass.lv2").parent
     ears, peaks, midi = new_client("ears"), [0.0], MidiProbe()
     heard = ears.inports.register("in")

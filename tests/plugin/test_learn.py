@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 from contextlib import closing
 from pathlib import Path
@@ -29,7 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
-@pytest.mark.skipif(not shutil.which("cc") or this_system().ending != "so", reason="needs a C compiler on Linux")
+@pytest.mark.skipif(this_system().ending != "so", reason="a host on Linux")
 def test_the_next_controller_is_learned(folder: Path, tmp_path: Path) -> None:
     assert subprocess.run([c_host(tmp_path, "learnhost"), folder], timeout=60).returncode == 0
 

@@ -21,6 +21,7 @@ import pytest
 from support import plugins
 from support.costs import quick
 from support.lv2 import Plugin
+from support.needs import tool
 from support.plugins import NOTES, RATE
 
 from livebass import load_preset, score_of
@@ -200,25 +201,16 @@ def test_the_users_own_instruments_come_after_the_bundles(
     plugin.close()
 
 
-def have(tool: str) -> str:
-    """The path of a tool; skips the test without it."""
-    found = shutil.which(tool)
-    if not found:
-        assert not os.environ.get("LIVEBASS_NEEDS_LV2"), f"{tool} is missing"
-        pytest.skip(f"there is no {tool} here")
-    return found
-
-
 def test_tools_of_lv2_find_no_fault(bundle: Path, tmp_path: Path) -> None:
     """lv2_validate reads the Turtle; lv2info finds both plugins and every preset, including the user's own."""
     write_preset("mine", 'My "own"', tmp_path / "livebass-mine.lv2")
     shutil.copytree(bundle, tmp_path / bundle.name)
     env = os.environ | {"LV2_PATH": f"{tmp_path}:/usr/lib/lv2"}
     files = [str(file) for file in (*bundle.glob("*.ttl"), *(tmp_path / "livebass-mine.lv2").glob("*.ttl"))]
-    done = subprocess.run([have("lv2_validate"), *files], env=env, capture_output=True, text=True, timeout=60)
+    done = subprocess.run([tool("lv2_validate", "LV2"), *files], env=env, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0 and "Found 0 errors" in done.stdout + done.stderr, done.stdout + done.stderr
     for uri in (URI, STRINGS):
-        told = subprocess.run([have("lv2info"), uri], env=env, capture_output=True, text=True, timeout=60)
+        told = subprocess.run([tool("lv2info", "LV2"), uri], env=env, capture_output=True, text=True, timeout=60)
         assert told.returncode == 0, told.stderr
         for word in (*(load_preset(name).name for name in PRESETS), 'My "own"', "Pluck position"):
             assert word in told.stdout, word
@@ -230,7 +222,7 @@ def test_a_host_runs_it(bundle: Path) -> None:
     env = os.environ | {"LV2_PATH": f"{bundle.parent}:/usr/lib/lv2"}
     for uri in (URI, STRINGS):
         done = subprocess.run(
-            [have("lv2bench"), "-n", "48000", uri], env=env, capture_output=True, text=True, timeout=60
+            [tool("lv2bench", "LV2"), "-n", "48000", uri], env=env, capture_output=True, text=True, timeout=60
         )
         assert done.returncode == 0 and uri in done.stdout, done.stdout + done.stderr
 

@@ -11,7 +11,7 @@ from support.plugins import c_host
 
 from livebass.plugin.systems import this_system
 
-pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="needs a C compiler on Linux")
+pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="a host for Linux")
 ALLOWED = ("nothing", "offline")
 BROKEN = {
     "lock": "livebass: enter: the audio thread may not wait\n",

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support import states
 from support import vst3 as low
+from support.needs import pedalboard
 from support.plugins import (
     PRESETS,
     RATE,
@@ -30,8 +31,6 @@ from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin import vst3
 from livebass.score.score import Score
 from livebass.techniques import PARAMETER_ROWS
-
-pedalboard = pytest.importorskip("pedalboard")
 
 MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS, QUALITY, CORES = 0, 1, 8, 9, 16
@@ -52,7 +51,7 @@ def plugin(bundle: Path) -> Any:
 
 def loaded(bundle: Path, name: str = MONO) -> Any:
     """One plugin of a bundle in the host, which waits for a while until it hears middle C."""
-    made = pedalboard.load_plugin(str(bundle), plugin_name=name, initialization_timeout=0.5)
+    made = pedalboard().load_plugin(str(bundle), plugin_name=name, initialization_timeout=0.5)
     made.relief_under_overload = False  # tests do not run in real time
     return made
 

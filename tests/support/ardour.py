@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 
 import mido
 import numpy as np
-import pytest
 import soundfile
 
 from livebass.arrays import Floats
+from support.needs import missing
 
 LUA, EXPORT = "ardour7-lua", "ardour7-export"
 LIBRARIES = Path("/usr/lib/ardour7")
@@ -29,8 +29,7 @@ SUPERCLOCK = 282240000  # ticks a second of its other clock
 def needs_ardour() -> None:
     """Skips a test if Ardour is not installed; fails where CI promises it."""
     if not (shutil.which(LUA) and shutil.which(EXPORT) and SCANNER.exists()):
-        assert not os.environ.get("LIVEBASS_NEEDS_ARDOUR"), "Ardour 7 is missing"
-        pytest.skip("there is no Ardour 7 here")
+        missing("Ardour 7", "ardour", "ARDOUR")
 
 
 class Ardour:

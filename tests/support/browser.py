@@ -18,9 +18,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 from livebass.bench.jack import end_process
+from support.needs import missing, package, tool
 
 PATIENCE = 120.0  # s that a test waits for a page; machines of checks are slow and busy
 # Makes the exports of the page's modules, which leave no global names, available to a test's scripts; messages stay
@@ -56,14 +55,12 @@ HTMLAnchorElement.prototype.click = function () { saved.push([blobs.get(this.hre
 @contextmanager
 def chromium(profile: Path, **capabilities: Any) -> Iterator[Any]:
     """A Chromium driver; both end by process id. Skips the test if there is none."""
-    places = shutil.which("chromium"), shutil.which("chromedriver")
-    if not all(places):
-        assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "chromium or chromedriver is missing"
-        pytest.skip("there is no chromium with a chromedriver here")
+    places = [tool(name, "BROWSER") for name in ("chromium", "chromedriver")]
+    package("selenium", "BROWSER")
     from selenium import webdriver
 
     options = webdriver.ChromeOptions()
-    options.binary_location = str(places[0])
+    options.binary_location = places[0]
     for option in (
         "headless=new", "no-sandbox", "disable-gpu", "no-first-run", "disable-background-networking",
         "disable-component-update", "disable-sync", "disable-dev-shm-usage", f"user-data-dir={profile}",
@@ -112,9 +109,8 @@ def firefox(profile: Path) -> Iterator[Firefox]:
     """A Firefox, ended by its process id. Skips the test if there is none."""
     place = shutil.which("firefox-esr") or shutil.which("firefox")
     if not place:
-        assert not os.environ.get("LIVEBASS_NEEDS_BROWSER"), "firefox is missing"
-        pytest.skip("there is no Firefox here")
-    import websocket
+        missing("Firefox", "firefox-esr", "BROWSER")
+    websocket = package("websocket", "BROWSER")
 
     profile.mkdir()
     with subprocess.Popen(

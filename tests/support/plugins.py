@@ -27,6 +27,7 @@ from livebass.plugin.header import header
 from livebass.plugin.systems import this_system
 from livebass.score.reading import read_score
 from livebass.score.score import Score
+from support.needs import tool
 
 RATE = 48000
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless")
@@ -113,7 +114,7 @@ def check_binary(file: Path) -> None:
     assert len(code) < MOST_BYTES
     for word in (b"Py_", b"PyErr", b"NRT_", b"numba", b"libpython"):
         assert word not in code, word
-    listed = subprocess.run(["nm", "-D", "--defined-only", file], capture_output=True, text=True)
+    listed = subprocess.run([tool("nm"), "-D", "--defined-only", file], capture_output=True, text=True)
     assert sorted(re.findall(r" [A-Z] (\w+)", listed.stdout)) == EXPORTED
 
 

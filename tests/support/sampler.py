@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import pysfizz
+
+from support.needs import package
 
 BLOCK = 480  # frames
 VOLUME = 7  # MIDI controller, 100 when a player starts
@@ -17,6 +18,7 @@ def through_sfizz(sfz: Path, notes: Iterable[tuple[float, float, int, int]], rat
 
     A copy of the SFZ file loads all samples into memory: loading while playing may leave a gap, by chance.
     """
+    pysfizz = package("pysfizz")
     in_memory = sfz.with_name(f"memory-{sfz.name}")
     in_memory.write_text(sfz.read_text().replace("<control>", "<control>\nhint_ram_based=1"))
     try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes as c
 import os
-import shutil
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,14 +13,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from support.needs import tool
+
 SIZE = 2000, 1400
 PATIENCE = 10.0  # s
 
 
 def needs_screen() -> None:
     """Skips a test if Xvfb or xdotool is not installed; fails where CI promises them."""
-    if not (shutil.which("Xvfb") and shutil.which("xdotool")) and not os.environ.get("LIVEBASS_NEEDS_WINDOW"):
-        pytest.skip("needs Xvfb and xdotool")
+    for name in ("Xvfb", "xdotool"):
+        tool(name, "WINDOW")
 
 
 @contextmanager

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
-import os
 import shutil
 import subprocess
 from collections.abc import Iterator
@@ -14,6 +12,7 @@ import pytest
 
 from livebass.plugin import build
 from livebass.plugin.systems import SYSTEMS
+from support.needs import package, tool
 
 WINDOWS = SYSTEMS["windows-x86_64"]
 PATIENCE = 60.0  # s
@@ -21,8 +20,8 @@ PATIENCE = 60.0  # s
 
 def needs_wine() -> None:
     """Skips a test if Wine or ziglang is not installed; fails where CI promises them."""
-    if not (shutil.which("wine") and importlib.util.find_spec("ziglang")) and not os.environ.get("LIVEBASS_NEEDS_WINE"):
-        pytest.skip("needs Wine and ziglang")
+    tool("wine", "WINE")
+    package("ziglang", "WINE")
 
 
 def program(name: str, folder: Path) -> Path:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import re
-import shutil
 import subprocess
 
 import pytest
+from support.needs import tool
 
 from livebass.web.modules import STATIC, joined
 from livebass.web.public import PUBLIC
@@ -17,8 +17,7 @@ ENTRIES = ("main.js", "worker.js", "worklet.js")
 
 def value(script: str) -> object:
     """The value of a joined script, in node."""
-    if not shutil.which("node"):
-        pytest.skip("there is no node here")
+    tool("node")
     given = f"process.stdout.write(JSON.stringify({script.rstrip().removesuffix(';')}))"
     return json.loads(subprocess.run(["node", "-e", given], capture_output=True, text=True, check=True).stdout)
 
