@@ -238,6 +238,7 @@ def build(out: Path) -> set[str]:
                 shutil.copytree(source / folder, new / folder)
         for name in LEFT:
             (new / name).unlink(missing_ok=True)
+        shutil.rmtree(new / "_sources", ignore_errors=True)  # empty
         run(["livebass", "export", "web", "-o", str(new / PLAY), *own], "livebass export web")
         faults, elsewhere = check(new)
         if faults:
