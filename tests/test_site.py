@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import importlib.util
 import inspect
+import json
 import re
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
+from support.browser import chromium, served, wait
+from support.needs import package
 
 import livebass
 from livebass.cli.help import PAGES
@@ -274,18 +278,53 @@ def test_a_planted_fault_is_found(links: Any, tmp_path: Path, file: str, planted
     assert links.check(site)[0] == [fault]
 
 
+def built(site: Any, folder: Path) -> Path:
+    """The whole site, built into a folder. Skips the test without the packages of the extra `site`."""
+    for name in site.NEEDED:
+        package(name, "")
+    site.build(folder)
+    return folder
+
+
 @pytest.mark.slow
-def test_two_builds_are_equal_byte_for_byte(site: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The whole site, which CI builds once each time."""
-    for package in site.NEEDED:
-        pytest.importorskip(package)
+def test_two_builds_are_equal_byte_for_byte(site: Any, tmp_path: Path) -> None:
     found = []
-    for name in ("one", "two"):
-        elsewhere = site.build(tmp_path / name)
-        files = {file for file in (tmp_path / name).rglob("*") if file.is_file()}
-        found.append({file.relative_to(tmp_path / name).as_posix(): file.read_bytes() for file in files})
-        assert all(address.startswith("http") for address in elsewhere)
+    for folder in (built(site, tmp_path / "one"), built(site, tmp_path / "two")):
+        files = {file for file in folder.rglob("*") if file.is_file()}
+        found.append({file.relative_to(folder).as_posix(): file.read_bytes() for file in files})
     assert found[0] == found[1]
     page = found[0]["api/rendering.html"].decode()
     assert 'id="livebass.render_to_file"' in page and str(tmp_path) not in page
     assert {"index.html", "play/index.html", "handbook/playing.html", "searchindex.js", ".nojekyll"} <= set(found[0])
+
+
+@pytest.mark.real
+def test_a_browser_shows_every_page_on_phones_and_plays(site: Any, tmp_path: Path) -> None:
+    """No page is wider than a phone, logs an error or loads from elsewhere; search finds; the live page sounds."""
+    logs = {"browser": "ALL", "performance": "ALL"}
+    with chromium(tmp_path / "profile", loggingPrefs=logs) as driver, served(built(site, tmp_path / "site")) as address:
+        size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+        pages = [file.relative_to(tmp_path / "site").as_posix() for file in sorted(tmp_path.glob("site/**/*.html"))]
+        wide = []
+        for page in pages:
+            driver.get(f"{address}/{page}")
+            wide += [page] if driver.execute_script("return document.documentElement.scrollWidth > 390") else []
+        assert wide == [] and len(pages) > 25
+        driver.get(f"{address}/search.html?q=render_to_file")
+        wait(lambda: "render_to_file" in driver.find_element("id", "search-results").text)
+        driver.get(f"{address}/index.html")
+        driver.find_element("css selector", ".open-page a").click()
+        wait(lambda: driver.execute_script("return document.querySelector('button.fret[data-fret=\"5\"]')"))
+        wait(lambda: level(driver) not in ("", "silent"))
+        assert [line for line in driver.get_log("browser") if line["level"] == "SEVERE"] == []
+        messages = [json.loads(line["message"])["message"] for line in driver.get_log("performance")]
+        sent = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+        assert [url for url in sent if url.startswith(("http", "ws")) and not url.startswith(address)] == []
+
+
+def level(driver: Any) -> str:
+    """Presses a fret, and returns what the meter of the live page says a moment later."""
+    driver.find_element("css selector", 'button.fret[data-fret="5"]').click()
+    time.sleep(0.2)
+    return str(driver.find_element("id", "level-text").text)
