@@ -278,6 +278,14 @@ def test_a_planted_fault_is_found(links: Any, tmp_path: Path, file: str, planted
     assert links.check(site)[0] == [fault]
 
 
+# Elements that reach beyond the window. Code and tables may: each scrolls by itself
+WIDE = """
+return [...document.querySelectorAll("main *")]
+  .filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest("pre, .pst-scrollable-table-container"))
+  .map(e => `${e.tagName} ${e.textContent.slice(0, 40)}`).concat(innerWidth > 390 ? [`window ${innerWidth}`] : []);
+"""
+
+
 def built(site: Any, folder: Path) -> Path:
     """The whole site, built into a folder. Skips the test without the packages of the extra `site`."""
     for name in site.NEEDED:
