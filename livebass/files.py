@@ -29,7 +29,7 @@ _completed: ContextVar[list[Path] | None] = ContextVar("completed", default=None
 
 
 class OutputError(OSError):
-    """A file cannot be written. Message: one line, name and reason."""
+    """A file cannot be written. The message is one line: name and reason."""
 
 
 def output_error(path: Path, error: OSError) -> OutputError:
