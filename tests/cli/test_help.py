@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import runpy
 import shlex
@@ -15,6 +17,7 @@ from pathlib import Path
 import click
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text
+from support.helps import commands
 
 from livebass.bench import measured
 from livebass.bench.fidelity import KINDS
@@ -78,17 +81,42 @@ def test_a_name_that_is_misspelt_is_answered_with_the_nearest(run: Run, word: st
     assert not out and (f"did you mean {page}?" in err if page else "did you mean" not in err)
 
 
-@pytest.mark.parametrize("name", ["play", "render"])
-def test_every_option_of_a_command_with_many_stands_under_one_heading(run: Run, name: str) -> None:
-    text, command = cli_text(run, name, "--help"), program.commands[name]
+GROUPED = [path for path, command in commands() if isinstance(command, GroupedCommand)]
+
+
+@pytest.mark.parametrize("path", GROUPED, ids=" ".join)
+def test_every_option_of_a_command_with_many_stands_under_one_heading(run: Run, path: tuple[str, ...]) -> None:
+    text, command = cli_text(run, *path, "--help"), dict(commands())[path]
     assert isinstance(command, GroupedCommand)
     sections = dict(re.findall(r"^(\w+):\n((?:  .*\n)+)", text, re.MULTILINE))
     assert list(sections) == list(command.groups) and len(sections) > 3
     listed = [option for rows in sections.values() for option in re.findall(r"^  (?:-\w, )?(--[\w-]+)", rows, re.M)]
     parameters = command.get_params(click.Context(command))
-    assert sorted(listed) == sorted(p.opts[-1] for p in parameters if isinstance(p, click.Option))
+    long = [max(p.opts, key=len) for p in parameters if isinstance(p, click.Option)]  # click 8.2: in any order
+    assert sorted(listed) == sorted(long)
     columns = {len(row) - len(row.lstrip()) for rows in sections.values() for row in rows.splitlines()}
     assert columns == {2, 34}, "one column of texts under all headings"
+
+
+def test_help_is_the_same_for_every_hash_seed() -> None:
+    """Click 8.2 to 8.4.0 keep the names of --help in a set, whose order changes from run to run."""
+    line = [sys.executable, "-c", "from support.helps import main; main()"]
+    paths = os.pathsep.join([str(ROOT / "tests"), *filter(None, [os.environ.get("PYTHONPATH")])])
+    env = os.environ | {"COLUMNS": "80", "PYTHONPATH": paths}
+    said = [json.loads(subprocess.check_output(line, env=env | {"PYTHONHASHSEED": seed}, timeout=60)) for seed in "129"]
+    assert set(said[0]) == {" ".join(path) for path, _ in commands()} and len(said[0]) > 20
+    for path, text in said[0].items():
+        assert text.startswith(f"Usage: livebass{path and ' '}{path} ") and text.endswith("status 0\n"), path
+        assert all(other[path] == text for other in said)
+
+
+def test_help_by_a_click_that_orders_the_names_of_help_by_chance(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = [cli_text(run, *path, "--help") for path, _ in commands()]
+    names = click.Command.get_help_option_names
+    monkeypatch.setattr(click.Command, "get_help_option_names", lambda *of: [*reversed(names(*of))])
+    for _, command in commands():
+        monkeypatch.setattr(command, "_help_option", None, raising=False)  # made once, by some versions
+    assert [cli_text(run, *path, "--help") for path, _ in commands()] == usual
 
 
 def test_options_under_headings_are_still_completed() -> None:
