@@ -99,7 +99,7 @@ def test_every_option_of_a_command_with_many_stands_under_one_heading(run: Run, 
 
 
 def test_help_is_the_same_for_every_hash_seed() -> None:
-    """Click 8.2 to 8.4.0 keep the names of --help in a set, whose order changes from run to run."""
+    """Click before 8.5 keeps the names of --help in a set, whose order changes from run to run."""
     line = [sys.executable, "-c", "from support.helps import main; main()"]
     paths = os.pathsep.join([str(ROOT / "tests"), *filter(None, [os.environ.get("PYTHONPATH")])])
     env = os.environ | {"COLUMNS": "80", "PYTHONPATH": paths}
