@@ -6,7 +6,6 @@ import json
 import os
 import re
 import runpy
-import shlex
 import struct
 import subprocess
 import sys
@@ -18,6 +17,7 @@ import click
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 from support.helps import commands
+from support.quoted import PAGES, README, ROOT, context, every_command, found, quoted
 
 from livebass.bench import measured
 from livebass.bench.fidelity import KINDS
@@ -27,9 +27,7 @@ from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
 from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
-ROOT = Path(__file__).parents[2]
-README = ROOT / "README.md"
-FILES = (README, *sorted((ROOT / "livebass" / "help").glob("*.md")))
+FILES = (README, *PAGES)
 FIRST_SCREEN = 40  # lines
 WIDEST = 100  # characters per line of a page, for terminals
 LARGEST_PICTURE = 150_000  # bytes
@@ -111,12 +109,13 @@ def test_help_is_the_same_for_every_hash_seed() -> None:
 
 
 def test_help_by_a_click_that_orders_the_names_of_help_by_chance(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    usual = [cli_text(run, *path, "--help") for path, _ in commands()]
-    names = click.Command.get_help_option_names
-    monkeypatch.setattr(click.Command, "get_help_option_names", lambda *of: [*reversed(names(*of))])
-    for _, command in commands():
-        monkeypatch.setattr(command, "_help_option", None, raising=False)  # made once, by some versions
-    assert [cli_text(run, *path, "--help") for path, _ in commands()] == usual
+    names, said = click.Command.get_help_option_names, []
+    for order in (list, reversed):
+        monkeypatch.setattr(click.Command, "get_help_option_names", lambda *of, order=order: [*order(names(*of))])
+        for _, command in commands():
+            monkeypatch.setattr(command, "_help_option", None, raising=False)  # made once, by some versions
+        said.append([cli_text(run, *path, "--help") for path, _ in commands()])
+    assert said[0] == said[1]
 
 
 def test_options_under_headings_are_still_completed() -> None:
@@ -132,42 +131,22 @@ def test_a_pager_is_used_in_a_terminal_only(run: Run, monkeypatch: pytest.Monkey
     assert asked == [handbook.page_text("live").removesuffix("\n")]
 
 
-def quoted(text: str) -> Iterator[tuple[str, bool]]:
-    """(command line, True if in a runnable block) for each `livebass ...` of a Markdown text."""
-    fences = re.findall(r"^```sh\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
-    blocks = [*"".join(fences).splitlines(), *re.findall(r"^ {4}(\S.*)", text, re.MULTILINE)]
-    for line in blocks:
-        if match := re.match(r"(?:\.venv/bin/)?livebass (.*)", line):
-            yield match[1], True
-    for line in re.findall(r"`livebass ([^`]+)`", text):
-        yield line, False
-
-
-COMMANDS = [
-    pytest.param(line, whole, id=f"{file.stem}: {line}")
-    for file in FILES
-    for line, whole in quoted(file.read_text())
-    if not line.startswith(("COMMAND ", "help PAGE"))
-]
+COMMANDS = [pytest.param(line, whole, id=f"{file.stem}: {line}") for file, line, whole in every_command()]
 
 
 @pytest.mark.parametrize(("line", "whole"), COMMANDS)
 def test_quoted_commands_exist_with_their_options(line: str, whole: bool) -> None:
-    arguments = shlex.split(re.split(r"\s[>|]\s", line)[0], comments=True)
-    command: click.Command = program
-    while isinstance(command, click.Group) and arguments and not arguments[0].startswith("-"):
-        if arguments[0] not in command.commands and "run" in command.commands:
-            check_studies(arguments)
-            arguments = ["run", *arguments]
-        command, arguments = command.commands[arguments[0]], arguments[1:]
+    command, arguments = found(line)
+    if command.name == "run":
+        check_studies(arguments)
     if not arguments or "--help" in arguments:
         return
     try:
-        context = command.make_context("livebass", arguments)
+        made = context(command, arguments)
     except click.MissingParameter:
         assert not whole, "a line to be run as it is lacks something"
         return
-    check_values(context)
+    check_values(made)
 
 
 def check_studies(arguments: list[str]) -> None:
