@@ -10,7 +10,7 @@ from pathlib import Path
 
 from livebass.bench.measured import waveform_rows, waveform_sentence
 from livebass.cli.messages import keys_text, meaning
-from livebass.model.keymap import MODO
+from livebass.model.keymap import MODO, named_keys
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
 
 ROOT = Path(__file__).parents[1]
@@ -30,7 +30,7 @@ def table(*rows: tuple[str, ...]) -> str:
 
 def technique_table() -> str:
     """The handbook's table of techniques, with their keys and controllers in the default map."""
-    rows = [(row.asked, keys_text(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
+    rows = [(row.asked, named_keys(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
     return table(("", "key", "controller", "technique"), *(row for row in rows if row[1] or row[2]))
 
 

@@ -77,7 +77,7 @@ GROUPS = {
 
 @click.command(cls=GroupedCommand, groups=GROUPS, surplus="-o names the sound file")
 @click.argument("midi", required=False, type=PATH)
-@option("--note", NOTE, "Play one note instead of a MIDI file: G2, C#1, 43.")
+@option("--note", NOTE, "Play one note instead of a MIDI file: G2, C#1, 43; C4 is 60.")
 @demo_option("Play")
 @file_option("--all-presets directory", "Play the demo phrase with every preset, into DIR.", metavar="DIR")
 @option(

@@ -25,7 +25,8 @@ from livebass.bench.live import MOST_WAVEFORM, PROMISED
 from livebass.cli import help as handbook
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
-from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
+from livebass.model.keymap import COUNTING
+from livebass.techniques import FUNCTION_ROWS, ON_STRING, TECHNIQUE_ROWS
 
 FILES = (README, *PAGES)
 FIRST_SCREEN = 40  # lines
@@ -282,7 +283,10 @@ def test_controllers_explains_every_technique_and_controller(run: Run) -> None:
     assert max(map(len, lines)) <= 120
     for row in TECHNIQUE_ROWS.values():
         found = [line for line in lines if f"{row.asked}: {row.help}" in line]
-        assert len(found) == 1 and set(re.findall(r"\d+", found[0])) >= {*map(str, row.modo + row.modo_12[:1])}
+        assert len(found) == (len(row.modo) if row.number == ON_STRING else 1)
+        assert set(re.findall(r"\d+", " ".join(found))) >= {*map(str, row.modo + row.modo_12[:1])}
+    assert any(line.split()[:4] == ["C#0", "(13)", "C#1", "(25)"] for line in lines)
+    assert COUNTING in " ".join(lines)
     for row in FUNCTION_ROWS.values():
         for number in row.controllers:
             assert any(re.match(rf"  controller .*\b{number}\b", line) and line.endswith(row.help) for line in lines)
