@@ -1,4 +1,4 @@
-"""A checkout that is used as README says stays clean: git ignores what commands write there."""
+"""A checkout: git ignores what commands write there, and every document installs it editable."""
 
 from __future__ import annotations
 
@@ -73,3 +73,19 @@ def test_what_readme_and_handbook_write_is_ignored() -> None:
 def test_what_belongs_to_the_project_is_not_ignored() -> None:
     assert not ignored(NOT_OURS)
     assert not git("ls-files", "--cached", "--ignored", "--exclude-standard"), "add these to .gitignore, with a !"
+
+
+DOCUMENTS = [ROOT, ROOT / "docs", ROOT / "livebass", ROOT / "tools", ROOT / ".github"]
+
+
+def test_every_document_installs_the_checkout_editable() -> None:
+    """An install that is not editable replaces one that is, and tests that start processes then check old code."""
+    files = {file for folder in DOCUMENTS for file in folder.glob("*.md" if folder == ROOT else "**/*")}
+    texts = {file: file.read_text("utf-8") for file in files if file.suffix in (".md", ".py", ".toml", ".yml", ".sh")}
+    found = {
+        f"{file.relative_to(ROOT)}: {line.strip()}"
+        for file, text in texts.items()
+        for line in text.splitlines()
+        if re.search(r"\bpip install (?!(?:-\S+ )*(?:-e|--editable) )(?:-\S+ )*['\"]?\.(?:\[|[ '\"`]|$)", line)
+    }
+    assert not found and len(texts) > 100

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from livebass.bench.measured import waveform_rows, waveform_sentence
 from livebass.cli.messages import keys_text, meaning
+from livebass.extras import USES
 from livebass.model.keymap import MODO, named_keys
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
 
@@ -48,10 +49,16 @@ def waveform_table() -> str:
     return table(*waveform_rows())
 
 
+def extras_table() -> str:
+    """The handbook's table of what needs extras."""
+    return table(("for", "extras"), *((what, f"`{extras}`") for what, extras in USES))
+
+
 TABLES = {
     "README.md": (short_table,),
     "livebass/help/playing.md": (technique_table,),
     "livebass/help/cost.md": (waveform_table,),
+    "livebass/help/install.md": (extras_table,),
 }
 SENTENCES = {"README.md": (waveform_sentence,)}  # one line each
 
