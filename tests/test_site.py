@@ -317,7 +317,7 @@ def test_a_browser_shows_every_page_on_phones_and_plays(site: Any, tmp_path: Pat
         wide = []
         for page in pages:
             driver.get(f"{address}/{page}")
-            wide += [page] if driver.execute_script("return document.documentElement.scrollWidth > 390") else []
+            wide += [f"{page}: {element}" for element in driver.execute_script(WIDE)]
         assert wide == [] and len(pages) > 25
         driver.get(f"{address}/search.html?q=render_to_file")
         wait(lambda: "render_to_file" in driver.find_element("id", "search-results").text)
