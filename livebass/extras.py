@@ -9,7 +9,6 @@ import shlex
 import sys
 from pathlib import Path
 
-
 USES = (  # what needs packages beside those of livebass itself: the extras, all of which it needs
     ("`play`, `devices`, `bench latency`, `fit --guide --record`", "live"),
     ("`play --osc`", "live,osc"),
