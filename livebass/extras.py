@@ -1,4 +1,4 @@
-"""Tells how to install the packages of a livebass extra."""
+"""Which commands need which extras, and how to install their packages."""
 
 from __future__ import annotations
 
@@ -8,6 +8,19 @@ import re
 import shlex
 import sys
 from pathlib import Path
+
+USES = (  # what needs packages beside those of livebass itself: the extras, all of which it needs
+    ("`play`, `devices`, `bench latency`, `fit --guide --record`", "live"),
+    ("`play --osc`", "live,osc"),
+    ("Guitar Pro and MusicXML files, in all commands", "tab"),
+    ("`identify`, `study claims`, the characteristic frequency of `simulate --analyse`", "analysis"),
+    ("`compare -o`, pictures of `study sweep` and `bench --plot`", "plots"),
+    ("`study` with the names of studies", "analysis,plots"),
+    ("`fit`", "analysis,fit,plots"),
+    ("`fit --no-page`", "analysis,fit"),
+    ("`study sweep --scheduler`, and `fit --scheduler` besides", "cluster"),
+    ("`export vst3`, `clap`, `lv2` without a C compiler, or for other systems", "export"),
+)
 
 
 def install(extras: str) -> str:

@@ -11,7 +11,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -25,11 +25,11 @@ except ImportError:  # Windows, which cannot remove an open file
 
 TEMPORARY = "tmp"
 _LEFT = re.compile(rf"\.{TEMPORARY}-[0-9a-f]{{8}}")  # a directory that `whole_directory` fills
-_completed: ContextVar[list[Path] | None] = ContextVar("completed", default=None)
+_output: ContextVar[Output | None] = ContextVar("output", default=None)
 
 
 class OutputError(OSError):
-    """A file cannot be written. Message: one line, name and reason."""
+    """A file cannot be written. The message is one line: name and reason."""
 
 
 def output_error(path: Path, error: OSError) -> OutputError:
@@ -39,6 +39,7 @@ def output_error(path: Path, error: OSError) -> OutputError:
 
 def checked_place(path: Path) -> Path:
     """Follows symbolic links from `path` to the file's real place. Raises OutputError if it cannot be written."""
+    _note_request()
     with _said_of(path, "file"):
         place = _past_links(path)
         if place.exists():
@@ -66,15 +67,35 @@ def _past_links(path: Path) -> Path:
     return place
 
 
+@dataclass
+class Output:
+    """What a program writes: the files it finished, as the caller named them, and whether any place was requested."""
+
+    completed: list[Path] = field(default_factory=list)
+    requested: bool = False
+
+
 @contextmanager
-def completed_files() -> Iterator[list[Path]]:
-    """Yields a list of the files that transactions finish within the block, as the caller named them."""
-    files: list[Path] = []
-    token = _completed.set(files)
+def noted_output() -> Iterator[Output]:
+    """Yields an Output that notes what checks of places and transactions do within the block."""
+    output = Output()
+    token = _output.set(output)
     try:
-        yield files
+        yield output
     finally:
-        _completed.reset(token)
+        _output.reset(token)
+
+
+def _note_request() -> None:
+    """Notes that a file or directory is to be written."""
+    if output := _output.get():
+        output.requested = True
+
+
+def _note_completed(*paths: Path) -> None:
+    """Notes finished files."""
+    if output := _output.get():
+        output.completed.extend(paths)
 
 
 @dataclass(frozen=True)
@@ -153,6 +174,7 @@ class Transaction:
 
     def directory(self, path: Path) -> None:
         """Makes the directory `path` and its parents, if missing; removes them again if no file appears."""
+        _note_request()
         with _said_of(path, "directory"):
             place = _past_links(path)
             for directory in reversed([p for p in (place, *place.parents) if not p.exists()]):
@@ -233,9 +255,7 @@ class Transaction:
             raise
         for old, _ in aside:
             old.unlink(missing_ok=True)
-        completed = _completed.get()
-        if completed is not None:
-            completed.extend(file.name for file in self._files)
+        _note_completed(*(file.name for file in self._files))
         self._made.clear()
 
     def _discard(self) -> None:
@@ -256,6 +276,7 @@ def checked_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> 
 
     Raises OutputError if it may not be replaced, or cannot be made or written to.
     """
+    _note_request()
     with _said_of(path, "directory"):
         place = _past_links(path)
         if not place.exists():
@@ -295,16 +316,14 @@ def whole_directory(path: Path, replaceable: Callable[[list[Path]], bool]) -> It
             new.mkdir()
             ended.callback(os.close, _held(new))
         try:
-            with completed_files():  # by their temporary names
+            with noted_output():  # by their temporary names
                 yield new
         except OutputError as error:
             raise OutputError(str(error).replace(str(new), str(path))) from None
         with uninterrupted():
             with _said_of(path, "directory"):
                 _move_in(new, there)
-            completed = _completed.get()
-            if completed is not None:
-                completed.append(path)
+            _note_completed(path)
 
 
 @contextmanager

@@ -65,7 +65,7 @@ def exit_while_loading() -> None:
 
 def _exit_at_once(number: int, frame: FrameType | None) -> NoReturn:
     with suppress(OSError):
-        os.write(2, b"livebass: error: interrupted, nothing written\n")  # nothing is open yet
+        os.write(2, b"livebass: error: interrupted\n")
     os._exit(INTERRUPTED)
 
 

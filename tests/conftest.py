@@ -21,6 +21,7 @@ from livebass.cores import ONE_THREAD
 
 os.environ.update(ONE_THREAD)  # before numpy is imported, here and in processes that tests start
 
+import support.needs  # stands in for modules that this system lacks
 import support.source
 
 # isort: split
@@ -29,7 +30,13 @@ from support import products
 from support.command import Run
 from support.engine import FakeEngine
 from support.jack import lasting_server, leave_nothing
-from support.needs import package, pytest_fixture_setup, pytest_pyfunc_call, pytest_terminal_summary, tool  # noqa: F401, hooks
+from support.needs import (  # noqa: F401, hooks among them
+    package,
+    pytest_fixture_setup,
+    pytest_pyfunc_call,
+    pytest_terminal_summary,
+    tool,
+)
 
 from livebass.cli import main as cli
 from livebass.compiling import library, store
@@ -69,8 +76,9 @@ engine_module.image = kept
 
 def pytest_configure() -> None:
     """Restores signals that a shell's `&` or nohup made us ignore: children inherit that, and tests send them."""
-    for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
-        if signal.getsignal(number) is signal.SIG_IGN:
+    for name, usual in (("SIGINT", signal.default_int_handler), ("SIGHUP", signal.SIG_DFL)):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number and signal.getsignal(number) is signal.SIG_IGN:
             signal.signal(number, usual)
 
     if not WORKER:

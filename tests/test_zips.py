@@ -24,6 +24,7 @@ from support.window import Window, different
 
 from livebass import load_preset
 from livebass.arrays import Floats
+from livebass.model.keymap import COUNTING
 from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.build import binary
 from livebass.plugin.bundle import instrument_files
@@ -102,6 +103,7 @@ def test_an_archive_holds_plugins_page_licence_and_three_lines(zips: ModuleType,
     assert said in lines[0] and (said or "Wine" not in lines[0])
     assert len(lines) == 3 and all(place in lines[0] for place in FOLDERS[name.partition("-")[0]].values())
     assert all(place in lines[0] for place in BUNDLES)
+    assert "Play MIDI notes from E1 (28) up" in lines[2] and COUNTING in lines[2]
 
 
 def test_a_binary_for_two_processors(zips: ModuleType) -> None:

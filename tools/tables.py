@@ -10,7 +10,8 @@ from pathlib import Path
 
 from livebass.bench.measured import waveform_rows, waveform_sentence
 from livebass.cli.messages import keys_text, meaning
-from livebass.model.keymap import MODO
+from livebass.extras import USES
+from livebass.model.keymap import MODO, named_keys
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
 from livebass.units import pitch_name
 
@@ -31,7 +32,7 @@ def table(*rows: tuple[str, ...]) -> str:
 
 def technique_table() -> str:
     """The handbook's table of techniques, with their keys and controllers in the default map."""
-    rows = [(row.asked, keys_text(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
+    rows = [(row.asked, named_keys(row.modo), controller_of(row), meaning(row)) for row in TECHNIQUE_ROWS.values()]
     return table(("", "key", "controller", "technique"), *(row for row in rows if row[1] or row[2]))
 
 
@@ -53,10 +54,16 @@ def waveform_table() -> str:
     return table(*waveform_rows())
 
 
+def extras_table() -> str:
+    """The handbook's table of what needs extras."""
+    return table(("for", "extras"), *((what, f"`{extras}`") for what, extras in USES))
+
+
 TABLES = {
     "README.md": (short_table,),
     "livebass/help/playing.md": (technique_table,),
     "livebass/help/cost.md": (waveform_table,),
+    "livebass/help/install.md": (extras_table,),
 }
 SENTENCES = {"README.md": (waveform_sentence,)}  # one line each
 

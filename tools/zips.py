@@ -16,6 +16,7 @@ from types import ModuleType
 from livebass import __version__
 from livebass.cli.export import BUNDLES
 from livebass.model.instrument import Instrument
+from livebass.model.keymap import COUNTING, named_keys
 from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.bundle import is_macos
 from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, System, folder_of_plugins
@@ -31,6 +32,7 @@ UNTRIED = {  # what a user must know about a system on which nobody has tried th
     "These builds are not signed, and nobody has run them on a Mac yet.",
     "windows": "These builds have run under Wine only.",
 }
+LOWEST = 28  # key of the lowest note of most basses
 DATE = (1980, 1, 1, 0, 0, 0)  # the earliest that an archive can have
 FILE, PROGRAM, UNIX = 0o100644, 0o100755, 3
 FAT, ALIGNMENT = 0xCAFEBABE, 14  # of a universal binary: its first word; 2^14 bytes, a page on arm64
@@ -101,5 +103,6 @@ def install_text(system: System) -> str:
         f" So that VST3 hosts list the sounds, copy the folders in {PRESETS} into "
         f"{folder_of_plugins(system, VST3_PRESETS)}.\n"
         "Load: let your host look for new plugins, and put livebass on an instrument track.\n"
-        f"Play MIDI notes from E1 (28) up, or open {SINGLE} in a browser. To uninstall, delete the copies.\n"
+        f"Play MIDI notes from {named_keys((LOWEST,))} up ({COUNTING}), or open {SINGLE} in a browser. "
+        "To uninstall, delete the copies.\n"
     )

@@ -36,7 +36,16 @@ T60_NEPERS = 3 * math.log(10)  # 60 dB
 
 
 def string_shape(s: Speaking, q: ArrayLike, x: ArrayLike) -> Floats:
-    """Displacement u(x), m, shape (..., len(x)): eq. 3. x (n,), m from the stop."""
+    """Returns the displacement u(x) that belongs to modal amplitudes (eq. 3 of the paper).
+
+    Args:
+        s: The speaking string.
+        q: Modal amplitudes, m^1.5, (..., modes).
+        x: Places, m from the stop, (n,).
+
+    Returns:
+        u, m, (..., n).
+    """
     amplitude = np.asarray(q, np.float64)
     return amplitude @ modes.shapes(s, amplitude.shape[-1], np.asarray(x, np.float64)).T
 
@@ -75,10 +84,16 @@ def energy(s: Speaking, q: ArrayLike, velocity: ArrayLike) -> Floats:
 
 
 def decay_rates(time_s: ArrayLike, energies: ArrayLike) -> Floats:
-    """sigma of each mode, 1/s, (modes,): minus half the slope of the logarithm of its energy, by least squares.
+    """Fits the decay of each mode: minus half the slope of the logarithm of its energy, by least squares.
 
-    time_s (times,); energies (times, modes), J. The energy of a damped mode swings by sigma / omega about its trend;
-    many periods average that out. NaN where fewer than two energies are positive.
+    The energy of a damped mode swings by sigma / omega about its trend; many periods average that out.
+
+    Args:
+        time_s: Times, s, (times,).
+        energies: Energies, J, (times, modes).
+
+    Returns:
+        sigma, 1/s, (modes,); NaN where fewer than two energies are positive.
     """
     t, e = np.asarray(time_s, np.float64), np.asarray(energies, np.float64)
     out = np.full(e.shape[1], np.nan)
@@ -90,7 +105,14 @@ def decay_rates(time_s: ArrayLike, energies: ArrayLike) -> Floats:
 
 
 def t60(damping: ArrayLike) -> Floats:
-    """Time in which a mode of damping sigma (1/s) falls by 60 dB, s: 3 ln(10) / sigma; infinite for sigma = 0."""
+    """Returns the time in which a mode falls by 60 dB: 3 ln(10) / sigma.
+
+    Args:
+        damping: sigma, 1/s, of any shape.
+
+    Returns:
+        s, of the same shape; infinite for sigma = 0.
+    """
     sigma = np.asarray(damping, np.float64)
     return np.divide(T60_NEPERS, sigma, out=np.full(sigma.shape, np.inf), where=sigma > 0)
 
@@ -115,9 +137,9 @@ def state_samples(trial: Trial, count: int = STATES, more: Sequence[float] = ())
 
 @dataclass(frozen=True)
 class Solved:
-    """A trial and its motion, from any solver, and measurements of them.
+    """A pluck and its motion, from any solver, and measurements of them. `simulate` returns it.
 
-    Energies and shapes need the states of the modes (`Trial.states`): ValueError if the motion has none.
+    Energies and shapes need the states of the modes (`Trial.states`). Without them they raise ValueError.
     """
 
     trial: Trial
@@ -138,7 +160,11 @@ class Solved:
         return bool(self.speaking.surface)
 
     def displacement(self, across: bool = False) -> Floats:
-        """u or v at its sensor, m, (n,); ValueError for v of a pluck along u."""
+        """Returns u, the motion away from the neck, or v, across it, at its sensor: m, (n,).
+
+        Raises:
+            ValueError: v of a pluck along u.
+        """
         if not across:
             return self.motion.displacement_m
         if self.motion.across_m is None:
@@ -146,7 +172,7 @@ class Solved:
         return self.motion.across_m
 
     def at_paper_rate(self, across: bool = False) -> Floats:
-        """`displacement` at 51.2 kHz. Needs SciPy if the trial has another rate."""
+        """Returns `displacement` at 51.2 kHz. Needs SciPy if the motion has another rate."""
         moved = self.displacement(across)
         return moved if self.rate == PAPER_RATE else resampled(moved, round(self.rate))
 
@@ -162,22 +188,35 @@ class Solved:
 
     @cached_property
     def sets(self) -> list[Ints]:
-        """The sets of contacts, one per period (`Contactogram.sets`): for each the indices of its `contacts`."""
+        """The contacts by set, one set per period (`Contactogram.sets`).
+
+        For each set, the indices of its `contacts`.
+        """
         number = self.contacts.sets()
         return [np.flatnonzero(number == n) for n in range(int(number[-1]) + 1 if number.size else 0)]
 
     def characteristic(self, across: bool = False) -> tuple[Floats, Floats]:
-        """Times, s, and eq. 14, Hz, (frames,), at 51.2 kHz. ValueError for less than 40 ms."""
+        """Measures the characteristic frequency over time, at 51.2 kHz: see `characteristic_frequencies`.
+
+        Returns:
+            Times, s, and frequencies, Hz, (frames,) each.
+
+        Raises:
+            ValueError: A motion of less than 40 ms.
+        """
         nu = characteristic_frequencies(self.at_paper_rate(across), PAPER_RATE, WINDOW, HOP)
         return frame_times(nu.size, PAPER_RATE, WINDOW, HOP), nu
 
     @cached_property
     def pitch(self) -> Pitch:
-        """The fundamental of u by YIN, every millisecond. ValueError for less than two periods.
+        """The fundamental of u by YIN, every millisecond.
 
-        The window is one period: a longer one would blur the steps of a glide. Only sound below `LOW` counts: near the
-        bridge the overtones, which are not quite harmonic, have most of the power. The deepest dip counts: if a string
-        rattles there may be none below a threshold.
+        The window is one period: a longer one would blur the steps of a glide. Only sound below five times the first
+        eigenfrequency counts: near the bridge the overtones, which are not quite harmonic, have most of the power. The
+        deepest dip counts: if a string rattles there may be none below a threshold.
+
+        Raises:
+            ValueError: A motion of less than two periods.
         """
         first = float(modes.frequencies(self.speaking, 1)[0])
         least, most = (part * first for part in PITCHES)
@@ -185,9 +224,14 @@ class Solved:
         return fundamental(low, self.rate, least, most, PITCH_HOP, 1 / first, threshold=None)
 
     def energies(self) -> tuple[Floats, Floats, Floats]:
-        """Energies at `Trial.states`: times, s; energy of each mode, u and v together, J, (times, modes); total, J.
+        """Computes energies at the times of `Trial.states`.
 
-        The total, (times,), includes the contacts.
+        Returns:
+            Times, s, (times,); energy of each mode, u and v together, J, (times, modes); total with the contacts, J,
+            (times,).
+
+        Raises:
+            ValueError: The motion has no states.
         """
         s, states = self.speaking, self._states()
         q, velocity = states[:, :, 0], states[:, :, 1]
@@ -197,10 +241,17 @@ class Solved:
         return np.asarray(self.trial.states) / self.rate, each, np.asarray(total)
 
     def shapes(self, times: Sequence[float]) -> tuple[Floats, Floats, Floats]:
-        """The string at the samples nearest to `times` (s), which must be among `Trial.states`: see `state_samples`.
+        """Computes the shape of the string at the samples nearest to `times`.
 
-        Returns the times of these samples, s; the grid with both ends, m, (N + 1,); u and v, m, (polarisations, times,
-        N + 1).
+        Args:
+            times: s; the samples must be among `Trial.states`, as they are if `simulate` got these times as `shape_at`.
+
+        Returns:
+            Times of these samples, s, (times,); the grid with both ends, m, (N + 1,); u and v, m, (polarisations,
+            times, N + 1).
+
+        Raises:
+            ValueError: The motion has no states.
         """
         s, states, samples = self.speaking, self._states(), [_sample(self.trial, time) for time in times]
         x = np.linspace(0, s.length, s.grid_points + 1)

@@ -40,20 +40,27 @@ def spectrogram(sound: Floats, rate: float, window: int | None = None, hop: int 
 
 @dataclass(frozen=True)
 class Spectrogram:
-    """Levels over time and frequency, as the paper draws them (figure 5)."""
+    """Levels over time and frequency, as in figure 5 of the paper."""
 
-    time_s: Floats  # (frames,), the middle of each window
-    frequency_hz: Floats  # (bins,)
-    level_db: Floats  # (frames, bins), 0 is the loudest; cut off at the bottom of the range
+    time_s: Floats  #: (frames,), the middle of each window
+    frequency_hz: Floats  #: (bins,)
+    level_db: Floats  #: (frames, bins), 0 is the loudest; cut off at the bottom of the range
 
 
 def spectrogram_db(
     sound: Floats, rate: float, window: int | None = None, hop: int | None = None, range_db: float = RANGE
 ) -> Spectrogram:
-    """Short-time spectrogram of `sound` (n,), `rate` Hz, in dB below its loudest bin, cut off `range_db` below that.
+    """Computes a short-time spectrogram in dB below its loudest bin.
 
-    `window` and `hop` are in samples, 43 and 11 ms by default. Raises ValueError for silence, less than a window, more
-    than one dimension, and a rate that is not above 0.
+    Args:
+        sound: (n,), in any unit.
+        rate: Hz.
+        window: Length of the Hann windows, samples; by default 43 ms.
+        hop: Distance of the windows, samples; by default 11 ms.
+        range_db: Levels are cut off this far below the loudest bin, dB.
+
+    Raises:
+        ValueError: Silence, less than a window, more than one dimension, or a rate that is not above 0.
     """
     window, hop = _frames(rate, window, hop)
     amplitude = spectrogram(sound, rate, window, hop)
@@ -65,10 +72,21 @@ def spectrogram_db(
 
 
 def characteristic_frequencies(sound: Floats, rate: float, window: int | None = None, hop: int | None = None) -> Floats:
-    """Eq. 14 for each frame of the spectrogram, Hz, (frames,): the mean frequency, weighted by squared amplitude.
+    """Computes the characteristic frequency over time, the mean frequency weighted by squared amplitude.
 
-    Sound (n,), `rate` in Hz, `window` and `hop` in samples, and errors, as in `spectrogram`. The mean goes up to
-    rate / 2, the paper's to 25.6 kHz: use `resampled` first for that. NaN for a silent frame.
+    This is eq. 14 of the paper. The mean goes up to rate / 2, the paper's to 25.6 kHz: use `resampled` first for that.
+
+    Args:
+        sound: (n,), in any unit.
+        rate: Hz.
+        window: As in `spectrogram_db`.
+        hop: As in `spectrogram_db`.
+
+    Returns:
+        Hz, (frames,); NaN for a silent frame.
+
+    Raises:
+        ValueError: Less than a window, more than one dimension, or a rate that is not above 0.
     """
     power = spectrogram(sound, rate, window, hop) ** 2
     nu = np.linspace(0.0, rate / 2, power.shape[1])
@@ -83,9 +101,15 @@ def frame_times(count: int, rate: float, window: int | None = None, hop: int | N
 
 
 def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
-    """Resamples `sound` (n,) from `rate` to `to` Hz with SciPy's polyphase filter.
+    """Resamples a sound with SciPy's polyphase filter. Needs SciPy: ``pip install 'livebass[analysis]'``.
 
-    Raises ValueError unless both rates are whole and positive. Needs SciPy: pip install 'livebass[analysis]'.
+    Args:
+        sound: (n,), in any unit.
+        rate: Its rate, Hz.
+        to: The new rate, Hz; by default the paper's.
+
+    Raises:
+        ValueError: Rates that are not whole and positive.
     """
     if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
         raise refusal("rates", "whole and positive", f"{rate:g} Hz and {to:g} Hz")
@@ -97,16 +121,22 @@ def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
 
 @dataclass(frozen=True)
 class Contactogram:
-    """The contacts of a string with its frets (figure 7), ordered by time, then as given."""
+    """The contacts of a string with its frets (figure 7 of the paper), ordered by time, then as given."""
 
-    time_s: Floats  # (k,), when the string meets the fret
-    fret: Ints  # (k,)
-    release_s: Floats  # (k,), when it leaves the fret; NaN if unknown
+    time_s: Floats  #: (k,), when the string meets the fret
+    fret: Ints  #: (k,)
+    release_s: Floats  #: (k,), when it leaves the fret; NaN if unknown
 
     def sets(self, gap: float = 4e-3) -> Ints:
-        """Number of each contact's set, from 0, (k,): `gap` (s) without a new contact ends a set.
+        """Numbers the sets of contacts, one set per period of the string.
 
         A string swings down to the frets once per period: half a period, 5 ms at 98 Hz, is free of contacts.
+
+        Args:
+            gap: A time without a new contact that ends a set, s.
+
+        Returns:
+            Number of each contact's set, from 0, (k,).
         """
         return np.concatenate([[0], np.cumsum(np.diff(self.time_s) >= gap)])[: self.time_s.size].astype(np.int64)
 
@@ -114,10 +144,16 @@ class Contactogram:
 def contactogram(
     contact_time_s: ArrayLike, contact_index: ArrayLike, frets: ArrayLike, release_s: ArrayLike | None = None
 ) -> Contactogram:
-    """The contacts of a `Motion`, whose indices point into `frets` (`Speaking.contact_fret`).
+    """Returns the contacts of a motion by time and fret.
 
-    contact_time_s (k,), s; contact_index (k,); release_s (k,), s, if known. Raises ValueError for arrays of different
-    lengths.
+    Args:
+        contact_time_s: Time of each contact, s, (k,).
+        contact_index: Obstacle of each contact, (k,): an index into `frets`.
+        frets: Fret of each obstacle (`Speaking.contact_fret`).
+        release_s: Time at which each contact ends, s, (k,), if known.
+
+    Raises:
+        ValueError: Arrays of different lengths.
     """
     time, index = np.asarray(contact_time_s, np.float64), np.asarray(contact_index, np.int64)
     release = np.full(time.shape, np.nan) if release_s is None else np.asarray(release_s, np.float64)
@@ -151,11 +187,11 @@ CHUNK = 256  # frames at a time, to bound the memory
 
 @dataclass(frozen=True)
 class Pitch:
-    """The fundamental, frame by frame."""
+    """The fundamental frequency, frame by frame. `fundamental` returns it."""
 
-    time_s: Floats  # (frames,), the middle of each frame's samples
-    frequency_hz: Floats  # (frames,), NaN where no lag is below the threshold
-    aperiodicity: Floats  # (frames,), normalised difference at the lag found, or its minimum: 0 periodic, 1 noise
+    time_s: Floats  #: (frames,), the middle of each frame's samples
+    frequency_hz: Floats  #: (frames,), NaN where no lag is below the threshold
+    aperiodicity: Floats  #: (frames,), normalised difference at the lag found, or its minimum: 0 periodic, 1 noise
 
 
 def fundamental(
@@ -167,12 +203,24 @@ def fundamental(
     window: float | None = None,
     threshold: float | None = THRESHOLD,
 ) -> Pitch:
-    """Fundamental frequency of `sound` (n,), Hz, between `least` and `most` (Hz), every `hop` (s).
+    """Measures the fundamental frequency over time by YIN.
 
-    The difference is summed over `window` (s), 1 / least by default; a frame is that long plus the longest lag. With
-    threshold None the deepest dip counts, for sounds too rough for any threshold and limits within an octave. Lags are
-    multiples of a sample, refined to about a thousandth of one. Raises ValueError unless 0 < least < most < rate / 4,
-    and for a sound shorter than one frame.
+    Source: A. de Cheveigne and H. Kawahara, J. Acoust. Soc. Am. 111 (2002), 1917-1930, steps 2 to 5. Lags are
+    multiples of a sample, refined to about a thousandth of one.
+
+    Args:
+        sound: (n,), in any unit.
+        rate: Hz.
+        least: Lowest frequency, Hz.
+        most: Highest frequency, Hz.
+        hop: Time between two frames, s.
+        window: Time over which the difference is summed, s; by default 1 / least. A frame is that long plus the longest
+            lag.
+        threshold: Of the normalised difference. None takes the deepest dip, for sounds too rough for any threshold and
+            limits within an octave.
+
+    Raises:
+        ValueError: Limits other than 0 < least < most < rate / 4, or a sound shorter than a frame.
     """
     if not 0 < least < most < rate / 4:
         raise refusal("range of the pitch", f"ascending between 0 and {rate / 4:g} Hz", f"{least:g} to {most:g} Hz")
@@ -217,9 +265,17 @@ def partial(sound: ArrayLike, rate: float, near: float) -> tuple[float, float]:
 
 
 def loudness(sound: ArrayLike, rate: int) -> float:
-    """Integrated loudness of `sound` (n,), full scale 1, by ITU-R BS.1770-4: LUFS, -inf for silence.
+    """Measures the integrated loudness by ITU-R BS.1770-4.
 
-    Raises ValueError for more than one dimension.
+    Args:
+        sound: (n,), full scale 1.
+        rate: Hz.
+
+    Returns:
+        LUFS; -inf for silence.
+
+    Raises:
+        ValueError: More than one dimension.
     """
     meter = LoudnessMeter(rate)
     meter.add(_one_channel(sound))
@@ -227,7 +283,12 @@ def loudness(sound: ArrayLike, rate: int) -> float:
 
 
 def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:
-    """(nu(t) - nu_r) / nu_r, as in figure 7 of Issanchou et al. (2018); nu_r is the first eigenfrequency there."""
+    """Returns (nu(t) - nu_r) / nu_r, as in figure 7 of the paper.
+
+    Args:
+        frequency_hz: nu(t), Hz, of any shape.
+        reference_hz: nu_r, Hz; in the paper the first eigenfrequency.
+    """
     return (np.asarray(frequency_hz, np.float64) - reference_hz) / reference_hz
 
 

@@ -19,6 +19,7 @@ from livebass.cli.options import (
     file_option,
     flag,
     folder_option,
+    folder_to_write,
     option,
     preset_option,
     presets_option,
@@ -224,7 +225,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
       livebass export instrument ./mine.toml
       livebass export instrument ./mine.toml -o mine.lbass
     """
-    from livebass.files import Transaction
+    from livebass.files import Transaction, checked_place
     from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
@@ -236,6 +237,10 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
     bass = Loader(options)(preset)
     name = checked_name(output.stem if output else Path(preset).stem)
     file = output or own_instruments() / f"{name}{ENDING}"
+    if output is None:  # now, not after compiling
+        folder_to_write(file.parent)
+    else:
+        checked_place(output)
     have_kernels()
     with Transaction() as files:
         if output is None:

@@ -67,7 +67,7 @@ GROUPS = {
     metavar="ADDRESS",
 )
 @file_option("-o --output", "Preset to write.", metavar="FILE.toml")
-@click.option("--page/--no-page", default=True, help="Write a page of the same name; needs matplotlib.")
+@click.option("--page/--no-page", default=True, help="Write a page of the same name; needs Matplotlib.")
 @flag("--guide", "Print what to play, for the strings of --like and --tuning.")
 @option("--record", PATH, "With --guide: ask for each note and record it to DIR.", metavar="DIR")
 def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path | None, **how: Any) -> None:
@@ -139,7 +139,7 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
     from livebass.report.picture import check_installed
 
     needed = ("cmaes", "scipy.optimize", *(("matplotlib.figure", "jinja2") if page else ()))
-    check_installed("fit", "fit,analysis,plots", needed)
+    check_installed("fit", f"fit,analysis{',plots' if page else ''}", needed)
     for place in (output, *((output.with_suffix(".html"),) if page else ())):
         checked_place(place)
     from livebass.fitting.notes import recorded

@@ -32,7 +32,7 @@ class GroupedCommand(click.Command):
         return ctx.args
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        options = {parameter.opts[-1]: parameter for parameter in self.get_params(ctx)}
+        options = {name: parameter for parameter in self.get_params(ctx) for name in parameter.opts}
         for heading, names in self.groups.items():
             with formatter.section(heading):
                 rows = [row for name in names if (row := options[name].get_help_record(ctx))]

@@ -7,7 +7,7 @@ from importlib import resources
 
 import click
 
-PAGES = ("playing", "tab", "presets", "live", "physics", "studies", "cost", "export")  # in reading order
+PAGES = ("playing", "tab", "presets", "live", "physics", "studies", "cost", "export", "install")  # in reading order
 
 
 def page_text(page: str) -> str:

@@ -22,7 +22,7 @@ import click
 
 from livebass import __version__
 from livebass.cli.said import say
-from livebass.files import completed_files
+from livebass.files import Output, noted_output
 from livebass.interrupts import INTERRUPTED, handled, leave
 
 BROKEN_PIPE = 141  # exit status
@@ -144,11 +144,11 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; returns the exit status. Any error becomes one line on stderr."""
-    with completed_files() as completed:
-        return _run(arguments, completed)
+    with noted_output() as output:
+        return _run(arguments, output)
 
 
-def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
+def _run(arguments: Sequence[str] | None, output: Output) -> int:
     try:
         status = livebass.main(args=arguments, prog_name="livebass", standalone_mode=False)
         sys.stdout.flush()
@@ -163,10 +163,9 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
         _complain(error.format_message())
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        names = _named(completed)
         if sys.stderr.isatty():  # the terminal shows ^C
             click.echo(err=True)
-        _complain(f"interrupted, but complete: {names}" if names else "interrupted, nothing written")
+        _complain(f"interrupted{_kept(output)}")
         return INTERRUPTED
     except BrokenPipeError:
         _silence_stdout()
@@ -183,6 +182,13 @@ def _run(arguments: Sequence[str] | None, completed: list[Path]) -> int:
             _complain(f"internal error, {type(error).__name__}: {why} (LIVEBASS_TRACEBACK=1 shows where)")
         _silence_stdout()
         return 1
+
+
+def _kept(output: Output) -> str:
+    """Tells which files an interrupt leaves; says nothing of files to a user who asked for none."""
+    if output.completed:
+        return f", but complete: {_named(output.completed)}"
+    return ", nothing written" if output.requested else ""
 
 
 def _named(files: list[Path]) -> str:

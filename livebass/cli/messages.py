@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator
 
-from livebass.model.keymap import MODO, PLACE
+from livebass.model.keymap import COUNTING, MODO, PLACE, named_keys
 from livebass.techniques import (
     FRETS,
     FUNCTION_ROWS,
@@ -38,7 +38,9 @@ OTHERS = {
     "any other": f"assigned by --learn: {LEARNT}; 64 is the bass's own value, 127 for gain",
     "120, 121, 123": "all sound off, reset all controllers, all notes off, on their channel",
 }
-KEYS = "Key switches of --keys modo, below the notes of the bass, and of --keys modo-12, which replace notes:"
+KEYS = f"""\
+Key switches of --keys modo, below the notes of the bass, and of --keys modo-12, which replace notes
+({COUNTING}):"""
 MORE = """\
 For a map of your own see `livebass presets keymap`; --controllers --keys FILE explains it. With --wheel slide the pitch
 wheel slides over frets, 2 up or down."""
@@ -47,10 +49,9 @@ wheel slides over frets, 2 up or down."""
 def controllers_text() -> str:
     """Returns the text of `play --controllers` for the default key map."""
     lines = [*NOTES.items(), *((f"controller {label}", said) for label, said in controllers()), *OTHERS.items()]
-    keys = [
-        (keys_text(row.modo), keys_text(row.modo_12), f"{row.asked}: {meaning(row)}") for row in TECHNIQUE_ROWS.values()
-    ]
-    keys.insert(0, ("modo", "modo-12", "C4 is 60; hold: while the key is down"))
+    keys = [("modo", "modo-12", "hold: while the key is down")]
+    for row in TECHNIQUE_ROWS.values():
+        keys += switches(row)
     wide = [max(len(row[column]) for row in keys) + 2 for column in range(2)]
     return "\n".join(
         [
@@ -75,6 +76,16 @@ def controllers() -> Iterator[tuple[str, str]]:
         yield ", ".join(str(n) for n, other in numbers.items() if other == symbol), FUNCTION_ROWS[symbol].help
 
 
+def switches(row: Technique) -> list[tuple[str, str, str]]:
+    """The keys of a technique in both maps, and its effect; for the technique that chooses a string, one by one."""
+    if row.number != ON_STRING:
+        return [(named_keys(row.modo), named_keys(row.modo_12), f"{row.asked}: {meaning(row)}")]
+    return [
+        (named_keys((low,)), named_keys((high,)), f"{row.asked}: {row.help}: {pitch_name(low)}")
+        for low, high in zip(row.modo, row.modo_12, strict=True)
+    ]
+
+
 def keys_text(keys: tuple[int, ...]) -> str:
     """The keys of a technique; adjacent keys by their ends."""
     if len(keys) > 2 and keys == tuple(range(keys[0], keys[-1] + 1)):
@@ -90,4 +101,4 @@ def meaning(row: Technique) -> str:
 
 def open_notes(row: Technique) -> str:
     """The open notes that the keys of a technique select in the map of MODO BASS."""
-    return ", ".join(pitch_name(key) for key in row.modo)
+    return " ".join(pitch_name(key) for key in row.modo)

@@ -116,6 +116,13 @@ def files_to_write(files: Mapping[str, Path | None], sources: Iterable[Path] = (
     return list(found.values())
 
 
+def folder_to_write(folder: Path) -> None:
+    """Checks, before the work, that files can be written into `folder`, which need not exist. Raises OutputError."""
+    from livebass.files import checked_directory
+
+    checked_directory(folder, lambda there: True)
+
+
 def write_results(made: Iterable[tuple[Path | None, Callable[[], str | bytes]]], table: str) -> None:
     """Writes the content `made` for each path, except None; prints `table` even if that fails, as on a full disk."""
     from livebass.files import Transaction

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -15,9 +16,11 @@ from livebass.cli.practice import page_basses, page_tab_options
 from livebass.cli.said import say
 from livebass.cli.shelf import page_ready
 from livebass.cli.tuning import tuning_options
-from livebass.interrupts import StopFlag, stop_instead
+from livebass.interrupts import Beside, StopFlag, stop_instead
 
 LOOK_EVERY = 0.2  # s, to check for a signal to stop
+STARTS = 2.0  # s, in which a browser starts or fails
+TEXT_BROWSERS = ("elinks", "links", "lynx", "w3m", "www-browser")  # run no scripts, and take the terminal
 
 
 @click.command()
@@ -110,10 +113,18 @@ def page(
 
 
 def opened(address: str) -> bool:
-    """Opens an address in the user's browser; returns whether there is one."""
+    """Opens an address in the user's browser; returns False if no browser that can show the page starts.
+
+    Does not wait for browsers that return only when they are closed.
+    """
     import webbrowser
 
     try:
-        return webbrowser.open(address)
+        if Path(getattr(webbrowser.get(), "name", "")).stem in TEXT_BROWSERS:
+            return False
+        opening = Beside(lambda: webbrowser.open(address), daemon=True)
+        opening.start()
+        opening.join(STARTS)
+        return opening.is_alive() or bool(opening.answer())
     except webbrowser.Error:
         return False

@@ -16,7 +16,16 @@ from livebass.cli.demos import demo_option
 from livebass.cli.effects import OPTIONS, Behind, effects_options
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.hands import SOUND, Hands, hands_options
-from livebass.cli.options import DEFAULT_PRESET, file_option, flag, given, option, preset_option, quality_option
+from livebass.cli.options import (
+    DEFAULT_PRESET,
+    file_option,
+    files_to_write,
+    flag,
+    given,
+    option,
+    preset_option,
+    quality_option,
+)
 from livebass.cli.progress import have_kernels
 from livebass.cli.remembered import recall
 from livebass.cli.said import clipping, say
@@ -198,6 +207,7 @@ def play(**options: Any) -> None:
     from livebass.live.terminal import interactive
 
     check_together(options)
+    files_to_write({"--record": options["record"], "--record-midi": options["record_midi"]})
     memory = recall(options)
     options |= memory.used
     if "audio" in memory.used:

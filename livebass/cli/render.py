@@ -77,7 +77,7 @@ GROUPS = {
 
 @click.command(cls=GroupedCommand, groups=GROUPS, surplus="-o names the sound file")
 @click.argument("midi", required=False, type=PATH)
-@option("--note", NOTE, "Play one note instead of a MIDI file: G2, C#1, 43.")
+@option("--note", NOTE, "Play one note instead of a MIDI file: G2, C#1, 43; C4 is 60.")
 @demo_option("Play")
 @file_option("--all-presets directory", "Play the demo phrase with every preset, into DIR.", metavar="DIR")
 @option(
@@ -288,9 +288,9 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: 
 
     The header of a sound file holds its length, so writing begins when the whole sound is rendered.
     """
-    from livebass.files import completed_files, output_error
+    from livebass.files import noted_output, output_error
 
-    with TemporaryDirectory(prefix="livebass-") as folder, completed_files():
+    with TemporaryDirectory(prefix="livebass-") as folder, noted_output():
         output = Path(folder) / f"stdout.{options.format or 'wav'}"
         report = _rendered(bass, score, output, options, None, basses)
         try:

@@ -15,6 +15,7 @@ from livebass.cli.options import (
     file_option,
     flag,
     folder_option,
+    folder_to_write,
     option,
     preset_option,
     quality_option,
@@ -95,7 +96,6 @@ def claims(
     from livebass.paper.claims.check import WRITERS, all_hold, check, chosen, table
 
     wanted = chosen(ids)
-    have_kernels()
     results = []
     try:
         with Transaction() as files:
@@ -103,6 +103,7 @@ def claims(
                 files.directory(output)
             if len({checked_place(path) for path, _ in texts}) < len(texts):  # now, not after the work
                 raise click.UsageError(f"--json {file}: -o writes a file of that name")
+            have_kernels()
             with shown_progress("solving") as progress:
                 results = check(wanted, workers, progress, plucks)
             for path, kind in texts:
@@ -304,6 +305,7 @@ def simulate(
     from livebass.preset.load import load_preset
 
     bass = load_preset(preset)
+    folder_to_write(output)  # now, not after compiling
     if solver == "engine":
         have_kernels()
     quality = quality_with(pluck.pop("quality"), pluck["modes"], pluck.pop("contact_rate"))
@@ -375,6 +377,7 @@ def run(
     except ValueError as error:
         raise click.UsageError(str(error)) from None
     check_extras()
+    folder_to_write(output)  # now, not after compiling
     have_kernels()
     if player:
         _write_player(output)

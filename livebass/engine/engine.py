@@ -50,10 +50,10 @@ class Report:
     """Counts of notes so far."""
 
     notes: int
-    transposed: int  # moved by octaves into the range
-    dropped: int  # that the instrument could not play
-    stolen: int  # that lost their string while sounding
-    weakened: int  # number of times a motion was scaled down to a string's limit: 0 unless something is wrong
+    transposed: int  #: moved by octaves into the range
+    dropped: int  #: that the instrument could not play
+    stolen: int  #: that lost their string while sounding
+    weakened: int  #: number of times a motion was scaled down to a string's limit: 0 unless something is wrong
 
 
 class Playing(ABC):
@@ -67,14 +67,24 @@ class Playing(ABC):
 
     @abstractmethod
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
-        """Takes channel messages (n, 3) at frames (n,) from the start, in order, none before `frame`.
+        """Takes channel messages. Call it from one thread at a time.
 
-        [one thread at a time]
+        Args:
+            frames: Frame of each message from the start, (n,), in order, none before `frame`.
+            messages: Status and two data bytes of each, (n, 3).
         """
 
     @abstractmethod
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
-        """Computes the next `count` frames of every string, (strings, count). [one thread at a time]"""
+        """Computes the next frames of every string. Call it from one thread at a time.
+
+        Args:
+            count: Number of frames.
+            pool: Threads that compute the strings in parallel; by default this one computes them all.
+
+        Returns:
+            float64 of shape (strings, count), full scale 1.
+        """
 
     @abstractmethod
     def process_with_mix(self, count: int, pool: ThreadPoolExecutor | None = None) -> Block:
@@ -89,11 +99,19 @@ class Playing(ABC):
         """Returns the counts so far."""
 
     def play(self, score: Score, tail: float | None = None) -> Iterator[NDArray[np.float64]]:
-        """Renders `score` from here on: blocks (strings, n) until the last note has died away, without effects.
+        """Renders a score from here on, without effects, in blocks, until the last note has died away.
 
-        The score's frame 0 is the `frame` at the request for the first block; sounding notes go on. It plays `tail`
-        seconds after the score's end; None: until silent, at most `LONGEST_TAIL`. Raises ValueError for a score at
-        another rate and a tail that is not a time.
+        The score's frame 0 is the `frame` at the request for the first block; sounding notes go on.
+
+        Args:
+            score: The notes.
+            tail: Seconds to play after the score's end; by default until silent, at most 12.
+
+        Yields:
+            Blocks, float64 of shape (strings, n), full scale 1.
+
+        Raises:
+            ValueError: A score at another rate, or a tail that is not a time.
         """
         self._check(score, tail)
         return (strings for strings, _ in self._play(score, tail, lambda *given: (self.process(*given), None)))
@@ -162,7 +180,10 @@ class Playing(ABC):
 
 
 class Engine(Playing):
-    """A bass at an audio rate. The same messages at the same frames give the same samples, in blocks of any sizes."""
+    """A bass that plays at an audio rate.
+
+    The same messages at the same frames give the same samples, in blocks of any sizes.
+    """
 
     coarse: Quality | None = None  # for strings under overload
     play_string = 0  # address of the C function that runs strings ahead of the clock
@@ -170,13 +191,18 @@ class Engine(Playing):
     takes_values = True  # of the instrument's `played`; else its owner sends them
 
     def __init__(self, instrument: Instrument, quality: Quality, rate: int, seed: int = 0, workers: int | None = None):
-        """Prepares all strings and frets; raises ValueError for an unplayable neck or rate.
+        """Prepares all strings and frets. Call it in the main thread.
 
-        `rate` is a whole number of Hz from 8000 to 192000.
-        `seed` sets the small differences from note to note (`Player.unevenness`).
-        `workers` threads compute strings in parallel (default: one for each core that the process may use,
-        at most one per string).
-        [main thread]
+        Args:
+            instrument: The bass.
+            quality: One of `QUALITIES`, or from `quality_with`.
+            rate: A whole number of Hz from 8000 to 192 000.
+            seed: Chooses the small differences from note to note (`Player.unevenness`).
+            workers: Threads that compute strings in parallel; by default one for each core that the process may use.
+                There is at most one per string.
+
+        Raises:
+            ValueError: A rate out of these limits, or a neck that nobody could play.
         """
         checked_rate(rate)
         self.instrument, self.rate, self.strings = instrument, rate, len(instrument.strings)
@@ -216,9 +242,9 @@ class Engine(Playing):
         return self.pools[0]
 
     def another(self, seed: int = 0) -> Self:
-        """Returns a new engine of the same bass with its own `seed`: fast, as both share the operators.
+        """Returns a new engine of the same bass with its own `seed`. It is fast, as both share the operators.
 
-        Each may play in a thread of its own. [main thread]
+        Each may play in a thread of its own. Call this in the main thread.
         """
         other = copy.copy(self)
         other._begin(seed)

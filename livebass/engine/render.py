@@ -39,14 +39,14 @@ class RenderError(ValueError):
 class RenderReport(Report):
     """Counts and measures of a finished render."""
 
-    files: tuple[Path, ...]  # the mix, then the stems
-    clipped: int  # samples beyond full scale
+    files: tuple[Path, ...]  #: the mix, then the stems
+    clipped: int  #: samples beyond full scale
     duration_s: float
     wall_s: float
-    peak_db: float  # of the mix, dB re full scale; -inf for silence
-    gain_db: float = 0.0  # applied on writing
-    loudness: float | None = None  # LUFS, of the mix as written, if normalized; -inf for silence
-    switches: int = 0  # note-ons of key switches, which are not notes
+    peak_db: float  #: of the mix, dB re full scale; -inf for silence
+    gain_db: float = 0.0  #: applied on writing
+    loudness: float | None = None  #: LUFS, of the mix as written, if normalized; -inf for silence
+    switches: int = 0  #: note-ons of key switches, which are not notes
 
 
 def stem_paths(out: Path, instrument: Instrument, directory: Path | None = None) -> list[Path]:
@@ -63,16 +63,16 @@ def string_names(instrument: Instrument) -> list[str]:
 
 
 class RenderOptions(TypedDict, total=False):
-    """The options of `render_to_file`, by name."""
+    """The options of `render_to_file` by name, which its docstring describes."""
 
-    format: str | None  # "wav", "flac" or "ogg"; by default the file's extension
-    bits: str | None  # "16", "24" (the default) or "float"
-    stems: Path | bool  # a file per string, beside the mix or in a directory
-    tail: float | None  # s, played after the last event; None: until the strings are still
+    format: str | None
+    bits: str | None
+    stems: Path | bool
+    tail: float | None
     gain_db: float
-    normalize: float | None  # LUFS, the integrated loudness of the mix, in place of `gain_db`
+    normalize: float | None
     seed: int
-    basses: Mapping[int, Instrument] | None  # by program from 0, for program changes of the score
+    basses: Mapping[int, Instrument] | None
 
 
 def render_to_file(
@@ -86,13 +86,35 @@ def render_to_file(
     files: Transaction | None = None,
     **options: Unpack[RenderOptions],
 ) -> RenderReport:
-    """Renders `score` to the file `out`, mono, `rate` Hz; all files appear at the end, or none.
+    """Renders a score to a mono sound file. All files appear at the end, or none.
 
-    With "float" bits, the sum of all stems in float32, string after string, is bitwise the mix, if the bass has no
-    effects: only the mix has them. Normalizing uses a temporary file, and raises no peak above CEILING. Stems need
-    basses with equal numbers of strings. `progress` gets the fraction done. With `files` given, the files appear when
-    that transaction ends. The same arguments give the same bytes on the same kind of processor. Raises ValueError,
-    OutputError, RenderError. [main thread]
+    The same arguments give the same bytes on the same kind of processor. With "float" bits, the sum of all stems in
+    float32, string after string, equals the mix bit for bit, if the bass has no effects. Call it in the main thread.
+
+    Args:
+        instrument: The bass.
+        score: The notes.
+        out: The file; its extension chooses the format.
+        quality: One of `QUALITIES`, or from `quality_with`.
+        rate: Sample rate, Hz; it must be the score's.
+        progress: Called with the fraction done, 0 to 1.
+        files: A transaction at whose end the files appear, instead of at the end of this call.
+
+    Keyword Args:
+        format: "wav", "flac" or "ogg"; by default the file's extension.
+        bits: "16", "24" (the default) or "float".
+        stems: True writes a file per string beside the mix, a path writes them to that directory. All basses must have
+            equally many strings.
+        tail: Seconds to play after the score's end; by default until the strings are still.
+        gain_db: Gain, dB.
+        normalize: Integrated loudness of the mix, LUFS, in place of `gain_db`. No peak rises above -1 dB.
+        seed: Chooses the small differences from note to note.
+        basses: Other basses by program, from 0, for the program changes of the score.
+
+    Raises:
+        ValueError: An argument out of its limits, or another rate than the score's; as RenderError, the bass produced
+            NaN.
+        OutputError: A file cannot be written.
     """
     stems, tail, normalize = options.get("stems", False), options.get("tail"), options.get("normalize")
     gain_db, basses = options.get("gain_db", 0.0) + dict(instrument.played).get("gain", 0.0), options.get("basses")
@@ -160,12 +182,22 @@ def render_to_array(
     seed: int = 0,
     basses: Mapping[int, Instrument] | None = None,
 ) -> NDArray[np.float64]:
-    """Renders `score` at its own rate: (n_strings, n_frames), full scale 1; the mix is the sum over strings.
+    """Renders a score at its own rate, without the effects of the bass, which work on the mix.
 
-    It omits the effects of the bass, which work on the mix.
+    Args:
+        instrument: The bass.
+        score: The notes.
+        quality: One of `QUALITIES`, or from `quality_with`.
+        tail: Seconds to play after the score's end; by default until the strings are still.
+        seed: Chooses the small differences from note to note.
+        basses: Other basses by program, from 0, for the program changes of the score.
 
-    Program changes of the score choose among `basses`, by program from 0. The array has a row for each string of the
-    bass with most strings.
+    Returns:
+        float64 of shape (n_strings, n_frames), lowest string first, full scale 1; the mix is the sum over strings. It
+        has a row for each string of the bass with most strings.
+
+    Raises:
+        ValueError: A `tail` that is not a time, or a neck that nobody could play.
     """
     score = with_low_notes(score, instrument)
     player = _player(instrument, score, quality, seed, basses)

@@ -49,17 +49,29 @@ def simulate(
     shape_at: Sequence[float] = (),
     **pluck: Unpack[Asking],
 ) -> Solved:
-    """Plucks one string once and returns its motion, with everything that can be measured in it.
+    """Plucks one string once, and returns its motion with everything that can be measured in it.
 
-    pluck: string, its name in `instrument` (G); fret (0: open); apex: height of the pull (3.6e-3 m); at: its place,
-    from the nut or the pressed fret (0.64 m); angle: rad from straight up towards across (0); duration (1 s); quality
-    (reference); modes: of the stopped string, instead of the quality's; contact cannot follow modes above 0.45 of the
-    contact rate. rate: of the motion, Hz. solver: "engine", or "reference", brute force, without energies and shapes.
-    shape_at: times (s) for `Solved.shapes`.
+    Call it in the main thread.
 
-    Returns a `Solved`: `motion.time_s` and `displacement()` (n,), s and m at the sensor; `contacts` with time and fret
-    of each; `pitch`; `characteristic()`; `energies()`; `shapes(times)`. Raises ValueError, one line, for values out of
-    their limits. [main thread]
+    Args:
+        instrument: The bass.
+        rate: Output rate of the motion, Hz.
+        solver: "engine", or "reference": brute force, without energies and shapes.
+        shape_at: Times of the shapes that `Solved.shapes` returns, s.
+
+    Keyword Args:
+        string: Name of the string ("G").
+        fret: 0 is open (0).
+        apex: Height of the pull, m (3.6e-3).
+        at: Place of the pluck, m from the nut or the pressed fret (0.64).
+        angle: From straight up towards across, rad (0).
+        duration: Length of the motion, s (1).
+        quality: One of `QUALITIES` (reference).
+        modes: Number of modes of the stopped string, instead of the quality's. Contact cannot follow modes above 0.45
+            of the contact rate.
+
+    Raises:
+        ValueError: A value out of its limits.
     """
     trial = _trial(instrument, Asked(**pluck), rate, solver, shape_at, states=True)
     return Solved(trial, _solve(trial, solver))

@@ -42,23 +42,33 @@ MOST_WORKERS = 1024
 
 @dataclass(frozen=True)
 class Sweep:
-    """All points of a sweep and their results."""
+    """All points of a sweep and their results. `sweep` returns it."""
 
-    axes: tuple[Axis, ...]  # the parameters: `at.dotted`, `unit`, and `numbers` in that unit
-    points: tuple[Point, ...]  # every combination, the last parameter fastest
+    axes: tuple[Axis, ...]  #: the parameters: `at.dotted`, `unit`, and `numbers` in that unit
+    points: tuple[Point, ...]  #: every combination, the last parameter fastest
     results: Results
 
     def values(self, quantity: str) -> Floats:
-        """A row of `livebass study sweep --help` in SI units at every point, NaN if missing.
+        """Returns a quantity at every point, in SI units, NaN if missing.
 
-        Its shape has the length of each axis. Raises ValueError for an unknown quantity.
+        Args:
+            quantity: A row of the table in `livebass study sweep --help`, such as "contacts".
+
+        Returns:
+            float64; its shape has the length of each axis.
+
+        Raises:
+            ValueError: An unknown quantity.
         """
         one_of("quantity", quantity, QUANTITIES)
         each = np.array([self.results[point.digest][quantity] for point in self.points])
         return each.reshape([len(axis.numbers) for axis in self.axes])
 
     def table(self) -> str:
-        """The points as CSV, last parameter fastest: parameters in their units, every quantity, nan if missing."""
+        """Returns the points as CSV, the last parameter fastest.
+
+        A row has the parameters in their units and every quantity, nan if missing.
+        """
         head = [*(axis.title for axis in self.axes), *(row.title for row in QUANTITIES.values())]
         found = [self.results[point.digest] for point in self.points]
         rows = [
@@ -91,16 +101,22 @@ def sweep(
     progress: Callable[[float], None] | None = None,
     **pluck: Unpack[Asking],
 ) -> Sweep:
-    """Plucks a string of `preset`, a name or a TOML file, for every combination of the parameters of `vary`.
+    """Plucks a string for every combination of the parameters that `vary` lists. It writes nothing.
 
-    vary: "KEY=FROM:TO:N" or "KEY=FROM:TO:N:log", one or several, such as "pluck.apex=1mm:7mm:13"; KEY is a number of a
-    preset file, or pluck.apex, pluck.at, pluck.angle, pluck.fret. pluck: as for `simulate`. workers: 1 computes in this
-    process, more in as many new ones, which a script must start under `if __name__ == "__main__":`. `progress` gets the
-    fraction done.
+    Call it in the main thread.
 
-    Returns a `Sweep`: `values(quantity)` is an array with the shape of the grid, `table()` everything as CSV. Writes
-    nothing. Raises ValueError, one line, before computing anything, for an invalid key, value or pluck;
-    ChildProcessError if processes die. [main thread]
+    Args:
+        preset: Name of a bass, or a TOML file.
+        vary: "KEY=FROM:TO:N" or "KEY=FROM:TO:N:log", one or several, such as "pluck.apex=1mm:7mm:13". KEY is a number
+            of a preset file, or pluck.apex, pluck.at, pluck.angle or pluck.fret.
+        workers: 1 computes in this process, more in as many new ones. A script must then have its own code under
+            ``if __name__ == "__main__":``.
+        progress: Called with the fraction done, 0 to 1.
+        **pluck: The keyword arguments of `simulate` that describe the pluck.
+
+    Raises:
+        ValueError: An invalid key, value or pluck. It is raised before anything is computed.
+        ChildProcessError: Processes died.
     """
     texts = [vary] if isinstance(vary, str) else list(vary)
     if not texts:

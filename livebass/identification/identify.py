@@ -31,17 +31,26 @@ def identify(
     only_string: bool = False,
     **search: Unpack[Searching],
 ) -> Identified:
-    """Identifies the open string that is plucked, alone, in every note of the `recordings`, one or several sound files.
+    """Identifies a string from recordings in which it is plucked open and alone.
 
-    string: its name in `bass`; by default the one tuned nearest. only_string: keep pluck, pickups and tone of `bass`.
-    search: the fields of a `Search`. note (MIDI) or f0 (Hz, to a semitone): the pitch; found by default. modes: the
-    most partials to look for, 60. start, duration: use each note from `start` (0.02 s) after its attack, for `duration`
-    (5 s) at most. channel: from 1; by default the loudest.
+    Needs SciPy: ``pip install 'livebass[analysis]'``. Call it in the main thread.
 
-    Returns an `Identified`: `partials`, each with frequency (Hz), damping (1/s), their uncertainties and `t60` (s);
-    `law` with f0 (Hz) and B; `string`, from `bass`, as measured; `doubts`, a sentence for each thing left out. Raises
-    ValueError with one line for values out of their limits and, as RecordingError, for recordings it cannot use.
-    Needs SciPy: pip install 'livebass[analysis]'. [main thread]
+    Args:
+        recordings: One or several sound files. Each of their notes is used.
+        bass: Its strings are the guesses to start from.
+        string: Name of the string in `bass`; by default the one tuned nearest.
+        only_string: Keep pluck, pickups and tone of `bass`.
+
+    Keyword Args:
+        note: MIDI note of the open string; found by default.
+        f0: Its frequency to a semitone, Hz, instead of `note`.
+        modes: Highest number of partials to look for (60).
+        start: Start of the part of a note that is used, s after its attack (0.02).
+        duration: Greatest length of that part, s (5).
+        channel: Channel of the files, from 1; by default the loudest.
+
+    Raises:
+        ValueError: A value out of its limits; as RecordingError, recordings that cannot be used.
     """
     asked = Search(**search)
     paths = [Path(r) for r in ([recordings] if isinstance(recordings, str | os.PathLike) else recordings)]

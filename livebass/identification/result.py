@@ -22,24 +22,23 @@ from livebass.units import cents, note_name
 
 @dataclass(frozen=True)
 class Identified:
-    """An open string identified from recordings."""
+    """An open string identified from recordings by `identify`."""
 
-    string: String  # the base preset's, with everything measured and fitted
-    conductance: tuple[tuple[float, float], ...]  # (Hz, m/s/N) of the neck under it; empty: none found
+    string: String  #: the base preset's, with everything measured and fitted
+    conductance: tuple[tuple[float, float], ...]  #: (Hz, m/s/N) of the neck under it; empty: none found
     partials: tuple[Found, ...]
-    law: Law  # describes the partials better ...
-    other: Law  # ... than this one
+    law: Law  #: describes the partials better ...
+    other: Law  #: ... than this one
     takes: tuple[Take, ...]
-    rejected: int  # takes of another pitch, too short, or without enough partials
-    missing: tuple[int, ...]  # partials below the highest, not found or doubtful: `string` takes values from the laws
-    doubts: tuple[str, ...]  # a sentence each: material left out or changed in the recordings, and the reason
-    glides: tuple[Glide | None, ...]  # of the takes: the initial sharpness; already removed from the partials
-    across: Across | None  # how v differs from u; None: no partial is two lines
-    own: Own | None  # the law of v for a preset; None: keep the base preset's
-    level_across: float  # v over u in the base preset; the dampings of `string` are those of u that match it
-    onset: Onset | None = (
-        None  # pluck, pickups and tone from the levels of partials; None: not requested, or impossible
-    )
+    rejected: int  #: takes of another pitch, too short, or without enough partials
+    missing: tuple[int, ...]  #: partials below the highest, not found or doubtful: `string` takes values from the laws
+    doubts: tuple[str, ...]  #: a sentence each: material left out or changed in the recordings, and the reason
+    glides: tuple[Glide | None, ...]  #: of the takes: the initial sharpness; already removed from the partials
+    across: Across | None  #: how v differs from u; None: no partial is two lines
+    own: Own | None  #: the law of v for a preset; None: keep the base preset's
+    level_across: float  #: v over u in the base preset; the dampings of `string` are those of u that match it
+    #: pluck, pickups and tone from the levels of partials; None: not requested, or impossible
+    onset: Onset | None = None
 
 
 def numbers(found: Sequence[Found]) -> Ints:

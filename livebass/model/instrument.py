@@ -186,10 +186,10 @@ class Instrument:
     necks: tuple[Neck, ...]
     output: Output
     player: Player
-    a4: float = A4_HZ  # Hz, of the A above middle C
+    a4: float = A4_HZ  #: Hz, of the A above middle C
     effects: Effects = field(default_factory=Effects)
-    grazed: tuple[Neck, ...] = ()  # grazed by the player's force 1, one per string; empty: its own
-    played: tuple[tuple[str, float], ...] = ()  # parameters that play it (techniques.py), by symbol, and their values
+    grazed: tuple[Neck, ...] = ()  #: grazed by the player's force 1, one per string; empty: its own
+    played: tuple[tuple[str, float], ...] = ()  #: parameters that play it (techniques.py), by symbol, and their values
 
     @property
     def switches(self) -> frozenset[int]:
@@ -218,7 +218,11 @@ class Instrument:
         return any(neck.surface for neck in self.necks)
 
     def string_index(self, name: str) -> int:
-        """Index of the string called `name`, in any case. Raises LookupError with the known names."""
+        """Returns the index of the string called `name`, in any case.
+
+        Raises:
+            LookupError: There is no such string; the message lists the names.
+        """
         names = [s.name for s in self.strings]
         for i, have in enumerate(names):
             if have.casefold() == name.casefold():

@@ -6,14 +6,17 @@ files (preset/keymap.py).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 from livebass.parts import PlayerNumbers
 from livebass.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_STRING, TECHNIQUE_ROWS, Technique
+from livebass.units import note_name
 
 KEYS = 128
+MIDDLE = 60  # the key that one half of the DAWs call C4, the other half C3
+COUNTING = f"{note_name(MIDDLE)} is key {MIDDLE}; DAWs that call it C3 show names an octave lower: E1 as E0"
 # A controller of the pluck position besides the map's, unless a preset sets another
 PLACE = PlayerNumbers.position_controller
 CURVES = {"linear": 1.0, "soft": 0.6, "hard": 1.6}  # exponents
@@ -53,6 +56,16 @@ def _made(name: str, over_notes: bool, keys: Callable[[Technique], tuple[int, ..
 MODO = _made("modo", False, lambda row: row.modo)
 MODO_12 = _made("modo-12", True, lambda row: row.modo_12)  # an octave higher, and more
 MAPS = {keys.name: keys for keys in (MODO, MODO_12)}
+
+
+def named_keys(keys: Sequence[int]) -> str:
+    """Names keys, by `COUNTING`, with their numbers: "D#0 (15)", "G#0 F8 (20 113)"; adjacent keys by their ends."""
+    if not keys:
+        return ""
+    between = " "
+    if len(keys) > 2 and list(keys) == list(range(keys[0], keys[-1] + 1)):
+        keys, between = (keys[0], keys[-1]), " to "
+    return f"{between.join(map(note_name, keys))} ({between.join(map(str, keys))})"
 
 
 def velocity_parts(curve: Curve) -> list[float]:

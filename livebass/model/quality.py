@@ -22,20 +22,20 @@ ENDS_SOON = 5.0
 
 @dataclass(frozen=True)
 class Quality:
-    """A tier: number of modes and contact rate. The same kernel runs them all.
+    """A tier of precision: number of modes, and contact rate. The same kernels compute all tiers.
 
     Contact with enough loss ends soon and is not chaotic: then `damped_rates` suffice. Over a lossless board contact
-    goes on from point to point: it needs the modes and the rate of `on_board`.
+    goes on from point to point, and needs the modes and the rate of `on_board`.
     """
 
     name: str
-    modes: int | None  # of the open string, proportionally fewer on stopped ones; None: all that the grid carries
-    contact_rate: float  # Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
-    on_board: Quality | None = None  # for strings over a lossless board; None: the same
+    modes: int | None  #: of the open string, proportionally fewer on stopped ones; None: all that the grid carries
+    contact_rate: float  #: Hz, 1/dt of eq. 12; the engine takes the next whole multiple of the audio rate
+    on_board: Quality | None = None  #: for strings over a lossless board; None: the same
 
-    # Hz, contact rates over frets and over a board with a loss of ENDS_SOON or more; None: the same
+    #: Hz, contact rates over frets and over a board with a loss of ENDS_SOON or more; None: the same
     damped_rates: tuple[float, float] | None = None
-    exact: bool = False  # all modes in float64, not the lowest alone
+    exact: bool = False  #: all modes in float64, not the lowest alone
 
     def for_contact(self, loss: float, board: bool) -> Quality:
         """Returns the quality for contact with a `board` or with frets whose loss c is `loss`, s/m."""
@@ -46,6 +46,8 @@ class Quality:
         return self
 
 
+#: The three tiers by name, "live", "studio" and "reference", from the coarsest to the finest. `livebass help cost` and
+#: docs/notes/quality.md say how far apart they are.
 QUALITIES = {
     "live": Quality("live", 450, 672e3, on_board=Quality("live", None, 2.5e6), damped_rates=(336e3, 240e3)),
     "studio": Quality("studio", 600, 4e6, on_board=Quality("studio", None, 4e6), damped_rates=(1.344e6, 672e3)),
@@ -55,9 +57,15 @@ AUTO = "auto"  # in place of a name: the quality this machine can run (livebass/
 
 
 def quality_with(name: str, modes: int | None = None, contact_rate: float | None = None) -> Quality:
-    """The tier `name` with `modes` or `contact_rate` (Hz) replaced, also over a board.
+    """Returns the tier `name` with other modes or another contact rate, also over a board.
 
-    Raises ValueError that says what is allowed, for an unknown tier or a value out of range.
+    Args:
+        name: "live", "studio" or "reference".
+        modes: Number of modes of the open string, 1 to 1024; by default the tier's.
+        contact_rate: Fine steps a second during contact, 44 100 to 64 000 000 Hz; by default the tier's.
+
+    Raises:
+        ValueError: An unknown tier, or a value out of these limits.
     """
     one_of("quality", name, QUALITIES)
     quality = QUALITIES[name]

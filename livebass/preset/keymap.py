@@ -15,15 +15,15 @@ Without [strings] and [keys] it takes the keys of `modo`, and without [controlle
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from livebass.model.keymap import KEYS, MAPS, MODO, KeyMap
+from livebass.model.keymap import COUNTING, KEYS, MAPS, MODO, KeyMap
 from livebass.preset.keys import fault, nearest, unknown_name
 from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
 from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
-from livebass.units import note_number, one_line, pitch_name
+from livebass.units import note_name, note_number, one_line, pitch_name
 
 KEY_RULE = f"a key from 0 to {KEYS - 1}, or a list of them"
 CONTROLLER_RULE = f"a controller from 0 to {CHANNEL_MODES - 1} except 6, 38 and 96 to 101, or a list of them"
@@ -53,26 +53,27 @@ def keys_of_player(name_or_path: str, preset: str) -> KeyMap:
 def key_map_text(keys: KeyMap) -> str:
     """The text of a file with this key map and the meaning of each entry: a start for custom maps."""
     lines = [
-        f"# The key map {one_line(keys.name)}. C4 is key 60.",
+        f"# The key map {one_line(keys.name)}. {COUNTING}.",
         f"over_notes = {str(keys.over_notes).lower()}  # true: keys switch although the bass has their notes",
     ]
     strings = [(pitch_name(value), key) for key, name, value in keys.keys if name == "string"]
     lines += ["", "[strings]  # hold: notes are played on this string, by its open note"]
-    lines += [f"{_toml_key(name)} = {key}" for name, key in strings]
+    lines += [f"{_toml_key(name)} = {key}  # {note_name(key)}" for name, key in strings]
     lines += ["", "[keys]"]
     switched = {row.symbol: f"{row.asked}: {row.help}" for row in TECHNIQUE_ROWS.values()}
-    lines += _entries([(key, name) for key, name, value in keys.keys if value in (0, 1) and name != "string"], switched)
+    entries = [(key, name) for key, name, value in keys.keys if value in (0, 1) and name != "string"]
+    lines += _entries(entries, switched, lambda keys: f"{' '.join(map(note_name, keys))}, ")
     lines += ["", "[controllers]"]
-    lines += _entries(list(keys.controllers), {row.symbol: row.help for row in FUNCTION_ROWS.values()})
+    lines += _entries(list(keys.controllers), {row.symbol: row.help for row in FUNCTION_ROWS.values()}, lambda _: "")
     return "\n".join(lines) + "\n"
 
 
-def _entries(rows: list[tuple[int, str]], meanings: dict[str, str]) -> Iterator[str]:
-    """A line for each name: its numbers and meaning."""
+def _entries(rows: list[tuple[int, str]], meanings: dict[str, str], named: Callable[[list[int]], str]) -> Iterator[str]:
+    """A line for each name: its numbers, how they are `named`, and its meaning."""
     for name, meaning in meanings.items():
         numbers = [number for number, other in rows if other == name]
         if numbers:
-            yield f"{name} = {numbers[0] if len(numbers) == 1 else numbers}  # {meaning}"
+            yield f"{name} = {numbers[0] if len(numbers) == 1 else numbers}  # {named(numbers)}{meaning}"
 
 
 def _toml_key(name: str) -> str:

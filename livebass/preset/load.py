@@ -20,7 +20,7 @@ LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 
 
 def preset_names() -> list[str]:
-    """Names of the shipped basses, sorted."""
+    """Returns the names of the shipped basses, sorted."""
     return _names_in(shipped())
 
 
@@ -41,10 +41,17 @@ def load_preset(
     a4: float | str | None = None,
     temperament: str | Sequence[float] | None = None,
 ) -> Instrument:
-    """Loads the instrument of a shipped preset, or of a file: a path ends in .toml or has a /.
+    """Loads a bass: a shipped one by its name, or your own from a TOML file.
 
-    `tuning`, `capo` (a fret), `a4` (Hz) and `temperament` (a name, or cents) replace the file's keys of these names.
-    Raises PresetError with a one-line message if the file cannot be read or anything in it is wrong.
+    Args:
+        name_or_path: Name of a shipped bass, see `preset_names`, or a path, which ends in .toml or has a "/".
+        tuning: Replaces the file's key: a name such as "drop-d", or the notes of the strings, lowest first.
+        capo: Replaces the file's key: the capo's fret.
+        a4: Replaces the file's key: frequency of the A above middle C, Hz.
+        temperament: Replaces the file's key: a name such as "just", or cents off equal temperament.
+
+    Raises:
+        PresetError: The file cannot be read, or something in it is wrong; or an argument is.
     """
     listed = temperament if temperament is None or isinstance(temperament, str) else list(temperament)
     given = {"tuning": tuning, "capo": capo, "a4": a4, "temperament": listed}

@@ -33,7 +33,7 @@ SCALE = "a scale (.scl) is a temperament: give it to --temperament"
 
 
 class PresetError(ValueError):
-    """An unusable preset or key map.
+    """An unusable preset, key map or tuning.
 
     The message is one line: file, section.key, value, and what is allowed.
     """

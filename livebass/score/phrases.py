@@ -40,9 +40,14 @@ SLAP_BENDS = tuple((58 + k / 8, -min(k, 16 - k) / 16) for k in range(17))
 
 
 def demo_score(rate: int, style: str = "finger") -> Score:
-    """A phrase of about nine seconds at `rate` Hz, for a plucked ("finger") or slapped ("slap") bass.
+    """Returns a phrase to try a bass with.
 
-    Or, in about 26 s, one phrase for each technique ("techniques"). Raises ValueError for another style.
+    Args:
+        rate: Sample rate of the frames in the score, Hz.
+        style: "finger" or "slap", about nine seconds each; or "techniques", one phrase for each technique, about 26 s.
+
+    Raises:
+        ValueError: Another style.
     """
     one_of("style", style, STYLES)
     if style == "techniques":

@@ -44,18 +44,26 @@ MOST_NAMED = 8  # parts in an error
 
 
 class ScoreError(ValueError):
-    """An unplayable MIDI file. The message is one line: file, place, and what is allowed."""
+    """A MIDI file or tablature that cannot be played. The message is one line: file, place, and what is allowed."""
 
 
 def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "auto") -> Score:
-    """The bass part of a Standard MIDI File in frames at `rate` Hz; `path` "-" is standard input.
+    """Reads the bass part of a Standard MIDI File.
 
-    `channel` "auto" takes the notes with programs 33 to 40, counted from 1 (the General MIDI basses); if there are
-    none, tracks called bass, else a zone without a program, else the only part that is not drums, or the lowest part
-    without a program in a bass's range. From a take, recorded by `livebass play`, it takes all, and the basses that it
-    names. "all" takes everything but drums; 1 to 16 takes that channel. Controllers come from the channels of these
-    notes and of their zone: the channels that controller 126 assigns to strings or RPN 6 to notes, which share the
-    program of any of them. Raises ScoreError for an unplayable file, and ValueError for an invalid rate or channel.
+    From a take, recorded by `livebass play`, "auto" reads all notes, and the basses that it names. Controllers come
+    from the channels of the notes and of their zone: the channels that controller 126 assigns to strings or RPN 6 to
+    notes, which share the program of any of them.
+
+    Args:
+        path: The file; "-" is standard input.
+        rate: Sample rate of the frames in the score, a whole number of Hz from 8000 to 192 000.
+        channel: 1 to 16 reads that channel, "all" everything but drums. "auto" reads the notes with programs 33 to 40,
+            counted from 1 (the General MIDI basses). Without any, it reads tracks called bass, else a zone without a
+            program, else the only part that is not drums, or the lowest part without a program in a bass's range.
+
+    Raises:
+        ScoreError: The file cannot be played.
+        ValueError: An invalid rate or channel.
     """
     return score_in(None, Path(path), rate, channel)
 

@@ -53,23 +53,23 @@ class TakenBass:
 class Score:
     """The notes and controllers to play, as channel messages with times.
 
-    They keep a program change only after the first note, and if it changes the program.
+    It keeps a program change only after the first note, and if it changes the program.
     """
 
-    frames: NDArray[np.int64]  # (n,) sample frames at `rate`, ascending
-    messages: NDArray[np.uint8]  # (n, 3) MIDI status and data; unused data is 0
-    end_frame: int  # of the last message, where the tail begins
-    notes: int  # number of note-ons
-    name: str  # of the piece, for messages
-    rate: int  # Hz
-    program: int | None = None  # first General MIDI program of a file, from 0; None: the file sets none
-    remarks: tuple[str, ...] = ()  # a line each: harmless damage in the file, and the chosen parts
-    basses: tuple[TakenBass, ...] = ()  # named in a take: chosen by `program` and the program changes
-    file_end: int = 0  # frame at the end of the file, including other parts; 0: no file
-    foreign: bool = False  # read from a file that is not a livebass take: its low keys may be notes (low_keys.py)
-    raised: int = 0  # notes that were too low and moved up by octaves
-    left_out: int = 0  # key switches of another instrument (low_keys.py)
-    beats: tuple[tuple[int, bool], ...] = ()  # (frame, whether a bar begins) of each beat, if the file has bars
+    frames: NDArray[np.int64]  #: (n,) sample frames at `rate`, ascending
+    messages: NDArray[np.uint8]  #: (n, 3) MIDI status and data; unused data is 0
+    end_frame: int  #: of the last message, where the tail begins
+    notes: int  #: number of note-ons
+    name: str  #: of the piece, for messages
+    rate: int  #: Hz
+    program: int | None = None  #: first General MIDI program of a file, from 0; None: the file sets none
+    remarks: tuple[str, ...] = ()  #: a line each: harmless damage in the file, and the chosen parts
+    basses: tuple[TakenBass, ...] = ()  #: named in a take: chosen by `program` and the program changes
+    file_end: int = 0  #: frame at the end of the file, including other parts; 0: no file
+    foreign: bool = False  #: read from a file that is not a livebass take: its low keys may be notes (low_keys.py)
+    raised: int = 0  #: notes that were too low and moved up by octaves
+    left_out: int = 0  #: key switches of another instrument (low_keys.py)
+    beats: tuple[tuple[int, bool], ...] = ()  #: (frame, whether a bar begins) of each beat, if the file has bars
 
     @property
     def changes(self) -> list[tuple[int, int]]:
@@ -78,13 +78,23 @@ class Score:
         return list(zip(self.frames[changed].tolist(), self.messages[changed, 1].tolist(), strict=True))
 
     def on_one_bass(self) -> Score:
-        """The score without its program changes and the basses they choose."""
+        """Returns the score without its program changes and the basses that they choose."""
         kept = self.messages[:, 0] & 0xF0 != PROGRAM
         return replace(self, frames=self.frames[kept], messages=self.messages[kept], basses=())
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
-    """One note of `duration` s. `note` 0 to 127, `velocity` 1 to 127. Raises ValueError like `score_of`."""
+    """Returns a score of one note.
+
+    Args:
+        note: MIDI note, 0 to 127; C4 is 60.
+        velocity: 1 to 127.
+        duration: Seconds until the note-off.
+        rate: Sample rate of the frames in the score, Hz.
+
+    Raises:
+        ValueError: As `score_of`.
+    """
     return score_of([(0.0, duration, note, velocity)], rate, name=f"note {note}")
 
 
@@ -95,11 +105,17 @@ def score_of(
     name: str = "notes",
     controls: Iterable[tuple[float, int, int]] = (),
 ) -> Score:
-    """A score from (start s, length s, note 0 to 127, velocity 1 to 127), in any order.
+    """Returns a score of notes that you list.
 
-    `bends` are (time s, position -1 to 1 of the pitch wheel), `controls` (time s, controller, value, 0 to 127 each).
-    Raises ValueError for values out of range, and for a rate that is not a whole number of Hz from LEAST_RATE to
-    MOST_RATE.
+    Args:
+        notes: (start in s, length in s, MIDI note 0 to 127, velocity 1 to 127) of each note, in any order.
+        rate: Sample rate of the frames in the score, a whole number of Hz from 8000 to 192 000.
+        bends: (time in s, position -1 to 1) of each move of the pitch wheel.
+        name: Name of the piece, for messages.
+        controls: (time in s, controller 0 to 127, value 0 to 127) of each controller message.
+
+    Raises:
+        ValueError: A value out of these limits.
     """
     checked_rate(rate)
     events: list[Event] = []

@@ -83,14 +83,23 @@ def read_tab(
     preset: str | None = None,
     **tuning: Any,
 ) -> tuple[Instrument, Score]:
-    """The bass of a tablature, tuned as the file says, and its notes as a score in frames at `rate` Hz.
+    """Reads the bass of a tablature: the bass that it asks for, tuned as the file says, and its notes.
 
-    path: a Guitar Pro or MusicXML file; "-" is standard input. track: its name, or its number from 1; by default the
-    bass. bars: those to play, numbered from 0, once each; by default all, with repeats. dynamics: dB, -12 to 12, that
-    change the force of every note. preset: the bass that plays, by default one with as many strings. tuning: `tuning`,
-    `capo`, `a4` and `temperament` as in `load_preset`, in place of the file's. `score.remarks` says what is played.
+    `Score.remarks` of the score says what is played. Needs the extra `tab`.
 
-    Raises ScoreError for a file that cannot be played, PresetError, and LookupError without the extra `tab`.
+    Args:
+        path: A Guitar Pro or MusicXML file; "-" is standard input.
+        rate: Sample rate of the frames in the score, Hz.
+        track: Name of a track, or its number from 1; by default the bass.
+        bars: Bars to play, numbered from 0, once each; by default all, with repeats.
+        dynamics: Changes the force of every note, -12 to 12 dB.
+        preset: The bass that plays; by default one with as many strings.
+        **tuning: `tuning`, `capo`, `a4` and `temperament` as in `load_preset`, in place of the file's.
+
+    Raises:
+        ScoreError: The file cannot be played.
+        PresetError: As `load_preset`.
+        LookupError: The extra `tab` is not installed.
     """
     data = file_bytes(Path(path))
     if not is_tab(data):

@@ -16,7 +16,7 @@ import soundfile
 from support.command import BASS, CHORD, GOOD, HEAD, NOTE, Run, assert_one_clear_line, cli_text, small_files, song
 from support.costs import quick
 from support.engine import FakeEngine
-from support.needs import CLOSED
+from support.needs import CLOSED, HANGUP
 
 from livebass.compiling import library
 from livebass.files import OutputError, checked_place
@@ -242,10 +242,10 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path) -> None:
     quick(
         [
             (number, status, again)
-            for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129))
+            for number, status in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (HANGUP, 128 + HANGUP))
             for again in ((), (0.05,), (0.002, 0.2, 0.1))
         ],
-        always=[(signal.SIGINT, 130, ()), (signal.SIGTERM, 143, (0.002, 0.2, 0.1)), (signal.SIGHUP, 129, ())],
+        always=[(signal.SIGINT, 130, ()), (signal.SIGTERM, 143, (0.002, 0.2, 0.1)), (HANGUP, 128 + HANGUP, ())],
     ),
 )
 def test_an_interrupt_leaves_nothing(tmp_path: Path, number: int, status: int, again: tuple[float, ...]) -> None:

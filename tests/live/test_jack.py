@@ -21,7 +21,7 @@ import pytest
 import soundfile
 from support.jack import JACK_PERIOD, JACK_RATE, PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import QUICK, offline
-from support.needs import missing, package
+from support.needs import HANGUP, missing, package
 
 from livebass import load_preset
 from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
@@ -121,7 +121,7 @@ def test_a_busy_interpreter_loses_nothing(server: SimpleNamespace, bass: Any) ->
     raise AssertionError(f"frames lost when idle and when busy: {tries}")
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, HANGUP])
 def test_a_take_survives_the_signal_that_ends_it(server: SimpleNamespace, tmp_path: Path, number: int) -> None:
     take = tmp_path / "take.wav"
     log = tmp_path / "log"

@@ -8,7 +8,7 @@ import pytest
 from support.command import Run
 
 from livebass import PresetError, load_preset
-from livebass.model.keymap import MAPS, MODO
+from livebass.model.keymap import COUNTING, MAPS, MODO, named_keys
 from livebass.preset.keymap import key_map_text, load_key_map
 from livebass.preset.load import preset_text
 
@@ -107,3 +107,13 @@ def test_a_curve_that_is_none(bad: str, tmp_path: Path) -> None:
 def test_a_curve_of_the_command_line_that_is_none(bad: str, tmp_path: Path, run: Run) -> None:
     status, _, err = run("render", "--note", "E1", "--velocity-curve", bad, "-o", tmp_path / "a.wav")
     assert status == 2 and err.count("\n") == 1 and "must be linear, soft, hard" in err and bad in err
+
+
+def test_keys_have_names_and_numbers() -> None:
+    """By the counting in which key 60 is C4; a sentence gives the other, of half of the DAWs."""
+    assert named_keys((28,)) == "E1 (28)" and named_keys((20, 113)) == "G#0 F8 (20 113)" and named_keys(()) == ""
+    assert named_keys(range(89, 113)) == "F6 to E8 (89 to 112)" and named_keys((89, 90)) == "F6 F#6 (89 90)"
+    assert COUNTING == "C4 is key 60; DAWs that call it C3 show names an octave lower: E1 as E0"
+    text = key_map_text(load_key_map("modo"))
+    assert COUNTING in text.splitlines()[0] and "\nE = 16  # E0\n" in text and "\npick = 15  # D#0, press: " in text
+    assert "\nthumb_on_all = [20, 113]  # G#0 F8, press: " in text and "\nplace = 3  # plucking" in text

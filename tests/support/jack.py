@@ -233,6 +233,8 @@ def free_dead_servers() -> None:
 
 def leave_nothing() -> None:
     """Ends the lasting server. Removes what servers share, if none lives and no other process looks at it."""
+    if not SHARED.is_dir():
+        return
     for process in LASTING:
         _end(process)
     ENDS.close()

@@ -5,12 +5,14 @@ A Python package may be installed and yet fail to load, as its wheel does not ca
 
 from __future__ import annotations
 
-import importlib
+import importlib.util
 import os
 import shutil
+import signal
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -27,7 +29,23 @@ PROGRAMS = {"cc": COMPILER, "nm": ("nm", "binutils"), "node": ("node", "nodejs")
 OFFERED = ("sounddevice", "jack", "pysfizz", "cc")  # of all these: what tests without real parts can use
 # Where nobody may write, not even root
 CLOSED = Path("/proc" if sys.platform == "linux" else "/System")
+HANGUP = getattr(signal, "SIGHUP", signal.SIGTERM)  # of a closed terminal; Windows has none
+UNIX = ("fcntl", "pty", "resource", "termios", "tty")  # modules that Windows lacks
 CI = "LIVEBASS_NEEDS_"  # begins variables that CI sets: the part is there, and tests that need it may not skip
+
+
+class Lacking(ModuleType):
+    """A module that this system lacks: whatever uses it is skipped."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return missing(f"Python's module {self.__name__}")
+
+
+for unix in UNIX:
+    if not importlib.util.find_spec(unix):
+        sys.modules[unix] = Lacking(unix)
 
 
 def package(name: str, part: str = "JACK") -> Any:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import http.client
+import os
 import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.request
+import webbrowser
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
@@ -17,6 +21,7 @@ from support.browser import PATIENCE
 from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
+from livebass.cli.page import opened
 from livebass.interrupts import StopFlag
 from livebass.web.bench import Source
 from livebass.web.export import page_files
@@ -128,6 +133,51 @@ def test_on_a_fresh_machine_the_page_opens_at_once_and_says_what_it_waits_for(
     for text, part in ((first, "0 %"), (later, "37 %")):
         assert part in text and "Compiling the strings, once" in text and 'http-equiv="refresh" content="1"' in text
     assert 'id="page">' in page and "refresh" not in page
+
+
+@pytest.mark.parametrize("there", ["no browser", "a text browser", "--no-browser"])
+def test_without_a_browser_the_address_answers_while_the_kernels_compile(tmp_path: Path, there: str) -> None:
+    """A text browser cannot show the page, and Python's webbrowser waits until it is closed: compiling never began."""
+    if sys.platform != "linux" and there != "--no-browser":
+        pytest.skip("the system opens its browser here, whatever is on the path")
+    started, programs = tmp_path / "started", tmp_path / "programs"
+    programs.mkdir()
+    if there == "a text browser":
+        (programs / "w3m").write_text(f"#!/bin/sh\n: >'{started}'\nexec sleep 5\n")
+        (programs / "w3m").chmod(0o755)
+    line = [sys.executable, "-m", "livebass", "page", "-p", "slap", *(["--no-browser"] * (there == "--no-browser"))]
+    absent = {"DISPLAY", "WAYLAND_DISPLAY", "BROWSER"}
+    env = {name: value for name, value in os.environ.items() if name not in absent}
+    env |= {"PATH": f"{programs}{os.pathsep}/bin", "NUMBA_CACHE_DIR": str(tmp_path / "cold")}
+    process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env)
+    try:
+        assert process.stdout is not None and process.stderr is not None
+        with urllib.request.urlopen(process.stdout.readline().strip(), timeout=PATIENCE) as answer:
+            assert b"Compiling the strings, once" in answer.read()
+        told = process.stderr.readline()
+        if there != "--no-browser":
+            assert told == "no browser could be opened: open the address yourself\n"
+            told = process.stderr.readline()
+        assert told.startswith("compiling the kernels, once") and not started.exists()
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE)
+        assert (process.returncode, out, err) == (130, "", "livebass: error: interrupted\n")
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_browser_that_returns_when_it_is_closed_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    closed = threading.Event()
+    monkeypatch.setattr("livebass.cli.page.STARTS", 0.05)
+    monkeypatch.setattr(webbrowser, "get", lambda: webbrowser.GenericBrowser("firefox"))
+    monkeypatch.setattr(webbrowser, "open", lambda _: closed.wait(PATIENCE))
+    assert opened("http://there/")
+    closed.set()
+    monkeypatch.setattr("livebass.cli.page.STARTS", PATIENCE)
+    for answer in (True, False):
+        monkeypatch.setattr(webbrowser, "open", lambda _, answer=answer: answer)
+        assert opened("http://there/") is answer
 
 
 @pytest.mark.parametrize(
