@@ -515,6 +515,31 @@ def test_the_program_is_the_same_whoever_compiles_what(tmp_path: Path) -> None:
     assert not needs and all(f"lb_{name}".encode() in data for name in ("first", "second", "third"))
 
 
+FLAGS = """
+from llvmlite import ir
+from livebass.compiling import lowering
+lowering.only_text()
+from numba.core.fastmathpass import FastFloatBinOpVisitor
+double, texts = ir.DoubleType(), set()
+for flags in (["reassoc", "arcp", "nsz"], ["nsz", "reassoc", "arcp"]):
+    module = ir.Module()
+    function = ir.Function(module, ir.FunctionType(double, [double, double]), "f")
+    builder = ir.IRBuilder(function.append_basic_block())
+    builder.ret(builder.fadd(*function.args))
+    FastFloatBinOpVisitor(flags).visit(module)
+    texts.add(str(module))
+(text,) = texts
+print(text)
+"""
+
+
+def test_flags_of_operations_have_one_order() -> None:
+    """numba takes them from a set; the order of a set of constants depends on the process that wrote the bytecode."""
+    done = subprocess.run([sys.executable, "-c", FLAGS], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "fadd arcp nsz reassoc double" in done.stdout
+
+
 def test_shortcuts_through_numba_change_no_text() -> None:
     code = (
         "import sys; from livebass.compiling import lowering; from livebass.kernels.pickup.coil import fit_coil\n"

@@ -19,6 +19,7 @@ from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from oldest import requirements
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -52,8 +53,7 @@ def main() -> None:
     extras = project["optional-dependencies"]
     if unknown := [name for name in sys.argv[1:] if name not in extras]:
         sys.exit(f"tools/available: EXTRA must be one of {', '.join(extras)}, not {unknown[0]}")
-    asked = [*project["dependencies"], *(text for name in sys.argv[1:] or extras for text in extras[name])]
-    needed = [text for text in asked if canonicalize_name(Requirement(text).name) != "livebass"]
+    needed = requirements(project, sys.argv[1:] or extras)
     pythons = [given[1] for text in project["classifiers"] if (given := VERSION.match(text))]
     columns = [(system, python) for system in SYSTEMS for python in pythons]
     with ThreadPoolExecutor(4) as pool:
@@ -83,11 +83,9 @@ def wheels(needed: Iterable[str], system: str, python: str) -> dict[str, str]:
                 extras.setdefault(name, set()).update(one.extras)
                 changed.add(name)
         new = []
-        for name, version, requirements in chosen(
-            [sorted(wanted[name]) for name in sorted(changed)], platforms, python
-        ):
+        for name, version, further in chosen([sorted(wanted[name]) for name in sorted(changed)], platforms, python):
             found[name] = version
-            new += [(text, name) for text in requirements]
+            new += [(text, name) for text in further]
     return found
 
 
@@ -117,12 +115,9 @@ def chosen(wanted: list[list[str]], platforms: list[str], python: str) -> list[t
 
 
 def described(metadata: dict[str, object]) -> tuple[str, str, list[str]]:
-    requirements = metadata.get("requires_dist")
-    return (
-        canonicalize_name(str(metadata["name"])),
-        str(metadata["version"]),
-        list(requirements) if isinstance(requirements, list) else [],
-    )
+    further = metadata.get("requires_dist")
+    name, version = str(canonicalize_name(str(metadata["name"]))), str(metadata["version"])
+    return name, version, list(further) if isinstance(further, list) else []
 
 
 def table(columns: list[tuple[str, str]], found: list[dict[str, str]]) -> str:

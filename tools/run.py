@@ -8,6 +8,7 @@ check           runs the linters and type checkers
 wheel           builds a wheel per system, and the plugins' zip archives
 release         checks, tests and builds all files of a release
 available       looks up whether all packages have wheels, for every Python and system
+oldest, newest  runs the tests with the oldest or newest packages that pyproject.toml allows
 site            builds the site
 install EXTRA   installs extras of pyproject.toml
 
@@ -23,6 +24,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import unquote, urlparse
 from urllib.request import url2pathname
@@ -212,13 +214,13 @@ def test(arguments: list[str]) -> None:
     become(*command, MPLBACKEND="Agg")
 
 
-def program(name: str, *extras: str) -> None:
+def program(name: str, *extras: str, first: Sequence[str] = ()) -> None:
     """Runs a program of tools in .venv with `extras`, all of which it needs."""
     make_venv()
     say(f"Installing what tools/{name} needs into .venv, unless it is there ...")
     if missing := install(*extras):
         raise Failed(f"tools/{name} needs {', '.join(missing)}, which pip cannot install here. Log: {LOG}")
-    become(PYTHON, f"tools/{name}.py", *sys.argv[2:])
+    become(PYTHON, f"tools/{name}.py", *first, *sys.argv[2:])
 
 
 def install_extras(extras: list[str]) -> None:
@@ -234,6 +236,8 @@ COMMANDS = {
     "wheel": lambda _: program("wheels", "wheel"),
     "release": lambda _: program("release", "wheel"),
     "available": lambda _: program("available"),
+    "oldest": lambda _: program("oldest", "test"),
+    "newest": lambda _: program("oldest", "test", first=["--newest"]),
     "site": lambda _: program("site", "site"),
     "install": install_extras,
 }

@@ -137,7 +137,7 @@ def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.sile
 def only_text() -> tuple[dict[str, str], dict[str, str]]:
     """Makes numba stop at the text of definitions and declarations; returns their dicts, by name. Call it first."""
     from llvmlite import ir
-    from numba.core import base, codegen, funcdesc, inline_closurecall, ir_utils, lowering
+    from numba.core import base, codegen, fastmathpass, funcdesc, inline_closurecall, ir_utils, lowering
 
     from livebass.compiling import by_numba
 
@@ -191,6 +191,9 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
     context: Any = base.BaseContext
     nowhere = ir.IntType(64)(NO_ADDRESS).inttoptr(ir.IntType(8).as_pointer())
     context.add_dynamic_addr = lambda self, builder, address, info: nowhere
+    flags: Any = fastmathpass.FastFloatBinOpVisitor
+    # numba takes flags in the order of a set, which for a set of constants depends on who wrote the bytecode
+    flags.__init__ = lambda self, given: setattr(self, "flags", sorted(given))
     names: Any = funcdesc
     names.default_mangler = lambda name, arguments, *, abi_tags=(), uid=None: (
         f"_ZN{name}.{uid}-{hashlib.sha256(repr((arguments, abi_tags)).encode()).hexdigest()[:16]}"
