@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 
 from livebass.bench.measured import waveform_rows, waveform_sentence
-from livebass.cli.messages import keys_text, meaning
+from livebass.cli.messages import meaning
 from livebass.extras import USES
 from livebass.model.keymap import MODO, named_keys
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
@@ -43,8 +43,8 @@ def short_table() -> str:
     """
     rows: list[tuple[str, ...]] = [("technique", "key", "C4 is 60", "C3 is 60", "controller")]
     for row in (TECHNIQUE_ROWS[button.symbol] for button in BUTTONS):
-        key = f"{row.asked} {keys_text(row.modo)}" if row.modo else ""
-        named = (", ".join(f"{pitch_name(k)}{k // 12 - below}" for k in row.modo) for below in (1, 2))
+        key = f"{row.asked} {' '.join(map(str, row.modo))}" if row.modo else ""
+        named = (" ".join(f"{pitch_name(k)}{k // 12 - below}" for k in row.modo) for below in (1, 2))
         rows.append((row.name, key, *named, controller_of(row)))
     return table(*rows)
 

@@ -86,13 +86,6 @@ def switches(row: Technique) -> list[tuple[str, str, str]]:
     ]
 
 
-def keys_text(keys: tuple[int, ...]) -> str:
-    """The keys of a technique; adjacent keys by their ends."""
-    if len(keys) > 2 and keys == tuple(range(keys[0], keys[-1] + 1)):
-        return f"{keys[0]} to {keys[-1]}"
-    return " ".join(map(str, keys))
-
-
 def meaning(row: Technique) -> str:
     """Explains the effect of a technique, and its values."""
     values = {ON_STRING: f": {open_notes(row)}", HAND_AT: f", 1 to {FRETS}"}
