@@ -1,4 +1,4 @@
-"""MIDI ports by python-rtmidi, here ports of the JACK server: a test machine has no MIDI of its own."""
+"""MIDI ports: of the JACK server, and of a system made for the test, as a test machine has no MIDI of its own."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import contextlib
 import re
 import signal
 import time
+from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -18,26 +19,33 @@ from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_ta
 
 from livebass.bench.jack import new_client
 from livebass.live.lost import MidiLost
-from livebass.live.midi import THROUGH, MidiPort, alsa_sources, bare, find_port, is_message, port_names
+from livebass.live.midi import THROUGH, MidiPort, bare, find_port, port_names
 from livebass.live.synth import Synth
+from livebass.live.systemmidi import alsa_sources, is_message
 from livebass.live.thread.ring import unread
 
 ON, OFF = [0x90, 40, 100], [0x80, 40, 0]
 
 
 class Source:
-    """A MIDI device: a virtual output of rtmidi."""
+    """A MIDI device: a client of the JACK server, with an output."""
 
     def __init__(self, name: str = "test-keys") -> None:
-        import rtmidi
+        self.client = new_client(name)
+        self.port = self.client.midi_outports.register("out")
+        self.queue: deque[list[list[int]]] = deque()  # the messages of each next period
+        self.client.set_process_callback(self._process)
+        self.client.activate()
 
-        self.out = rtmidi.MidiOut(rtapi=rtmidi.API_UNIX_JACK, name=name)
-        self.out.open_virtual_port("out")
-        wait_for(lambda: any(name in port for port in port_names()))
+    def _process(self, _frames: int) -> None:
+        self.port.clear_buffer()
+        for offset, message in enumerate(self.queue.popleft() if self.queue else []):
+            self.port.write_midi_event(offset, message)
 
     def send(self, *messages: list[int]) -> None:
-        for message in messages:
-            self.out.send_message(message)
+        """Sends messages, all in one period."""
+        self.queue.append(list(messages))
+        wait_for(lambda: not self.queue)
 
     def reach(self, synth: Synth, message: list[int]) -> None:
         """Sends `message` until it arrives: a server drops input during the cycle that connects two ports."""
@@ -49,23 +57,22 @@ class Source:
         raise AssertionError("waited in vain")
 
     def unplug(self) -> None:
-        if self.out is not None:
-            self.out.close_port()
-            self.out.delete()
-            self.out = None
+        if self.client is not None:
+            self.client.deactivate()
+            self.client.close()
+            self.client = None
 
 
 @pytest.fixture
 def source(server: SimpleNamespace) -> Iterator[Source]:
-    pytest.importorskip("rtmidi")
     made = Source()
     yield made
     made.unplug()
 
 
 def arrived(synth: Synth) -> list[list[int]]:
-    """The messages waiting in the synth's first ring."""
-    return [message for _, *message in unread(synth.rings[0])]
+    """The messages waiting in the synth's rings of Python and JACK."""
+    return [message for ring in (0, 2) for _, *message in unread(synth.rings[ring])]
 
 
 def test_notes_arrive(source: Source) -> None:
@@ -108,7 +115,6 @@ def test_unplugged_and_plugged_again(source: Source) -> None:
 
 
 def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: SimpleNamespace) -> None:
-    pytest.importorskip("rtmidi")
     synth = Synth(48000)
     port = MidiPort(synth, None, 64)
     source = None
@@ -131,7 +137,6 @@ def test_without_a_device_there_is_a_virtual_port_until_one_comes(server: Simple
 @pytest.mark.parametrize("first", ["by hand", "by livebass"])
 def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first: str) -> None:
     """It is connected to the virtual port before or after livebass opens it."""
-    pytest.importorskip("rtmidi")
     synth = Synth(48000)
     port = MidiPort(synth, None, 64)
     source = None
@@ -143,7 +148,7 @@ def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first
         ours = client.get_ports("^livebass[^:]*:livebass$", is_midi=True, is_input=True)[0]
         theirs = client.get_ports("test-keys", is_midi=True, is_output=True)[0]
         client.connect(theirs, ours)
-        wait_for(port._connected_by_hand)
+        wait_for(port._ports.by_hand)
         said = port.look() or ""
         assert ("connected to the virtual port" in said) == (first == "by livebass")
         assert port.look() is None and port.name == "virtual port livebass"
@@ -158,7 +163,7 @@ def test_a_source_connected_by_hand_is_heard_once(server: SimpleNamespace, first
                 break
         assert heard == [ON, OFF]
         client.disconnect(theirs, ours)
-        wait_for(lambda: not port._connected_by_hand())
+        wait_for(lambda: not port._ports.by_hand())
         assert "test-keys" in (port.look() or ""), "free again"
     finally:
         client.close()
