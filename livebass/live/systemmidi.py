@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import os
 import re
 import time
 from collections.abc import Callable, Sequence
@@ -13,12 +15,13 @@ from livebass.live.guards import call_with_timeout, silenced_stderr
 from livebass.live.lost import MidiLost, one_line
 from livebass.live.synth import Synth
 
-CLIENT = "livebass"
+CLIENT, IN = "livebass", "in"  # names of the client and its virtual port, and of the port that opens another
 SYSTEMS = {"alsa": "ALSA's sequencer"}  # by RtMidi's names
 OTHERS = ("jack", "dummy", "web")  # RtMidi's: JACK has its own client here, see jackmidi.py
 ALSA_CLIENTS = Path("/proc/asound/seq/clients")
-ALSA_LIBRARY = "libasound.so"
-QUIET = 0.05  # s in which a callback that has begun ends
+ALSA_LIBRARY = "libasound.so.2"
+DUPLEX = 3  # SND_SEQ_OPEN_DUPLEX
+QUIET, LONGEST_QUEUE = 0.05, 1.0  # s without a message until all that have come are heard; at most
 
 
 class SystemMidi:
@@ -30,10 +33,12 @@ class SystemMidi:
 
     synth: Synth
     delay = 0
+    _count = 0  # messages heard
 
     def __init__(self) -> None:
         self._rtmidi = rtmidi_library()
         self._api = None
+        self._errors: list[str] = []  # of opening a port
         self._looker = self._new_input(f"{CLIENT}-look")
         self._in: Any = None
         self._virtual: Any = None
@@ -49,10 +54,19 @@ class SystemMidi:
                     made = rtmidi.MidiIn(api, name)
             except RuntimeError:  # names the library's functions
                 continue
+            made.set_error_callback(self._failed)
             self._api = api
             return made
         tried = " or ".join(SYSTEMS.get(known[api], rtmidi.get_api_display_name(api)) for api in apis)
         raise MidiLost(f"no answer from {tried or 'supriya-midi, which was built without a MIDI system'}")
+
+    def _failed(self, kind: Any, text: str, _data: object) -> None:
+        """Keeps an error for `_listen`: raised on RtMidi's thread, as supriya-midi would, it would end the process.
+
+        [any thread]
+        """
+        if kind not in (self._rtmidi.RtMidiErrorType.WARNING, self._rtmidi.RtMidiErrorType.DEBUG_WARNING):
+            self._errors.append(text)
 
     def names(self) -> list[str]:
         """Returns the names of all ports but livebass' own."""
@@ -60,25 +74,21 @@ class SystemMidi:
 
     def _all_names(self, port: Any) -> list[str]:
         """The names by number; "" for a port that has vanished in between."""
-
-        def name_of(number: int) -> str:
-            try:
-                return str(port.get_port_name(number))
-            except self._rtmidi.RtMidiError:
-                return ""
-
         with silenced_stderr():
-            return [name_of(number) for number in range(port.get_port_count())]
+            return [port.get_port_name(number) for number in range(port.get_port_count())]
 
     def _listen(self, open_port: Callable[[Any], None], failed: str) -> Any:
         """A new input, opened by `open_port` and heard. Raises MidiLost, which begins with `failed`."""
         port = self._new_input(CLIENT)
         try:
+            self._errors.clear()
             port.set_callback(self._heard)
             with silenced_stderr():
                 open_port(port)
-        except (NotImplementedError, self._rtmidi.RtMidiError, RuntimeError, ValueError, OSError) as error:
-            _delete(port)
+            if self._errors:
+                raise ValueError(self._errors[0])
+        except (NotImplementedError, ValueError) as error:
+            self._end([port])
             raise MidiLost(f"{failed}: {one_line(error)}") from None
         return port
 
@@ -87,7 +97,7 @@ class SystemMidi:
 
         def open_port(port: Any) -> None:
             number = self._all_names(port).index(name)
-            port.open_port(number, "in")
+            port.open_port(number, IN)
             if port.get_port_name(number) != name:
                 raise ValueError("other ports have come or gone")
 
@@ -102,10 +112,11 @@ class SystemMidi:
         """Closes the port that `open` opened."""
         port, self._in = self._in, None
         if port is not None:
-            _delete(port)
+            self._end([port], IN)
 
     def _heard(self, message: Sequence[int], _since: float, _data: object) -> None:
         """Plays a message. [RtMidi's thread]"""
+        self._count += 1
         if is_message(message):
             status, first, second = (*message, 0)[:3]
             self.synth.receive(status, first, second, self.synth.frame_now(self.delay))
@@ -122,26 +133,23 @@ class SystemMidi:
         ports = [port for port in (self._in, self._virtual, self._looker) if port is not None]
         self._in = self._virtual = self._looker = None
 
-        def end() -> None:
+        call_with_timeout(lambda: self._end(ports, IN, CLIENT), ports)
+
+    def _end(self, ports: list[Any], *names: str) -> None:
+        """Closes inputs for good; ALSA's ports with these `names` are disconnected first.
+
+        supriya-midi keeps Python's lock while it waits for the thread that calls back. That thread waits for the lock
+        if a message has just come. The library cannot disconnect a port without closing it.
+        """
+        if disconnect(*names):
+            heard, end = -1, time.monotonic() + LONGEST_QUEUE
+            while heard != self._count and time.monotonic() < end:
+                heard = self._count
+                time.sleep(QUIET)
+        with silenced_stderr():
             for port in ports:
-                _delete(port)
-
-        call_with_timeout(end, ports)
-
-
-def _delete(port: Any) -> None:
-    """Closes an input for good.
-
-    supriya-midi keeps Python's lock while it waits for the thread that calls back, which waits for the lock if a
-    message has just come. So the callbacks end first.
-    """
-    with silenced_stderr():
-        heard = port._callback  # must outlive a callback that has begun
-        port.cancel_callback()
-        time.sleep(QUIET)
-        port.close_port()
-        port.delete()
-        del heard
+                port.close_port()
+                port.delete()
 
 
 def is_message(message: Sequence[int]) -> bool:
@@ -153,16 +161,51 @@ def is_message(message: Sequence[int]) -> bool:
 
 def alsa_sources(clients: str) -> frozenset[str]:
     """Returns the addresses (client:port) connected to a virtual port of livebass, from ALSA's list of `clients`."""
-    client = port = ""
-    found: set[str] = set()
+    return frozenset(source for _, source in alsa_connections(clients, CLIENT))
+
+
+def alsa_connections(clients: str, *ports: str) -> list[tuple[str, str]]:
+    """Returns the addresses (client:port) of livebass' `ports` and of a source for each of their connections."""
+    found, client, number, name, port = [], "", "", "", ""
     for line in clients.splitlines():
-        if named := re.match(r'Client +\d+ : "(.*)"', line):
-            client = named[1]
-        elif named := re.match(r' +Port +\d+ : "(.*)"', line):
-            port = named[1]
-        elif "Connected From:" in line and client == port == CLIENT:
-            found.update(re.findall(r"\d+:\d+", line))
-    return frozenset(found)
+        if named := re.match(r'Client +(\d+) : "(.*)"', line):
+            number, client = named.groups()
+        elif named := re.match(r' +Port +(\d+) : "(.*)"', line):
+            port, name = named.groups()
+        elif "Connected From:" in line and client == CLIENT and name in ports:
+            found += [(f"{number}:{port}", source) for source in re.findall(r"\d+:\d+", line)]
+    return found
+
+
+def disconnect(*ports: str) -> bool:
+    """Disconnects this process's ALSA ports with these names; returns whether one was connected."""
+    try:
+        connections = alsa_connections(ALSA_CLIENTS.read_text(errors="replace"), *ports)
+        alsa = ctypes.CDLL(ALSA_LIBRARY) if connections else None
+    except OSError:
+        return False
+    seq, info, wire = ctypes.c_void_p(), ctypes.c_void_p(), ctypes.c_void_p()
+    if alsa is None or alsa.snd_seq_open(ctypes.byref(seq), b"default", DUPLEX, 0) < 0:
+        return False
+    try:
+        alsa.snd_seq_client_info_malloc(ctypes.byref(info))
+        alsa.snd_seq_port_subscribe_malloc(ctypes.byref(wire))
+        for ours, source in connections:
+            alsa.snd_seq_get_any_client_info(seq, int(ours.partition(":")[0]), info)
+            if alsa.snd_seq_client_info_get_pid(info) == os.getpid():
+                alsa.snd_seq_port_subscribe_set_sender(wire, _alsa_address(source))
+                alsa.snd_seq_port_subscribe_set_dest(wire, _alsa_address(ours))
+                alsa.snd_seq_unsubscribe_port(seq, wire)
+    finally:
+        alsa.snd_seq_port_subscribe_free(wire)
+        alsa.snd_seq_client_info_free(info)
+        alsa.snd_seq_close(seq)
+    return True
+
+
+def _alsa_address(text: str) -> Any:
+    """A pointer to the snd_seq_addr_t of an address such as 24:0."""
+    return (ctypes.c_ubyte * 2)(*map(int, text.split(":")))
 
 
 def rtmidi_library() -> Any:
