@@ -57,7 +57,7 @@ class SystemMidi:
             made.set_error_callback(self._failed)
             self._api = api
             return made
-        tried = " or ".join(SYSTEMS.get(known[api], rtmidi.get_api_display_name(api)) for api in apis)
+        tried = " or ".join(SYSTEMS.get(known[api]) or rtmidi.get_api_display_name(api) for api in apis)
         raise MidiLost(f"no answer from {tried or 'supriya-midi, which was built without a MIDI system'}")
 
     def _failed(self, kind: Any, text: str, _data: object) -> None:
@@ -70,7 +70,7 @@ class SystemMidi:
 
     def names(self) -> list[str]:
         """Returns the names of all ports but livebass' own."""
-        return [name for name in self._all_names(self._looker) if not name.startswith(CLIENT)]
+        return [name for name in self._all_names(self._looker) if name and not name.startswith(CLIENT)]
 
     def _all_names(self, port: Any) -> list[str]:
         """The names by number; "" for a port that has vanished in between."""
