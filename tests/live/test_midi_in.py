@@ -432,6 +432,9 @@ Client 128 : "livebass" [User]
 Client 129 : "livebass" [User]
   Port   0 : "in" (-We-)
     Connected From: 32:0[r:0], 33:1
+Client 130 : "other" [User]
+  Port   0 : "in" (-We-)
+    Connected From: 24:0
 """
 
 
