@@ -130,10 +130,10 @@ class SystemMidi:
 
     def close(self) -> None:
         """Closes all ports; safe to call twice."""
-        ports = [port for port in (self._in, self._virtual, self._looker) if port is not None]
+        opened = {IN: self._in, CLIENT: self._virtual, "": self._looker}
+        ports = {name: port for name, port in opened.items() if port is not None}
         self._in = self._virtual = self._looker = None
-
-        call_with_timeout(lambda: self._end(ports, IN, CLIENT), ports)
+        call_with_timeout(lambda: self._end(list(ports.values()), *filter(None, ports)), ports)
 
     def _end(self, ports: list[Any], *names: str) -> None:
         """Closes inputs for good; ALSA's ports with these `names` are disconnected first.
@@ -141,7 +141,7 @@ class SystemMidi:
         supriya-midi keeps Python's lock while it waits for the thread that calls back. That thread waits for the lock
         if a message has just come. The library cannot disconnect a port without closing it.
         """
-        if disconnect(*names):
+        if names and disconnect(*names):
             heard, end = -1, time.monotonic() + LONGEST_QUEUE
             while heard != self._count and time.monotonic() < end:
                 heard = self._count
