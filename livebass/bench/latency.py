@@ -1,9 +1,9 @@
 """`livebass bench latency`: the time from a MIDI note-on to the first sample.
 
-Measured through a running JACK server in both ways to play live: the native client with its own MIDI port, and
-PortAudio's JACK host with rtmidi. A note's frame is the one at which `MidiProbe` puts it into a period; output at frame
-f is heard one period and the sound card's own delay later, with any program. Without a server only the way from the
-synth's queue into a block is measured.
+Measured through a running JACK server in two ways to play live: the native client with its own MIDI port, and
+PortAudio's JACK host beside a client that hears MIDI. A note's frame is the one at which `MidiProbe` puts it into a
+period; output at frame f is heard one period and the sound card's own delay later, with any program. Without a server
+only the way from the synth's queue into a block is measured.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ def _portaudio(rate: int, block: int, quality: str) -> Iterator[tuple[str, str]]
 
     try:
         if not wait_for(ports, START):
-            raise Lost(f"no ports of PortAudio and rtmidi after {START:g} s")
+            raise Lost(f"no ports of PortAudio and its MIDI client after {START:g} s")
         found = ports()
         assert found is not None
         yield found
@@ -174,7 +174,7 @@ def _portaudio(rate: int, block: int, quality: str) -> Iterator[tuple[str, str]]
 # Name of each way; function that opens its MIDI port and output at a rate (Hz), block (frames) and quality.
 WAYS: dict[str, tuple[str, Callable[[int, int, str], AbstractContextManager[tuple[str, str]]]]] = {
     "jack": ("JACK client, its own MIDI port", _native),
-    "portaudio": ("PortAudio and rtmidi", _portaudio),
+    "portaudio": ("PortAudio, MIDI from JACK", _portaudio),
 }
 
 

@@ -1,4 +1,4 @@
-"""A bass behind PortAudio's JACK host and rtmidi, for `bench latency` to measure from outside.
+"""A bass behind PortAudio's JACK host and a JACK MIDI port, for `bench latency` to measure from outside.
 
 `python -m livebass.bench.player PRESET QUALITY RATE BLOCK` plays until its standard input ends. It is a separate
 process because PortAudio looks for JACK only once, when loaded, and closing a stream whose server has gone never
@@ -14,7 +14,8 @@ from typing import Any
 
 from livebass.bench.jack import end_after
 from livebass.extras import install
-from livebass.live.lost import MidiLost, OutputLost
+from livebass.live.jackmidi import JackMidi
+from livebass.live.lost import OutputLost
 from livebass.live.portaudio import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.worst import even
@@ -49,28 +50,20 @@ def _exit_with_parent() -> None:
 def _play(preset: str, quality: str, rate: int, block: int) -> Any:
     """Starts the bass; keep the returned objects while it plays."""
     try:
-        import rtmidi
         import sounddevice
-    except ImportError as error:
+    except (ImportError, OSError) as error:
         raise OutputLost(f"{error}; {install('live')}") from None
     device = next((h["default_output_device"] for h in sounddevice.query_hostapis() if h["name"] == HOST), -1)
     if device < 0:
         raise OutputLost("this PortAudio has no JACK host")
-    if rtmidi.API_UNIX_JACK not in rtmidi.get_compiled_api():
-        raise MidiLost("this python-rtmidi has no JACK")
     synth = Synth(rate)
     synth.switch_to(LiveBass(even(load_preset(preset)), QUALITIES[quality], rate))
     output = PortAudioOutput(synth, device, block, "low")
-    port = rtmidi.MidiIn(rtapi=rtmidi.API_UNIX_JACK, name=NAME)
-
-    def receive(event: tuple[list[int], float], _data: object = None) -> None:  # like MidiPort
-        status, first, second = event[0]
-        synth.receive(status, first, second, synth.frame_now(block))
-
-    port.set_callback(receive)
+    midi = JackMidi(NAME)
+    midi.synth, midi.delay = synth, block
     output.start()
-    port.open_virtual_port("in")
-    return output, port
+    midi.open_virtual()
+    return output, midi
 
 
 if __name__ == "__main__":

@@ -87,8 +87,8 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
 def latency(file: Path | None, picture: Path | None) -> None:
     """Measure the time from a MIDI note to its sound.
 
-    Plays through a running JACK server in both ways: as a JACK client with a MIDI port, and through PortAudio and
-    rtmidi. Without a server it measures only the time inside livebass. Takes half a minute.
+    Plays through a running JACK server in two ways: as a JACK client with a MIDI port, and through PortAudio with MIDI
+    from JACK. Without a server it measures only the time inside livebass. Takes half a minute.
     """
     from livebass.bench.latency import bench_latency, table
     from livebass.bench.latency import picture as draw

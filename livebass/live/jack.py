@@ -6,6 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,12 @@ import numpy as np
 from livebass.extras import install
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.desk import Desk
-from livebass.live.guards import call_with_timeout, open_jack_client
+from livebass.live.guards import call_with_timeout, open_jack_client, silenced_stderr
 from livebass.live.lost import OutputLost, one_line
 from livebass.live.synth import Synth, touch
 from livebass.live.thread import callbacks
 from livebass.model.quality import BLOCK
+from livebass.units import is_number
 
 FIRST_BLOCK = 0.5  # s to wait for the server to request it
 
@@ -203,6 +205,11 @@ class JackOutput:
         gone, self._seen = self._seen - set(fitting), set(fitting)
         return new, sorted(gone)
 
+    def midi_source(self, number: str) -> str | None:
+        """Returns the name of the server's MIDI source with this number, as `livebass devices` counts; or None."""
+        names = midi_sources(self._jack, self.client)
+        return names[int(number)] if is_number(number) and int(number) < len(names) else None
+
     @property
     def alive(self) -> bool:
         return not self._gone
@@ -241,6 +248,13 @@ def _jack_version(jack: Any) -> str:
         return ""
 
 
+def midi_sources(jack: Any, client: Any) -> list[str]:
+    """Returns the names of all MIDI sources of the server of `client`; none if it has gone."""
+    with suppress(jack.JackError), silenced_stderr():
+        return [port.name for port in client.get_ports(is_midi=True, is_output=True)]
+    return []
+
+
 def jack_server() -> str | None:
     """Returns a line about the running JACK server; None if there is none, or no JACK library."""
     try:
@@ -252,8 +266,8 @@ def jack_server() -> str | None:
     except jack.JackError:
         return None
     try:
-        ports = client.get_ports(is_output=True, is_midi=True)
-        return f"{client.samplerate} Hz, {client.blocksize} frames, {len(ports)} MIDI sources"
+        sources = len(midi_sources(jack, client))
+        return f"{client.samplerate} Hz, {client.blocksize} frames, {sources} MIDI sources"
     finally:
         client.close(ignore_errors=True)
 

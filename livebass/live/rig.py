@@ -10,7 +10,7 @@ from livebass.cores import core_count
 from livebass.interrupts import StopFlag
 from livebass.live.desk import Desk
 from livebass.live.jack import JackOutput
-from livebass.live.lost import MidiLost, OutputLost
+from livebass.live.lost import MidiLost, NoMidi, OutputLost
 from livebass.live.midi import MidiPort
 from livebass.live.outputs import Output
 from livebass.live.portaudio import PortAudioOutput
@@ -109,8 +109,14 @@ class Rig:
                 return None
             virtual = False
         try:
-            port = MidiPort(synth, wanted, output.block, virtual, hardware_only=not virtual and wanted is None)
+            port = MidiPort(synth, wanted, output.block, virtual, jack=virtual)
         except MidiLost as error:
+            name = None
+            if isinstance(error, NoMidi) and isinstance(output, JackOutput):
+                name = output.midi_source(wanted or "")  # whose number `livebass devices` shows
+            if name:
+                self.settings = replace(self.settings, midi=name)
+                return self.open_midi(synth, output)
             if wanted is not None and self.settings.midi_if_there:
                 LOG.info("MIDI: %s is not there", wanted)
                 self.settings = replace(self.settings, midi=None)

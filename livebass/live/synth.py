@@ -21,7 +21,7 @@ from livebass.kernels.bass.records import WORD
 from livebass.kernels.player.performer import ANY, CHANNEL
 from livebass.live.desk import Desk
 from livebass.live.priority import make_realtime
-from livebass.live.thread import ahead, block, helpers, setup
+from livebass.live.thread import ahead, arrival, block, helpers, setup
 from livebass.live.thread.desk import take_controller
 from livebass.live.thread.records import MOST_HELPERS, RINGS, STOP, SYNTH, field_offset
 from livebass.live.thread.ring import (
@@ -338,17 +338,7 @@ class Synth:
 
         After a stall of the sound it is a frame of the block after the next: a stall delays no later note.
         """
-        began = self._read("block_time")
-        while True:
-            first, frames = int(self.record["block_frame"][0]), int(self.record["block_frames"][0])
-            again = self._read("block_time")
-            if again == began:
-                break
-            began = again
-        if not began:
-            return NOW
-        since = round((time.clock_gettime_ns(time.CLOCK_MONOTONIC) - began) * 1e-9 * self.rate)
-        return first + min(since, 2 * frames) + delay
+        return int(arrival.arrival(self.address, delay))
 
     def take_over(self, old: Synth) -> None:
         """Continues `old` at this synth's rate, with its time, counts and parameters. Call before it plays."""

@@ -88,7 +88,7 @@ def test_a_way_that_fails_has_an_error(server: SimpleNamespace, monkeypatch: pyt
     result = latency.bench_latency(extent=latency.Extent(ways=("portaudio",), quality="nothing"))
     row = result["rows"][1]
     assert row["way"] == "portaudio" and "nothing" in row["error"]
-    assert f"PortAudio and rtmidi: {row['error']}" in latency.table(result)
+    assert f"PortAudio, MIDI from JACK: {row['error']}" in latency.table(result)
 
 
 def test_work_in_a_child_is_bounded(capfd: pytest.CaptureFixture[str]) -> None:

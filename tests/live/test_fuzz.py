@@ -11,8 +11,8 @@ from livebass import Quality, load_preset
 from livebass.arrays import Floats
 from livebass.live.fake import FakeDevice
 from livebass.live.jack import JackOutput
-from livebass.live.midi import MidiPort
 from livebass.live.synth import LiveBass, Synth
+from livebass.live.systemmidi import SystemMidi
 from livebass.live.thread.ring import NOW, unread
 
 LIGHT = Quality("light", 60, 192e3)
@@ -62,13 +62,13 @@ def test_a_hundred_thousand_messages() -> None:
 def test_what_rtmidi_hands_over() -> None:
     """Lists of any length with any bytes, as its callback might receive them."""
     synth, device = synth_and_device("jazz-finger", LIGHT)
-    port = MidiPort.__new__(MidiPort)
+    port = SystemMidi.__new__(SystemMidi)
     port.synth, port.delay = synth, 64
     rng = np.random.default_rng(8)
     for _ in range(100):
         for _ in range(100):
             length = int(rng.choice([0, 1, 2, 3, 3, 3, 4, 40]))
-            port._heard(([int(x) for x in rng.integers(0, 256, length)], float(rng.normal())))
+            port._heard([int(x) for x in rng.integers(0, 256, length)], float(rng.normal()), None)
         assert_sane(synth, device.block(BLOCK))
     assert_panic_silences(synth, device)
 

@@ -564,7 +564,7 @@ def test_devices_lists_devices_alone() -> None:
     program = """
 import os, threading
 from livebass.cli.main import run
-from livebass.live import jack, midi, portaudio
+from livebass.live import jack, portaudio, systemmidi
 
 def chatter(*_):
     os.write(2, b"JackShmReadWritePtr: skipping unlock\\n")
@@ -572,27 +572,26 @@ def chatter(*_):
     beside.start()
     beside.join()
 
-class Error(Exception):
-    pass
-
 class Rtmidi:
-    RtMidiError, API_UNIX_JACK = Error, 3
-    get_compiled_api = staticmethod(lambda: [2, 3])
+    get_compiled_apis = staticmethod(lambda: [2, 3])
     get_api_name = staticmethod({2: "alsa", 3: "jack"}.get)
-    get_api_display_name = staticmethod(str)
-    def MidiIn(rtapi, name):
-        raise Error(f"MidiInJack::initialize: {rtapi} {name}")
+    def MidiIn(api, name):
+        os.write(2, b"ALSA lib seq_hw.c\\n")
+        raise RuntimeError(f"MidiInAlsa::initialize: {api} {name}")
 
 jack.jack_server = chatter
 portaudio.output_names = lambda: chatter() or {}
-midi._rtmidi = lambda: Rtmidi
+systemmidi.rtmidi_library = lambda: Rtmidi
 raise SystemExit(run(["devices"]))
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False,
+        env={**os.environ, "JACK_DEFAULT_SERVER": "nobody"},
+    )  # fmt: skip
     assert done.returncode == 0 and not done.stderr, done.stderr
     heading, last = done.stdout.splitlines()[-2:]
     assert heading == "MIDI inputs (--midi)"
-    assert last == "  none: MIDI input: no answer from ALSA's sequencer or a JACK server"
+    assert last == "  none: no MIDI ports: no JACK server, and no answer from ALSA's sequencer"
 
 
 def test_the_median_load() -> None:
@@ -917,7 +916,7 @@ def without(code: str, *arguments: object) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-NO_EXTRA = "for name in ('sounddevice', 'rtmidi', 'jack'): sys.modules[name] = None"
+NO_EXTRA = "for name in ('sounddevice', 'supriya_midi', 'jack'): sys.modules[name] = None"
 NO_LIBRARY = "ctypes.util.find_library = lambda name: None"
 
 

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from livebass.arrays import Floats
-from livebass.live import jack, outputs, portaudio
+from livebass.live import jack, jackmidi, outputs, portaudio
 from livebass.live.thread.desk import POSITION_FRAME, ROLLING
 
 RATE, PERIOD = 48000, 256
@@ -64,11 +64,16 @@ class Server:
         self.heard: dict[str, list[Floats]] = {}  # periods of each output since `listen`
         self.listening = False
         self.took: list[float] = []  # processor time of each period, s
-        functions = BUFFER(self._buffer), COUNT(lambda port: len(self._events)), GET(self._event), QUERY(self._query)
-        names = "jack_port_get_buffer", "jack_midi_get_event_count", "jack_midi_event_get", "jack_transport_query"
-        self._functions = functions
+        self.since = 0  # frames of a period that have passed when it plays
+        self._functions = {
+            "jack_port_get_buffer": BUFFER(self._buffer),
+            "jack_midi_get_event_count": COUNT(lambda port: len(self._events)),
+            "jack_midi_event_get": GET(self._event),
+            "jack_transport_query": QUERY(self._query),
+            "jack_frames_since_cycle_start": COUNT(lambda client: self.since),
+        }
         self._lib = SimpleNamespace(jack_set_process_callback=self._set_process)
-        for name, function in zip(names, functions, strict=True):
+        for name, function in self._functions.items():
             setattr(self._lib, name, c.cast(function, P).value)
         self._ffi = SimpleNamespace(cast=lambda kind, value: value)
         self._events: list[tuple[int, Any]] = []
@@ -163,7 +168,7 @@ def fake_jack(runs: bool = False) -> Iterator[Server]:
 
     thread = threading.Thread(target=run)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (jack, outputs, portaudio):
+        for module in (jack, jackmidi, outputs, portaudio):
             patch.setattr(module, "jack_library", lambda: server)
         if runs:
             thread.start()

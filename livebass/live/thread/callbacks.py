@@ -17,12 +17,14 @@ from livebass.kernels.machine.native import (
     status_from,
 )
 from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.live.thread.arrival import frame_now
 from livebass.live.thread.desk import add_clicks, desk_at, note_controller, play_score
 from livebass.live.thread.records import CHUNK, field_offset, synth_at
-from livebass.live.thread.ring import push_midi
+from livebass.live.thread.ring import NOW, push_midi
 
 OUTPUT_UNDERFLOW = 4  # paOutputUnderflow
 MOST_CHANNELS = 2
+MIDI_PORTS = 2  # of a client that only hears MIDI
 MOST_FRAMES, SAMPLE = 8192, 4  # frames that a sheet holds: JACK's longest period; bytes of a sample
 
 PORTAUDIO = np.dtype(
@@ -54,8 +56,25 @@ JACK = np.dtype(
     ],
     align=True,
 )
-portaudio_at, jack_at = record_at(PORTAUDIO), record_at(JACK)
-EVENT_OFFSET = field_offset(JACK, "event")
+# A client that only hears MIDI
+JACK_MIDI = np.dtype(
+    [
+        ("synth", "i8"),
+        ("desk", "i8"),  # address of a DESK, 0: none
+        ("get_buffer", "i8"),  # addresses of C functions
+        ("event_count", "i8"),
+        ("event_get", "i8"),
+        ("frames_since", "i8"),  # ... of `client`: frames since the cycle began
+        ("client", "i8"),
+        ("rate", "f8"),  # of the server, Hz
+        ("delay", "i8"),  # frames of the synth
+        ("port", "i8", (MIDI_PORTS,)),  # 0: none
+        ("event", "i8", (3,)),  # as in JACK
+    ],
+    align=True,
+)
+portaudio_at, jack_at, jack_midi_at = record_at(PORTAUDIO), record_at(JACK), record_at(JACK_MIDI)
+EVENT_OFFSET, MIDI_EVENT_OFFSET = field_offset(JACK, "event"), field_offset(JACK_MIDI, "event")
 
 
 @jit
@@ -115,23 +134,22 @@ def is_message(message, size):
 
 
 @jit
-def read_midi(data, n):
-    """Moves the MIDI port's messages for these n frames into the synth's third ring.
+def read_midi(data, event, port, n, frame, step):
+    """Moves the messages of a MIDI port of JACK's for these `n` frames into the synth's third ring.
 
-    It skips clocks and other system messages, other channels, and truncated messages; a learned controller moves its
-    parameter instead.
+    `frame` is the synth's at the port's first, or NOW; `step` is the synth's frames per frame of the port. `event` is
+    the address of `data.event`. It skips clocks and other system messages, other channels, and truncated messages; a
+    learned controller moves its parameter instead.
     """
     synth = synth_at(data.synth)
-    buffer = pointer_from(data.get_buffer, data.midi, n)
-    address = record_address(data) + EVENT_OFFSET
-    event = data.event
+    buffer = pointer_from(data.get_buffer, port, n)
     for i in range(count_from(data.event_count, buffer)):
-        if status_from(data.event_get, address, buffer, i) != 0:
+        if status_from(data.event_get, event, buffer, i) != 0:
             continue
-        size = event[1]
+        size = data.event[1]
         if size < 1 or size > 3:
             continue
-        message = bytes_at(event[2], size)
+        message = bytes_at(data.event[2], size)
         if not is_message(message, size):
             continue
         status = np.int64(message[0])
@@ -139,12 +157,12 @@ def read_midi(data, n):
             continue
         first = np.int64(message[1])
         second = np.int64(message[2]) if size > 2 else np.int64(0)
-        frame = synth.frame + (event[0] & 0xFFFFFFFF)
+        at = np.int64(NOW) if frame == NOW else frame + np.int64(round(step * (data.event[0] & 0xFFFFFFFF)))
         if data.desk != 0 and status & 0xF0 == 0xB0:
             ring, room = synth.midi_ring[2], synth.midi_ring_size[2]
-            if note_controller(desk_at(data.desk), ring, room, frame, status & 0x0F, first, second):
+            if note_controller(desk_at(data.desk), ring, room, at, status & 0x0F, first, second):
                 continue
-        push_midi(synth.midi_ring[2], synth.midi_ring_size[2], frame, status, first, second)
+        push_midi(synth.midi_ring[2], synth.midi_ring_size[2], at, status, first, second)
 
 
 @jit
@@ -195,10 +213,27 @@ def jack(frames, arg):
     data = jack_at(address_of(arg))
     n = np.int64(frames)
     if data.midi != 0:
-        read_midi(data, n)
+        read_midi(data, record_address(data) + EVENT_OFFSET, data.midi, n, synth_at(data.synth).frame, 1.0)
     done: Any = 0
     while done < n:
         m = min(MOST_FRAMES, n - done)
         play_period(data, done, m, n)
         done += m
+    return np.int32(0)
+
+
+@entry("int32(uint32, voidptr)")
+def jack_midi(frames, arg):
+    """A JackProcessCallback with `JACK_MIDI` as argument, of a client beside the one that plays.
+
+    A message plays `delay` frames after its place in the period, whenever this runs.
+    """
+    data = jack_midi_at(address_of(arg))
+    step = synth_at(data.synth).rate / data.rate
+    frame = frame_now(data.synth, data.delay)
+    if frame != NOW:
+        frame -= np.int64(round(step * count_from(data.frames_since, data.client)))
+    for k in range(MIDI_PORTS):
+        if data.port[k] != 0:
+            read_midi(data, record_address(data) + MIDI_EVENT_OFFSET, data.port[k], np.int64(frames), frame, step)
     return np.int32(0)

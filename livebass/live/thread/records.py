@@ -14,7 +14,7 @@ from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
 from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
 from livebass.techniques import PARAMETERS
 
-RINGS = 3  # of messages: from Python's threads, the score, and the audio thread's MIDI port
+RINGS = 3  # of messages: from Python's threads, the score, and JACK's MIDI ports
 MOST_MESSAGES = 256  # per chunk, if their events fit; the others wait for the next
 CHUNK = 1024  # frames computed at once, at most
 HISTOGRAM = 64
@@ -121,10 +121,12 @@ def field_offset(record: np.dtype, name: str) -> int:
 
 
 # Fields that one thread writes and another reads.
-BLOCK_TIME, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
+BLOCK_TIME, BLOCK_FRAME, BLOCK_FRAMES, NEXT_BASS, FADED_BASS, CAPTURE_RING, PLAYED_RING, PANIC = (
     field_offset(SYNTH, name)
-    for name in ("block_time", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic")
-)
+    for name in (
+        "block_time", "block_frame", "block_frames", "next_bass", "faded_bass", "capture_ring", "played_ring", "panic",
+    )
+)  # fmt: skip
 KNOBS_PLACE = field_offset(SYNTH, "knobs")
 TEAM_PLACE = field_offset(SYNTH, "team")
 JOB, DONE, HELPERS, STOP, HELPED = (
