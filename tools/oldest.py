@@ -1,7 +1,7 @@
 """Checks livebass with the oldest packages that pyproject.toml allows, or with the newest.
 
     .venv/bin/python tools/oldest.py                        the oldest, for the Python that runs this
-    .venv/bin/python tools/oldest.py --newest --python python3.13 --without python-rtmidi
+    .venv/bin/python tools/oldest.py --newest --python python3.13 --without pysfizz
     .venv/bin/python tools/oldest.py --no-tests             only the demo and every --help
     .venv/bin/python tools/oldest.py -- tests/cli           these tests; what follows -- goes to pytest
 
