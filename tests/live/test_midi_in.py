@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import re
 import signal
+import subprocess
 import sys
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,25 +35,52 @@ from livebass.live.thread.ring import NOW, pop_messages, unread
 ON, OFF = [0x90, 40, 100], [0x80, 40, 0]
 
 
+SOURCE = """
+import collections, json, sys, time
+from livebass.bench.jack import new_client
+
+client = new_client(sys.argv[1])
+port = client.midi_outports.register("out")
+queue = collections.deque()  # the messages of each next period
+
+def process(frames):
+    port.clear_buffer()
+    for offset, message in enumerate(queue.popleft() if queue else []):
+        port.write_midi_event(offset, message)
+
+client.set_process_callback(process)
+client.activate()
+print("ready", flush=True)
+for line in sys.stdin:
+    queue.append(json.loads(line))
+    while queue:
+        time.sleep(0.001)
+    print("sent", flush=True)
+"""
+
+
 class Source:
-    """A MIDI device: a client of the JACK server, with an output."""
+    """A MIDI device: a client of the JACK server, with an output.
+
+    It is a process of its own, as JACK's library cancels the thread of a client that is deactivated, and a thread that
+    is cancelled within a callback in Python keeps Python's lock for ever.
+    """
 
     def __init__(self, name: str = "test-keys") -> None:
-        self.client = new_client(name)
-        self.port = self.client.midi_outports.register("out")
-        self.queue: deque[list[list[int]]] = deque()  # the messages of each next period
-        self.client.set_process_callback(self._process)
-        self.client.activate()
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", SOURCE, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL, text=True,
+        )  # fmt: skip
+        self._expect("ready")
 
-    def _process(self, _frames: int) -> None:
-        self.port.clear_buffer()
-        for offset, message in enumerate(self.queue.popleft() if self.queue else []):
-            self.port.write_midi_event(offset, message)
+    def _expect(self, word: str) -> None:
+        assert self.process.stdout and self.process.stdout.readline().strip() == word
 
     def send(self, *messages: list[int]) -> None:
         """Sends messages, all in one period."""
-        self.queue.append(list(messages))
-        wait_for(lambda: not self.queue)
+        assert self.process.stdin
+        print(json.dumps(messages), file=self.process.stdin, flush=True)
+        self._expect("sent")
 
     def reach(self, synth: Synth, message: list[int]) -> None:
         """Sends `message` until it arrives: a server drops input during the cycle that connects two ports."""
@@ -64,10 +92,8 @@ class Source:
         raise AssertionError("waited in vain")
 
     def unplug(self) -> None:
-        if self.client is not None:
-            self.client.deactivate()
-            self.client.close()
-            self.client = None
+        self.process.kill()
+        self.process.communicate()
 
 
 @pytest.fixture
