@@ -63,7 +63,7 @@ def pages() -> dict[str, Path]:
     handbook = {f"handbook/{page}.md": ROOT / "livebass" / "help" / f"{page}.md" for page in PAGES}
     notes = {f"notes/{file.name}": file for file in sorted((ROOT / "docs" / "notes").glob("*.md"))}
     project = {f"project/{file.stem.lower()}.md": file for file in (*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"))}
-    project |= {"project/findings.md": file for file in ROOT.glob("findings/README.md")}
+    project |= {f"project/{file.parent.name}.md": file for file in ROOT.glob("findings/README.md")}
     project.pop("project/readme.md", None)
     return {START: ROOT / "README.md", **handbook, **notes, **dict(sorted(project.items()))}
 
