@@ -69,7 +69,7 @@ def _past_links(path: Path) -> Path:
 
 @dataclass
 class Output:
-    """What a program writes: the files it finished, as the caller named them, and whether any place was requested."""
+    """Holds the files that a program finished, as the caller named them, and whether any place was requested."""
 
     completed: list[Path] = field(default_factory=list)
     requested: bool = False
