@@ -639,6 +639,10 @@ def test_an_sdist_holds_the_program_and_compiles_without_numba(monkeypatch: pyte
         safely = {"filter": "data"} if hasattr(tarfile, "data_filter") else {}  # from Python 3.11.4 on
         archive.extractall(tmp_path, **safely)
     (unpacked,) = tmp_path.glob("livebass-*/")
+    ours = [line[1:].strip("/") for line in (root / ".gitignore").read_text().splitlines() if line.startswith("!")]
+    expected = {path.name for pattern in ours for path in root.glob(pattern)} | {"PKG-INFO"}
+    assert {path.name for path in unpacked.iterdir()} == expected, "the sdist has what belongs to the project, no more"
+    assert not list(unpacked.rglob("node_modules"))
     assert store.whole(unpacked / "livebass" / "built" / store.program_built().name) == gzip.compress(ROOT, mtime=0)
     blocked = tmp_path / "blocked"
     blocked.mkdir()
