@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import io
 import os
@@ -32,10 +33,11 @@ class Messages(io.FileIO):
     """Standard error. Ignores write errors: an unwritable message is no reason to lose a file."""
 
     def write(self, data: Any, /) -> int:
-        try:
-            return super().write(data)
-        except OSError:
-            return len(data)
+        left = memoryview(data)
+        with contextlib.suppress(OSError):
+            while left and (done := super().write(left)):
+                left = left[done:]
+        return len(data)
 
 
 def open_streams() -> None:
@@ -56,8 +58,8 @@ def open_streams() -> None:
     if isinstance(sys.stdout, io.TextIOWrapper):  # escapes names that are not text, as on standard error
         sys.stdout.reconfigure(errors="backslashreplace")
     encoding = sys.stderr.encoding if sys.stderr else "utf-8"
-    raw = io.BufferedWriter(Messages(2, "w", closefd=False))
-    sys.stderr = io.TextIOWrapper(raw, encoding, errors="backslashreplace", line_buffering=True)
+    unbuffered: Any = Messages(2, "w", closefd=False)  # io's buffer says a line again if Ctrl-C comes right after it
+    sys.stderr = io.TextIOWrapper(unbuffered, encoding, errors="backslashreplace", line_buffering=True)
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ def check_js() -> tuple[bool, str]:
     modules = PAGE / "node_modules"
     made = modules / ".package-lock.json"
     if not made.exists() or made.stat().st_mtime < (PAGE / "package-lock.json").stat().st_mtime:
-        fine, words = program("npm", "ci", "--prefix", PAGE, "--no-audit", "--no-fund", "--silent")
+        fine, words = program("npm", "ci", "--prefix", PAGE, "--no-audit", "--no-fund", "--loglevel=error")
         if not fine:
             return fine, words
     kept, tools = modules / ".cache", modules / ".bin"

@@ -107,6 +107,28 @@ def test_nobody_need_read_what_is_said(tmp_path: Path) -> None:
         assert done.stderr == b""
 
 
+INTERRUPTED_WRITE = """
+import sys
+from livebass.__main__ import open_streams
+open_streams()
+def interrupt(frame, event, argument):
+    if frame.f_code.co_name == "write" and event == "return":
+        sys.settrace(None)
+        raise KeyboardInterrupt
+    return interrupt
+sys.settrace(interrupt)
+try:
+    print("once", file=sys.stderr)
+except KeyboardInterrupt:
+    print("interrupted", file=sys.stderr)
+"""
+
+
+def test_a_message_that_an_interrupt_follows_is_said_once() -> None:
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED_WRITE], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "once\ninterrupted\n")
+
+
 def test_what_a_killed_render_left_is_removed_by_the_next(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "long.wav"
     line = [
