@@ -1,14 +1,16 @@
-"""Makes the compiled products that many tests need: `python tests/support/products.py [module] [plugin]`.
+"""Makes the compiled products that many tests need: `python tests/support/products.py [NAME...]`.
 
-The library of kernels always; by name, or if none is named, the page's module and the plugins' binary, too.
+The library of kernels always; by name, or if none is named, the page's module, the plugins' binary and the reference
+solver, too.
 """
 
 from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
-NAMES = ("module", "plugin")
+NAMES = ("module", "plugin", "reference")
 
 
 def begin(*names: str) -> subprocess.Popen[bytes]:
@@ -27,6 +29,11 @@ def make(name: str) -> None:
         from livebass.plugin.systems import this_system
 
         build.binary(this_system())
+    elif name == "reference":
+        from livebass.reference.solver import solve
+        from support.strings import tiny
+
+        solve(tiny(), energy_every=50)
     else:
         from livebass.compiling import library
 
@@ -34,6 +41,7 @@ def make(name: str) -> None:
 
 
 if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
     make("kernels")
     for name in sys.argv[1:] or NAMES:
         make(name)
