@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+
+from support.programs import load
 
 from livebass.compiling import store
 
@@ -46,17 +46,8 @@ for k in (0, 1, 2, 3, 4, 0):
 """
 
 
-def mutate() -> Any:
-    spec = importlib.util.spec_from_file_location("mutate", ROOT / "tools" / "mutate.py")
-    assert spec and spec.loader
-    made = importlib.util.module_from_spec(spec)
-    sys.modules["mutate"] = made  # its dataclass looks here for its types
-    spec.loader.exec_module(made)
-    return made
-
-
 def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -> None:
-    tool = mutate()
+    tool = load("mutate")
     before = [file.read_bytes() for file in store.sources()]
     found = tool.all_mutants()
     stop = {mutant.what: key for key, mutant in found.items() if mutant.file == "string/stop.py"}
@@ -83,7 +74,7 @@ def test_constants_signs_and_comparisons_of_a_copy_are_changed(tmp_path: Path) -
 
 def test_one_switch_is_for_all_that_is_compiled(tmp_path: Path) -> None:
     """The program made from text, with digests for names, has one word for the mutant's number."""
-    tool, tree = mutate(), tmp_path / "tree"
+    tool, tree = load("mutate"), tmp_path / "tree"
     tool.copy_of_the_tree(tree, {})
     (tree / "livebass/kernels/machine/sample.py").write_text(KERNELS)
     ran = subprocess.run(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ast
 import re
-import runpy
 import shutil
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import pytest
+from support.programs import load
 
 import livebass
 from livebass.techniques import BUTTONS, TECHNIQUE_ROWS
@@ -18,7 +18,7 @@ from livebass.techniques import BUTTONS, TECHNIQUE_ROWS
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text("utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-WHERE = runpy.run_path(str(ROOT / "tools" / "where.py"))
+WHERE = load("where")
 FORMS = sorted((ROOT / ".github" / "ISSUE_TEMPLATE").glob("*.yml"))
 SCREEN = 50  # lines up to the end of the three doors
 # Extras for work on livebass itself: programs of tools install them
@@ -99,20 +99,20 @@ def test_the_folder_for_a_plugin_is_that_of_the_archive() -> None:
 
 def test_all_places_agree_on_the_addresses() -> None:
     urls = PROJECT["urls"]
-    assert urls | WHERE["derived"](urls["Source"], urls["Site"]) == urls
-    placeholder = bool(WHERE["PLACEHOLDER"].match(urls["Source"]))
-    assert (WHERE["NOTE"] in README) == placeholder
+    assert urls | WHERE.derived(urls["Source"], urls["Site"]) == urls
+    placeholder = bool(WHERE.PLACEHOLDER.match(urls["Source"]))
+    assert (WHERE.NOTE in README) == placeholder
     assert f"git clone {urls['Source']} " in README
-    for name in WHERE["PLACES"]:
+    for name in WHERE.PLACES:
         text = (ROOT / name).read_text("utf-8")
         found = re.findall(r"https://[^\s\"')`>]+", text)
         assert any(address.startswith(urls["Source"]) for address in found), name
         for address in found:
-            assert not WHERE["PLACEHOLDER"].match(address) or address.startswith((urls["Source"], urls["Site"])), name
+            assert not WHERE.PLACEHOLDER.match(address) or address.startswith((urls["Source"], urls["Site"])), name
 
 
 def test_no_other_file_names_an_address_of_the_project() -> None:
-    places = {ROOT / "pyproject.toml", *(ROOT / name for name in WHERE["PLACES"])}
+    places = {ROOT / "pyproject.toml", *(ROOT / name for name in WHERE.PLACES)}
     texts = [
         *ROOT.glob("*.md"),
         *ROOT.glob("docs/**/*.md"),
@@ -126,7 +126,7 @@ def test_no_other_file_names_an_address_of_the_project() -> None:
 
 @pytest.fixture
 def checkout(tmp_path: Path) -> Path:
-    for name in ("pyproject.toml", *WHERE["PLACES"]):
+    for name in ("pyproject.toml", *WHERE.PLACES):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, tmp_path / name)
     return tmp_path
@@ -138,24 +138,24 @@ def with_source(checkout: Path, address: str) -> None:
 
 
 def test_one_line_sets_all_addresses(checkout: Path) -> None:
-    assert WHERE["write"](checkout) == [], "nothing to do"
+    assert WHERE.write(checkout) == [], "nothing to do"
     with_source(checkout, "https://github.com/Someone/bass.git")
-    assert set(WHERE["write"](checkout)) == {"pyproject.toml", *WHERE["PLACES"]}
-    urls = WHERE["urls"](checkout)
+    assert set(WHERE.write(checkout)) == {"pyproject.toml", *WHERE.PLACES}
+    urls = WHERE.urls(checkout)
     assert urls["Source"] == "https://github.com/Someone/bass" and urls["Issues"] == urls["Source"] + "/issues"
     assert urls["Site"] == "https://someone.github.io/bass" and urls["Paper"] == PROJECT["urls"]["Paper"]
-    for name in ("pyproject.toml", *WHERE["PLACES"]):
+    for name in ("pyproject.toml", *WHERE.PLACES):
         text = (checkout / name).read_text("utf-8")
         assert "example.org" not in text and urls["Source"] in text, name
     assert "git clone https://github.com/Someone/bass && cd" in (checkout / "README.md").read_text("utf-8")
-    assert WHERE["write"](checkout) == [], "and once more nothing"
+    assert WHERE.write(checkout) == [], "and once more nothing"
 
 
 def test_a_site_below_the_repository_and_a_move(checkout: Path) -> None:
     with_source(checkout, "https://git.bass.net/live")
-    WHERE["write"](checkout, "https://git.bass.net/live/site/")
+    WHERE.write(checkout, "https://git.bass.net/live/site/")
     with_source(checkout, "https://codeberg.org/me/bass")
-    WHERE["write"](checkout)
+    WHERE.write(checkout)
     text = (checkout / "CITATION.cff").read_text("utf-8")
     assert 'url: "https://me.codeberg.page/bass"' in text and 'repository-code: "https://codeberg.org/me/bass"' in text
     assert "bass.net" not in (checkout / "README.md").read_text("utf-8")
@@ -166,10 +166,10 @@ def test_a_site_below_the_repository_and_a_move(checkout: Path) -> None:
 )
 def test_a_bad_address_changes_nothing(checkout: Path, address: str) -> None:
     with_source(checkout, address)
-    before = {name: (checkout / name).read_bytes() for name in WHERE["PLACES"]}
+    before = {name: (checkout / name).read_bytes() for name in WHERE.PLACES}
     with pytest.raises(ValueError, match="Source must be an address such as"):
-        WHERE["write"](checkout)
-    assert before == {name: (checkout / name).read_bytes() for name in WHERE["PLACES"]}
+        WHERE.write(checkout)
+    assert before == {name: (checkout / name).read_bytes() for name in WHERE.PLACES}
 
 
 # --- citation, security ---

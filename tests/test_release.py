@@ -6,7 +6,6 @@ import argparse
 import base64
 import gzip
 import hashlib
-import importlib.util
 import io
 import os
 import re
@@ -15,11 +14,11 @@ import subprocess
 import sys
 import tarfile
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+from support.programs import load
 
 from livebass import __version__
 
@@ -30,28 +29,14 @@ GIT = ["git", "-c", "user.name=a", "-c", "user.email=a@b.c"]
 pytestmark = pytest.mark.skipif(not shutil.which("git"), reason="needs git")
 
 
-def loaded(name: str) -> ModuleType:
-    """A module of tools."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.fixture(scope="module")
 def inside() -> ModuleType:
-    return loaded("inside")
+    return load("inside")
 
 
 @pytest.fixture(scope="module")
-def tool(inside: ModuleType) -> Iterator[ModuleType]:
-    """The module tools/release.py."""
-    loaded("where")
-    yield loaded("release")
-    for name in ("release", "inside", "where"):
-        del sys.modules[name]
+def tool() -> ModuleType:
+    return load("release")
 
 
 @pytest.fixture

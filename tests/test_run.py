@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import shutil
@@ -13,6 +12,7 @@ from types import ModuleType
 
 import pytest
 from support import needs
+from support.programs import load
 
 ROOT = Path(__file__).parents[1]
 PROJECT = """
@@ -25,10 +25,7 @@ test = ["livebass[live]", "pytest>=8"]
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
     """The module tools/run.py for a project in `tmp_path`, whose pip finds all but `none-has-this`; run.calls lists."""
-    spec = importlib.util.spec_from_file_location("run", ROOT / "tools" / "run.py")
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = load("run")
     (tmp_path / ".venv/lib/livebass-0.1.0.dist-info").mkdir(parents=True)
     (tmp_path / "pyproject.toml").write_text(PROJECT)
     for name, value in {"ROOT": tmp_path, "VENV": tmp_path / ".venv"}.items():
@@ -42,7 +39,9 @@ def run(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
         calls.append(list(arguments))
         if "--editable" in arguments:
             installed(tmp_path, editable=True)
-        given = [*arguments, *module.requirements("test")] if "[" in arguments[-1] else list(arguments)
+        given = (
+            [*arguments, *module.requirements(module.project(), ["test"])] if "[" in arguments[-1] else list(arguments)
+        )
         return "none-has-this" not in given
 
     monkeypatch.setattr(module, "pip", pip)
@@ -94,7 +93,7 @@ def test_without_the_network_it_says_why(run: ModuleType, monkeypatch: pytest.Mo
 
 
 def test_extras_name_all_their_packages(run: ModuleType) -> None:
-    assert run.requirements("test") == ["sounddevice>=0.5", "none-has-this", "pytest>=8"]
+    assert run.requirements(run.project(), ["test"]) == ["none-has-this", "pytest>=8", "sounddevice>=0.5"]
 
 
 def test_an_unknown_command_is_one_line() -> None:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
 import json
 import re
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,6 +14,7 @@ from typing import Any
 import pytest
 from support.browser import chromium, served, wait
 from support.needs import package
+from support.programs import load
 
 import livebass
 from livebass.cli.help import PAGES
@@ -27,25 +26,14 @@ SECTION = re.compile(r"^(Args|Keyword Args|Returns|Yields|Raises):$", re.MULTILI
 FUNCTIONS = [name for name in livebass.__all__ if inspect.isfunction(getattr(livebass, name))]
 
 
-def loaded(name: str) -> ModuleType:
-    """The module tools/NAME.py, under another name than that of Python's own module `site`."""
-    spec = importlib.util.spec_from_file_location(f"tools_{name}", ROOT / "tools" / f"{name}.py")
-    assert spec and spec.loader
-    module = sys.modules[spec.name] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.fixture(scope="module")
 def links() -> ModuleType:
-    return loaded("links")
+    return load("links")
 
 
 @pytest.fixture(scope="module")
-def site(links: ModuleType) -> Iterator[Any]:
-    sys.modules["links"] = links  # beside the script, where it finds it
-    yield loaded("site")
-    del sys.modules["links"]
+def site() -> Any:
+    return load("site")
 
 
 def written(folder: Path, files: dict[str, str]) -> Path:

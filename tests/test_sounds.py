@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import runpy
 from pathlib import Path
 from typing import Any
 
@@ -11,14 +10,15 @@ import numpy as np
 import pytest
 import soundfile
 from numpy.typing import NDArray
+from support.programs import load
 
 from livebass import load_preset, loudness, quality_with
 from livebass.engine.engine import Engine
 
 ROOT = Path(__file__).parents[1]
-TOOL = runpy.run_path(str(ROOT / "tools" / "sounds.py"))
-FOLDER, RATE, SECONDS = TOOL["TABLE"].parent, TOOL["RATE"], TOOL["SECONDS"]
-SOUNDS: dict[str, dict[str, Any]] = {Path(sound["file"]).stem: sound for sound in TOOL["sounds"]()}
+TOOL = load("sounds")
+FOLDER, RATE, SECONDS = TOOL.TABLE.parent, TOOL.RATE, TOOL.SECONDS
+SOUNDS: dict[str, dict[str, Any]] = {Path(sound["file"]).stem: sound for sound in TOOL.sounds()}
 MOST_BYTES = 400_000  # of all files together
 LEAST_SNR = 26.0  # dB; the codec alone leaves 28 or more, another processor 120
 MOST_OFF = 0.3  # dB in an octave from 31 Hz; the codec changes none by more than 0.15
@@ -47,7 +47,7 @@ def decoded(name: str) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("name", SOUNDS)
 def test_a_file_is_what_livebass_renders(name: str) -> None:
-    assert not difference(decoded(name), TOOL["rendered"](SOUNDS[name])), "changed on purpose? run tools/sounds.py"
+    assert not difference(decoded(name), TOOL.rendered(SOUNDS[name])), "changed on purpose? run tools/sounds.py"
 
 
 @pytest.mark.parametrize(
@@ -61,13 +61,13 @@ def test_a_file_is_what_livebass_renders(name: str) -> None:
 )
 def test_another_preset_tempo_or_score_is_noticed(changed: dict[str, Any]) -> None:
     """Even a bass that differs little: jazz-finger with a low B."""
-    assert difference(decoded("soft-and-hard"), TOOL["rendered"](SOUNDS["soft-and-hard"] | changed, "live"))
+    assert difference(decoded("soft-and-hard"), TOOL.rendered(SOUNDS["soft-and-hard"] | changed, "live"))
 
 
 @pytest.mark.parametrize("name", SOUNDS)
 def test_a_file_is_as_loud_as_the_others_and_begins_and_ends_without_a_click(name: str) -> None:
     sound = decoded(name)
-    assert loudness(sound, RATE) == pytest.approx(TOOL["LOUDNESS"], abs=0.1)
+    assert loudness(sound, RATE) == pytest.approx(TOOL.LOUDNESS, abs=0.1)
     assert np.abs(sound).max() < 0.8
     edge = np.abs(sound[: round(0.01 * RATE)]).max(), np.abs(sound[-round(0.002 * RATE) :]).max()
     assert max(edge) < 0.003, edge
@@ -99,7 +99,7 @@ def test_soft_notes_touch_no_fret_and_hard_ones_do() -> None:
     contacts = []
     for notes in (soft, hard):
         engine = Counting(load_preset(row["preset"]), quality_with("live"), RATE)
-        for _ in engine.play(TOOL["score"](row | {"notes": notes}), 0.0):
+        for _ in engine.play(TOOL.score(row | {"notes": notes}), 0.0):
             pass
         contacts.append([int(voice.record[0]["logged"]) for voice in engine.voices])
     assert contacts[0] == [0, 0, 0, 0] and min(contacts[1]) > 10, contacts
@@ -108,7 +108,7 @@ def test_soft_notes_touch_no_fret_and_hard_ones_do() -> None:
 @pytest.mark.skipif(soundfile.__version__ < "0.13", reason="soundfile before 0.13 has no compression_level")
 def test_the_tool_encodes_a_sound_the_same_way_twice() -> None:
     sound = np.sin(np.arange(RATE) / 50) / 2
-    made = [TOOL["encoded"](sound) for _ in range(2)]
+    made = [TOOL.encoded(sound) for _ in range(2)]
     assert made[0] == made[1]
     back, rate = soundfile.read(io.BytesIO(made[0]))
     assert rate == RATE and np.abs(back - sound).max() < 0.05

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import io
 import re
 import shutil
@@ -19,6 +18,7 @@ import pytest
 from support.clap import Library, Plugin, midi, note_on, value
 from support.jack import wait_for
 from support.plugins import hard_score, mono
+from support.programs import load
 from support.screen import needs_screen, running_screen
 from support.window import Window, different
 
@@ -45,12 +45,7 @@ PAGE = b"<!DOCTYPE html>"
 
 @pytest.fixture(scope="module")
 def zips() -> ModuleType:
-    """The module tools/zips.py."""
-    spec = importlib.util.spec_from_file_location("zips", ROOT / "tools" / "zips.py")
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return load("zips")
 
 
 def archive(zips: ModuleType, name: str, binaries: dict[str, bytes]) -> bytes:

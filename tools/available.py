@@ -14,14 +14,14 @@ import re
 import subprocess
 import sys
 import tempfile
-import tomllib
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from oldest import requirements
+from oldest import wanted
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
+from run import project
 
 ROOT = Path(__file__).resolve().parents[1]
 VERSION = re.compile(r"Programming Language :: Python :: (3\.\d+)$")
@@ -49,12 +49,12 @@ MISSING = "missing"
 
 def main() -> None:
     """Prints the table of the extras that the command line names, by default of all."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
-    extras = project["optional-dependencies"]
+    stated = project()
+    extras = stated["optional-dependencies"]
     if unknown := [name for name in sys.argv[1:] if name not in extras]:
         sys.exit(f"tools/available: EXTRA must be one of {', '.join(extras)}, not {unknown[0]}")
-    needed = requirements(project, sys.argv[1:] or extras)
-    pythons = [given[1] for text in project["classifiers"] if (given := VERSION.match(text))]
+    needed = wanted(stated, sys.argv[1:] or extras)
+    pythons = [given[1] for text in stated["classifiers"] if (given := VERSION.match(text))]
     columns = [(system, python) for system in SYSTEMS for python in pythons]
     with ThreadPoolExecutor(4) as pool:
         found = list(pool.map(lambda column: wheels(needed, *column), columns))

@@ -15,45 +15,29 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import shutil
 import subprocess
 import sys
-import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
+
+from run import name_of, project, requirements
 
 ROOT = Path(__file__).parents[1]
-OWN_EXTRA = re.compile(r"livebass\[([\w,-]+)\]")
 TESTS = ("-n", "2", "--no-loadscope-reorder", "-m", "not slow and not real and not hosted")
 DEMOS = ("preset", "techniques")
 HELPS = "from support.helps import main; main()"
 
 
-def requirements(project: dict[str, object], extras: Iterable[str], without: Iterable[str] = ()) -> list[str]:
-    """The requirements that the table `project` of pyproject.toml states, with those of `extras`, sorted.
+def wanted(table: dict[str, Any], extras: Iterable[str], without: Iterable[str] = ()) -> list[str]:
+    """The requirements of `table` (see `project`) and of its `extras`, sorted.
 
-    `without`: names of distributions to leave out.
+    `without`: names of packages to leave out.
     """
-    dependencies, optional = project["dependencies"], project["optional-dependencies"]
-    assert isinstance(dependencies, list) and isinstance(optional, dict)
-
-    def stated(extra: str) -> Iterator[str]:
-        for one in optional[extra]:
-            if own := OWN_EXTRA.fullmatch(one):
-                for inner in own[1].split(","):
-                    yield from stated(inner)
-            else:
-                yield one
-
-    found = {*dependencies, *(one for extra in extras for one in stated(extra))}
     left_out = {name.lower() for name in without}
-    return sorted(one for one in found if name_of(one).lower() not in left_out)
-
-
-def name_of(requirement: str) -> str:
-    """The distribution that a requirement names."""
-    return re.split(r"[^\w.-]", requirement, maxsplit=1)[0]
+    found = {*table["dependencies"], *requirements(table, extras)}
+    return sorted(one for one in found if name_of(one) not in left_out)
 
 
 def run(*line: object, **environment: object) -> None:
@@ -72,15 +56,15 @@ def program(venv: Path, name: str) -> Path:
     return venv / folder / f"{name}{ending}"
 
 
-def made_venv(place: Path, python: str, wanted: list[str], oldest: bool) -> Path:
-    """Makes a virtual environment below `place` with the checkout and the requirements `wanted`; returns its Python."""
+def made_venv(place: Path, python: str, packages: list[str], oldest: bool) -> Path:
+    """Makes a virtual environment below `place` with the checkout and `packages`; returns its Python."""
     tools, venv = place.parent / "uv", place / "venv"
     uv = program(tools, "uv")
     if not uv.exists():
         run(sys.executable, "-m", "venv", tools)
         run(program(tools, "python"), "-m", "pip", "install", "--quiet", "uv")
     stated, exact = place / "stated.txt", place / "exact.txt"
-    stated.write_text("\n".join(wanted) + "\n")
+    stated.write_text("\n".join(packages) + "\n")
     wheels = ("--only-binary", ":all:")
     resolution = "lowest-direct" if oldest else "highest"
     run(uv, "venv", "--quiet", "--clear", "--seed", "--python", python, venv)
@@ -129,12 +113,11 @@ def main() -> None:
     given = parser.parse_args()
     place = ROOT / "build" / ("newest" if given.newest else "oldest")
     place.mkdir(parents=True, exist_ok=True)
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     cache = place / "cache"
     shutil.rmtree(cache, ignore_errors=True)
     try:
-        wanted = requirements(project, given.extra or ["test"], given.without)
-        python = made_venv(place, given.python, wanted, not given.newest)
+        packages = wanted(project(), given.extra or ["test"], given.without)
+        python = made_venv(place, given.python, packages, not given.newest)
         good = same_demos(place, python, cache)
         good &= one_help(python, given.seeds)
         if not given.no_tests:

@@ -24,8 +24,9 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote, urlparse
 from urllib.request import url2pathname
 
@@ -95,14 +96,18 @@ def is_editable() -> bool:
     return False
 
 
-def requirements(extra: str) -> list[str]:
-    """Returns the packages of an extra, with those of the extras that it names."""
-    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
-    found: list[str] = []
-    for one in extras[extra]:
+def project() -> dict[str, Any]:
+    """Returns the table `project` of pyproject.toml."""
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def requirements(table: dict[str, Any], extras: Iterable[str]) -> list[str]:
+    """Returns the packages of `extras` in `table` (see `project`), with those of the extras that they name, sorted."""
+    found: set[str] = set()
+    for one in (package for extra in extras for package in table["optional-dependencies"][extra]):
         inner = re.fullmatch(r"livebass\[(.+)\]", one)
-        found += [package for name in inner[1].split(",") for package in requirements(name)] if inner else [one]
-    return list(dict.fromkeys(found))
+        found |= set(requirements(table, inner[1].split(","))) if inner else {one}
+    return sorted(found)
 
 
 def pip(*arguments: str) -> bool:
@@ -134,7 +139,7 @@ def install(*extras: str) -> list[str]:
                 errors = re.findall(r"^ERROR: (.+)", LOG.read_text(encoding="utf-8"), re.MULTILINE)
                 why = errors[-1] if errors else "pip failed"
                 raise Failed(f"Installing failed: {why}\n  It needs the network the first time. Log: {LOG}")
-            packages = sorted({package for extra in new for package in requirements(extra)})
+            packages = requirements(project(), new)
             missing = list(dict.fromkeys([*missing, *(package for package in packages if not pip(package))]))
         kept = {"folder": str(ROOT), "digest": digest, "extras": sorted(have | set(extras)), "missing": missing}
         INSTALLED.write_text(json.dumps(kept, indent=1), encoding="utf-8")
@@ -142,6 +147,7 @@ def install(*extras: str) -> list[str]:
 
 
 def name_of(requirement: str) -> str:
+    """Returns the package that a requirement names, in small letters."""
     return re.match(r"[\w.-]+", requirement)[0].lower()  # type: ignore[index]
 
 

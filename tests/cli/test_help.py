@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import re
-import runpy
 import struct
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import click
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 from support.helps import commands
+from support.programs import load
 from support.quoted import PAGES, README, ROOT, context, every_command, found, quoted
 
 from livebass.bench import measured
@@ -256,11 +256,11 @@ def test_the_architecture_names_every_room_and_the_contract_has_its_floors() -> 
 
 def test_tables_follow_the_rows() -> None:
     """tools/tables.py writes the tables of techniques, controllers and waveforms."""
-    made = runpy.run_path(str(ROOT / "tools" / "tables.py"))
-    for name, tables in made["TABLES"].items():
+    made = load("tables")
+    for name, tables in made.TABLES.items():
         text = (ROOT / name).read_text()
         assert all(f"\n\n{table()}\n\n" in text for table in tables), name
-    for name, sentences in made["SENTENCES"].items():
+    for name, sentences in made.SENTENCES.items():
         lines = (ROOT / name).read_text().splitlines()
         assert all(sentence() in lines for sentence in sentences), name
 

@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from support.programs import load
 
 from livebass.comparison.distance import distance, shape
 
-TOOLS = Path(__file__).parents[2] / "tools"
 RATE = 44_100
 
 
 @pytest.fixture
-def tool(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    monkeypatch.syspath_prepend(TOOLS)
-    spec = importlib.util.spec_from_file_location("identified", TOOLS / "identified.py")
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    monkeypatch.setitem(__import__("sys").modules, "identified", module)
-    spec.loader.exec_module(module)
-    return module
+def tool() -> ModuleType:
+    return load("identified")
 
 
 def note(bright: float, damping: float = 1.0) -> np.ndarray:

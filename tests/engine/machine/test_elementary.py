@@ -11,7 +11,6 @@ import hashlib
 import math
 import os
 import platform
-import runpy
 import subprocess
 import sys
 from collections.abc import Callable
@@ -20,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.programs import load
 
 from livebass.compiling import compiled, jit
 from livebass.kernels.machine import elementary
@@ -255,7 +255,7 @@ def test_the_bits_are_the_same_without_newer_instructions(tmp_path: Path) -> Non
     code = f"import runpy; print(runpy.run_path({os.fspath(__file__)!r})['digest']())"
     env = {**os.environ, "NUMBA_CPU_NAME": "x86-64-v2", "NUMBA_CPU_FEATURES": "", "NUMBA_CACHE_DIR": str(tmp_path)}
     env["LIVEBASS_FROM_SOURCE"] = "1"
-    env["PYTHONPATH"] = os.pathsep.join([str(ROOT), env.get("PYTHONPATH", "")])
+    env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(ROOT / "tests"), env.get("PYTHONPATH", "")])
     run = subprocess.run(
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, timeout=300, check=False
     )
@@ -263,7 +263,7 @@ def test_the_bits_are_the_same_without_newer_instructions(tmp_path: Path) -> Non
 
 
 def test_the_constants_are_those_that_are_derived() -> None:
-    derived = runpy.run_path(str(ROOT / "tools" / "elementary.py"))["constants"]()
+    derived = load("elementary").constants()
     assert derived
     for name, numbers in derived.items():
         names = [name] if len(numbers) == 1 else [f"{name}{i}" for i in range(len(numbers))]
