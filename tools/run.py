@@ -37,7 +37,7 @@ PYTHON = PROGRAMS / ("python.exe" if os.name == "nt" else "python")
 INSTALLED = VENV / "installed.json"  # this folder, the digest of pyproject.toml, the extras and what is missing
 LOG = VENV / "install.log"
 OLDEST = (3, 11)
-SIZE = "about 330 MB, of which numba's compiler (LLVM) takes 170 MB; 80 MB to download"
+SIZE = "about 300 MB, of which numba's compiler (LLVM) takes 170 MB; 80 MB to download"
 LIVE = {  # what a package of the extra `live` is for
     "sounddevice": "no sound through PortAudio",
     "jack-client": "no JACK",
