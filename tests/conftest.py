@@ -32,8 +32,8 @@ from support.engine import FakeEngine
 from support.jack import lasting_server, leave_nothing
 from support.needs import (  # noqa: F401, hooks among them
     package,
-    pytest_fixture_setup,
     pytest_pyfunc_call,
+    pytest_setup_without_compiler,
     pytest_terminal_summary,
     tool,
 )

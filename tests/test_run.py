@@ -130,6 +130,25 @@ def test_a_package_whose_library_is_missing_skips_by_name(monkeypatch: pytest.Mo
         needs.package("jack")
 
 
+WITHOUT_COMPILER = """
+import pytest
+class BuildError(Exception): pass
+@pytest.fixture(scope="module")
+def bundle(): raise BuildError
+def test_one(bundle): pass
+def test_two(bundle): pass
+def test_three(): raise BuildError
+"""
+
+
+def test_every_test_of_a_fixture_that_no_compiler_builds_is_skipped(tmp_path: Path) -> None:
+    (tmp_path / "test_it.py").write_text(WITHOUT_COMPILER)
+    env = {**os.environ, "PATH": str(tmp_path), "PYTHONPATH": str(ROOT / "tests")}
+    line = [sys.executable, "-m", "pytest", "-p", "support.needs", "-p", "no:cacheprovider", "-q", "-rs", tmp_path]
+    done = subprocess.run(line, env=env, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "3 skipped" in done.stdout and "needs a C compiler (Debian: gcc libc6-dev)" in done.stdout, done.stdout
+
+
 @pytest.mark.real
 def test_a_bare_system_has_nothing_of_this_one() -> None:
     """It is a user's, has Python, and neither a compiler nor JACK; the command's status is passed on."""

@@ -142,7 +142,8 @@ def _gettid() -> int:
 
 
 def no_output(device: int | str | None, error: Exception) -> OutputLost:
-    if device is None:
+    """The error of a `device` that PortAudio cannot open or does not have; None: the system's own."""
+    if device is None or not output_names():
         return OutputLost(
             "no audio output: connect a sound card or start a JACK server; `livebass render` needs neither"
         )

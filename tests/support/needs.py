@@ -83,8 +83,8 @@ def pytest_terminal_summary(terminalreporter: Any) -> None:
                 terminalreporter.write_line(f"skipped without a part of the system: {report.nodeid}")
 
 
-@pytest.hookimpl(wrapper=True)
-def pytest_fixture_setup() -> Iterator[None]:
+@pytest.hookimpl(wrapper=True, specname="pytest_runtest_setup")  # pytest raises a fixture's error for each of its tests
+def pytest_setup_without_compiler() -> Iterator[None]:
     return (yield from skip_without_compiler())
 
 
