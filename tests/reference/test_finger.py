@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import scipy.integrate
 from support import strings
 from support.modal import Modal, bare_string, from_rest, modal
 
@@ -101,7 +102,7 @@ def test_a_finger_takes_what_it_resists() -> None:
     assert played.states is not None
     under = played.states[:, 0, 1] @ hand_shape(trial, finger, trial.modes)
     power = finger.resistances(played.time_s) * under**2
-    assert played.balance.taken_j[0, -1] == pytest.approx(np.trapezoid(power, played.time_s), rel=1e-3)
+    assert played.balance.taken_j[0, -1] == pytest.approx(scipy.integrate.trapezoid(power, played.time_s), rel=1e-3)
     force = -finger.resistances(played.time_s) * under
     np.testing.assert_allclose(played.hand_force_n[0], force, rtol=0, atol=5e-3 * np.abs(force).max())
     assert not played.hand_force_n[0, played.time_s < 2e-3].any()
