@@ -73,6 +73,16 @@ def test_a_copy_of_livebass_is_replaced(run: ModuleType, tmp_path: Path) -> None
     assert run.calls[0] == ["--editable", ".[live]"] and run.is_editable()
 
 
+def test_python_starts_in_a_folder_with_umlauts_under_the_posix_locale(run: ModuleType, tmp_path: Path) -> None:
+    """Python 3.11 and 3.12 read .pth files by the locale, and end if they cannot; pip writes the folder's name there."""
+    place = tmp_path / ".venv/lib/python3.11/site-packages"
+    place.mkdir(parents=True)
+    file = place / "_editable_impl_livebass.pth"
+    file.write_text("/home/jörg/bässe", encoding="utf-8")
+    run.install("test")
+    assert (place / file.read_text(encoding="ascii").strip()).resolve() == tmp_path.resolve()
+
+
 def test_other_requirements_are_installed(run: ModuleType, tmp_path: Path) -> None:
     run.install("live")
     run.calls.clear()

@@ -141,9 +141,19 @@ def install(*extras: str) -> list[str]:
                 raise Failed(f"Installing failed: {why}\n  It needs the network the first time. Log: {LOG}")
             packages = requirements(project(), new)
             missing = list(dict.fromkeys([*missing, *(package for package in packages if not pip(package))]))
+        name_folder_relatively()
         kept = {"folder": str(ROOT), "digest": digest, "extras": sorted(have | set(extras)), "missing": missing}
         INSTALLED.write_text(json.dumps(kept, indent=1), encoding="utf-8")
     return missing
+
+
+def name_folder_relatively() -> None:
+    """Makes .venv find this folder by a relative path.
+
+    Under the POSIX locale, Python before 3.13 cannot start if a .pth file has other letters than those of ASCII.
+    """
+    for file in VENV.glob("**/site-packages/*livebass*.pth"):
+        file.write_text(f"{Path(os.path.relpath(ROOT, file.parent)).as_posix()}\n", encoding="ascii")
 
 
 def name_of(requirement: str) -> str:
