@@ -74,7 +74,7 @@ def test_a_copy_of_livebass_is_replaced(run: ModuleType, tmp_path: Path) -> None
 
 
 def test_python_starts_in_a_folder_with_umlauts_under_the_posix_locale(run: ModuleType, tmp_path: Path) -> None:
-    """Python 3.11 and 3.12 read .pth files by the locale, and end if they cannot; pip writes the folder's name there."""
+    """Python 3.11 and 3.12 read .pth files by the locale, and end if they cannot; pip names the folder there."""
     place = tmp_path / ".venv/lib/python3.11/site-packages"
     place.mkdir(parents=True)
     file = place / "_editable_impl_livebass.pth"
