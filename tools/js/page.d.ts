@@ -322,6 +322,7 @@ interface PageState {
   rolling: boolean;
   repeats: boolean;
   lastLook: number;
+  lastSaid: number;
   early: PressedKey[];
   song?: import("../../livebass/web/static/song.js").Song;
   rolls?: Roll;

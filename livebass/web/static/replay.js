@@ -11,6 +11,7 @@ import {see} from "./view.js";
 import {workshop} from "./workshop.js";
 
 const HEARD = 1.5; // s of a motion's sound
+const SAID_EVERY = 100; // ms between the moments that a rolling replay says
 /** @type {{note?: KeptNote, replay?: Replay}} */
 export const kept = {}; // the last note, with the bass that played it, and its replay
 
@@ -93,9 +94,10 @@ function setButtons(/** @type {boolean} */ on) {
 // Advances by the time since the last picture, at the chosen speed; stops at the end.
 export function goOn(/** @type {number} */ now) {
   if (state.rolling && see.replay) {
-    goTo(see.replay.at + (now - state.lastLook) / 1000 * player.context.sampleRate / slowness());
+    see.goTo(see.replay.at + (now - state.lastLook) / 1000 * player.context.sampleRate / slowness(), slowness());
     state.rolling = see.replay.at < see.replay.length - 1;
     if (!state.rolling && state.repeats) restart();
+    if (!state.rolling || now - state.lastSaid >= SAID_EVERY) sayMoment();
   }
   state.lastLook = now;
 }
@@ -103,14 +105,16 @@ export function goOn(/** @type {number} */ now) {
 // Goes to a frame of the replay; returns the contacts on the way.
 export function goTo(/** @type {number} */ frame) {
   const met = see.goTo(frame, slowness());
-  if (see.replay) $("moment").value = String(see.replay.at);
   sayMoment();
   return met;
 }
 
 export const slowness = () => Math.round(10 ** +$("slow").value);
 
+// Says the shown moment. A browser lays the page out again each time, which takes as long as the picture.
 function sayMoment() {
+  state.lastSaid = performance.now();
+  if (see.replay) $("moment").value = String(see.replay.at);
   const text = `${see.moment.toFixed(2)} ms`;
   $("moment-text").textContent = text;
   $("moment").ariaValueText = `${text} after the release`;
@@ -126,10 +130,12 @@ export function backToNow() {
   $("moment-text").textContent = "";
 }
 
-// Shows which buttons can do something.
+// Shows which buttons can do something. Writing what stands there already has a browser compute styles anew.
 export function showButtons() {
-  $("again").disabled = !player.ready || (!kept.note && !see.replay);
-  $("same").hidden = !kept.note || !bench() || kept.note.label === player.labelOf(kept.note.name);
+  const idle = !player.ready || (!kept.note && !see.replay), again = $("again"), same = $("same");
+  const alike = !kept.note || !bench() || kept.note.label === player.labelOf(kept.note.name);
+  if (again.disabled !== idle) again.disabled = idle;
+  if (same.hidden !== alike) same.hidden = alike;
 }
 
 const failed = (/** @type {Error} */ error) => say(`The note cannot be repeated: ${error.message}`);

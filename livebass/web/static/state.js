@@ -13,6 +13,7 @@ export const state = {
   rolling: false, // slow motion goes on ...
   repeats: false, // ... and begins again at its end
   lastLook: 0, // ms, at a picture of the slow motion
+  lastSaid: 0, // ms, when its moment was said
   early: [], // keys pressed after the sound was requested, until it runs
   song: undefined,
   rolls: undefined, // a song that plays: {begun}
