@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import resource
+import shlex
 import signal
 import sys
 import time
@@ -251,8 +252,7 @@ def test_file_limit_signal_is_ignored_by_python() -> None:
 
 TONE = 0.5 * np.sin(np.arange(4800) / 20)
 HALF_RATE = 24_000
-FFMPEG = """#!{python}
-import os, sys
+FFMPEG = """import os, sys
 arguments = sys.argv[1:]
 open({log!r}, "w").write("\\n".join(arguments))
 name = arguments[arguments.index("-i") + 1].removeprefix("file:")
@@ -310,6 +310,12 @@ def test_what_libsndfile_writes_is_read(tmp_path: Path, format: str) -> None:
     assert len(read(path).samples) >= len(TONE) - 1
 
 
+def write_program(path: Path, code: str) -> None:
+    """Writes a program in Python. Its first line cannot name an interpreter in a folder with spaces."""
+    path.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c {shlex.quote(code)} "$@"\n')
+    path.chmod(0o755)
+
+
 @pytest.fixture
 def ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A fake ffmpeg that logs its arguments, and writes a tone at HALF_RATE for any file except broken ones."""
@@ -317,9 +323,7 @@ def ffmpeg(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir()
     log = folder / "arguments"
     (folder / "tone.wav").write_bytes(of_pipe(wav(HALF_RATE, "FLOAT", 2), 0xFFFFFFFF, 0xFFFFFFFF))
-    program = folder / "ffmpeg"
-    program.write_text(FFMPEG.format(python=sys.executable, log=str(log), wav=str(folder / "tone.wav")))
-    program.chmod(0o755)
+    write_program(folder / "ffmpeg", FFMPEG.format(log=str(log), wav=str(folder / "tone.wav")))
     monkeypatch.setenv("PATH", str(folder))
     return log
 
@@ -353,7 +357,7 @@ def test_what_ffmpeg_cannot_read_is_one_line(tmp_path: Path, ffmpeg: Path, monke
             read(tmp_path / name)
         assert f"{tmp_path / name}: {says}" in str(caught.value) and "\n" not in str(caught.value)
     (tmp_path / "slow.m4a").write_bytes(M4A)
-    (ffmpeg.parent / "ffmpeg").write_text(f"#!{sys.executable}\nimport time\ntime.sleep(60)\n")
+    write_program(ffmpeg.parent / "ffmpeg", "import time; time.sleep(60)")
     monkeypatch.setattr(audiofile, "FFMPEG_SECONDS", 0.1)
     with pytest.raises(SoundError, match=r"ffmpeg did not read it in 0.1 s; convert it to WAV"):
         read(tmp_path / "slow.m4a")

@@ -208,7 +208,7 @@ def _computer(workers: int, scheduler: str | None) -> Iterator[Compute]:
     from livebass.experiment.workers import connected, lasting
     from livebass.fitting.problem import solved
 
-    with connected(scheduler, solved) if scheduler is not None else lasting(workers, solved) as compute:
+    with connected(scheduler, solved) if scheduler is not None else lasting(workers, solved, say) as compute:
         yield compute
 
 

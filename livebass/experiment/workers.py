@@ -15,7 +15,16 @@ import socket
 import threading
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, as_completed, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    as_completed,
+    wait,
+)
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from itertools import islice
@@ -56,19 +65,19 @@ def computed(points: Sequence[Point], workers: int, say: Say) -> Generator[tuple
     """
     left = dict.fromkeys(points)
     while left:
-        lost = yield from _together(list(left), workers, left)
+        lost = yield from _together(list(left), workers, left, say)
         if lost:
             say(f"{len(lost)} of the points were lost with a process that died; they are computed again")
         for point in lost:  # one by one, to find the one that kills its process
             deaths = 0
             while point in left:
-                deaths += len((yield from _together([point], 1, left)))
+                deaths += len((yield from _together([point], 1, left, say)))
                 if deaths == MOST_DEATHS:
                     raise ChildProcessError(f"{point.name}: the process that computes it has died {deaths} times")
 
 
 def _together(
-    points: Sequence[Point], workers: int, left: dict[Point, None]
+    points: Sequence[Point], workers: int, left: dict[Point, None], say: Say
 ) -> Generator[tuple[Point, Result], None, list[Point]]:
     """Yield results and take their points out of `left`, until all are done or a process dies.
 
@@ -76,7 +85,7 @@ def _together(
     """
     waiting = iter(points)
     running: dict[Future[Result], Point] = {}
-    with _pool(min(workers, len(points))) as submit:
+    with _pool(min(workers, len(points)), say) as submit:
         while True:
             broken = False
             for point in islice(waiting, workers - len(running)):
@@ -108,12 +117,12 @@ def _result(point: Task, future: Future[Result]) -> Result:
 
 
 @contextmanager
-def lasting(workers: int, solve: Solve) -> Iterator[Compute]:
+def lasting(workers: int, solve: Solve, say: Say) -> Iterator[Compute]:
     """A function like that of `connected`, for processes that last from one call of it to the next.
 
     It raises ChildProcessError with the name of a point whose process dies.
     """
-    with _pool(workers) as submit:
+    with _pool(workers, say) as submit:
 
         def compute(points: Sequence[AnyTask]) -> Generator[tuple[AnyTask, Result]]:
             running = {submit(solve, point.work): point for point in points}
@@ -127,15 +136,17 @@ def lasting(workers: int, solve: Solve) -> Iterator[Compute]:
 
 
 @contextmanager
-def _pool(workers: int) -> Iterator[Callable[[Solve, Any], Future[Result]]]:
+def _pool(workers: int, say: Say) -> Iterator[Callable[[Solve, Any], Future[Result]]]:
     """A function that hands work to the next free process. No process outlives the block, however it ends."""
     before = set(multiprocessing.active_children())
     environment = {name: os.environ.get(name) for name in ONE_THREAD}
-    executor = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
+    made: list[Executor] = []
 
     def submit(solve: Solve, work: Any) -> Future[Result]:
+        if not made:
+            made.append(_executor(workers, say))
         with hidden_from_children():
-            return executor.submit(solve, work)
+            return made[0].submit(solve, work)
 
     os.environ.update(ONE_THREAD)
     try:
@@ -143,12 +154,22 @@ def _pool(workers: int) -> Iterator[Callable[[Solve, Any], Future[Result]]]:
     finally:
         for process in set(multiprocessing.active_children()) - before:
             process.kill()
-        executor.shutdown(wait=True, cancel_futures=True)
+        for executor in made:
+            executor.shutdown(wait=True, cancel_futures=True)
         for name, value in environment.items():
             if value is None:
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def _executor(workers: int, say: Say) -> Executor:
+    """Makes the processes; where there can be none, as without /dev/shm, one thread of this process."""
+    try:
+        return ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
+    except OSError as error:  # of a semaphore
+        say(f"this system lets processes share no memory ({error.strerror}): one computes everything")
+        return ThreadPoolExecutor(1)
 
 
 def _begin() -> None:

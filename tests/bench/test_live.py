@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import sys
 from dataclasses import replace
 from itertools import compress
@@ -493,7 +494,7 @@ def test_a_picture_without_matplotlib(run: Run, tmp_path: Path, monkeypatch: pyt
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     status, out, err = run("bench", "live", "--plot", tmp_path / "x.png")
     assert_one_clear_line(status, err, (1,))
-    assert "matplotlib" in err and f"{sys.executable} -m pip install" in err and not out
+    assert "matplotlib" in err and f"{shlex.quote(sys.executable)} -m pip install" in err and not out
 
 
 def test_a_preset_that_is_not_there(run: Run) -> None:

@@ -220,6 +220,8 @@ ENVIRONMENTS = [
 @pytest.mark.parametrize("more", ENVIRONMENTS[:1] + [pytest.param(e, marks=pytest.mark.slow) for e in ENVIRONMENTS[1:]])
 def test_streams_that_cannot_take_a_name(tmp_path: Path, more: dict[str, str]) -> None:
     """Neither a file's name nor a track's."""
+    if more.get("PYTHONUTF8") == "0" and not sys.prefix.isascii():
+        pytest.skip("needs a place of ASCII: soundfile finds its library by its path")
     title = "caf\xe9 ベース".encode()
     data = song(b"\x00\xff\x03" + bytes([len(title)]) + title, BASS, NOTE)
     (tmp_path / f"{NAME}.mid").write_bytes(data)

@@ -23,6 +23,7 @@ from livebass.experiment.grid import Point, Settings, axis, grid, names, target
 from livebass.experiment.point import measured
 from livebass.experiment.quantities import QUANTITIES, USUAL
 from livebass.experiment.sweep import drawable, edges, pictures
+from livebass.experiment.workers import computed
 from livebass.files import Transaction
 from livebass.kernels.string.records import MOST_NEAR
 from livebass.model.instrument import Neck
@@ -299,6 +300,20 @@ def test_all_of_it_in_process_one(run: Run, tmp_path: Path, monkeypatch: pytest.
     more = "--vary", "pluck.at=0.5m:0.6m:2", "--vary", "player.rounding=4mm:5mm:2"
     status, _, err = run("study", "sweep", *vary, *more, *SMALL, "-o", tmp_path / "d")
     assert status == 0 and "no picture" in err and not (tmp_path / "d" / "sweep.png").exists()
+
+
+def test_without_memory_that_processes_share_one_computes_everything(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A system without /dev/shm gives processes no semaphores."""
+
+    def refuse(*_: Any) -> None:
+        raise FileNotFoundError(2, "No such file or directory")
+
+    said: list[str] = []
+    monkeypatch.setattr("livebass.experiment.workers.ProcessPoolExecutor", refuse)
+    wanted = points("pluck.apex=1mm:2mm:3")
+    found = dict(computed(wanted, 2, said.append))
+    assert found == {point: measured(point.work) for point in wanted}
+    assert said == ["this system lets processes share no memory (No such file or directory): one computes everything"]
 
 
 @pytest.mark.parametrize(

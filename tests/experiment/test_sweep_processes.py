@@ -15,6 +15,7 @@ from pathlib import Path
 import psutil
 import pytest
 from support.command import assert_one_clear_line
+from support.needs import processes
 
 from livebass.experiment.grid import Settings, axis, grid
 from livebass.experiment.workers import computed
@@ -26,6 +27,11 @@ SWEEP = (
     "study", "sweep", "--vary", "pluck.apex=2mm:5mm:4", "--vary", "neck.contact_stiffness=1e9:1e13:2:log",
     "--modes", "60", "--contact-rate", "192kHz", "--duration", "1s", "--no-picture",
 )  # fmt: skip
+
+
+@pytest.fixture(scope="module", autouse=True)
+def processes_of_their_own() -> None:
+    processes()
 
 
 @pytest.fixture(scope="module", autouse=True)

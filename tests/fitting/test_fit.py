@@ -293,7 +293,7 @@ def test_processes_and_a_cluster_give_the_same_scores(problem: Problem, tmp_path
     distributed = pytest.importorskip("distributed")
     tasks = [Trial(problem, (0.2, u), f"trial {u}") for u in (0.3, 0.6)]
     here = {task.name: solved(task.work) for task in tasks}
-    with lasting(2, solved) as compute:
+    with lasting(2, solved, print) as compute:
         assert {task.name: found for task, found in compute(tasks)} == here
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path), silence_logs=60

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.needs import processes
 
 pytest.importorskip("cmaes")
 from livebass.experiment.workers import lasting
@@ -95,8 +96,9 @@ def test_a_few_trials_are_one_generation(tmp_path: Path) -> None:
 
 
 def test_processes_last_from_one_call_to_the_next() -> None:
+    processes()
     tasks = [SimpleNamespace(name=f"task {k}", work={"score": k}, digest=str(k)) for k in range(5)]
-    with lasting(1, plain) as compute:
+    with lasting(1, plain, pytest.fail) as compute:
         for part in (tasks[:2], tasks[2:]):
             assert sorted((t.name, r["score"]) for t, r in compute(part)) == [(t.name, t.work["score"]) for t in part]
         with pytest.raises(ChildProcessError, match="task x"):

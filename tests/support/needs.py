@@ -6,6 +6,7 @@ A Python package may be installed and yet fail to load, as its wheel does not ca
 from __future__ import annotations
 
 import importlib.util
+import multiprocessing
 import os
 import shutil
 import signal
@@ -66,6 +67,14 @@ def tool(name: str, part: str = "") -> str:
     """Returns the path of the program `name`; skips the test without it. Fails if LIVEBASS_NEEDS_part."""
     needed, package = PROGRAMS.get(name, (name, ""))
     return shutil.which(name) or missing(needed, package, part)
+
+
+def processes() -> None:
+    """Skips the test if processes cannot share memory, as without /dev/shm."""
+    try:
+        multiprocessing.get_context("spawn").Lock()
+    except OSError as error:
+        missing("memory that processes share (/dev/shm)", error=error)
 
 
 def missing(needed: str, package: str = "", part: str = "", error: Exception | None = None) -> Any:
