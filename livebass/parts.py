@@ -1,7 +1,7 @@
 """The parts of a bass that the kernels read as numbers, a row each (rows.py): strings, necks, circuit, player.
 
-Words number the fields of a record in kernels and instrument files. A new number takes the next word, wherever its row
-stands, and files get a new VERSION.
+Words number the fields of a record in kernels. A new number takes the next word, wherever its row stands. Instrument
+files (kernels/bass/kept.py) hold numbers by name.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from livebass.rows import LARGEST, REQUIRED, TINY, choice, number, result
 from livebass.units import OFF
 
-VERSION = 18  # of instrument files; any change in layout or meaning needs a new one
 STROKES = ("finger", "pick", "nail", "pop")  # in the order of the performer's numbers
 ANSWERING = ("off", "pedal", "always", "held")  # in the order of their numbers, too
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum", "squeak")  # of the player

@@ -4,8 +4,8 @@ A field made by `number` or `choice` is a row of its dataclass. It defines the p
 help (preset/keys.py). If it has a `word`, it also defines its place in a kernel record, the struct in C, and its limits
 in instrument files. A record that only kernels know is a list of Words.
 
-To add a number of a string, a neck or the player, write its row in parts.py with the next word and a new VERSION, the
-kernel that uses it, and a sentence in the handbook.
+To add a number of a string, a neck or the player, write its row in parts.py with the next word, the kernel that
+uses it, and a sentence in the handbook.
 """
 
 from __future__ import annotations

@@ -169,8 +169,11 @@ def outputs(checkout: Path, song: Path, folder: Path, quick: bool) -> Iterator[t
 FILES = """
 import hashlib, json
 from livebass import load_preset, preset_names
-from livebass.plugin.instrument import instrument_file
-print(json.dumps({n: hashlib.sha256(instrument_file(load_preset(n))).hexdigest()[:16] for n in preset_names()}))
+from livebass.kernels.bass.instrument import FILE
+from livebass.plugin import instrument
+image = getattr(instrument, "image_file", instrument.instrument_file)  # older versions kept the image itself
+first = FILE.fields["name"][1]  # older ones had other words before it
+print(json.dumps({n: hashlib.sha256(image(load_preset(n))[first:-8]).hexdigest()[:16] for n in preset_names()}))
 """
 PAGE = """
 import hashlib, json, runpy, sys

@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 
 from livebass import load_preset
-from livebass.plugin.instrument import instrument_file
+from livebass.plugin.instrument import image_file
 from livebass.web import build
 from livebass.web.modules import joined
 
@@ -103,7 +103,7 @@ def main() -> None:
         (folder / "worklet.cjs").write_text(joined("worklet.js"))
         (folder / "play.cjs").write_text(PLAYING % {"rate": RATE, "quantum": QUANTUM, "seconds": SECONDS})
         for preset in asked.presets:
-            (folder / preset).write_bytes(instrument_file(load_preset(preset)))
+            (folder / preset).write_bytes(image_file(load_preset(preset)))
         command = ["node", "--single-threaded", "play.cjs", str(asked.slower), asked.how, *asked.presets]
         subprocess.run(command, cwd=folder, check=True)
 

@@ -1,12 +1,11 @@
 """A bass as bytes: its numbers and notes, computed as far as they do not depend on the audio rate.
 
-Everything that plays is made from an image, by the same kernels (kernels/bass): engine and synth from one in memory,
-plugins and page from one in a file.
+Everything that plays is made from an image, by the same kernels (kernels/bass). Python computes that of engine and
+synth; kernels make that of plugins and page, from an instrument file.
 """
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -28,9 +27,8 @@ from livebass.kernels.string.preparing import DONE, FROZEN, OVERDAMPED
 from livebass.kernels.string.records import CONTACT, EVENT, OPERATOR, STRING
 from livebass.kernels.string.told import TOLD
 from livebass.model.bench import bench_of
-from livebass.model.instrument import Instrument, speaking
+from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.quality import Quality
-from livebass.parts import VERSION
 
 WHY = {
     OVERDAMPED: "damping is above critical for a mode: lower the extra damping",
@@ -40,7 +38,7 @@ WHY = {
 
 @dataclass(frozen=True)
 class Image:
-    """A bass as bytes, in the layout of an instrument file (kernels/bass/instrument.py)."""
+    """A bass as bytes, in the layout of kernels/bass/instrument.py."""
 
     words: Floats  # (n,)
     exact: bool = False  # all modes are float64, except in the last tier
@@ -173,16 +171,21 @@ def image_bytes(instrument: Instrument, qualities: Sequence[Quality]) -> bytes:
     hands, heights = hand_heights(instrument, given, len(numbers))
     response = instrument.effects.response
     head = np.zeros(1, FILE)
-    head["magic"], head["version"] = MAGIC, VERSION
-    head["name"][0] = _text(instrument.name, head["name"].shape[1])
-    for i, string in enumerate(instrument.strings):
-        head["string_names"][0, i] = _text(string.name, head["string_names"].shape[2])
-    head["instrument"] = bass_numbers(instrument, qualities, instrument.frets)
+    head["magic"] = MAGIC
+    put_head(instrument, qualities, head)
     head["instrument"]["hand"][0, : len(hands)] = hands
     lists = (given, modes, numbers, heights)
     rest = b"".join(each.tobytes() for each in lists) + (response.played if response else b"")
     head["words"] = (head.nbytes + len(rest)) // WORD + 1
     return sealed(head.tobytes() + rest)
+
+
+def put_head(instrument: Instrument, qualities: Sequence[Quality], to: NDArray[np.void]) -> None:
+    """Puts the names of a bass and its strings, and its numbers, into a FILE or KEPT, (1,)."""
+    to["name"][0] = _text(instrument.name, to["name"].shape[1])
+    for i, string in enumerate(instrument.strings):
+        to["string_names"][0, i] = _text(string.name, to["string_names"].shape[2])
+    to["instrument"] = bass_numbers(instrument, qualities, instrument.frets)
 
 
 def sealed(data: bytes) -> bytes:
@@ -196,15 +199,22 @@ def hand_heights(instrument: Instrument, notes: NDArray[np.void], behind: int) -
 
     notes: NOTE (strings, frets + 1); behind: the place after the existing numbers.
     """
-    places, heights = np.zeros(len(instrument.strings), np.int64), array("d")
-    for i, neck in enumerate(instrument.grazed):
-        s = speaking(instrument.strings[i], neck, 0)
-        found = [h for _, h in s.surface] if neck.surface else list(s.contact_height)
+    places, heights = np.zeros(len(instrument.strings), np.int64), list[float]()
+    for i, found in enumerate(contact_heights(instrument, instrument.grazed)):
         if len(found) != notes[i, 0]["surface_count"] + notes[i, 0]["obstacles_count"]:
             raise ValueError(f"string {instrument.strings[i].name}: the neck that force 1 grazes has other contacts")
         places[i] = behind + len(heights) + 1
         heights.extend(found)
     return places, np.array(heights)
+
+
+def contact_heights(instrument: Instrument, necks: Sequence[Neck]) -> list[list[float]]:
+    """The heights (m) of the contacts under each open string, on these necks."""
+    made = []
+    for string, neck in zip(instrument.strings, necks, strict=False):
+        s = speaking(string, neck, 0)
+        made.append([h for _, h in s.surface] if neck.surface else list(s.contact_height))
+    return made
 
 
 def image_of(data: bytes) -> Image:

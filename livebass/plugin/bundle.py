@@ -13,7 +13,7 @@ from livebass.bounds import refusal, within
 from livebass.files import Transaction, whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
-from livebass.plugin.instrument import BENCH_ENDING, ENDING, bench_file, instrument_file
+from livebass.plugin.instrument import ENDING, OLD_ENDING, instrument_file
 from livebass.plugin.systems import System, this_system
 from livebass.preset.sounds import sound_text, sound_title, sounds_of
 from livebass.techniques import MOST_BASSES
@@ -28,7 +28,7 @@ RESOURCES = "Contents/Resources"  # instruments in macOS and VST3 bundles
 
 
 def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE) -> dict[str, bytes]:
-    """Returns instrument files, bench files and their list, by file name, for `basses`, by short name.
+    """Returns instrument files and their list, by file name, for `basses`, by short name.
 
     The factory sounds of these basses are in a folder of their own.
 
@@ -39,7 +39,6 @@ def instrument_files(basses: dict[str, Instrument], qualities: Qualities = LIVE)
     for name in basses:
         checked_name(name)
     files = {f"{name}{ENDING}": instrument_file(bass) for name, bass in basses.items()}
-    files |= {f"{name}{BENCH_ENDING}": bench_file(bass, files[f"{name}{ENDING}"]) for name, bass in basses.items()}
     files |= {f"{SOUNDS}/{sound_title(s)}.toml": sound_text(s).encode() for name in basses for s in sounds_of(name)}
     lines = [f"{name} {STUDIO}\n" if qualities.get(name) == STUDIO else f"{name}\n" for name in basses]
     return files | {LIST: "".join(lines).encode()}
@@ -107,7 +106,7 @@ def with_name(title: str, name: str) -> str:
 def are_instruments(entries: list[Path]) -> bool:
     """True if these are an instrument list and files that belong beside it, and nothing else."""
     names = [entry.name for entry in entries]
-    return LIST in names and all(name in (LIST, SOUNDS) or name.endswith((ENDING, BENCH_ENDING)) for name in names)
+    return LIST in names and all(name in (LIST, SOUNDS) or name.endswith((ENDING, OLD_ENDING)) for name in names)
 
 
 def is_macos(system: System) -> bool:

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from livebass import __version__, parts, techniques
+from livebass import __version__, techniques
 from livebass.compiling import SMALL, Entry, emitter
-from livebass.kernels.bass import bench, change, check, instrument, pool
+from livebass.kernels.bass import bench, change, check, instrument, kept, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.effects import records as effects
 from livebass.kernels.effects import response
@@ -55,10 +55,11 @@ RECORDS = {
     "LB_NOTE": preparing.NOTE,
     "LB_PREPARING": preparing.PREPARING,
     "LB_POOL": pool.POOL,
-    "LB_CHANGE": change.CHANGE,
     "LB_BENCH_STRING": bench.BENCH_STRING,
     "LB_BENCH": bench.BENCH,
-    "LB_BENCH_FILE": change.BENCH_FILE,
+    "LB_KEPT": kept.KEPT,
+    "LB_HEAD": kept.HEAD,
+    "LB_CHANGE": change.CHANGE,
     "LB_COIL": coil.COIL,
     "LB_BUILDING": bass.BUILDING,
     "LB_TEAM": live.TEAM,
@@ -69,7 +70,7 @@ RECORDS = {
     "LB_LOOK": look.LOOK,
 }
 OF_MODULES: tuple[tuple[Any, str], ...] = (
-    (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN OTHER_VERSION DAMAGED"), (note, "MADE"),
+    (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN DAMAGED LATER"), (note, "MADE"),
     (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK POP"), (sight, "SEEN"),
     (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
     (effects, "LONGEST LEAST_RATE MOST_RATE"), (priority, "PRIORITY"),
@@ -80,7 +81,6 @@ NUMBERS = {
     **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
     **{f"LB_KIND_{name}": getattr(ring, name) for name in KINDS},
     "LB_KEY_COUNT": KEYS,
-    "LB_FILE_VERSION": parts.VERSION,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_SLOTS": records.VOICE_SLOTS,
     "LB_RESERVED": ", ".join(map(str, techniques.RESERVED)),
@@ -88,7 +88,6 @@ NUMBERS = {
     "LB_BUILT": techniques.SLIDERS,
     "LB_GROUPS": len(GROUPS),
     "LB_RELEASE": json.dumps(__version__),
-    "LB_BENCH_MAGIC": change.BENCH_MAGIC,
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
 TEXTS = ("symbol", "name", "unit", "group")  # of a parameter

@@ -1,22 +1,23 @@
-"""Instrument files, `.lbass`: a bass in numbers, for any audio rate and in each tier, as the plugins read it.
+"""Instrument files, `.lbass`: a bass in named numbers, as plugins and page read it and keep it in their states.
 
-A file is the image of a bass (engine/image.py); kernels/bass defines the format and has the kernels that read it. It
-holds everything that can be computed from a preset without knowing the audio rate.
+kernels/bass/kept.py defines the format, and kernels/bass/change.py makes the image of a bass from it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from livebass.engine.image import image_bytes, sealed
+from livebass import __version__
+from livebass.engine.image import contact_heights, image_bytes, put_head, sealed
 from livebass.engine.prepare import is_heavy
 from livebass.files import Transaction
-from livebass.kernels.bass.change import BENCH_FILE, BENCH_MAGIC
 from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS, WORD
+from livebass.kernels.bass.kept import FIELDS, FORMAT, HEAD, KEPT, KEPT_MAGIC, LISTS_KEPT, name_words
 from livebass.live import synth
 from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument
@@ -24,7 +25,7 @@ from livebass.model.quality import ENDS_SOON, QUALITIES, Quality
 from livebass.rows import TINY
 
 ENDING = ".lbass"
-BENCH_ENDING = ".bench"
+OLD_ENDING = ".bench"  # of files that older versions wrote beside them
 
 
 def tiers(instrument: Instrument) -> list[Quality]:
@@ -33,9 +34,50 @@ def tiers(instrument: Instrument) -> list[Quality]:
     return [of[k].for_contact(instrument.loss, instrument.over_board) for k in range(TIERS)]
 
 
+def image_file(instrument: Instrument) -> bytes:
+    """Returns the image that kernels make of a bass's instrument file. Raises ValueError as `instrument_file`."""
+    return image_bytes(instrument, tiers(instrument))
+
+
 def instrument_file(instrument: Instrument) -> bytes:
     """Returns a bass's instrument file. Raises ValueError for a neck that cannot be played."""
-    return image_bytes(instrument, tiers(instrument))
+    image_file(instrument)
+    made, heights = (
+        bench_of(instrument, tiers(instrument)),
+        contact_heights(instrument, instrument.grazed or instrument.necks),
+    )
+    kept, first = np.zeros(1, KEPT), 1
+    put_head(instrument, tiers(instrument), kept)
+    for i, of in enumerate(heights):
+        kept["instrument"]["hand"][0, i], kept["hand_count"][0, i] = first, len(of)
+        first += len(of)
+    kept["hand_stays"] = bool(instrument.grazed)
+    for k, (least, qualities) in enumerate(tiers_by_loss(instrument)):
+        kept["from_loss"][0, k] = least
+        for tier, quality in enumerate(qualities):
+            kept["modes"][0, k, tier], kept["heavy"][0, k, tier] = quality.modes or 0, is_heavy(quality)
+            kept["contact_rate"][0, k, tier] = quality.contact_rate
+    kept["bench"] = made.record
+    response = instrument.effects.response
+    lists = (made.numbers.tobytes(), np.concatenate(heights).tobytes(), response.played if response else b"")
+    words = kept.view(np.int64)
+    return file_of(
+        {name: words[places].tobytes() for name, places in FIELDS.items()} | dict(zip(LISTS_KEPT, lists, strict=True))
+    )
+
+
+def file_of(fields: Mapping[str, bytes], version: str = __version__, format: int = FORMAT) -> bytes:
+    """Returns the instrument file with these fields, by name: whole words, of which zeros at the end are left out."""
+    body = b""
+    for name, value in fields.items():
+        kept = value.rstrip(b"\0")
+        for part in (name_words(name), kept + bytes(-len(kept) % WORD)):
+            body += (len(part) // WORD).to_bytes(WORD, "little") + part
+    head = np.zeros(1, HEAD)
+    head["magic"], head["format"], head["fields"] = KEPT_MAGIC, format, len(fields)
+    head["made"].view("S32")[0] = version.encode()
+    head["words"] = (head.nbytes + len(body)) // WORD + 1
+    return sealed(head.tobytes() + body)
 
 
 def tiers_by_loss(instrument: Instrument) -> list[tuple[float, list[Quality]]]:
@@ -47,28 +89,11 @@ def tiers_by_loss(instrument: Instrument) -> list[tuple[float, list[Quality]]]:
     return made
 
 
-def bench_file(instrument: Instrument, file: bytes) -> bytes:
-    """Returns the bench file of a bass with this instrument `file` (kernels/bass/change.py)."""
-    made = bench_of(instrument, tiers(instrument))
-    head = np.zeros(1, BENCH_FILE)
-    head["magic"], head["bytes"], head["of"] = BENCH_MAGIC, BENCH_FILE.itemsize, np.frombuffer(file[-WORD:], "<u8")
-    head["numbers"] = len(made.numbers)
-    for k, (least, qualities) in enumerate(tiers_by_loss(instrument)):
-        head["from_loss"][0, k] = least
-        for tier, quality in enumerate(qualities):
-            head["modes"][0, k, tier], head["heavy"][0, k, tier] = quality.modes or 0, is_heavy(quality)
-            head["contact_rate"][0, k, tier] = quality.contact_rate
-    head["bench"] = made.record
-    head["words"] = (head.nbytes + made.numbers.nbytes) // WORD + 1
-    return sealed(head.tobytes() + made.numbers.tobytes())
-
-
 def write_instrument(instrument: Instrument, path: Path, files: Transaction | None = None) -> None:
-    """Writes a bass's instrument file and bench file, whole or not at all; or as part of the transaction `files`.
+    """Writes a bass's instrument file, whole or not at all; or as part of the transaction `files`.
 
     Raises ValueError, OutputError.
     """
     data = instrument_file(instrument)
     with Transaction() if files is None else nullcontext(files) as files:
         files.write(path, data)
-        files.write(path.with_suffix(BENCH_ENDING), bench_file(instrument, data))

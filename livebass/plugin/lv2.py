@@ -12,7 +12,7 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.live.thread.look import LOOK
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import LIST, SOUNDS, checked_name, distinct_titles, with_name, write_bundle_of, write_files
-from livebass.plugin.instrument import BENCH_ENDING, ENDING
+from livebass.plugin.instrument import ENDING, OLD_ENDING
 from livebass.plugin.systems import SYSTEMS, System
 from livebass.preset.sounds import sound_title, sound_values, sounds_of
 from livebass.techniques import SLIDER_ROWS, event
@@ -152,7 +152,7 @@ def is_bundle(entries: list[Path]) -> bool:
     """True if these are the entries of a bundle that this module wrote: they may be replaced."""
     names, always = {entry.name for entry in entries} - {SOUNDS}, {LIST, TURTLE, PRESETS, MANIFEST}
     binaries = {binary_name(system) for system in SYSTEMS.values()}
-    return always <= names and all(name in always | binaries or name.endswith((ENDING, BENCH_ENDING)) for name in names)
+    return always <= names and all(name in always | binaries or name.endswith((ENDING, OLD_ENDING)) for name in names)
 
 
 write_bundle = partial(write_bundle_of, bundle_files, is_bundle)

@@ -24,7 +24,7 @@ from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
-from livebass.plugin.instrument import BENCH_ENDING, ENDING
+from livebass.plugin.instrument import ENDING, OLD_ENDING
 from livebass.preset.load import preset_names
 from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS, event
 from livebass.web import build
@@ -87,7 +87,7 @@ def is_page(entries: list[Path]) -> bool:
         return False
     if FOLDER in found and not is_recorded(found[FOLDER]):
         return False
-    return all(entry.suffix in (ENDING, BENCH_ENDING) for entry in found[BASSES].iterdir())
+    return all(entry.suffix in (ENDING, OLD_ENDING) for entry in found[BASSES].iterdir())
 
 
 def is_single_page(file: Path) -> bool:
@@ -108,7 +108,6 @@ def page_files(
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
     files = {f"{BASSES}/{name}{ENDING}": made[f"{name}{ENDING}"] for name in basses}
-    files |= {f"{BASSES}/{name}{BENCH_ENDING}": made[f"{name}{BENCH_ENDING}"] for name, has in benches.items() if has}
     files |= {
         MODULE: build.module(),
         "worker.js": joined("worker.js").encode(),

@@ -9,9 +9,10 @@ import numpy as np
 
 from livebass.compiling import Entry
 from livebass.kernels.bass.bench import BENCH, BENCH_STRING
-from livebass.kernels.bass.change import BENCH_FILE, CHANGE, make_change, measure_change
+from livebass.kernels.bass.change import BENCH_PLACE, CHANGE, make_change, measure_change
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.instrument import COARSE, FILE
+from livebass.kernels.bass.kept import KEPT
 from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
@@ -41,14 +42,14 @@ RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
     "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
-    "BENCH_FILE": BENCH_FILE, "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL,
+    "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
-    "CHANNELS": CHANNELS, "ANY": ANY,
+    "CHANNELS": CHANNELS, "ANY": ANY, "BENCH_PLACE": BENCH_PLACE,
     **{kind: getattr(records, kind) for kind in ("PLUCK", "STRIKE_EVENT", "THROW", "HAMMER", "PULL_OFF")},
 }  # fmt: skip
 # For each way to play: its switch; the performer's field that its controller moves, if any; and whether that
@@ -83,14 +84,14 @@ def layout() -> str:
 def record(of: np.dtype[np.void]) -> dict[str, Any]:
     """Returns a record's bytes and its fields; a field that is a record or an array of records has an empty kind.
 
-    Fields of an inner record are called "record.field".
+    Fields of an inner record are called "record.field"; of a KEPT only NUMBERS tell a place.
     """
     assert of.fields
     fields: dict[str, list[Any]] = {}
     for name, (kind, offset, *_) in of.fields.items():
         base = kind.subdtype[0] if kind.subdtype else kind
         fields[name] = [offset, "" if base.fields else base.str[1:]]
-        if kind.fields:
+        if kind.fields and kind != KEPT:
             inner = record(kind)["fields"]
             fields |= {f"{name}.{field}": [offset + at, of_kind] for field, (at, of_kind) in inner.items()}
     return {"bytes": of.itemsize, "fields": fields}

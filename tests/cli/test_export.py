@@ -11,6 +11,7 @@ from pathlib import Path
 import platformdirs
 import pytest
 from support.command import Run, assert_one_clear_line, cli_text, small_files
+from support.kept import image_made
 from support.needs import CLOSED
 
 from livebass import preset_names
@@ -158,13 +159,13 @@ def test_an_instrument_goes_where_plugins_look(run: Run, elsewhere: Path) -> Non
     assert status == 0 and not out, err
     file = elsewhere / "data" / "livebass" / "mine.lbass"
     assert err.startswith(f"{file}: ") and err.count("\n") == 1
-    assert image_of(file.read_bytes()).name == "Slap"
+    assert image_of(image_made(file.read_bytes())).name == "Slap"
     assert "plugins list it" in err
     _, _, err = run("export", "instrument", "fretless")
     assert "a bass called fretless lists its own" in err
     status, _, err = run("export", "instrument", "fretless", "-o", "other.lbass")
     assert status == 0 and f"plugins look for it in {file.parent}" in err
-    assert image_of((elsewhere / "other.lbass").read_bytes()).name == "Fretless jazz bass"
+    assert image_of(image_made((elsewhere / "other.lbass").read_bytes())).name == "Fretless jazz bass"
     assert run("export", "instrument", "fretless", "-o", "other.lbass")[0] == 0, "an older one is replaced"
 
 

@@ -22,7 +22,7 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
 from livebass.model.instrument import Pluck
 from livebass.paper.cases import CASES
-from livebass.plugin.instrument import instrument_file
+from livebass.plugin.instrument import image_file
 
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
 
@@ -115,7 +115,7 @@ def test_a_page_sees_and_hears_the_same() -> None:
     """In WebAssembly: the same samples with and without a look, and the records described by the layout."""
     sounds = []
     for looks in (False, True):
-        module = Module(instrument_file(load_preset("jazz-finger")), RATE)
+        module = Module(image_file(load_preset("jazz-finger")), RATE)
         for frame, message in zip(*(lambda s: (s.frames, s.messages))(score_of(HARD[:6], RATE)), strict=True):
             module.send(int(frame), *map(int, message))
         sights = module.place(4 * SIGHT.itemsize)

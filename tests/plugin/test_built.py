@@ -16,7 +16,6 @@ from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.plugin import clap
-from livebass.plugin.instrument import BENCH_ENDING
 from livebass.techniques import SLIDER_ROWS
 
 PRESET = "jazz-finger"
@@ -100,19 +99,3 @@ def test_a_state_and_a_change_while_it_plays(plugin: Plugin, folder: Path) -> No
         other.activate()
         again = other.play(SCORE, FRAMES)
     assert np.array_equal(sound, again)
-
-
-def test_what_cannot_be_built_is_said_and_the_bass_plays_as_it_is(plugin: Plugin, folder: Path) -> None:
-    plugin.activate()
-    own = plugin.play(SCORE, FRAMES)
-    file = folder / f"{PRESET}{BENCH_ENDING}"
-    kept = file.read_bytes()
-    try:
-        for damaged in (kept[:-8], b"", kept[:900] + b"?" + kept[901:], kept[:16] + bytes(8) + kept[24:]):
-            file.write_bytes(damaged)
-            with closing(Plugin(folder, active=False)) as other:
-                other.set(NUMBERS["action"], 1.0)
-                other.activate()
-                assert np.array_equal(other.play(SCORE, FRAMES), own)
-    finally:
-        file.write_bytes(kept)

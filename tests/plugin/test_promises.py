@@ -514,6 +514,8 @@ def test_a_damaged_instrument_is_refused_with_one_line(
         said += host.lines(capfd.readouterr().err)
         host.play([], 64, (64,))
     assert len(said) == 1 and re.search(r"slap\.lbass: ", said[0])
+    assert ("made by livebass 9.1; this one, " in said[0]) == (damage is DAMAGES["of a later format"])
+    assert ("made by an older livebass: export it again" in said[0]) == (damage is DAMAGES["of an older version"])
     assert np.array_equal(host.play(score, len(wanted)), wanted)
     assert names(host.save()) == [b"slap"]
 

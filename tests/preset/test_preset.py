@@ -652,9 +652,9 @@ def test_what_loads_can_be_rendered(data: dict[str, Any]) -> None:
 def test_a_bass_is_the_same_whatever_linear_algebra_the_processor_has() -> None:
     """OpenBLAS rounds differently on other processors; no instrument may depend on that."""
     code = (
-        "import hashlib; from livebass import load_preset; from livebass.plugin.instrument import instrument_file\n"
+        "import hashlib; from livebass import load_preset; from livebass.plugin.instrument import image_file\n"
         "for name in ('fretless', 'jazz-finger'):\n"
-        "    print(hashlib.sha256(instrument_file(load_preset(name))).hexdigest())\n"
+        "    print(hashlib.sha256(image_file(load_preset(name))).hexdigest())\n"
     )
     found = {
         subprocess.run(

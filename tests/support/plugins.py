@@ -22,11 +22,14 @@ from livebass.arrays import Floats
 from livebass.compiling import store
 from livebass.cores import core_count
 from livebass.engine.render import mixed
+from livebass.kernels.bass.kept import FORMAT
 from livebass.plugin import build
 from livebass.plugin.header import header
+from livebass.plugin.instrument import file_of
 from livebass.plugin.systems import this_system
 from livebass.score.reading import read_score
 from livebass.score.score import Score
+from support.kept import read_kept
 from support.needs import tool
 
 RATE = 48000
@@ -43,6 +46,8 @@ DAMAGES = {
     "cut": lambda data: data[:-8],
     "empty": lambda data: b"",
     "changed": lambda data: data[:900] + b"?" + data[901:],
+    "of a later format": lambda data: file_of(read_kept(data), "9.1", FORMAT + 1),
+    "of an older version": lambda data: b"LIVEBASS" + data[8:],
 }
 
 

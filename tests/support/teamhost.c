@@ -44,7 +44,7 @@ int main(int count, char **words) {
     kernels = slow = *lb_best_kernels();
     if (rests) slow.play_string = play_late;
     lb_synth *s = lb_new_synth(RATE, &slow);
-    lb_bass *bass = lb_load_bass(words[1], LB_LIVE, RATE, 1, 0, 0, 0, &slow, why, sizeof why);
+    lb_bass *bass = lb_load_bass(&(lb_source){words[1], 0, 0}, LB_LIVE, RATE, 1, 0, 0, 0, &slow, why, sizeof why);
     if (!s || !bass) return 3;
     lb_put_on(s, bass);
     pthread_t threads[THREADS];
@@ -69,7 +69,7 @@ int main(int count, char **words) {
         }
         if (k % 37 == 36 && !lb_changing(s)) {
             const char *next = words[1 + random_below(2)];
-            lb_change_bass(s, lb_load_bass(next, LB_LIVE, RATE, 1, 0, 0, 0, &slow, why, sizeof why));
+            lb_change_bass(s, lb_load_bass(&(lb_source){next, 0, 0}, LB_LIVE, RATE, 1, 0, 0, 0, &slow, why, sizeof why));
         }
         if (k % 91 == 90) lb_reset_synth(s);
         lb_play(s, sound, frames);

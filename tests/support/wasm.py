@@ -136,15 +136,14 @@ class Bare(Module):
         self.x = wasmtime.Instance(self.store, module, []).exports(self.store)
         self.end = int(self.x["__heap_base"].value(self.store))
 
-    def changed(self, file: bytes, bench: bytes, values: list[float]) -> bytes | int:
-        """The file of a bass changed by its sliders, as in worker.js, or the status of the failure."""
-        places = [self.place(len(data)) for data in (file, bench)]
-        for at, data in zip(places, (file, bench), strict=True):
-            self.bytes(at, len(data))[:] = np.frombuffer(data, np.uint8)
+    def changed(self, file: bytes, values: list[float]) -> bytes | int:
+        """The image of a bass changed by its sliders, as in engine.js, or the status of the failure."""
+        place = self.place(len(file))
+        self.bytes(place, len(file))[:] = np.frombuffer(file, np.uint8)
         at = self.place(CHANGE.itemsize)
-        self.set(CHANGE, at, file=places[0], bench=places[1], size=len(bench))
+        self.set(CHANGE, at, file=place, size=len(file))
         self.record(CHANGE, at)["value"][:] = values
-        assert self.call("measure_change", at) == 1
+        assert self.call("measure_change", at) == GOOD
         self.set(CHANGE, at, memory=self.place(int(self.record(CHANGE, at)["bytes"])))
         if state := self.call("make_change", at):
             return int(state)

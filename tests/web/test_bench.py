@@ -20,7 +20,7 @@ from support.wasm import QUANTUM, RATE, messages_of
 from livebass import QUALITIES, load_preset, render_to_array, score_of
 from livebass.engine.render import mixed
 from livebass.model.instrument import Effects
-from livebass.plugin.instrument import instrument_file
+from livebass.plugin.instrument import image_file
 from livebass.preset.build import PresetError
 from livebass.techniques import SLIDER_ROWS
 from livebass.web.bench import Source, bench
@@ -89,7 +89,7 @@ def sliders(name: str) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("name", quick(BASSES, ["fretless", "paper-bass"]))
 def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tmp_path: Path, name: str) -> None:
     """Moved to one of its places on every second bass, to the other one on the next."""
-    usual, refused = instrument_file(load_preset(name)), []
+    usual, refused = image_file(load_preset(name)), []
     for values in list(each_slider(name))[BASSES.index(name) % 2 :: 2]:
         toml, file = made(page, name, values)
         (tmp_path / "saved.toml").write_text(toml)
@@ -98,7 +98,7 @@ def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tm
                 load_preset(tmp_path / "saved.toml")
             refused.append(values)
             continue
-        assert file == instrument_file(load_preset(tmp_path / "saved.toml")), (values, toml)
+        assert file == image_file(load_preset(tmp_path / "saved.toml")), (values, toml)
         assert (file == usual) == ("fret" in values and len(values) == 1), values
     assert not refused
     toml, file = made(page, name, {"action": -2.0, "neck_relief": -1.0, "fret": 7, "fret_height": 1.5})
@@ -126,7 +126,7 @@ def test_all_at_once_is_the_saved_preset(page: Any, tmp_path: Path) -> None:
         values |= {"action": 0.5, "neck_relief": 0.1}
         toml, file = made(page, name, values)
         (tmp_path / "saved.toml").write_text(toml)
-        assert file == instrument_file(load_preset(tmp_path / "saved.toml")), (name, toml)
+        assert file == image_file(load_preset(tmp_path / "saved.toml")), (name, toml)
 
 
 def test_a_bass_as_it_was_exported_keeps_what_was_given(tmp_path: Path) -> None:
@@ -512,7 +512,7 @@ def test_every_wish_ends_up_in_the_bass_that_plays(opened: Any, tmp_path: Path) 
     found, toml = opened.execute_script(text + "return [btoa(text), bench().toml()]")
     (tmp_path / "saved.toml").write_text(toml)
     assert "action" in toml and "pickup" not in toml
-    assert base64.b64decode(found) == instrument_file(load_preset(tmp_path / "saved.toml"))
+    assert base64.b64decode(found) == image_file(load_preset(tmp_path / "saved.toml"))
     assert opened.execute_script(places) == [pytest.approx(0.1524), pytest.approx(0.06096)]
     crown = "return bassCalled('jazz-finger').strings[0].heights[11]"
     assert opened.execute_script(crown) == pytest.approx(-1.6e-3, abs=1e-9)

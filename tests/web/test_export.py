@@ -44,7 +44,7 @@ def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
 
 
 def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
-    basses = sorted(f"basses/{name}{end}" for name in FOUR for end in (".bench", ".lbass"))
+    basses = sorted(f"basses/{name}{end}" for name in FOUR for end in (".lbass",))
     for single, wanted in (
         (["--single"], ["livebass.html"]),
         (
@@ -201,7 +201,7 @@ def test_a_bass_of_ones_own_and_a_tuned_one_have_their_bench(run: Run, tmp_path:
     (action,) = (slider for slider in mine["sliders"] if slider["symbol"] == "action")
     assert mine["like"] == "mine.toml" and action["own"] == pytest.approx(1.9)
     assert slap["like"] == "slap" and slap["head"] == {"": {"tuning": '"drop-d"'}} == mine["head"]
-    assert names(page / "basses") == ["mine.bench", "mine.lbass", "slap.bench", "slap.lbass"]
+    assert names(page / "basses") == ["mine.lbass", "slap.lbass"]
 
 
 def test_a_bass_that_is_no_preset_has_no_bench(tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.model.instrument import Effects, Instrument, Response
 from livebass.parts import Pick
-from livebass.plugin.instrument import instrument_file
+from livebass.plugin.instrument import image_file
 from livebass.score.score import Score
 from livebass.techniques import EFFECT
 from livebass.web import build
@@ -49,7 +49,7 @@ TECHNIQUES = [
 
 def in_wasm(preset: str | Instrument, score: Score, seconds: float = 1.0) -> Floats:
     bass = load_preset(preset) if isinstance(preset, str) else preset
-    module = Module(instrument_file(bass), score.rate)
+    module = Module(image_file(bass), score.rate)
     for message in messages_of(score):
         module.send(*message)
     frames = round(seconds * score.rate) // QUANTUM * QUANTUM
@@ -136,7 +136,7 @@ def test_effects_are_those_of_a_render() -> None:
     wanted, sound = engine.process_with_mix(RATE)[1], in_wasm(bass, score)
     assert wanted is not None and np.abs(sound - wanted[: len(sound)]).max() < CLOSE < 0.005 < np.abs(sound).max()
     dry = replace(bass, effects=Effects())
-    by_page = Module(instrument_file(dry), RATE, response=samples)
+    by_page = Module(image_file(dry), RATE, response=samples)
     rings = int(by_page.field("midi_ring")[0])
     for knob, value in enumerate((0.5, 0.75)):
         by_page.call("push_event", rings, MESSAGES, 0, EFFECT, knob, value)
@@ -163,7 +163,7 @@ def test_hard_notes_are_those_of_processors_without_fused_multiplication() -> No
 
 
 def test_a_told_load_relieves_strings_and_lets_them_go() -> None:
-    module = Module(instrument_file(load_preset("jazz-finger")), RATE, adaptive=True)
+    module = Module(image_file(load_preset("jazz-finger")), RATE, adaptive=True)
     for message in messages_of(score_of([(0.0, 9.0, key, 100) for key in (28, 33, 38, 43)], RATE)):
         module.send(*message)
     module.play(QUANTUM)
@@ -179,7 +179,7 @@ def test_a_told_load_relieves_strings_and_lets_them_go() -> None:
 
 
 def test_a_damaged_file_is_refused() -> None:
-    data = bytearray(instrument_file(load_preset("jazz-finger")))
+    data = bytearray(image_file(load_preset("jazz-finger")))
     data[2000] ^= 1
     with pytest.raises(AssertionError):
         Module(bytes(data), RATE)

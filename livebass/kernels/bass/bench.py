@@ -25,6 +25,23 @@ jit = compiled(attributes=SMALL)
 PICKUPS = 8  # of a bass
 LANES = 8  # partial sums of a long sum, each over every eighth number
 
+# Lists among the numbers of a string, and the numbers per row
+LISTS = {
+    "pitches": 2,  # (Hz, tuning factor of the string for it) of the notes, the open first
+    "frets": 2,  # (m from the nut, height of the crown in m)
+    "resonances": 3,  # (Hz, Q, kg)
+    "bending": 1,  # (1 if it bends the neck, 0 if the whole bass moves,) of each resonance
+    # For the nut and each fret in turn: how much of each resonance, then of the table, is felt there; and, if strings
+    # answer, the part by which a force there moves the nut
+    "parts": 1,
+    "nut_parts": 1,
+    "table": 3,  # (Hz, Re Y, Im Y), ascending
+    "frequencies": 1,  # (Hz,), measured
+    "dampings": 1,  # (1/s,), measured
+    "surface": 2,  # (m from the nut, height in m), ascending; or none
+    "taps": 0,  # (m from the saddle,) of a sensor, or with the aperture (m) of a pickup: `tap_width` numbers
+}
+
 BENCH_STRING = np.dtype(
     [
         ("paper_law", "i8"),  # 1: String.stiffness_law is "paper", 0: "hinged"
@@ -42,19 +59,7 @@ BENCH_STRING = np.dtype(
         ("own_across", "i8"),  # 1: v has its own neck: the next two and `longer_across`; 0: u's neck
         ("stop_conductance_across", "f8"),  # m/s/N
         ("higher_across", "f8"),  # factor by which the neck's bending is higher, Hz
-        *listed("pitches"),  # (Hz, tuning factor of the string for it) of the notes, the open first
-        *listed("frets"),  # (m from the nut, height of the crown in m) each
-        *listed("resonances"),  # (Hz, Q, kg) each
-        *listed("bending"),  # (1 if it bends the neck, 0 if the whole bass moves,) of each resonance
-        # For the nut and each fret in turn: how much of each resonance, then of the table, is felt there; and, if
-        # strings answer, the part by which a force there moves the nut
-        *listed("parts"),
-        *listed("nut_parts"),
-        *listed("table"),  # (Hz, Re Y, Im Y) each, ascending
-        *listed("frequencies"),  # (Hz,) each, measured
-        *listed("dampings"),  # (1/s,) each, measured
-        *listed("surface"),  # (m from the nut, height in m) each, ascending; or none
-        *listed("taps"),  # (m from the saddle,) each of a sensor, or with the aperture (m) of a pickup
+        *(word for name in LISTS for word in listed(name)),
     ],
     align=True,
 )
@@ -63,7 +68,6 @@ BENCH = np.dtype(
     [
         ("strings", "i8"),
         ("frets", "i8"),  # played on every string
-        ("sensed", "i8"),  # as INSTRUMENT
         ("tiers", "i8", (TIERS,)),  # modes of the open strings; 0: all the grid carries
         ("most_modes", "i8"),
         ("string", BENCH_STRING, (MOST_STRINGS,)),

@@ -1,8 +1,7 @@
 """Changes a bass by the bench sliders (techniques.py): the same for Python, plugins and page.
 
-`move_bench` changes a BENCH: Python calls it for a preset's section [bench]. `make_change` makes the instrument file of
-a changed bass from its own file and its bench file: plugins and page call it. A bench file lies beside an instrument
-file: a BENCH_FILE with the bass's BENCH, the numbers of its lists, and a checksum.
+`move_bench` changes a BENCH: Python calls it for a preset's section [bench]. `make_change` makes the image of a bass,
+changed or not, from its instrument file (kept.py): plugins and page call it.
 
 Sliders are relative to the bass as it is; 0 leaves it unchanged. A slider in % multiplies each string's value and keeps
 the differences between strings. So does Action: it multiplies the action of all strings by the ratio that the lowest
@@ -16,24 +15,26 @@ import math
 import numpy as np
 
 from livebass.compiling import SMALL, compiled, entry
-from livebass.kernels.bass.bench import BENCH, bench_at, bow_surface, make_notes, measure_lists
-from livebass.kernels.bass.check import checksum_of
+from livebass.kernels.bass.bench import bench_at, bow_surface, make_notes, measure_lists
+from livebass.kernels.bass.check import DAMAGED, GOOD, checksum_of
 from livebass.kernels.bass.instrument import (
     BEYOND,
+    FILE,
     FILE_BYTES,
+    MAGIC,
     TIERS,
     WORD,
     copy_words,
     file_at,
     lines,
     notes_of,
-    response_of,
     words_before_numbers,
 )
+from livebass.kernels.bass.kept import KEPT, LISTS_COUNT, LOSSES, take_file
 from livebass.kernels.machine.elementary import exp, exp2
-from livebass.kernels.machine.native import floats_at, record_at, words_at
+from livebass.kernels.machine.native import floats_at, record_address, record_at, words_at
 from livebass.kernels.string.note import MADE, gap_under, under_tension
-from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES, note_at
+from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES
 from livebass.techniques import (
     ACTION,
     CABLE,
@@ -66,41 +67,26 @@ from livebass.techniques import (
 
 jit = compiled(attributes=SMALL)
 
-BENCH_MAGIC = 0x4843_4E45_4253_424C  # "LBSBENCH"
-LOSSES = 3  # ranges of the fret loss, each with its own tiers
-BENCH_FILE = np.dtype(
-    [
-        ("magic", "i8"),
-        ("words", "i8"),  # of the whole file
-        ("of", "u8"),  # checksum of its instrument file
-        ("bytes", "i8"),  # of this record
-        ("numbers", "i8"),  # words of the lists, after this record
-        ("from_loss", "f8", (LOSSES,)),  # s/m, ascending, the start of each range
-        ("modes", "i8", (LOSSES, TIERS)),  # as BENCH.tiers
-        ("contact_rate", "f8", (LOSSES, TIERS)),  # Hz
-        ("heavy", "i8", (LOSSES, TIERS)),
-        ("bench", BENCH),
-    ],
-    align=True,
-)
-bench_file_at = record_at(BENCH_FILE)
-BENCH_FILE_BYTES = BENCH_FILE.itemsize
-BENCH_PLACE = BENCH_FILE.fields["bench"][1]  # type: ignore[index]
-
 CHANGE = np.dtype(
     [
-        ("file", "i8"),  # address of the instrument file, which `check_file` accepts
-        ("bench", "i8"),  # address of the bench file; `make_change` modifies it
-        ("size", "i8"),  # of the bench file, bytes
+        ("file", "i8"),  # address of the instrument file ...
+        ("size", "i8"),  # ... and its bytes
         ("value", "f8", (SLIDERS,)),  # of the sliders, in their units
-        ("memory", "i8"),  # address of the workspace, including the new file ...
+        ("memory", "i8"),  # address of the workspace, including the image ...
         ("bytes", "i8"),  # ... and its size: `measure_change` sets it
-        ("made", "i8"),  # address of the file that `make_change` made
-        ("words", "i8"),  # of the made file
+        ("made", "i8"),  # address of the image that `make_change` made
+        ("words", "i8"),  # of the image
+        ("unknown", "i8"),  # fields of the file that this version does not know
+        ("first", "i8", (LISTS_COUNT,)),  # address of each of LISTS_KEPT in the file ...
+        ("count", "i8", (LISTS_COUNT,)),  # ... and its numbers
+        ("kept", KEPT),  # the file's fields; `make_change` modifies them
     ],
     align=True,
 )
 change_at = record_at(CHANGE)
+NUMBERS, HAND_HEIGHTS, RESPONSE = range(LISTS_COUNT)
+NAME_PLACE = FILE.fields["name"][1]  # type: ignore[index]  # from there on FILE and KEPT are alike
+BENCH_PLACE = CHANGE.fields["kept"][1] + KEPT.fields["bench"][1]  # type: ignore[index]
 
 MM, PERCENT, PICO, DEGREE = 1e-3, 1e-2, 1e-12, math.pi / 180.0
 LEAST_CAPACITANCE = 50e-12  # F
@@ -112,54 +98,51 @@ APART = 1.0  # Hz between resonances of the neck, at least
 
 @entry("int64(int64)", SMALL)
 def measure_change(address):
-    """Sets the `bytes` that the CHANGE at an address needs; returns 0 if the bench file does not fit the file."""
+    """Reads the file of the CHANGE at an address, and sets the `bytes` needed; returns GOOD, or as `take_file`."""
     change = change_at(address)
-    if change.size < BENCH_FILE_BYTES + WORD or change.size % WORD != 0 or change.size > WORD * MOST_WORDS:
-        return np.int64(0)
-    b, file, last = bench_file_at(change.bench), file_at(change.file), change.size // WORD - 1
-    if b.magic != BENCH_MAGIC or b.bytes != BENCH_FILE_BYTES or b.words != last + 1:
-        return np.int64(0)
-    own = np.uint64(words_at(change.file + WORD * (file.words - 1), 1)[0])
-    if b.of != own or checksum_of(change.bench, last) != np.uint64(words_at(change.bench + WORD * last, 1)[0]):
-        return np.int64(0)
-    if b.numbers < 0 or BENCH_FILE_BYTES // WORD + b.numbers != last:
-        return np.int64(0)
-    bench = bench_at(change.bench + BENCH_PLACE)
-    if bench.strings != file.instrument.strings or bench.frets != file.instrument.frets:
-        return np.int64(0)
+    state = take_file(change)
+    if state != GOOD:
+        return np.int64(state)
+    bench, count = change.kept.bench, change.count
     measure_lists(bench)
-    notes = notes_of(file)
-    change.bytes = lines(NOTE_BYTES * notes) + lines(WORD * TIERS * notes) + lines(WORD * bench.room)
-    contacts = 0
+    if bench.room > MOST_WORDS:
+        return np.int64(DAMAGED)
+    notes, strings = bench.strings * (bench.frets + 1), 0
     for i in range(bench.strings):
-        contacts += contacts_of(change.file, i)
-    response = file.instrument.response_count
-    change.bytes += lines(WORD * (words_before_numbers(file) + bench.room + contacts + response + 1))
-    return np.int64(1)
+        strings += change.kept.hand_count[i]
+    change.bytes = lines(WORD * count[NUMBERS]) + lines(NOTE_BYTES * notes)
+    change.bytes += lines(WORD * TIERS * notes) + lines(WORD * bench.room)
+    before = FILE_BYTES // WORD + notes * (NOTE_BYTES // WORD + TIERS)
+    change.bytes += lines(WORD * (before + bench.room + strings + count[RESPONSE] + 1))
+    return np.int64(GOOD)
 
 
 @entry("int64(int64)", SMALL)
 def make_change(address):
-    """Makes the file of the CHANGE at an address, after `measure_change`; returns as `fill_bench`.
+    """Makes the image of the CHANGE at an address, after `measure_change`; returns as `fill_bench`.
 
-    `check_file` must accept the file before it is played.
+    `check_file` must accept the image before it is played.
     """
     change = change_at(address)
-    b, file, bench = bench_file_at(change.bench), file_at(change.file), bench_at(change.bench + BENCH_PLACE)
-    notes = notes_of(file)
-    bench.numbers = change.bench + BENCH_FILE_BYTES
-    bench.notes = change.memory
+    kept, bench = change.kept, change.kept.bench
+    notes = bench.strings * (bench.frets + 1)
+    bench.numbers = change.memory
+    copy_words(change.first[NUMBERS], bench.numbers, change.count[NUMBERS])
+    bench.notes = bench.numbers + lines(WORD * change.count[NUMBERS])
     bench.modes = bench.notes + lines(NOTE_BYTES * notes)
     bench.lists = bench.modes + lines(WORD * TIERS * notes)
     change.made = bench.lists + lines(WORD * bench.room)
-    copy_words(change.file, change.made, FILE_BYTES // WORD)
+    image = file_at(change.made)
+    image.magic = MAGIC
+    copy_words(record_address(kept), change.made + NAME_PLACE, (FILE_BYTES - NAME_PLACE) // WORD)
+    image.instrument.hand[:] = 0
     other_neck = move(bench, change.value)
-    take_bench(bench, file_at(change.made).instrument)
+    take_bench(bench, image.instrument)
     if change.value[CONTACT_LOSS] != 0.0:
-        choose_tiers(b, bench, file_at(change.made).instrument)
+        choose_tiers(kept, bench, image.instrument)
     state = make_notes(bench)
     if state == MADE:
-        put_together(change, bench, other_neck)
+        put_together(change, other_neck or kept.hand_stays == 1)
     return np.int64(state)
 
 
@@ -369,7 +352,7 @@ def take_bench(bench, instrument):
 
 
 @jit
-def choose_tiers(b, bench, instrument):
+def choose_tiers(kept, bench, instrument):
     """Picks the tiers that the lowest fret loss calls for, or the lowest board loss if there is a board."""
     board, least = False, np.inf
     for i in range(bench.strings):
@@ -379,54 +362,31 @@ def choose_tiers(b, bench, instrument):
             least = min(least, bench.string[i].contact_loss)
     found = 0
     for k in range(LOSSES):
-        if least >= b.from_loss[k]:
+        if least >= kept.from_loss[k]:
             found = k
     for tier in range(TIERS):
-        bench.tiers[tier] = b.modes[found, tier]
-        instrument.tiers[tier].contact_rate = b.contact_rate[found, tier]
-        instrument.tiers[tier].heavy = b.heavy[found, tier]
+        bench.tiers[tier] = kept.modes[found, tier]
+        instrument.tiers[tier].contact_rate = kept.contact_rate[found, tier]
+        instrument.tiers[tier].heavy = kept.heavy[found, tier]
 
 
 @jit
-def contacts_of(file, i):
-    """Number of contacts under the open string `i` of the file at an address."""
-    note = note_at(file + FILE_BYTES + NOTE_BYTES * i * (file_at(file).instrument.frets + 1))
-    return note.obstacles_count + note.surface_count
-
-
-@jit
-def put_together(change, bench, other_neck):
-    """Writes the file: the BENCH's notes, their lists, heights for the hand, the response, and the checksum."""
-    own, file = file_at(change.file).instrument, file_at(change.made)
-    notes, before = notes_of(file), words_before_numbers(file)
+def put_together(change, hand):
+    """Writes the image: the BENCH's notes, their lists, heights for the hand if it has any, response, and checksum."""
+    kept, bench, image = change.kept, change.kept.bench, file_at(change.made)
+    notes, before = notes_of(image), words_before_numbers(image)
     copy_words(bench.notes, change.made + FILE_BYTES, NOTE_BYTES // WORD * notes)
     copy_words(bench.modes, change.made + FILE_BYTES + NOTE_BYTES * notes, TIERS * notes)
     copy_words(bench.lists, change.made + WORD * before, bench.used)
     end = before + bench.used
     for i in range(bench.strings):
-        if other_neck or own.hand[i] > 0:
-            file.instrument.hand[i] = end - before + 1
-            end = copy_heights(change, i, own.hand[i], end)
-    copy_words(response_of(change.file), change.made + WORD * end, own.response_count)
-    end += own.response_count
-    file.words = end + 1
+        if hand:
+            image.instrument.hand[i] = end - before + 1
+            first = change.first[HAND_HEIGHTS] + WORD * (kept.instrument.hand[i] - 1)
+            copy_words(first, change.made + WORD * end, kept.hand_count[i])
+            end += kept.hand_count[i]
+    copy_words(change.first[RESPONSE], change.made + WORD * end, change.count[RESPONSE])
+    end += change.count[RESPONSE]
+    image.words = end + 1
     words_at(change.made + WORD * end, 1)[0] = np.int64(checksum_of(change.made, end))
     change.words = end + 1
-
-
-@jit
-def copy_heights(change, i, first, end):
-    """Copies string `i`'s heights that the hand measures its force by from its own file to word `end` of the new one.
-
-    first: 1 + their index among the own file's numbers; 0: use the open note's heights. Returns the next word.
-    """
-    own = file_at(change.file)
-    numbers = floats_at(change.file + WORD * words_before_numbers(own), ALL)
-    made, note = (
-        floats_at(change.made, ALL),
-        note_at(change.file + FILE_BYTES + NOTE_BYTES * i * (own.instrument.frets + 1)),
-    )
-    rows = note.obstacles if note.surface_count == 0 else note.surface
-    for k in range(contacts_of(change.file, i)):
-        made[end + k] = numbers[first - 1 + k] if first > 0 else numbers[rows + 2 * k + 1]
-    return end + contacts_of(change.file, i)

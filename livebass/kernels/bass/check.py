@@ -1,6 +1,6 @@
-"""Checks instrument files: a file that `check_file` accepts may be played.
+"""Checks images: one that `check_file` accepts may be played.
 
-It rejects damaged files, and any that would make other kernels read or write outside their memory. Limits come from the
+It rejects damaged ones, and any that would make other kernels read or write outside their memory. Limits come from the
 rows of the numbers (rows.py). [any thread]
 """
 
@@ -22,13 +22,12 @@ from livebass.kernels.machine.native import floats_at, record_address, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
 from livebass.kernels.string.records import BLOCK, DOUBLE, MOST_ANSWERS, MOST_NEAR, ROW
-from livebass.parts import VERSION
 from livebass.rows import LARGEST, limits, table
 
 jit = compiled(attributes=SMALL)
 
 # Return values of `check_file`
-GOOD, FOREIGN, OTHER_VERSION, DAMAGED = 0, 1, 2, 3
+GOOD, FOREIGN, DAMAGED, LATER = range(4)  # LATER: only `take_file`
 # Limits of the words of an INSTRUMENT, then of a NOTE: columns as rows.Limit
 LIMITS = table([*limits(INSTRUMENT_WORDS, MOST_STRINGS), *limits(NOTE_WORDS)])
 NOTE_LIMITS = len(limits(INSTRUMENT_WORDS, MOST_STRINGS))  # the first of a NOTE
@@ -45,14 +44,12 @@ def checksum(address, count):
 
 @entry("int64(int64, int64)", SMALL)
 def check_file(address, size):
-    """Returns GOOD for the file of `size` bytes at an address, or the reason it cannot be played."""
+    """Returns GOOD for the image of `size` bytes at an address, or the reason it cannot be played."""
     if size < FILE_BYTES + WORD or size % WORD != 0 or size > WORD * MOST_WORDS:
         return np.int64(FOREIGN)
     file, last = file_at(address), size // WORD - 1
     if file.magic != MAGIC:
         return np.int64(FOREIGN)
-    if file.version != VERSION:
-        return np.int64(OTHER_VERSION)
     if file.words != last + 1 or checksum_of(address, last) != np.uint64(words_at(address + WORD * last, 1)[0]):
         return np.int64(DAMAGED)
     if not is_instrument(file.instrument):

@@ -1,6 +1,6 @@
-"""A bass as numbers for any audio rate, INSTRUMENT, and the layout of the file that holds them.
+"""A bass as numbers for any audio rate, INSTRUMENT, and the layout of the image that holds them.
 
-An instrument file is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
+An image is a FILE record, which holds an INSTRUMENT; then a NOTE (preparing.py) for each string and fret;
 their modes in each tier, int64 (TIERS, notes); the numbers that the notes point into, float64; the samples of the
 effects' impulse response, float64; and a checksum. All words have 8 bytes, little-endian. [any thread]
 """
@@ -72,8 +72,7 @@ MAGIC = 0x5353_4142_4556_494C  # "LIVEBASS"
 FILE = np.dtype(
     [
         ("magic", "i8"),
-        ("version", "i8"),
-        ("words", "i8"),  # of the whole file
+        ("words", "i8"),  # of the whole image
         ("name", "u1", (64,)),  # UTF-8, padded with zeros
         ("string_names", "u1", (MOST_STRINGS, 16)),
         ("instrument", INSTRUMENT),

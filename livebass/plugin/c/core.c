@@ -20,7 +20,7 @@
 #define EACH 16    /* ... plus one per so many frames */
 _Static_assert(AT_ONCE + LB_CHUNK / EACH < LB_MOST_MESSAGES, "the rest is for notes");
 #define ENDING ".lbass"
-#define BENCH ".bench" /* ending of the file beside it that a changed bass needs */
+#define OLD_MAGIC "LIVEBASS" /* of instrument files before format 1 */
 #define ADDRESS(x) ((int64_t)(intptr_t)(x))
 
 /* Allocates memory that begins on a cache line; 0 if there is none. */
@@ -96,7 +96,7 @@ static pool *pools; /* all in this process, under the lock */
 struct lb_bass {
     LB_BUILDING building;
     const lb_kernels *kernels;
-    file source;
+    file image;
     lb_response *response; /* 0: the file's */
     pool *pools[2];
 };
@@ -125,63 +125,60 @@ static int read_bytes(file *f, const char *path, char *error, size_t room) {
     return f->words != 0;
 }
 
-/* Reads an instrument file; 0 after writing one line into `error`. */
-static int read_file(file *f, const char *path, const lb_kernels *kernels, char *error, size_t room) {
-    if (!read_bytes(f, path, error, room)) return 0;
-    const int64_t state = kernels->check_file(ADDRESS(f->words), f->bytes);
+/* Reads a source's bytes, and its fields into `change`; 0 after writing one line into `error`. */
+static int read_source(file *f, const lb_source *source, LB_CHANGE *change, const lb_kernels *kernels, char *error,
+                       size_t room) {
+    if (!source->bytes && !read_bytes(f, source->path, error, room)) return 0;
+    if (source->bytes) {
+        *f = (file){(int64_t)source->size, new_lines((int64_t)source->size + 8)};
+        if (f->words) memcpy(f->words, source->bytes, source->size);
+        else snprintf(error, room, "%s: no memory for it", source->path);
+    }
+    if (!f->words) return 0;
+    memset(change, 0, offsetof(LB_CHANGE, kept));
+    change->file = ADDRESS(f->words);
+    change->size = f->bytes;
+    const int64_t state = kernels->measure_change(ADDRESS(change));
     if (state == LB_GOOD) return 1;
-    const char *why = state == LB_FOREIGN         ? "not an instrument file"
-                      : state == LB_OTHER_VERSION ? "made for another version of the plugin: export it again"
-                                                  : "damaged: export it again";
-    snprintf(error, room, "%s: %s", path, why);
+    const LB_HEAD *head = f->words;
+    if (state == LB_LATER)
+        snprintf(error, room, "%s: made by livebass %.*s; this one, " LB_RELEASE ", cannot read it", source->path,
+                 (int)sizeof head->made - 1, (const char *)head->made);
+    else if (state == LB_FOREIGN && f->bytes > 8 && !memcmp(head, OLD_MAGIC, 8))
+        snprintf(error, room, "%s: made by an older livebass: export it again", source->path);
+    else snprintf(error, room, "%s: %s", source->path, state == LB_FOREIGN ? "not an instrument file" : "damaged: export it again");
     free_lines(f->words);
     f->words = 0;
     return 0;
 }
 
-/* Replaces a bass's file by its changed file for the sliders' values; 0 after writing one line into `error`: then the
-   file stays. */
-static int change_file(file *f, const char *path, const double *sliders, const lb_kernels *kernels, char *error,
-                       size_t room) {
-    char beside[LB_PATH];
-    file bench = {0, 0}, made = {0, 0};
-    LB_CHANGE change = {.file = ADDRESS(f->words)};
-    const int length = (int)(strlen(path) - strlen(ENDING));
-    if (snprintf(beside, sizeof beside, "%.*s" BENCH, length, path) >= (int)sizeof beside) *beside = 0;
-    if (!read_bytes(&bench, beside, error, room)) {
-        snprintf(error, room, "%s: is missing, and the sliders need it: export the bass again", beside);
-        return 0;
-    }
-    memcpy(change.value, sliders, sizeof change.value);
-    change.bench = ADDRESS(bench.words);
-    change.size = bench.bytes;
-    void *memory = kernels->measure_change(ADDRESS(&change)) ? new_lines(change.bytes) : 0;
+/* Makes the image of a source's bass for the sliders' values (0: none is moved), and its file's checksum; 0 after
+   writing one line into `error`. */
+static int make_image(file *image, const lb_source *source, const double *sliders, uint64_t *of, const lb_kernels *kernels,
+                      char *error, size_t room) {
+    file f = {0, 0};
+    LB_CHANGE change;
+    image->words = 0;
+    if (!read_source(&f, source, &change, kernels, error, room)) return 0;
+    *of = checksum(&f);
+    if (sliders) memcpy(change.value, sliders, sizeof change.value);
+    void *memory = new_lines(change.bytes);
     change.memory = ADDRESS(memory);
-    if (!change.bytes) snprintf(error, room, "%s: does not belong to this bass: export the bass again", beside);
-    else if (!memory) snprintf(error, room, "%s: no memory for it", beside);
+    if (!memory) snprintf(error, room, "%s: no memory for it", source->path);
     else if (kernels->make_change(ADDRESS(&change)) != LB_MADE)
         snprintf(error, room, "the strings would lie on the neck: change action, relief, nut or fret height");
-    else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(made.words = new_lines(8 * change.words)))
+    else if (kernels->check_file(change.made, 8 * change.words) != LB_GOOD || !(image->words = new_lines(8 * change.words)))
         snprintf(error, room, "a bass with these sliders cannot be played");
-    if (made.words) {
-        made.bytes = 8 * change.words;
-        memcpy(made.words, (const void *)(intptr_t)change.made, (size_t)made.bytes);
-        free_lines(f->words);
-        *f = made;
+    if (image->words) {
+        image->bytes = 8 * change.words;
+        memcpy(image->words, (const void *)(intptr_t)change.made, (size_t)image->bytes);
     }
     free_lines(memory);
-    free_lines(bench.words);
-    return made.words != 0;
+    free_lines(f.words);
+    return image->words != 0;
 }
 
 double lb_hundredths(double value) { return rint(100 * value) / 100 + 0.0; /* + 0: not -0 */ }
-
-/* True if a slider is moved. */
-static int is_changed(const double *built) {
-    int k = 0;
-    while (built && k < LB_BUILT && built[k] == 0) k++;
-    return built && k < LB_BUILT;
-}
 
 /* Returns the pool of a file in a tier, new or already shared; 0 if it cannot be made. */
 static pool *take_pool(const file *f, int tier, double rate, const lb_kernels *kernels) {
@@ -226,22 +223,19 @@ static void give_pool_back(pool *p) {
 
 /* --- basses --- */
 
-lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
+lb_bass *lb_load_bass(const lb_source *source, int tier, double rate, int64_t seed, int ahead, const double *built,
                       lb_response *response, const lb_kernels *kernels, char *error, size_t room) {
     lb_bass *b = calloc(1, sizeof *b);
-    snprintf(error, room, "%s: no memory for it", path);
+    snprintf(error, room, "%s: no memory for it", source->path);
     if (!b) return 0;
     b->kernels = kernels;
     LB_BUILDING *building = &b->building;
-    int made = read_file(&b->source, path, kernels, error, room);
-    if (made) {
-        building->of = (int64_t)checksum(&b->source); /* its versions carry on each other's notes */
-        made = !is_changed(built) || change_file(&b->source, path, built, kernels, error, room);
-    }
-    if (!made) {
+    uint64_t of;
+    if (!make_image(&b->image, source, built, &of, kernels, error, room)) {
         lb_free_bass(b);
         return 0;
     }
+    building->of = (int64_t)of; /* its versions carry on each other's notes */
     if (response) {
         b->response = response;
         lb_hold_response(response);
@@ -250,7 +244,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
         building->response_rate = response->kept->rate;
         building->of ^= (int64_t)response->sum; /* the old effects ring out: no version can carry them on */
     }
-    building->file = ADDRESS(b->source.words);
+    building->file = ADDRESS(b->image.words);
     building->tier = tier;
     building->rate = rate;
     building->seed = seed;
@@ -260,8 +254,8 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     building->over_board = ADDRESS(kernels->over_board);
     building->play_string = ADDRESS(kernels->play_string);
     for (int k = 0; k < 2; k++) {
-        if (!(b->pools[k] = take_pool(&b->source, k ? LB_COARSE : tier, rate, kernels))) {
-            snprintf(error, room, "%s: cannot be played at %g Hz, or there is no memory", path, rate);
+        if (!(b->pools[k] = take_pool(&b->image, k ? LB_COARSE : tier, rate, kernels))) {
+            snprintf(error, room, "%s: cannot be played at %g Hz, or there is no memory", source->path, rate);
             lb_free_bass(b);
             return 0;
         }
@@ -280,7 +274,7 @@ lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int
     return b;
 }
 
-int lb_fit_sliders(const char *path, const double *from, double *built, const lb_kernels *kernels) {
+int lb_fit_sliders(const lb_source *source, const double *from, double *built, const lb_kernels *kernels) {
     enum { HALVINGS = 8 };
     char error[LB_PATH];
     double wanted[LB_BUILT], tried[LB_BUILT], low = 0, step = 0;
@@ -288,10 +282,10 @@ int lb_fit_sliders(const char *path, const double *from, double *built, const lb
     memcpy(wanted, built, sizeof wanted);
     for (int k = 0; k <= HALVINGS; k++, step = step == 0 ? 0.5 : step / 2) { /* first `from` itself */
         for (int j = 0; j < LB_BUILT; j++) tried[j] = lb_hundredths(from[j] + (low + step) * (wanted[j] - from[j]));
-        file source = {0, 0};
-        const int good = read_file(&source, path, kernels, error, sizeof error) &&
-                         (!is_changed(tried) || change_file(&source, path, tried, kernels, error, sizeof error));
-        free_lines(source.words);
+        file image;
+        uint64_t of;
+        const int good = make_image(&image, source, tried, &of, kernels, error, sizeof error);
+        free_lines(image.words);
         if (!good && k == 0) return 0;
         if (!good) continue;
         memcpy(built, tried, sizeof tried);
@@ -305,7 +299,7 @@ void lb_free_bass(lb_bass *b) {
     if (!b) return;
     if (b->building.memory) free_lines((char *)(intptr_t)b->building.memory - LINE);
     for (int k = 0; k < 2; k++) give_pool_back(b->pools[k]);
-    free_lines(b->source.words);
+    free_lines(b->image.words);
     lb_free_response(b->response);
     free(b);
 }
@@ -595,29 +589,47 @@ void lb_relieve(lb_synth *s, int on) {
 /* --- the shelf --- */
 
 enum { NAME = 64, PATH = LB_PATH };
+typedef struct details { /* what an instrument file says; they live as long as the shelf */
+    struct details *next;
+    uint64_t sum; /* checksum of the file */
+    file kept;    /* its bytes, if a session kept them; no words: it is on disk */
+    LB_INSTRUMENT instrument;
+    lb_own own;
+    uint8_t switches[LB_KEY_COUNT]; /* for each key: 1 + its index in lb_switches; 0: a note */
+} details;
 typedef struct {
     char name[NAME], title[2 * NAME + 4], path[PATH];
-    LB_INSTRUMENT instrument;
-    int known;                      /* the instrument is */
-    int quality;                    /* a value of LB_QUALITY */
-    lb_own own;
-    int measured;                   /* `own` is */
-    uint8_t switches[LB_KEY_COUNT]; /* for each key: 1 + its index in lb_switches; 0: a note */
+    int quality; /* a value of LB_QUALITY */
+    details *own, *now; /* of the file on disk, and of the bass that plays; 0: it cannot be read */
 } place;
 struct lb_shelf {
     char folder[PATH];
     int count, listed; /* listed: those that came with the plugin */
+    details *all;
     place places[LB_MOST_BASSES];
 };
+
+static const details *details_of(const lb_shelf *s, int k) { return __atomic_load_n(&s->places[k].now, __ATOMIC_ACQUIRE); }
 
 const char *lb_shelf_folder(const lb_shelf *s) { return s->folder; }
 int lb_shelf_count(const lb_shelf *s) { return s->count; }
 const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; }
 const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
-const char *lb_shelf_path(const lb_shelf *s, int k) { return s->places[k].path; }
-void lb_close_shelf(lb_shelf *s) { free(s); }
+void lb_close_shelf(lb_shelf *s) {
+    for (details *d = s ? s->all : 0, *next; d; d = next) {
+        next = d->next;
+        free_lines(d->kept.words);
+        free(d);
+    }
+    free(s);
+}
+lb_source lb_shelf_source(const lb_shelf *s, int k) {
+    const details *d = details_of(s, k);
+    return (lb_source){s->places[k].path, d ? d->kept.words : 0, d ? (size_t)d->kept.bytes : 0};
+}
 const LB_INSTRUMENT *lb_shelf_instrument(const lb_shelf *s, int k) {
-    return s->places[k].known ? &s->places[k].instrument : 0;
+    const details *d = details_of(s, k);
+    return d ? &d->instrument : 0;
 }
 int lb_shelf_group(const lb_shelf *s, int k) {
     const char *name = s->places[k].name;
@@ -626,7 +638,8 @@ int lb_shelf_group(const lb_shelf *s, int k) {
 }
 int lb_shelf_quality(const lb_shelf *s, int k) { return k < s->count ? s->places[k].quality : 0; }
 const lb_switch *lb_shelf_switch(const lb_shelf *s, int k, int key) {
-    const int found = s->places[k].switches[key];
+    const details *d = details_of(s, k);
+    const int found = d ? d->switches[key] : 0;
     return found ? &lb_switches[found - 1] : 0;
 }
 
@@ -642,17 +655,11 @@ int lb_shelf_program(const lb_shelf *s, int64_t program) {
     return -1;
 }
 
-/* Reads numbers of a bench file's lists, from the `first` one on; returns 0 if they are not there. */
-static int read_numbers(FILE *in, int64_t first, int64_t count, double *to) {
-    return first >= 0 && !fseek(in, (long)(sizeof(LB_BENCH_FILE) + sizeof *to * (size_t)first), SEEK_SET) &&
-           fread(to, sizeof *to, (size_t)count, in) == (size_t)count;
-}
-
 /* Measures the crowns under the lowest string, and from them action, nut and relief, as the kernels do (note.py). */
-static void measure_neck(FILE *in, const LB_BENCH_STRING *s, lb_own *own) {
-    double rows[2 * LB_PLACES];
+static void measure_neck(const double *numbers, const LB_BENCH_STRING *s, lb_own *own) {
+    const double *rows = numbers + s->frets;
     const int64_t count = s->frets_count;
-    if (count < 3 || count > LB_PLACES || !read_numbers(in, s->frets, 2 * count, rows)) return;
+    if (count < 3 || count > LB_PLACES) return;
     own->crowns = (int)count;
     for (ptrdiff_t k = 0; k < count; k++) {
         own->at[k] = 1e3 * rows[2 * k];
@@ -660,7 +667,7 @@ static void measure_neck(FILE *in, const LB_BENCH_STRING *s, lb_own *own) {
     }
     const double middle = (own->at[0] + own->at[count - 1]) / 2;
     int k = 1;
-    while (own->at[k] < middle) k++;
+    while (k < count - 1 && own->at[k] < middle) k++;
     const double part = (middle - own->at[k - 1]) / (own->at[k] - own->at[k - 1]);
     const double low = own->height[k - 1] + part * (own->height[k] - own->height[k - 1]);
     own->action = -own->height[count < 12 ? count - 1 : 11];
@@ -669,76 +676,77 @@ static void measure_neck(FILE *in, const LB_BENCH_STRING *s, lb_own *own) {
 }
 
 /* Measures the lowest resonance that bends the neck. */
-static void measure_resonance(FILE *in, const LB_BENCH_STRING *s, lb_own *own) {
-    double bends = 0, row[3];
+static void measure_resonance(const double *numbers, const LB_BENCH_STRING *s, lb_own *own) {
     int64_t k = 0;
-    while (k < s->bending_count && read_numbers(in, s->bending + k, 1, &bends) && bends == 0) k++;
-    if (bends == 0 || !read_numbers(in, s->resonances + 3 * k, 3, row)) return;
-    own->resonance = row[0];
-    own->mass = row[2];
+    while (k < s->bending_count && numbers[s->bending + k] == 0) k++;
+    if (k >= s->bending_count || k >= s->resonances_count) return;
+    own->resonance = numbers[s->resonances + 3 * k];
+    own->mass = numbers[s->resonances + 3 * k + 2];
 }
 
-static void measure(place *p) {
-    char beside[PATH];
-    LB_BENCH_FILE head;
-    for (size_t k = 0; k < offsetof(lb_own, crowns) / sizeof(double); k++) ((double *)&p->own)[k] = NAN;
-    snprintf(beside, sizeof beside, "%.*s" BENCH, (int)(strlen(p->path) - strlen(ENDING)), p->path);
-    FILE *in = lb_open_file(beside, "rb");
-    const int good = in && fread(&head, sizeof head, 1, in) == 1 && head.magic == LB_BENCH_MAGIC &&
-                     head.bytes == sizeof head && head.bench.strings > 0 && head.bench.strings <= LB_STRINGS;
-    if (good) {
-        const LB_BENCH *b = &head.bench;
-        const LB_BENCH_STRING *low = &b->string[0];
-        lb_own *own = &p->own;
-        own->foam = low->extra_damping;
-        for (int k = 0; k < 2 && k < b->pickups; k++) own->place[k] = 1e3 * b->position[k];
-        own->cable = 1e12 * b->capacitance;
-        own->finger_width = 1e3 * b->rounding;
-        own->pluck_angle = b->pluck_angle * 180 / 3.14159265358979;
-        own->thickest = low->diameter / 25.4e-3;
-        own->thinnest = b->string[b->strings - 1].diameter / 25.4e-3;
-        own->a4 = b->a4;
-        own->tension = low->tension / 9.80665;
-        own->length = 1e3 * low->length;
-        measure_neck(in, low, own);
-        measure_resonance(in, low, own);
-    }
-    if (in) fclose(in);
-    p->measured = 1;
+static void measure(const LB_CHANGE *change, lb_own *own) {
+    const LB_BENCH *b = &change->kept.bench;
+    const LB_BENCH_STRING *low = &b->string[0];
+    const double *numbers = (const double *)(intptr_t)change->first[0];
+    for (size_t k = 0; k < offsetof(lb_own, crowns) / sizeof(double); k++) ((double *)own)[k] = NAN;
+    own->foam = low->extra_damping;
+    for (int k = 0; k < 2 && k < b->pickups; k++) own->place[k] = 1e3 * b->position[k];
+    own->cable = 1e12 * b->capacitance;
+    own->finger_width = 1e3 * b->rounding;
+    own->pluck_angle = b->pluck_angle * 180 / 3.14159265358979;
+    own->thickest = low->diameter / 25.4e-3;
+    own->thinnest = b->string[b->strings - 1].diameter / 25.4e-3;
+    own->a4 = b->a4;
+    own->tension = low->tension / 9.80665;
+    own->length = 1e3 * low->length;
+    measure_neck(numbers, low, own);
+    measure_resonance(numbers, low, own);
 }
 
-const lb_own *lb_shelf_own(lb_shelf *s, int k) {
-    enter();
-    if (!s->places[k].measured) measure(&s->places[k]);
-    leave();
-    return &s->places[k].own;
+const lb_own *lb_shelf_own(const lb_shelf *s, int k) {
+    static const lb_own unknown;
+    const details *d = details_of(s, k);
+    return d ? &d->own : &unknown;
 }
 
-static void find_switches(place *p, const LB_KEY_MAP *map) {
+static void find_switches(details *d) {
+    const LB_KEY_MAP *map = &d->instrument.key_map;
     for (int key = 0; key < LB_KEY_COUNT; key++)
         for (int k = 0; k < LB_SWITCHES; k++)
             if (lb_switches[k].action == map->action[key] && (lb_switches[k].value < 0 || lb_switches[k].value == map->value[key]))
-                p->switches[key] = (uint8_t)(k + 1);
+                d->switches[key] = (uint8_t)(k + 1);
+}
+
+/* Reads the details of a source, and the bass's title; 0 after writing one line into `error`. */
+static details *new_details(lb_shelf *s, const lb_source *source, char title[NAME], char *error, size_t room) {
+    file f = {0, 0};
+    LB_CHANGE change;
+    if (!read_source(&f, source, &change, lb_best_kernels(), error, room)) return 0;
+    details *d = calloc(1, sizeof *d);
+    if (d) {
+        d->sum = checksum(&f);
+        d->instrument = change.kept.instrument;
+        measure(&change, &d->own);
+        find_switches(d);
+        if (memchr(change.kept.name, 0, NAME)) memcpy(title, change.kept.name, NAME);
+        if (source->bytes) d->kept = f;
+        d->next = s->all;
+        s->all = d;
+    } else snprintf(error, room, "%s: no memory for it", source->path);
+    if (!d || !source->bytes) free_lines(f.words);
+    return d;
 }
 
 /* Adds the file with this name, unless it is already there or does not fit. */
 static void add(lb_shelf *s, const char *folder, const char *name) {
+    char title[NAME] = "", error[PATH];
     const size_t length = strlen(name);
     if (s->count == LB_MOST_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
     place *p = &s->places[s->count];
     if (snprintf(p->path, PATH, "%s/%s" ENDING, folder, name) >= PATH) return;
     strcpy(p->name, name);
-    strcpy(p->title, name);
-    LB_FILE head;
-    FILE *in = lb_open_file(p->path, "rb");
-    memset(p->switches, 0, sizeof p->switches);
-    if (in && fread(&head, sizeof head, 1, in) == 1 && memchr(head.name, 0, sizeof head.name) && head.name[0]) {
-        memcpy(p->title, head.name, strlen((const char *)head.name) + 1);
-        p->known = head.version == LB_FILE_VERSION;
-        if (p->known) find_switches(p, &head.instrument.key_map);
-        p->instrument = head.instrument;
-    }
-    if (in) fclose(in);
+    p->own = p->now = new_details(s, &(lb_source){p->path, 0, 0}, title, error, sizeof error); /* told when it is loaded */
+    strcpy(p->title, *title ? title : name);
     s->count++;
 }
 

@@ -27,16 +27,22 @@ const lb_kernels *lb_best_kernels(void);
 
 /* --- basses --- */
 
+typedef struct { /* an instrument file: its path, and its bytes if they are not those on disk */
+    const char *path;
+    const void *bytes;
+    size_t size;
+} lb_source;
+
 /* Reads an instrument file and prepares it in a tier, at an audio rate (Hz). Basses of the same file, tier and rate
    share their operators. With `ahead` its strings may run ahead of the clock in quiet times, which takes memory.
    `built`: the values of lb_sliders, which change the bass; 0: unchanged. `response`: in place of the bass's own; 0:
    that; the bass becomes a user of it. Returns 0 after writing one line into `error`, (room) bytes. [not the audio
    thread] */
-lb_bass *lb_load_bass(const char *path, int tier, double rate, int64_t seed, int ahead, const double *built,
+lb_bass *lb_load_bass(const lb_source *, int tier, double rate, int64_t seed, int ahead, const double *built,
                       lb_response *response, const lb_kernels *, char *error, size_t room);
 /* Moves sliders from values that a file's bass can have towards those in `built`, as far as it can have them, and writes
    them there. Returns 0 if it cannot even have the first ones. [not the audio thread] */
-int lb_fit_sliders(const char *path, const double *from, double *built, const lb_kernels *);
+int lb_fit_sliders(const lb_source *, const double *from, double *built, const lb_kernels *);
 /* Frees a bass, which may be 0; it must not be playing. [not the audio thread] */
 void lb_free_bass(lb_bass *);
 
@@ -127,15 +133,14 @@ int lb_shelf_count(const lb_shelf *);                    /* at most LB_MOST_BASS
 const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without .lbass: what sessions save */
 const char *lb_shelf_title(const lb_shelf *, int);       /* the file's title, for people; followed by its name if an
                                                             earlier one has the same title */
-const char *lb_shelf_path(const lb_shelf *, int);
+lb_source lb_shelf_source(const lb_shelf *, int);
 const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* a key's switch; 0: the key plays a note */
 /* Where it is listed for people. */
 enum { LB_SHIPPED, LB_MINE, LB_FACTORY, LB_LABORATORY, LB_SOUND_GROUPS };
 int lb_shelf_group(const lb_shelf *, int);
 int lb_shelf_quality(const lb_shelf *, int);             /* the list's initial quality: a value of LB_QUALITY */
 const LB_INSTRUMENT *lb_shelf_instrument(const lb_shelf *, int); /* 0: the file cannot be read */
-/* A bass's own values of what sliders move, in mm, kg, Hz, pF, degrees, inches (strings). NaN: not known. Reads the
-   bench file when first asked. [not the audio thread] */
+/* A bass's own values of what sliders move, in mm, kg, Hz, pF, degrees, inches (strings). NaN: not known. */
 typedef struct {
     double action, nut_height, relief; /* under the lowest string at fret 12 and fret 1, and the hollow */
     double foam, place[2], cable, finger_width, pluck_angle, a4;
@@ -144,7 +149,7 @@ typedef struct {
     double at[LB_PLACES], height[LB_PLACES];    /* of the crowns under it, from the nut and the open string at rest */
     int crowns;
 } lb_own;
-const lb_own *lb_shelf_own(lb_shelf *, int);
+const lb_own *lb_shelf_own(const lb_shelf *, int);
 int lb_shelf_find(const lb_shelf *, const char *name);   /* -1: it is not there */
 int lb_shelf_program(const lb_shelf *, int64_t program); /* the choice of a program change, from 0; -1: none */
 void lb_close_shelf(lb_shelf *);                         /* may be 0 */

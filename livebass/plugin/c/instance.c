@@ -94,21 +94,21 @@ static lb_bass *load_with(lb_instance *i, lb_response *r) {
     __atomic_store_n(&i->loaded, wish(i), __ATOMIC_RELEASE);
     const int number = (int)lb_value(i, LB_BASS), tier = (int)lb_value(i, LB_QUALITY) ? LB_STUDIO : LB_LIVE;
     if (number >= lb_shelf_count(i->shelf)) return 0; /* beyond the only bass */
-    const char *path = lb_shelf_path(i->shelf, number);
+    const lb_source source = lb_shelf_source(i->shelf, number);
     const int ahead = (int)lb_value(i, LB_RUNNING_AHEAD);
     for (int k = 0; k < LB_BUILT; k++) built[k] = lb_value(i, lb_sliders[k]);
-    lb_bass *b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
+    lb_bass *b = lb_load_bass(&source, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
     if (!b) {
         i->complain(i->owner, why);
         if (number != i->built_of) memset(i->built, 0, sizeof i->built);
-        if (lb_fit_sliders(path, i->built, built, i->kernels)) {
+        if (lb_fit_sliders(&source, i->built, built, i->kernels)) {
             take_sliders(i, built);
-            b = lb_load_bass(path, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
+            b = lb_load_bass(&source, tier, i->rate, seed_of(i), ahead, built, r, i->kernels, why, sizeof why);
         }
     }
     if (b) memcpy(i->built, built, sizeof i->built);
     if (b) i->built_of = number;
-    return b || i->synth ? b : lb_load_bass(path, tier, i->rate, seed_of(i), ahead, 0, r, i->kernels, why, sizeof why);
+    return b || i->synth ? b : lb_load_bass(&source, tier, i->rate, seed_of(i), ahead, 0, r, i->kernels, why, sizeof why);
 }
 
 static lb_bass *load(lb_instance *i) {

@@ -43,7 +43,7 @@ export function makeBench() {
   fold();
   addEventListener("hashchange", takeLink);
   player.labelOf = name => benches.get(name)?.link() ?? name;
-  player.fileOf = async name => changedFile(name, await read(`basses/${name}.lbass`));
+  player.fileOf = async name => imageOf(name, await read(`basses/${name}.lbass`));
 }
 
 // --- its sliders ---
@@ -140,22 +140,17 @@ async function buildWanted() {
   building.now = false;
 }
 
-// A bass's instrument file, changed by its bench.
-async function changedFile(name, file) {
-  const own = benches.get(name);
-  if (!own?.changed) {
-    if (own?.usual) showChanged(own, own.usual);
-    return file;
-  }
-  const made = await workshop.ask({change: own.moved(), names: own.bass.strings.map(string => string.name), file, bench: await read(`basses/${name}.bench`)});
-  showChanged(own, made);
+// The image that plays an instrument file, as changed by the bass's bench.
+async function imageOf(name, file) {
+  const own = benches.get(name), names = bassCalled(name).strings.map(string => string.name);
+  const made = await workshop.ask({change: own?.moved() ?? [], names, file});
+  if (own) showChanged(own, made);
   return made.file;
 }
 
 // Moves a bass's crowns (m from the open strings) and pickups (m from the saddle) to their changed places.
 function showChanged(own, {heights, places}) {
   const {bass} = own, {strings, pickups} = bass;
-  own.usual ||= {heights: strings.map(string => string.heights), places: pickups.map(pickup => pickup.position)};
   strings.forEach((string, i) => { string.heights = heights[i]; });
   see.needed = true;
   if (!places.some((place, k) => Math.abs(place - pickups[k].position) > 1e-9)) return;

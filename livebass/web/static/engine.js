@@ -93,9 +93,9 @@ export class Engine {
 
   // --- basses ---
 
-  // Lays out an instrument file, its operators and its bass from `at` on, at a rate (Hz); returns the bass's
-  // address. `response`, an impulse response at that rate, replaces the file's unless empty. Throws an Error for
-  // a file that cannot be played. Basses with the same `of`, unless 0, carry on each other's notes. The memory must hold
+  // Lays out a bass's image, its operators and its bass from `at` on, at a rate (Hz); returns the bass's
+  // address. `response`, an impulse response at that rate, replaces the image's unless empty. Throws an Error for
+  // one that cannot be played. Basses with the same `of`, unless 0, carry on each other's notes. The memory must hold
   // zeros.
   build(file, tier, rate, at, response = new Float64Array(0), of = 0) {
     const {x} = this, size = file.byteLength;

@@ -72,22 +72,20 @@ function move({id, file, tier, rate, response, recalled, performed, pluck, befor
   answer({id, built: made}, [made.rows.buffer, made.across.buffer, made.slots.buffer, made.sound.buffer]);
 }
 
-// Returns the instrument file `file` as changed by the sliders, with its bench file; also the heights of the bass's
-// crowns (m from each open string) and its pickups' places (m from the saddle). Throws an Error, one line, for a neck
-// that cannot be played. `names`: of the strings.
-function change({change: values, file, bench, names}) {
+// Returns the image of a bass's instrument file as changed by the sliders; also the heights of the bass's crowns (m from
+// each open string) and its pickups' places (m from the saddle). Throws an Error, one line, for a file of another kind,
+// and for a neck that cannot be played. `names`: of the strings.
+function change({change: values, file, names}) {
   engine.clear();
   const get = (name, k) => engine.get("CHANGE", at, name, k);
-  const at = engine.add(RECORDS.CHANGE.bytes), given = engine.add(file.byteLength), beside = engine.add(bench.byteLength);
-  const memory = engine.end;
+  const at = engine.add(RECORDS.CHANGE.bytes), given = engine.add(file.byteLength);
   engine.bytes.set(new Uint8Array(file), given);
-  engine.bytes.set(new Uint8Array(bench), beside);
-  for (const [name, value] of Object.entries({file: given, bench: beside, size: bench.byteLength, memory}))
-    engine.set("CHANGE", at, name, value);
+  engine.fill("CHANGE", at, {file: given, size: file.byteLength, memory: engine.end});
   for (const [k, value] of values) engine.set("CHANGE", at, "value", value, k);
-  if (!Number(engine.x.lb_measure_change(BigInt(at)))) throw new Error("its bench file belongs to another bass");
+  if (Number(engine.x.lb_measure_change(BigInt(at))) !== N.GOOD) throw new Error("not a bass of this version");
   engine.add(get("bytes"));
-  const state = Number(engine.x.lb_make_change(BigInt(at))), record = beside + RECORDS.BENCH_FILE.fields.bench[0];
+  const state = Number(engine.x.lb_make_change(BigInt(at)));
+  const record = at + N.BENCH_PLACE;
   const of = (name, k) => engine.get("BENCH", record, name, k);
   if (state !== N.MADE) {
     const above = `stands ${(1000 * of("fault_height")).toFixed(2)} mm above string ${names[of("fault_string")]} at rest`;
@@ -96,7 +94,7 @@ function change({change: values, file, bench, names}) {
   const heights = names.map((_, i) => {
     const string = record + RECORDS.BENCH.fields.string[0] + i * RECORDS.BENCH_STRING.bytes;
     const [first, count] = ["frets", "frets_count"].map(name => engine.get("BENCH_STRING", string, name));
-    const number = k => engine.view.getFloat64(beside + RECORDS.BENCH_FILE.bytes + 8 * k, true);
+    const number = k => engine.view.getFloat64(of("numbers") + 8 * k, true);
     return Array.from({length: count}, (_, k) => number(first + 2 * k + 1));
   });
   const places = Array.from({length: of("pickups")}, (_, k) => of("position", k));

@@ -1,4 +1,4 @@
-"""One kernel changes a bass: Python, the plugins and the page get the same bytes for every slider."""
+"""One kernel changes a bass: Python, the plugins and the page get the same image for every slider."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.costs import quick
+from support.kept import Refused, image_made, listed
 from support.own_basses import load_preset
 from support.wasm import Bare
 
-from livebass.kernels.bass.change import CHANGE, LEAST_CAPACITANCE, make_change, measure_change
-from livebass.kernels.bass.check import GOOD, check_file
+from livebass.kernels.bass.change import LEAST_CAPACITANCE, make_change
 from livebass.model.bench import changed
 from livebass.model.instrument import Effects, Instrument, Pick
-from livebass.plugin.instrument import bench_file, instrument_file
+from livebass.plugin.instrument import image_file, instrument_file
 from livebass.techniques import FRETS, SLIDER_ROWS
 
 BASSES = (
@@ -29,31 +29,20 @@ BASSES = (
 )
 
 
-def natively(file: bytes, bench: bytes, values: dict[str, float]) -> bytes | int:
-    """The kernel's file, as a plugin calls it, or the status of its failure."""
-    data = [np.frombuffer(each + bytes(-len(each) % 64), np.int64).copy() for each in (file, bench)]
-    change = np.zeros(1, CHANGE)
-    change["file"], change["bench"], change["size"] = (*(each.ctypes.data for each in data), len(bench))
-    change["value"][0] = listed(values)
-    assert measure_change(change.ctypes.data) == 1
-    memory = np.zeros(int(change["bytes"][0]) // 8)
-    change["memory"] = memory.ctypes.data
-    if state := int(make_change(change.ctypes.data)):
-        return state
-    first, count = (int(change["made"][0]) - memory.ctypes.data) // 8, int(change["words"][0])
-    made = memory[first : first + count]
-    assert check_file(made.ctypes.data, made.nbytes) == GOOD
-    return made.tobytes()
-
-
-def listed(values: dict[str, float]) -> list[float]:
-    return [values.get(symbol, 0.0) for symbol in SLIDER_ROWS]
+def natively(file: bytes, values: dict[str, float]) -> bytes | int:
+    """The kernel's image, as a plugin makes it, or the status of its failure."""
+    try:
+        return image_made(file, values)
+    except Refused as refused:
+        kernel, state = refused.args
+        assert kernel == make_change
+        return int(state)
 
 
 def by_python(bass: Instrument, values: dict[str, float]) -> bytes:
-    """The file of the changed bass; empty if its neck cannot be played."""
+    """The image of the changed bass; empty if its neck cannot be played."""
     try:
-        return instrument_file(changed(bass, values))
+        return image_file(changed(bass, values))
     except ValueError:
         return b""
 
@@ -71,32 +60,30 @@ def places() -> list[dict[str, float]]:
 
 
 @pytest.mark.parametrize("name", quick(BASSES, BASSES[3:]))
-def test_python_plugins_and_page_make_the_same_file(name: str) -> None:
+def test_python_plugins_and_page_make_the_same_image(name: str) -> None:
     bass = load_preset(name)
-    file = instrument_file(bass)
-    bench, moved = bench_file(bass, file), 0
+    file, own, moved = instrument_file(bass), image_file(bass), 0
     for values in places():
-        wanted, page = by_python(bass, values), Bare().changed(file, bench, listed(values))
-        native = natively(file, bench, values)
+        wanted, page = by_python(bass, values), Bare().changed(file, listed(values))
+        native = natively(file, values)
         assert native == page
         assert native == wanted or (not wanted and isinstance(native, int)), values
-        moved += native != file
+        moved += native != own
     assert moved > 14
 
 
 def test_sliders_at_rest_change_nothing() -> None:
     for name in BASSES:
         bass = load_preset(name)
-        file = instrument_file(bass)
-        assert changed(bass, {}) == bass and natively(file, bench_file(bass, file), {}) == file
+        assert changed(bass, {}) == bass and natively(instrument_file(bass), {}) == image_file(bass)
 
 
 def test_a_file_with_strokes_and_effects_keeps_them() -> None:
     bass = load_preset("jazz-finger")
     bass = replace(bass, player=replace(bass.player, pick=Pick(place=0.9)), effects=Effects(drive=0.25))
     for values in ({"gauge": 10.0}, {"action": -0.5}):
-        file = instrument_file(bass)
-        assert natively(file, bench_file(bass, file), values) == instrument_file(changed(bass, values)) != file
+        made = natively(instrument_file(bass), values)
+        assert made == image_file(changed(bass, values)) != image_file(bass)
 
 
 def test_action_moves_the_strings_in_proportion() -> None:

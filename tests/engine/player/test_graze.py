@@ -17,7 +17,7 @@ from livebass.kernels.bass.instrument import LIVE, STUDIO
 from livebass.kernels.string.records import PLUCK
 from livebass.model.instrument import speaking
 from livebass.model.modes import grazing_apex
-from livebass.plugin.instrument import instrument_file
+from livebass.plugin.instrument import image_file
 from livebass.preset.build import Builder
 from livebass.preset.load import preset_tables
 from livebass.preset.source import PresetError
@@ -98,7 +98,7 @@ def test_the_hand_stays_whatever_the_neck_becomes(player: dict[str, Any], neck: 
 def test_files_have_the_hand() -> None:
     """In every tier a file's pool has the heights of the hand's neck, or of its own neck without one."""
     bass = bass_of("fretless", {"graze_action": "3 mm"})
-    file, own = image_of(instrument_file(bass)), Engine(bass_of("fretless"), QUALITIES["live"], 48000)
+    file, own = image_of(image_file(bass)), Engine(bass_of("fretless"), QUALITIES["live"], 48000)
     for tier in (LIVE, STUDIO):
         pool = file.pool(tier, 48000)
         first = pool.records[0, 0]

@@ -23,7 +23,7 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.answers import EVERY
 from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
 from livebass.model import answers
-from livebass.plugin.instrument import instrument_file, tiers
+from livebass.plugin.instrument import image_file, tiers
 
 RATE = 48000
 E, A, D, G = range(4)
@@ -393,8 +393,8 @@ def test_modes_that_may_answer_fit_on_any_bass() -> None:
 
 def test_an_instrument_file_holds_what_couples_the_strings() -> None:
     bass = answering("pedal")
-    data = instrument_file(bass)
-    assert len(data) > len(instrument_file(answering("off")))
+    data = image_file(bass)
+    assert len(data) > len(image_file(answering("off")))
     read = image_of(data)
     pool, engine = read.pool(0, RATE), Engine(bass, tiers(bass)[0], RATE)
     mine, other = (records["answering"] for records in (pool.records, engine.pool.records))

@@ -18,7 +18,7 @@ from livebass.kernels.bass.instrument import LIVE
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.string.records import PLUCK, STRING, THROW
 from livebass.kernels.string.told import TOLD, begin_again
-from livebass.plugin.instrument import instrument_file
+from livebass.plugin.instrument import image_file
 from livebass.units import OFF
 
 RATE = 48000
@@ -134,7 +134,7 @@ def test_more_events_than_there_is_room_for_are_told() -> None:
 
 def test_a_page_plays_the_last_note_again() -> None:
     """In WebAssembly, on another bass: a worker's replay of the events matches the sound bit for bit."""
-    page = Module(instrument_file(load_preset("paper-g")), RATE, told=64)
+    page = Module(image_file(load_preset("paper-g")), RATE, told=64)
     page.play(QUANTUM * 3)
     page.send(500, 0x90, 48, 127)
     page.send(3000, 0xE0, 0, 90)
