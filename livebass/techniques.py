@@ -179,6 +179,7 @@ class Parameter:
 
 
 PARAMETER_ROWS: dict[str, Parameter] = {}
+RENAMED: dict[str, str] = {}  # symbols of older versions, which states, sounds and links may have: {old: new}
 
 
 def parameter(

@@ -35,7 +35,8 @@ def presets() -> None:
 
 @presets.command("list")
 @flag("--sounds", "List the factory sounds instead: basses with sliders, effects and a way to play them.")
-def list_(sounds: bool) -> None:
+@flag("--revisions", "List the presets' revisions instead: each loads as NAME@REVISION.")
+def list_(sounds: bool, revisions: bool) -> None:
     """List the presets that come with livebass.
 
     Basses come first, then experiments. GM is the General MIDI program, counted from 1, that chooses the bass.
@@ -43,8 +44,14 @@ def list_(sounds: bool) -> None:
     """
     from livebass.preset.load import laboratory_names, load_preset, preset_names
     from livebass.preset.programs import PROGRAMS
+    from livebass.preset.revisions import revision_table
     from livebass.preset.sounds import sound_names
 
+    if sounds and revisions:
+        raise click.UsageError("give one of --sounds and --revisions: sounds have none")
+    if revisions:
+        click.echo(revision_table(), nl=False)
+        return
     if sounds:
         for name in sound_names():
             click.echo(wrapped(f"{name:{max(map(len, sound_names())) + 2}}", load_preset(name).description))

@@ -78,6 +78,8 @@ def settings_file() -> Path:
 
 def load(path: Path) -> Remembered:
     """Reads the file at `path`; without a file there are no choices. Raises DamagedSettings."""
+    from livebass.formats import checked, renamed
+
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -86,7 +88,7 @@ def load(path: Path) -> Remembered:
         why = error.strerror if isinstance(error, OSError) else " ".join(str(error).split())
         raise DamagedSettings(f"{path}: {why}") from None
     try:
-        return _checked(data)
+        return _checked(renamed("settings", checked("settings", data))[0])
     except ValueError as error:
         raise DamagedSettings(f"{path}: {error}") from None
 

@@ -86,10 +86,15 @@ def shown(bass: TakenBass) -> str:
 def _checked(preset: str) -> str:
     """`preset`, if it is a known name or the absolute path of a preset file. Raises ValueError with the reason."""
     from livebass.preset.load import laboratory_names, preset_names
+    from livebass.preset.revisions import split
     from livebass.preset.source import is_path
 
     if not is_path(preset):
-        if preset not in (*preset_names(), *laboratory_names()):
+        try:
+            name, _ = split(preset)
+        except ValueError as error:
+            raise ValueError(f"which this livebass does not have ({error})") from None
+        if name not in (*preset_names(), *laboratory_names()):
             raise ValueError("which this livebass does not have")
     elif not _is_file(preset, (".toml",)):
         raise ValueError("which is not there" if preset.endswith(".toml") else "which is no preset file, .toml")

@@ -18,6 +18,7 @@ from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.live.synth import LiveBass, Synth
 from livebass.preset.programs import program_of
+from livebass.preset.revisions import numbered
 from livebass.preset.source import is_path
 from livebass.score.reading import TAKE
 from livebass.score.score import PROGRAM
@@ -225,7 +226,7 @@ class MidiRecorder(Take):
         channels = sorted({status & 0x0F for _, status, *_ in played})
         events: list[tuple[int, mido.Message | mido.MetaMessage]] = []
         for tick, preset in self._basses:
-            named = os.path.abspath(preset) if is_path(preset) else preset
+            named = os.path.abspath(preset) if is_path(preset) else numbered(preset)
             events.append((tick, mido.MetaMessage("text", text=text_of(named, self.given(preset)))))
             events += [(tick, mido.Message("program_change", channel=c, program=_program(preset))) for c in channels]
         for tick, status, first, second in played:

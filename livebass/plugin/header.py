@@ -34,6 +34,7 @@ from livebass.techniques import (
     ON_STRING,
     PALM,
     PARAMETER_ROWS,
+    RENAMED,
     SLIDER_ROWS,
     STROKE_OF,
     TECHNIQUE,
@@ -181,6 +182,9 @@ def _parameters() -> list[str]:
         "} lb_parameter;",
         f"enum {{ {', '.join(f'LB_{p.symbol.upper()}' for p in PARAMETERS)}, LB_PARAMETERS }};",
     ]
+    renamed = [f"    {{{json.dumps(before)}, {json.dumps(now)}}}," for before, now in RENAMED.items()]
+    lines += ["typedef struct { const char *before, *symbol; } lb_rename;"]
+    lines += ["static const lb_rename lb_renamed[] = {", *renamed, '    {"", ""},', "};"]
     lines += [f"enum {{ LB_PLAYED_PARAMETERS = {techniques.PARAMETERS} }}; /* those that controllers learn */"]
     rows, points = list[str](), dict[tuple[str, ...], str]()  # points: their names in C
     for p in PARAMETERS:

@@ -5,6 +5,7 @@ kernels/bass/kept.py defines the format, and kernels/bass/change.py makes the im
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
@@ -64,6 +65,11 @@ def instrument_file(instrument: Instrument) -> bytes:
     return file_of(
         {name: words[places].tobytes() for name, places in FIELDS.items()} | dict(zip(LISTS_KEPT, lists, strict=True))
     )
+
+
+def image_digest(instrument: Instrument) -> str:
+    """Returns a digest of a bass: the same in every version that plays the bass alike, unlike that of its file."""
+    return hashlib.sha256(image_file(instrument)).hexdigest()[:8]
 
 
 def file_of(fields: Mapping[str, bytes], version: str = __version__, format: int = FORMAT) -> bytes:

@@ -51,6 +51,8 @@ KEPT = "".join(
     for key, label, kind in (
         ("bass", "Name of the bass", "string"),
         ("quality", "Quality", "long"),
+        ("format", "Number of the state's format", "long"),
+        ("made", "Version of livebass that made the state", "string"),
         ("seed", "Seed of the player's unevenness", "long"),
         ("side", "A (0) or B (1) counts", "long"),
         ("technique", "Stroke, if a key has chosen it", "float"),

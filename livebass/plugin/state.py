@@ -1,36 +1,39 @@
-"""States of the plugins, as hosts of CLAP and VST3 keep them: lb_state of c/instance.h, written by c/state.c."""
+"""States of the plugins, as hosts of CLAP and VST3 keep them: texts that c/session.c reads and writes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from livebass.kernels.bass.check import checksum
+from livebass import __version__
 from livebass.live.parameters import PARAMETERS
-from livebass.techniques import CHANNEL_MODES
 
-MAGIC, VERSION = b"LBSTATE\n", 4
-HEAD = [
-    ("magic", "S8"), ("version", "i8"), ("seed", "i8"), ("count", "i8"), ("bass", "S64"),
-    ("learned", "u1", (CHANNEL_MODES,)), ("side", "i8"),
-]  # fmt: skip
-STATE = np.dtype([*HEAD, ("values", "f8", (len(PARAMETERS), 2)), ("checksum", "u8")])
+TITLE = "# A state of livebass\n"
+FORMAT = 1  # of states: a new number is for what older versions must not read
+PROCESSOR = "Processor"  # the group of parameters that A and B share
 
 
 def state_of(bass: str, values: Mapping[str, float]) -> bytes:
-    """Returns the state of a new instance that plays `bass`, by short name, with these parameters, by symbol."""
-    made = np.zeros(1, STATE)
-    made["magic"], made["version"], made["count"], made["bass"] = MAGIC, VERSION, len(PARAMETERS), bass.encode()
-    for p in PARAMETERS:
-        made["values"][0, p.number] = values.get(p.symbol, p.usual), p.usual
-    return sealed(made)
+    """Returns the state of a new instance that plays `bass`, by short name, with these parameters, by symbol.
+
+    It does not keep the bass itself: the one of that name plays.
+    """
+    usual = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"}
+    shared = {p.symbol for p in PARAMETERS if p.group == PROCESSOR}
+    played = {**usual, **values}
+    sections = {
+        "A": {symbol: value for symbol, value in played.items() if symbol not in shared},
+        "B": {symbol: value for symbol, value in usual.items() if symbol not in shared},
+        "processor": {symbol: value for symbol, value in played.items() if symbol in shared},
+    }
+    text = f'{TITLE}format = {FORMAT}\nmade = "{__version__}"\nbass = "{bass}"\nseed = 0\nside = "A"\n'
+    for name, rows in sections.items():
+        text += f"\n[{name}]\n" + "".join(f"{symbol} = {value:.17g}\n" for symbol, value in rows.items())
+    return sealed(text)
 
 
-def sealed(words: NDArray[Any]) -> bytes:
-    """A state with a valid checksum."""
-    whole = np.frombuffer(words.tobytes(), np.int64).copy()
-    whole[-1:] = np.array([checksum(whole.ctypes.data, len(whole) - 1)], np.uint64).view(np.int64)
-    return whole.tobytes()
+def sealed(text: str) -> bytes:
+    """The words of a state, followed by their checksum: FNV-1a."""
+    total = 0xCBF29CE484222325
+    for byte in text.encode():
+        total = (total ^ byte) * 0x100000001B3 % (1 << 64)
+    return f"{text}sum = {total:016x}\n".encode()

@@ -17,6 +17,7 @@ from typing import Any
 
 from livebass import units
 from livebass.bounds import between, complaint
+from livebass.formats import FORMATS
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
@@ -80,6 +81,7 @@ def _parameters() -> list[Key]:
 
 KEYS = (
     Key("", "like", "text", "1", "1000", None, "name or path of a preset: everything else is inherited from it"),
+    Key("", "format", "integer", "1", str(FORMATS["preset"]), 1, "of the file: later versions may need another"),
     Key("", "name", "text", "1", "80", REQUIRED, "what the bass is called"),
     Key("", "description", "text", "0", "500", "", "one sentence about it"),
     Key("", "tuning", "tuning", "", "", "standard", "of the open strings; standard: as string.open_note says"),

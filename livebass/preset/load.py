@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from livebass.model.instrument import Instrument
+from livebass.preset import revisions
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, Key, allowed, unknown_name
 from livebass.preset.like import whole
@@ -44,7 +45,8 @@ def load_preset(
     """Loads a bass: a shipped one by its name, or your own from a TOML file.
 
     Args:
-        name_or_path: Name of a shipped bass, see `preset_names`, or a path, which ends in .toml or has a "/".
+        name_or_path: Name of a shipped bass, see `preset_names`, perhaps in an earlier revision, "slap@1"; or a path,
+            which ends in .toml or has a "/".
         tuning: Replaces the file's key: a name such as "drop-d", or the notes of the strings, lowest first.
         capo: Replaces the file's key: the capo's fret.
         a4: Replaces the file's key: frequency of the A above middle C, Hz.
@@ -96,7 +98,10 @@ def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, 
 
 def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
     """The file's name for messages, and its own tables only, parsed but not checked. Raises PresetError."""
-    label, text = preset_source(name_or_path)
+    preset, number = revisions.split(os.fspath(name_or_path))
+    if number is not None and number < revisions.present(preset):
+        return f"{preset}{revisions.MARK}{number}", revisions.earlier(preset, number, preset_tables(preset)[1])
+    label, text = preset_source(preset)
     return label, _parse(label, text)
 
 
@@ -136,7 +141,10 @@ def _default(key: Key) -> str:
 
 def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name for messages, and its text. Raises PresetError."""
-    name = os.fspath(name_or_path)
+    name, number = revisions.split(os.fspath(name_or_path))
+    if number is not None and number < revisions.present(name):
+        label, tables = own_tables(name_or_path)
+        return label, revisions.toml_of(tables)
     if not is_path(name):
         folder = shipped() / LABORATORY if name in laboratory_names() else shipped()
         if name not in _names_in(folder):

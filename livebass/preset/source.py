@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from livebass.formats import checked, renamed
 from livebass.kinds import kind_of
 from livebass.units import one_line
 
@@ -111,11 +112,15 @@ def parsed(label: str, text: str, kind: str, needs: str) -> dict[str, Any]:
     if not text.strip():
         raise PresetError(f"{label}: empty; a {kind} needs {needs}")
     try:
-        return tomllib.loads(text)
+        data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         why = "nested too deep" if isinstance(error, RecursionError) else _explained(str(error), text)
         told = kind_of(text.encode())
         raise PresetError(f"{label}: {told}; a {kind} is a {TOML}" if told else f"{label}: not TOML: {why}") from None
+    try:
+        return renamed(kind, checked(kind, data))[0]
+    except ValueError as error:
+        raise PresetError(f"{label}: {error}") from None
 
 
 def _explained(error: str, text: str) -> str:

@@ -1,7 +1,7 @@
 """The basses of a take: texts in its MIDI file, each where its bass starts to play.
 
-A text is MARK and a JSON object: "preset", a name or a path, and the options of `livebass play` that changed the bass.
-This file does not trust the texts: any file may contain them.
+A text is MARK and a JSON object: "format" unless it is 1, "preset", a name or a path, and the options of
+`livebass play` that changed the bass. This file does not trust the texts: any file may contain them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from livebass.formats import FORMATS, KEY
 from livebass.score.score import PROGRAM, Score, TakenBass
 from livebass.smf import MARK
 
@@ -65,6 +66,9 @@ def _told(text: str) -> tuple[str, dict[str, str]] | None:
     except (ValueError, RecursionError):
         return None
     if not isinstance(told, dict) or not all(isinstance(value, str) for value in told.values()):
+        return None
+    number = told.pop(KEY, "1")
+    if not number.isascii() or not number.isdigit() or int(number) > FORMATS["take"]:
         return None
     preset = told.pop("preset", "")
     return (preset, told) if preset else None

@@ -24,8 +24,9 @@ from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
 from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
-from livebass.plugin.instrument import ENDING, OLD_ENDING
-from livebass.preset.load import preset_names
+from livebass.plugin.instrument import ENDING, OLD_ENDING, image_digest, instrument_file
+from livebass.preset.load import load_preset, preset_names
+from livebass.preset.revisions import MARK, present, revisions
 from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS, event
 from livebass.web import build
 from livebass.web.bench import Source, bench
@@ -78,6 +79,14 @@ def export_page(
     return folder / (SINGLE if single else INDEX)
 
 
+def revisions_of(source: Source | None, name: str) -> dict[str, Any]:
+    """The revision of a bass that is a shipped preset as it is, and the earlier ones, which links may name."""
+    if source != Source(name) or name not in revisions():
+        return {}
+    last = present(name)
+    return {"revision": last, "earlier": list(range(1, last))}
+
+
 def is_page(entries: list[Path]) -> bool:
     """True if these are the entries of a page that livebass wrote: they may be replaced."""
     found = {entry.name: entry for entry in entries}
@@ -108,6 +117,9 @@ def page_files(
     known = {name: Source(name) for name in preset_names()} | dict(sources)
     benches = {name: bench(bass, known[name]) for name, bass in basses.items() if name in known}
     files = {f"{BASSES}/{name}{ENDING}": made[f"{name}{ENDING}"] for name in basses}
+    for name in basses:
+        for number in revisions_of(known.get(name), name).get("earlier", ()):
+            files[f"{BASSES}/{name}{MARK}{number}{ENDING}"] = instrument_file(load_preset(f"{name}{MARK}{number}"))
     files |= {
         MODULE: build.module(),
         "worker.js": joined("worker.js").encode(),
@@ -119,7 +131,8 @@ def page_files(
         | {
             "bench": benches.get(name),
             "cases": shown_cases(bass, known.get(name)),
-            "made": hashlib.sha256(made[f"{name}{ENDING}"]).hexdigest()[:8],
+            "made": image_digest(bass),
+            **revisions_of(known.get(name), name),
         }
         for name, bass in basses.items()
     ]

@@ -20,7 +20,7 @@ LAYERS = (
     {"learn", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
     {"text", "menu", "hand"},
-    {"sounds", "picture"},
+    {"sounds", "session", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},
     {"vst3_view", "loader"},

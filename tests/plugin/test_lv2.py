@@ -84,6 +84,11 @@ def state_of(plugin: Plugin, instrument: str, quality: int = 0, seed: int = 0) -
     }
 
 
+def kept(plugin: Plugin) -> dict[int, tuple[bytes, int]]:
+    """What a state says in the form of a preset."""
+    return {key: value for key, value in plugin.save().items() if key in state_of(plugin, "")}
+
+
 @pytest.mark.parametrize("preset", quick(["five-string", "six-string"], ["six-string"]))
 def test_five_and_six_strings_have_an_output_each(bundle: Path, preset: str) -> None:
     """The second plugin plays the stems of `render --stems`; their sum is the first plugin's sound bit for bit."""
@@ -231,7 +236,7 @@ def test_a_session_is_stronger_than_the_ports(bundle: Path, plugin: Plugin) -> N
     """Studio quality and a seed too, in a plugin whose ports disagree."""
     assert plugin.restore(state_of(plugin, "slap", quality=1, seed=7)) == 0
     state = plugin.save()
-    assert state == state_of(plugin, "slap", quality=1, seed=7)
+    assert kept(plugin) == state_of(plugin, "slap", quality=1, seed=7)
     other = Plugin(bundle)
     other.uris[:] = plugin.uris
     assert other.restore(state) == 0 and other.save() == state
@@ -326,13 +331,13 @@ def test_a_restored_bass_stays_when_another_port_moves(plugin: Plugin) -> None:
     plugin.block(64)
     plugin.controls["quality"].value = 1.0
     settle(plugin)
-    assert plugin.save() == state_of(plugin, "slap", quality=1)
+    assert kept(plugin) == state_of(plugin, "slap", quality=1)
     assert plugin.restore(state_of(plugin, "slap", quality=1)) == 0
     plugin.controls["quality"].value = 0.0
     plugin.block(64)
     plugin.controls["bass"].value = 2.0
     settle(plugin)
-    assert plugin.save() == state_of(plugin, "paper-bass", quality=1)
+    assert kept(plugin) == state_of(plugin, "paper-bass", quality=1)
 
 
 @pytest.mark.parametrize("loaded", [False, True])
@@ -346,10 +351,10 @@ def test_a_late_worker_does_not_override_a_session(plugin: Plugin, loaded: bool)
         plugin.work()
     assert plugin.restore(state_of(plugin, "jazz-finger")) == 0
     settle(plugin)
-    assert plugin.save() == state_of(plugin, "jazz-finger")
+    assert kept(plugin) == state_of(plugin, "jazz-finger")
     plugin.controls["bass"].value = 2.0
     settle(plugin)
-    assert plugin.save() == state_of(plugin, "paper-bass")
+    assert kept(plugin) == state_of(plugin, "paper-bass")
 
 
 @pytest.mark.parametrize("restored", [False, True])
@@ -364,7 +369,7 @@ def test_a_job_that_the_host_drops_is_given_again_once_it_is_active(plugin: Plug
     plugin.plugin.deactivate(plugin.handle)
     plugin.plugin.activate(plugin.handle)
     settle(plugin)
-    assert plugin.save() == state_of(plugin, "paper-bass")
+    assert kept(plugin) == state_of(plugin, "paper-bass")
 
 
 def settle(plugin: Plugin) -> None:
@@ -389,9 +394,9 @@ def test_a_state_whose_instrument_is_damaged_is_kept(tmp_path: Path) -> None:
     score, wanted = hard("jazz-finger")
     with closing(Plugin(copy)) as plugin:
         state = state_of(plugin, "slap", quality=1, seed=7)
-        assert plugin.restore(state) == 0 and plugin.save() == state
+        assert plugin.restore(state) == 0 and kept(plugin) == state
         assert np.array_equal(plugin.play(score, len(wanted)), wanted)
-        assert len(plugin.logged) == 1 and "slap.lbass" in plugin.logged[0] and plugin.save() == state
+        assert len(plugin.logged) == 1 and "slap.lbass" in plugin.logged[0] and kept(plugin) == state
 
 
 def test_the_binary_is_small_and_exports_what_hosts_ask_for(bundle: Path) -> None:
@@ -444,7 +449,7 @@ def play():
 first = plugin.save()
 thread = threading.Thread(target=play)
 thread.start()
-name, (text, kind) = next((key, value) for key, value in first.items() if b"jazz-finger" in value[0])
+name, (text, kind) = next((key, value) for key, value in first.items() if value[0] == b"jazz-finger\\0")
 for k in range(20):
     assert plugin.restore(first | {name: ((b"slap", b"jazz-finger")[k % 2] + b"\\0", kind)}) == 0
 ended.set()

@@ -16,13 +16,14 @@ from support.clap import Plugin
 from support.hosts import FORMATS, HOSTS
 from support.picture import PRESS, RELEASE, Host, Picture, library, shelf
 from support.plugins import RATE
+from support.states import file_of, read, with_file, written
 
 from livebass import QUALITIES, load_preset, score_of
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
+from livebass.engine.image import sealed
 from livebass.engine.render import mixed
 from livebass.plugin import clap, lv2, vst3
-from livebass.plugin.state import STATE, sealed
 
 BASS = "jazz-finger"
 SCORE = score_of([(0.0, 0.4, 28, 110), (0.15, 0.5, 36, 80)], RATE)
@@ -108,9 +109,9 @@ def test_a_saved_sound_plays_its_response_as_render_does(bundles: Path, host: Ho
 
 def test_sessions_of_clap_and_vst3_keep_the_samples(bundles: Path, host: Host, own: Path, cabinet: Path) -> None:
     """On a computer without the file, and a session without a response takes it away."""
-    plain = host.whole_state()
+    plain = host.save()
     assert take(host, cabinet) is None
-    state, wanted = host.whole_state(), rendered(saved(host, own))
+    state, wanted = host.save(), rendered(saved(host, own))
     for file in cabinet.parent.iterdir():
         file.unlink()
     with closing(Plugin(bundles / "livebass", active=False)) as plugin:
@@ -166,24 +167,24 @@ def test_a_session_of_lv2_keeps_the_samples(bundles: Path, host: Host, own: Path
 
 def test_undo_brings_back_the_response_before(host: Host, own: Path, cabinet: Path) -> None:
     """Of a session, without its file, or none; after a choice, a sound and a pasted text; values alone leave it."""
-    before = host.whole_state()
+    before = host.save()
     assert take(host, cabinet) is None
-    state, sound = host.whole_state(), saved(host, own).read_text()
+    state, sound = host.save(), saved(host, own).read_text()
     library().lb_undo(host.address)
-    assert host.whole_state() == before
+    assert host.save() == before
     assert host.load(state) and host.sounds()
     other = cabinet.with_name("Other.wav")
     soundfile.write(other, [0.5, 0.25], 48000)
     library().lb_keep_values(host.address)
     host.set("gain", -6.0)
     assert take(host, other) is None and take(host, other) is None
-    changed, new = host.whole_state(), sound.replace(cabinet.stem, "Other")
+    changed, new = host.save(), sound.replace(cabinet.stem, "Other")
     assert library().lb_load_sound(host.address, 0) and library().lb_take_text(host.address, new.encode()) is None
     cabinet.unlink()
     for wanted in (changed, state, state):
         library().lb_undo(host.address)
         library().lb_undo(host.address)
-        assert host.whole_state() == wanted
+        assert host.save() == wanted
 
 
 def test_undo_says_that_it_was_the_cabinet(host: Host, cabinet: Path) -> None:
@@ -207,31 +208,32 @@ def test_undo_says_that_it_was_the_cabinet(host: Host, cabinet: Path) -> None:
 
 def test_a_damaged_response_changes_nothing(host: Host, cabinet: Path) -> None:
     assert take(host, cabinet) is None
-    state, rng = host.whole_state(), np.random.default_rng(2)
-    before, begin = host.whole_state(), len(host.save())
+    before, rng = host.save(), np.random.default_rng(2)
+    good = file_of(before, "response")
     for k in range(DAMAGED):
-        damaged = bytearray(state)
+        damaged = bytearray(good)
         if k % 4 == 0:
-            damaged = damaged[: int(rng.integers(begin + 1, len(state)))]
+            damaged = damaged[: int(rng.integers(len(good)))]
         else:
-            damaged[int(rng.integers(begin, len(state)))] ^= 1 << int(rng.integers(8))
-        assert not host.load(bytes(damaged)) and host.whole_state() == before, k
-    assert not host.load(state + bytes(8)) and not host.load(state[:-8]) and host.load(state)
+            damaged[int(rng.integers(len(good)))] ^= 1 << int(rng.integers(8))
+        assert not host.load(with_file(before, "response", bytes(damaged))) and host.save() == before, k
+    assert not host.load(with_file(before, "response", good + bytes(8))) and host.load(before)
 
 
 def damaged_bytes(whole: bytes, rng: np.random.Generator, way: int) -> bytes:
-    """A state of CLAP or VST3 with a bit turned, cut, or longer; or, `way` 3, with a word replaced and valid sums."""
+    """A state of CLAP or VST3 with a bit turned, cut, or longer; or, `way` 3, with other words and a valid sum."""
     if way == 0:
         return whole[: int(rng.integers(len(whole)))]
     made = np.frombuffer(whole, np.uint8).copy()
     made[int(rng.integers(len(made)))] ^= 1 << int(rng.integers(8))
     if way < 3:
         return made.tobytes() + bytes(8 * (way - 1))
-    words, head = np.frombuffer(whole, np.int64).copy(), STATE.itemsize // 8
-    part = words[:head] if rng.random() < 0.8 else words[head:]
-    wild = np.array([np.nan, np.inf, -1e300, 1e9, rng.normal(0, 50)]).view(np.int64)
-    part[int(rng.integers(len(part) - 1))] = rng.choice([*wild, -1, 0, 1, rng.integers(-(2**63), 2**63 - 1)])
-    return sealed(words[:head]) + sealed(words[head:])
+    words = read(whole)
+    section = words[str(rng.choice([name for name, rows in words.items() if rows]))]
+    name = str(rng.choice(list(section)))
+    wild = ("nan", "-1e300", "1e9", "0", "", '"', "]", "=", '"' + 5000 * "A" + '"', "9" * 400, section[name][:-3])
+    section[name if rng.random() < 0.8 else "what_is_this"] = str(rng.choice(wild))
+    return written(words)
 
 
 def damaged_values(whole: dict[int, tuple[bytes, int]], rng: np.random.Generator, way: int) -> Any:
@@ -255,7 +257,7 @@ def test_damaged_states_are_refused_or_play(bundles: Path, host: Host, cabinet: 
             plugin.plugin.send([(RESPONSE, f"{cabinet}\0".encode())])
             plugin.work()
         else:
-            assert plugin.load(host.whole_state())
+            assert plugin.load(host.save())
         before, damage, refused = plugin.save(), damaged_values if kind == "lv2" else damaged_bytes, 0
         for k in range(cases):
             taken = plugin.load(damage(before, rng, k % 4))
@@ -275,10 +277,10 @@ def test_damaged_states_are_refused_or_play(bundles: Path, host: Host, cabinet: 
 def test_a_session_cannot_name_a_file_elsewhere(host: Host, cabinet: Path, name: str, good: bool) -> None:
     """A saved sound writes the response under its name."""
     assert take(host, cabinet) is None
-    state, begin = host.whole_state(), len(host.save())
-    response = bytearray(state[begin:])
+    state = host.save()
+    response = bytearray(file_of(state, "response")[:-8])
     response[NAME : NAME + 64] = name.encode().ljust(64, b"\0")
-    assert bool(host.load(state[:begin] + sealed(np.frombuffer(response, np.int64)))) == good
+    assert bool(host.load(with_file(state, "response", sealed(bytes(response))))) == good
 
 
 FAULTS = {
@@ -293,9 +295,9 @@ FAULTS = {
 @pytest.mark.parametrize("fault", FAULTS)
 def test_what_is_no_response_is_said_and_the_last_one_stays(host: Host, cabinet: Path, fault: str) -> None:
     assert take(host, cabinet) is None
-    before, file = host.whole_state(), cabinet.with_name("other.wav")
+    before, file = host.save(), cabinet.with_name("other.wav")
     FAULTS[fault](file)
-    assert fault in (take(host, file) or "") and host.whole_state() == before
+    assert fault in (take(host, file) or "") and host.save() == before
 
 
 @pytest.mark.parametrize("kind", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
@@ -316,7 +318,7 @@ def test_a_sound_without_its_file_is_refused(host: Host, own: Path, cabinet: Pat
     assert take(host, cabinet) is None
     file = saved(host, own)
     cabinet.unlink()
-    before = host.whole_state()
-    assert host.sounds() and not library().lb_load_sound(host.address, 0) and host.whole_state() == before
+    before = host.save()
+    assert host.sounds() and not library().lb_load_sound(host.address, 0) and host.save() == before
     text = file.read_text()
     assert "Old 15 inch.wav" in (library().lb_take_text(host.address, text.encode()) or b"").decode()

@@ -14,7 +14,8 @@ from support import lv2, vst3
 from support.clap import Plugin
 from support.picture import Host, library, number, shelf
 from support.plugins import written
-from support.states import sealed, with_fewer, with_sides
+from support.states import read, with_fewer, with_sides
+from support.states import written as state_written
 
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap
@@ -83,10 +84,10 @@ def test_a_damaged_side_is_refused_and_leaves_all_as_it_was(host: Host, capfd: p
     library().lb_swap_sides(host.address)
     host.set("gain", 3.0)
     before = host.save()
-    short = sealed(np.frombuffer(good, np.int64)[:-1])
-    damaged = [
-        with_sides(good, 1, {TONE: np.inf}), with_sides(good, 2, {}), short, good[:-8], good[:-9] + b"?" + good[-8:]
-    ]  # fmt: skip
+    words = read(good)
+    del words[""]["bass"]
+    nameless = state_written(words)
+    damaged = [nameless, good[:-8], good[:-1] + b"?", good[:-9] + b"?" + good[-8:], good[:900] + b"?" + good[901:]]
     for state in damaged:
         assert not host.load(state) and host.save() == before
     assert capfd.readouterr().err.splitlines() == ["the session's state is damaged"] * len(damaged)
@@ -144,7 +145,11 @@ def test_lv2_keeps_what_its_window_says_of_them(tmp_path: Path) -> None:
         for _ in "once", "a window that is opened again":
             shown = other.send([("urn:livebass:bass#watch", struct.pack("<i", 1))])
             assert shown == [("urn:livebass:bass#sides", sides)]
-        for wanted in ([["urn:livebass:bass#response"]], ([], ["urn:livebass:bass#look"])):
+        for wanted in (
+            [["urn:livebass:bass#response"]],
+            [["urn:livebass:bass#update"]],
+            ([], ["urn:livebass:bass#look"]),
+        ):
             shown = other.send([("urn:livebass:bass#watch", struct.pack("<i", 0))])
             assert [uri for uri, _ in shown] in wanted
         damaged = state | {plugin.number(f"{URI}#aside-tone"): (b"??", state[plugin.number(f"{URI}#aside-tone")][1])}

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from support.clap import Plugin
 from support.picture import PRESS, RELEASE, Host, Picture, library, number, shelf
+from support.states import bass_of, without_instrument
 
 from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
@@ -74,13 +75,15 @@ def test_undo_brings_back_a_bass_that_is_not_installed(host: Host, folder: Path,
     (other / "slap.lbass").rename(other / "lost.lbass")
     (other / "instruments.txt").write_text("lost\n")
     there = Host(other)
-    state = there.save()
+    state = without_instrument(there.save())
     there.close()
-    assert b"lost\0" in state and host.save_sound() and host.load(state) and host.save() == state
+    assert (
+        bass_of(state) == "lost" and host.save_sound() and host.load(state) and without_instrument(host.save()) == state
+    )
     assert host.sounds() and library().lb_load_sound(host.address, 0)
-    assert b"slap\0" in host.save()
+    assert bass_of(host.save()) == "slap"
     library().lb_undo(host.address)
-    assert host.save() == state
+    assert without_instrument(host.save()) == state
 
 
 def test_names_are_the_basss_title_and_the_next_number(host: Host, own: Path) -> None:
@@ -211,7 +214,7 @@ def test_what_is_no_sound_is_left_out_with_a_line(
     good = (own / f"Slap 1{ENDING}").read_bytes()
     wrong = {
         f"empty{ENDING}": (b"", "is empty"), f"huge{ENDING}": (good + bytes(b" " * (1 << 17)), LONG),
-        f"session{ENDING}": (host.save(), "is not a link of livebass, nor a sound"),
+        f"session{ENDING}": (host.save(), LONG),
         f"more{ENDING}": (good + b"[neck]\n", "says more than sliders: export it as an instrument: [neck]"),
     }  # fmt: skip
     for name, (data, _) in wrong.items():

@@ -403,7 +403,7 @@ def test_a_block_without_frames_tells_values(bundle: Path) -> None:
     least, most = PARAMETERS[ACTION].least, PARAMETERS[ACTION].most
     plugin = low.Plugin(bundle, mode=low.OFFLINE)
     plugin.block(0, points=[(ACTION, 0, 0.7)])
-    action = states.read(plugin.save())["values"][0, ACTION, 0]
+    action = states.values_of(plugin.save())["action"]
     assert action == pytest.approx(least + 0.7 * (most - least), abs=0.01)
     plugin.close()
 

@@ -43,7 +43,7 @@ static _Atomic int allocations;
 static _Thread_local int inside;
 #endif
 
-enum { RATE = 48000, EVENTS = 8, MOST = 2048, OUTPUTS = 8, STATE = 4096 };
+enum { RATE = 48000, EVENTS = 8, MOST = 2048, OUTPUTS = 8, STATE = 1 << 20 };
 typedef union {
     clap_event head;
     clap_note note;

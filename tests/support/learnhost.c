@@ -24,7 +24,7 @@ static void turn(lb_instance *i, int controller, int value) {
 
 int main(int count, char **words) {
     static lb_instance one, other;
-    static lb_state state;
+    size_t size;
     lb_instance *i = &one;
     CHECK(count == 2);
     one.complain = other.complain = complain;
@@ -51,10 +51,11 @@ int main(int count, char **words) {
     CHECK(lb_learn(i, LB_DRIVE));
     turn(i, 21, 127); /* of two parameters the last one has the controller */
     CHECK(lb_learned_by(i, 21) == LB_DRIVE && lb_value(i, LB_DRIVE) == 1);
-    lb_save_state(i, &state);
-    CHECK(lb_open_instance(&other, words[1]) && lb_load_state(&other, &state, sizeof state));
+    char *state = lb_new_state(i, &size);
+    CHECK(lb_open_instance(&other, words[1]) && lb_load_state(&other, state, size));
     CHECK(lb_learned_by(&other, 21) == LB_DRIVE && lb_learned_by(&other, 20) == -1);
-    CHECK(!lb_load_state(&other, &state, sizeof state - 8));
+    CHECK(!lb_load_state(&other, state, size - 8));
+    free(state);
     CHECK(lb_learn(i, LB_GAIN));
     turn(i, 23, 127);
     CHECK(lb_value(i, LB_GAIN) == 0);

@@ -20,7 +20,6 @@ from livebass.plugin import build
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
 from support.plugins import kept, sources
-from support.states import STATE
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
@@ -40,7 +39,8 @@ SWITCHED = c.CFUNCTYPE(c.c_void_p, c.c_void_p, c.c_int)
 
 # Filled by the C of an instance, for a picture of it
 OPTIONAL = {
-    "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "copy": "lb_copy_side", "learn": None,
+    "undo": "lb_undo", "swap": "lb_swap_sides", "side": "lb_side", "kept": "host_is_kept", "update": "host_update",
+    "copy": "lb_copy_side", "learn": None,
     "controller": None, "title": "lb_title", "playing": "lb_playing_sound", "group": "host_group",
     "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
@@ -96,6 +96,8 @@ def library() -> Any:
         ("look_of_host", address, [address]),
         ("set_host", None, [address, whole, real]),
         ("host_value", real, [address, whole]),
+        ("host_is_kept", whole, [address]),
+        ("host_update", None, [address]),
         ("host_most", real, [address, whole]),
         ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
         ("host_switched", address, [address, whole]),
@@ -111,7 +113,6 @@ def library() -> Any:
         ("lb_learn", whole, [address, whole]),
         ("lb_reset_instance", None, [address]),
         ("lb_take_midi", None, [address, c.c_int64, c.c_char_p, c.c_size_t]),
-        ("lb_save_state", None, [address, address]),
         ("lb_new_state", address, [address, c.POINTER(c.c_size_t)]),
         ("lb_load_state", whole, [address, address, c.c_size_t]),
         ("lb_list_sounds", whole, [address]),
@@ -193,13 +194,7 @@ class Host:
         return float(library().host_value(self.address, number(symbol)))
 
     def save(self) -> bytes:
-        """Its state."""
-        room = c.create_string_buffer(8192)
-        library().lb_save_state(self.address, c.addressof(room))
-        return room.raw[: STATE.itemsize]
-
-    def whole_state(self) -> bytes:
-        """Its state as hosts keep it, with its response."""
+        """Its state as hosts keep it."""
         count = c.c_size_t()
         place = library().lb_new_state(self.address, c.byref(count))
         made = c.string_at(place, count.value)

@@ -1,6 +1,6 @@
 /* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
 #include "instance.h"
-#include "picture.h"
+#include "editor.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -35,6 +35,8 @@ void free_host(host *h) {
 lb_look *look_of_host(host *h) { return &h->instance.look; }
 void set_host(host *h, int parameter, double value) { lb_set_value(&h->instance, parameter, value); }
 double host_value(host *h, int parameter) { return lb_value(&h->instance, parameter); }
+int host_is_kept(host *h) { return lb_face_of(&h->instance).kept(&h->instance); }
+void host_update(host *h) { lb_face_of(&h->instance).update(&h->instance); }
 double host_most(host *h, int parameter) { return lb_most(&h->instance, parameter); }
 void host_text(host *h, int parameter, double value, char *text, size_t room) {
     lb_value_to_text(&h->instance, parameter, value, text, room);

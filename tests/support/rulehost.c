@@ -2,10 +2,10 @@
 #include "instance.h"
 
 #include <pthread.h>
+#include <stdlib.h>
 #include <string.h>
 
 static lb_instance instance;
-static lb_state state;
 
 static void complain(void *owner, const char *line) {}
 static void ask(void *owner) {}
@@ -23,7 +23,10 @@ int main(int count, char **words) {
     if (count != 3 || !lb_open_instance(i, words[1]) || !lb_activate_instance(i, 48000)) return 2;
     lb_set_offline(i, !strcmp(words[2], "offline"));
     lb_begin_block(i);
-    if (!strcmp(words[2], "lock")) lb_save_state(i, &state);
+    if (!strcmp(words[2], "lock")) {
+        size_t size;
+        free(lb_new_state(i, &size));
+    }
     if (!strcmp(words[2], "load") || !strcmp(words[2], "offline")) lb_serve(i);
     if (!strcmp(words[2], "two threads")) {
         LB_ALONE(i->audio.owner);

@@ -5,7 +5,7 @@
 type ControlName = "gain" | "tone" | "blend" | "pluck_position" | "velocity_curve" | "hand_position" | "avoid_open"
   | "humanise_time" | "humanise_force" | "compression" | "drive";
 type Buttons = "skip" | "riff" | "power" | "later" | "hands" | "down" | "up" | "again" | "same" | "story-back" | "story-next" | "picture" | "clip" | "now" | "octave-down" | "octave-up"
-  | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "save" | "link" | "midi" | "panic" | "response"
+  | "open" | "open-preset" | "roll" | "loop" | "record" | "undo" | "redo" | "reset" | "newer" | "save" | "link" | "midi" | "panic" | "response"
   | "response-level" | "response-off" | "hear-recorded" | "hear-computed";
 type Inputs = ControlName | "zoom" | "slow" | "moment" | "song-file" | "force" | "response-file" | "preset-file";
 type Canvases = "strings" | "side" | "note" | "spectrum" | "both";
@@ -63,6 +63,8 @@ interface Bass {
   bench: any;
   cases: Case[];
   made: string; // differs where the bass does
+  revision?: number; // of a shipped preset ...
+  earlier?: number[]; // ... and those that the page has besides
 }
 
 interface Case {

@@ -15,7 +15,7 @@
 #define MONO "org.livebass.bass" /* must never change: sessions use them */
 #define APART "org.livebass.strings"
 #define PROVIDER "org.livebass.presets"
-enum { TAIL = 12 /* s */, ROOM = sizeof(lb_state) + LB_KEPT_RESPONSE + 16000 /* of later parameters */ };
+enum { TAIL = 12 /* s */ };
 enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
 
 static char folder[CLAP_PATH]; /* with the plugin's own instruments */
@@ -361,9 +361,9 @@ static bool save(const clap_plugin *p, const clap_out_stream *to) {
 static bool load(const clap_plugin *p, const clap_in_stream *from) {
     size_t count = 0;
     int64_t got;
-    char *bytes = malloc(ROOM);
+    char *bytes = malloc(LB_MOST_STATE);
     if (!bytes) return false;
-    while (count < ROOM && (got = from->read(from, bytes + count, ROOM - count)) > 0) count += (size_t)got;
+    while (count < LB_MOST_STATE && (got = from->read(from, bytes + count, LB_MOST_STATE - count)) > 0) count += (size_t)got;
     const bool good = lb_load_state(&of(p)->instance, bytes, count);
     free(bytes);
     if (good) {

@@ -612,7 +612,7 @@ struct lb_shelf {
 static const details *details_of(const lb_shelf *s, int k) { return __atomic_load_n(&s->places[k].now, __ATOMIC_ACQUIRE); }
 
 const char *lb_shelf_folder(const lb_shelf *s) { return s->folder; }
-int lb_shelf_count(const lb_shelf *s) { return s->count; }
+int lb_shelf_count(const lb_shelf *s) { return __atomic_load_n(&s->count, __ATOMIC_ACQUIRE); }
 const char *lb_shelf_name(const lb_shelf *s, int k) { return s->places[k].name; }
 const char *lb_shelf_title(const lb_shelf *s, int k) { return s->places[k].title; }
 void lb_close_shelf(lb_shelf *s) {
@@ -737,11 +737,83 @@ static details *new_details(lb_shelf *s, const lb_source *source, char title[NAM
     return d;
 }
 
+/* The checksum of the image that plays a source; 0: it cannot be played. */
+static uint64_t image_sum(const lb_source *source, const lb_kernels *kernels) {
+    char error[PATH];
+    file image;
+    uint64_t sum = 0;
+    if (make_image(&image, source, 0, &sum, kernels, error, sizeof error)) sum = checksum(&image);
+    else sum = 0;
+    free_lines(image.words);
+    return sum;
+}
+
+void *lb_source_bytes(const lb_source *source, size_t *count) {
+    char error[PATH];
+    file f = {0, 0};
+    if (!source->bytes && !read_bytes(&f, source->path, error, sizeof error)) return 0;
+    *count = source->bytes ? source->size : (size_t)f.bytes;
+    void *made = malloc(*count + 1);
+    if (made) memcpy(made, source->bytes ? source->bytes : f.words, *count);
+    free_lines(f.words);
+    return made;
+}
+
+static void play(place *p, const details *d) { __atomic_store_n(&p->now, (details *)(intptr_t)d, __ATOMIC_RELEASE); }
+
+int lb_keep_bass(lb_shelf *s, const char *name, const void *bytes, size_t count, char *error, size_t room) {
+    const lb_kernels *kernels = lb_best_kernels();
+    const lb_source source = {name, bytes, count};
+    const uint64_t sum = image_sum(&source, kernels);
+    char title[NAME] = "";
+    uint64_t own;
+    snprintf(error, room, "%s: the bass that the session kept cannot be played", name);
+    if (!sum || count < 8) return -1;
+    int k = lb_shelf_find(s, name);
+    const lb_source on_disk = {k < 0 ? "" : s->places[k].path, 0, 0};
+    if (k >= 0 && s->places[k].own && image_sum(&on_disk, kernels) == sum) {
+        play(&s->places[k], s->places[k].own);
+        return k;
+    }
+    memcpy(&own, (const char *)bytes + count - 8, 8);
+    enter();
+    details *d = s->all;
+    while (d && !(d->kept.words && d->sum == own)) d = d->next;
+    if (!d) d = new_details(s, &source, title, error, room);
+    leave();
+    if (!d) return -1;
+    if (k < 0 && s->count < LB_MOST_BASSES && strlen(name) < NAME) {
+        place *p = &s->places[s->count];
+        strcpy(p->name, name);
+        snprintf(p->title, sizeof p->title, "%s", *title ? title : name);
+        snprintf(p->path, PATH, "%s", name);
+        play(p, d);
+        k = s->count;
+        __atomic_store_n(&s->count, k + 1, __ATOMIC_RELEASE);
+    } else if (k >= 0) play(&s->places[k], d);
+    return k;
+}
+
+int lb_is_kept(const lb_shelf *s, int k) { return s->places[k].own && details_of(s, k) != s->places[k].own; }
+
+void lb_update_bass(lb_shelf *s, int k) {
+    if (s->places[k].own) play(&s->places[k], s->places[k].own);
+}
+
+const void *lb_present_bass(const lb_shelf *s, int k) { return details_of(s, k); }
+
+void lb_put_bass(lb_shelf *s, int k, const void *present) { play(&s->places[k], present); }
+
+uint64_t lb_kept_sum(const lb_shelf *s, int k) {
+    const details *d = details_of(s, k);
+    return d && d != s->places[k].own ? d->sum : 0;
+}
+
 /* Adds the file with this name, unless it is already there or does not fit. */
 static void add(lb_shelf *s, const char *folder, const char *name) {
     char title[NAME] = "", error[PATH];
     const size_t length = strlen(name);
-    if (s->count == LB_MOST_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
+    if (s->count < 0 || s->count >= LB_MOST_BASSES || !length || length >= NAME || lb_shelf_find(s, name) >= 0) return;
     place *p = &s->places[s->count];
     if (snprintf(p->path, PATH, "%s/%s" ENDING, folder, name) >= PATH) return;
     strcpy(p->name, name);
@@ -760,7 +832,7 @@ static void add_listed(lb_shelf *s, const char *folder) {
         char *quality = strchr(line, ' ');
         if (quality) *quality++ = 0;
         add(s, folder, line);
-        if (quality && before < LB_MOST_BASSES && s->count > before)
+        if (quality && before >= 0 && before < LB_MOST_BASSES && s->count > before)
             s->places[before].quality = !strcmp(quality, lb_parameters[LB_QUALITY].points[LB_STUDIO]);
     }
     if (in) fclose(in);

@@ -134,6 +134,15 @@ const char *lb_shelf_name(const lb_shelf *, int);        /* of the file, without
 const char *lb_shelf_title(const lb_shelf *, int);       /* the file's title, for people; followed by its name if an
                                                             earlier one has the same title */
 lb_source lb_shelf_source(const lb_shelf *, int);
+void *lb_source_bytes(const lb_source *, size_t *count); /* its bytes, allocated by malloc; 0: it cannot be read */
+/* Plays a bass as a session kept it, in place of the one with its name, or beside all if there is none; returns its
+   number, or -1 after writing one line into `error`. The same bass as on disk is that one. [main thread] */
+int lb_keep_bass(lb_shelf *, const char *name, const void *bytes, size_t count, char *error, size_t room);
+int lb_is_kept(const lb_shelf *, int);           /* it differs from the one on disk, which exists */
+void lb_update_bass(lb_shelf *, int);            /* plays the one on disk, if it exists. [not the audio thread] */
+const void *lb_present_bass(const lb_shelf *, int);    /* what plays of these two, ... */
+void lb_put_bass(lb_shelf *, int, const void *present); /* ... and plays it again. [not the audio thread] */
+uint64_t lb_kept_sum(const lb_shelf *, int); /* 0: the one on disk plays */
 const lb_switch *lb_shelf_switch(const lb_shelf *, int, int key); /* a key's switch; 0: the key plays a note */
 /* Where it is listed for people. */
 enum { LB_SHIPPED, LB_MINE, LB_FACTORY, LB_LABORATORY, LB_SOUND_GROUPS };

@@ -32,7 +32,7 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE, KINDS };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, UPDATE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE, KINDS };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -211,6 +211,7 @@ const char *lb_tip_of(int parameter);
 const char *lb_section_name(int section);
 /* A number for everything that the parts' places depend on. */
 uint64_t lb_layout_state(const lb_picture *);
+int lb_is_outdated(const lb_picture *); /* the bass plays as a session kept it, and has changed since */
 void lb_lay_out(lb_picture *);
 
 /* --- of parts.c: actions of the kinds of parts --- */

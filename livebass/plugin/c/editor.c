@@ -116,6 +116,19 @@ static void swap(void *i) {
     lb_swap_sides(i);
     tell_changes(i, before);
 }
+static int kept(void *instance) {
+    const lb_instance *i = instance;
+    const int bass = (int)lb_value(i, LB_BASS);
+    return __atomic_load_n(&i->kept_there, __ATOMIC_RELAXED) || (bass < lb_shelf_count(i->shelf) && lb_is_kept(i->shelf, bass));
+}
+static void update(void *instance) {
+    lb_instance *i = instance;
+    lb_keep_values(i);
+    lb_update_bass(i->shelf, (int)lb_value(i, LB_BASS));
+    __atomic_store_n(&i->kept_there, 0, __ATOMIC_RELAXED);
+    i->updates++;
+    i->moved(i->owner);
+}
 static void copy(void *instance) {
     lb_instance *i = instance;
     lb_copy_side(i);
@@ -179,7 +192,7 @@ static void learn(void *i, int parameter) {
 lb_face lb_face_of(lb_instance *i) {
     return (lb_face){.owner = i, .look = &i->look, .value = value, .most = most, .set = set, .text = text,
                      .note = note, .own = own, .switched = switched, .undo = undo, .swap = swap, .side = side,
-                     .copy = copy, .read = read, .title = title, .playing = playing, .group = group, .zoom = zoom,
+                     .kept = kept, .update = update, .copy = copy, .read = read, .title = title, .playing = playing, .group = group, .zoom = zoom,
                      .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
                      .is_own = is_own, .save = save, .load = load, .remove = discard, .paste = paste, .response = response,
                      .responses = responses, .response_name = response_name, .respond = respond};

@@ -51,6 +51,8 @@ void lb_close_instance(lb_instance *i) {
     lb_set_response(i, 0);
     lb_forget_kept(i);
     lb_forget_sounds(i);
+    free(i->unknown);
+    i->unknown = 0;
 }
 
 static int64_t seed_of(const lb_instance *i) {
@@ -69,6 +71,7 @@ static int64_t wish(const lb_instance *i) {
         sum = (sum ^ (value == 0 ? 0 : bits)) * 0x9E3779B97F4A7C15u;
         sum ^= sum >> 29;
     }
+    sum ^= lb_kept_sum(i->shelf, lb_value(i, LB_BASS) < lb_shelf_count(i->shelf) ? (int)lb_value(i, LB_BASS) : 0);
     const uint64_t plain = (uint64_t)seed_of(i) << 16 | (uint64_t)lb_value(i, LB_RUNNING_AHEAD) << 9 |
                            (uint64_t)lb_value(i, LB_QUALITY) << 8 | (uint64_t)lb_value(i, LB_BASS);
     return (int64_t)(plain ^ (sum ^ __atomic_load_n(&i->response_sum, __ATOMIC_ACQUIRE)) << 16);

@@ -56,16 +56,6 @@ typedef struct { /* A and B: the active side, 0 or 1, and the values of the othe
     int64_t side;
     double aside[LB_PARAMETERS];
 } lb_sides;
-typedef struct { /* all numbers little-endian; later plugins append parameters */
-    char magic[8];
-    int64_t version, seed, count;
-    char bass[LB_STATE_NAME];
-    uint8_t learned[LB_CONTROLLERS]; /* as lb_learned.of */
-    int64_t side;                    /* as in lb_sides */
-    double values[LB_PARAMETERS][2]; /* of the active side and of the other one */
-    uint64_t checksum;               /* of all words before */
-} lb_state;
-_Static_assert(sizeof(lb_state) == 6 * 8 + LB_STATE_NAME + LB_CONTROLLERS + LB_PARAMETERS * 16, "lb_state");
 _Static_assert(sizeof(lb_sides) == 8 + LB_PARAMETERS * 8, "lb_sides");
 
 enum { LB_EXPRESS_BEND, LB_EXPRESS_VIBRATO, LB_EXPRESSIONS }; /* of notes: semitones; 0 to 1 */
@@ -92,6 +82,7 @@ typedef struct { /* the audio thread's side: no other thread touches it while th
 typedef struct { /* what lb_undo restores */
     double values[LB_PARAMETERS];
     lb_sides sides;
+    const void *bass;            /* lb_present_bass of the bass that played */
     char missing[LB_STATE_NAME]; /* the name that was missing; "": none was */
     int responded;               /* the change was one of the response, too; this was it before: */
     lb_response *response;
@@ -146,8 +137,11 @@ typedef struct {
     lb_response *response; /* under the lock of response.c */
     /* and these under the lock of state.c: */
     char missing_name[LB_STATE_NAME];
+    char *unknown; /* words of the session that are unknown here: lines "section<tab>name = value"; 0: none */
     lb_sides sides;
 
+    int kept_there;   /* in a window of another process: its plugin plays a kept bass */
+    uint32_t updates; /* by the window to the present bass. [the window's thread] */
     lb_audio_side audio;
     lb_window_side window;
 } lb_instance;
@@ -182,6 +176,7 @@ void lb_serve(lb_instance *);
 /* --- of values.c --- */
 
 double lb_value(const lb_instance *, int parameter);
+int lb_parameter_called(const char *symbol); /* by its symbol or an older one; -1: none but the bass, which has a name */
 int lb_is_slider(int parameter); /* on the bench: it changes the bass */
 /* The nearest value that the parameter allows: within its bounds, whole if it is. NaN gives the usual value. */
 double lb_allowed(const lb_instance *, int parameter, double value);
@@ -289,11 +284,16 @@ void lb_set_response(lb_instance *, lb_response *);
 void lb_response_title(lb_instance *, char *text, size_t room); /* "none", or the name of its file without ending */
 void lb_free_response(lb_response *);                           /* takes one user away; may be 0 */
 
-void lb_save_state(lb_instance *, lb_state *); /* without its response */
-/* The state with its response, allocated by malloc: writes its bytes. 0: there is no memory. */
+/* Reads the values, A and B, and the name of the bass, the missing one if one is missing. [not the audio thread] */
+void lb_read_present(const lb_instance *, double values[LB_PARAMETERS], lb_sides *, char name[LB_STATE_NAME]);
+char *lb_read_unknown(const lb_instance *); /* a copy by malloc; 0: there is none. [not the audio thread] */
+
+/* --- of session.c --- */
+
+enum { LB_STATE_FORMAT = 1, LB_MOST_STATE = 8 << 20 /* bytes */ };
+/* The state as a text, allocated by malloc: writes its bytes. 0: there is no memory. [not the audio thread] */
 void *lb_new_state(lb_instance *, size_t *count);
-/* Loads a state, aligned to 8 bytes; if it is not valid, returns 0 after a line in the log and changes nothing. [main
-   thread] */
+/* Loads a state; if it is not valid, returns 0 after a line in the log and changes nothing. [main thread] */
 int lb_load_state(lb_instance *, const void *bytes, size_t count);
 
 typedef struct { /* the contents of a state; anything missing from an older state is as in a new instance */
@@ -303,6 +303,9 @@ typedef struct { /* the contents of a state; anything missing from an older stat
     lb_sides sides;
     uint8_t learned[LB_CONTROLLERS];
     lb_response *response;       /* lb_take_kept takes it over; 0: none */
+    void *instrument;            /* the bass itself, by malloc, likewise; 0: the one with its name */
+    size_t instrument_bytes;
+    char *unknown; /* as of lb_instance, by malloc, likewise */
     char response_path[LB_PATH]; /* of a sound: its file, still to be read; "": none */
     char why[200]; /* the fault in it */
 } lb_kept;

@@ -179,6 +179,8 @@ static void lay_out_cells(lb_picture *p, const cells *c, const grid *g, double t
     }
 }
 
+int lb_is_outdated(const lb_picture *p) { return p->face.kept && p->face.kept(p->face.owner); }
+
 const char *lb_tab_name(int page) { return pages[page]; }
 
 static void lay_out_tabs(lb_picture *p, double width, double top) {
@@ -188,6 +190,7 @@ static void lay_out_tabs(lb_picture *p, double width, double top) {
     if (p->face.copy) add(p, COPY, 0, right - px(p, 104), top, px(p, 48), h);
     if (p->face.undo) add(p, UNDO, 0, right - px(p, 156), top, px(p, 48), h);
     if (p->face.paste) add(p, PASTE, 0, right - px(p, 208), top, px(p, 48), h);
+    if (lb_is_outdated(p)) add(p, UPDATE, 0, right - px(p, 268), top, px(p, 56), h);
     for (int k = 0; k < LB_PAGES; k++) add(p, TAB, k, px(p, EDGE) + px(p, 84) * k, top, px(p, 80), h);
 }
 
@@ -355,5 +358,6 @@ uint64_t lb_layout_state(const lb_picture *p) {
     mix(&hash, (double)l->strings);
     for (int i = 0; i < l->strings; i++) mix(&hash, l->string[i].length);
     mix(&hash, p->values[LB_BASS]);
+    mix(&hash, lb_is_outdated(p));
     return hash | 1;
 }

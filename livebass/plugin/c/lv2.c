@@ -42,12 +42,14 @@ typedef struct {
     int sides_at, sides_asked; /* sides_asked: send them to the window */
     char titles[2][LB_STATE_NAME]; /* the present and the next name of the response */
     int title_at, title_asked;
+    int update_asked, kept_asked; /* by a window; send it whether a kept bass plays */
     char wanted[LB_PATH], path[LB_PATH]; /* the response that a window wants ... */
     int is_wanted, path_full; /* ... and on its way to the worker */
     lb_response *earlier[LB_UNDONE]; /* that its Undo may bring back, and how many there were: under the lock */
     uint32_t replaced;
-    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, chunk;
+    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, update_atom, chunk;
     uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side, key_stroke;
+    uint32_t key_format, key_made, key_instrument;
     uint32_t key_aside[LB_PARAMETERS]; /* for the other side's values; 0: it has none of its own */
     const lv2_schedule *worker;
     const lv2_log *log;
@@ -93,8 +95,10 @@ static void map_names(plugin *p, const lv2_map *map) {
         {&p->look_atom, LOOK_ATOM},       {&p->watch_atom, WATCH_ATOM},       {&p->touch_atom, TOUCH_ATOM},
         {&p->sides_atom, SIDES_ATOM},     {&p->string, LV2_STRING},           {&p->whole, LV2_LONG},
         {&p->real, LV2_FLOAT},            {&p->key_bass, URI "#bass"},        {&p->key_quality, URI "#quality"},
+        {&p->key_format, URI "#format"},  {&p->key_made, URI "#made"},
+        {&p->key_instrument, URI "#instrument"},
         {&p->key_seed, URI "#seed"},      {&p->key_side, URI "#side"},
-        {&p->key_stroke, URI "#technique"}, {&p->response_atom, RESPONSE_ATOM}, {&p->chunk, LV2_CHUNK},
+        {&p->key_stroke, URI "#technique"}, {&p->response_atom, RESPONSE_ATOM}, {&p->update_atom, UPDATE_ATOM}, {&p->chunk, LV2_CHUNK},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) *all[k].number = map->map(map->handle, all[k].uri);
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -205,6 +209,7 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         if (atom->size == sizeof asks) memcpy(&asks, atom + 1, sizeof asks);
         if (asks) p->sides_asked = 1;
         if (asks) __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELAXED);
+        if (asks) __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELAXED);
         p->watched = WATCHED;
     }
     if (atom->type == p->sides_atom && atom->size == sizeof sides) {
@@ -215,6 +220,10 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         memcpy(p->wanted, atom + 1, atom->size);
         p->wanted[atom->size - 1] = 0;
         p->is_wanted = 1;
+    }
+    if (atom->type == p->update_atom) {
+        __atomic_store_n(&p->update_asked, 1, __ATOMIC_RELEASE);
+        ask(p);
     }
     if (atom->type != p->touch_atom || atom->size != sizeof touch) return;
     memcpy(&touch, atom + 1, sizeof touch);
@@ -246,23 +255,34 @@ static void watch(plugin *p, uint32_t frames) {
     p->watched = watched ? p->watched - frames / p->instance.rate : 0;
 }
 
+/* The number of the bass that plays. */
+static int bass_of(const plugin *p) {
+    const int bass = (int)lb_value(&p->instance, LB_BASS);
+    return bass < lb_shelf_count(p->instance.shelf) ? bass : 0;
+}
+
 /* Sends an open window the newest look, or A and B if it asks for them. */
 static void send_look(plugin *p) {
     const lb_look *look = &p->instance.look;
     if (!p->shown) return;
     const uint32_t room = p->shown->atom.size, head = clear_looks(p);
     const int sides = p->sides_asked, title = !sides && __atomic_load_n(&p->title_asked, __ATOMIC_ACQUIRE);
+    const int kept = !sides && !title && __atomic_load_n(&p->kept_asked, __ATOMIC_ACQUIRE);
+    const int32_t outdated = lb_is_kept(p->instance.shelf, bass_of(p));
     const lv2_atom body = sides   ? (lv2_atom){sizeof(lb_sides), p->sides_atom}
                           : title ? (lv2_atom){LB_STATE_NAME, p->response_atom}
+                          : kept  ? (lv2_atom){sizeof outdated, p->update_atom}
                                   : (lv2_atom){sizeof(LB_LOOK), p->look_atom};
     const uint32_t size = (uint32_t)sizeof(lv2_event) + (body.size + 7) / 8 * 8;
     lv2_event *e = (lv2_event *)(p->shown + 1);
-    if (!look->watchers || room < head + size || (!sides && !title && p->looks == lb_looks_taken(look))) return;
+    if (!look->watchers || room < head + size || (!sides && !title && !kept && p->looks == lb_looks_taken(look))) return;
     if (sides) memcpy(e + 1, &p->sides[p->sides_at], sizeof(lb_sides));
     else if (title) memcpy(e + 1, p->titles[__atomic_load_n(&p->title_at, __ATOMIC_ACQUIRE)], LB_STATE_NAME);
+    else if (kept) memcpy(e + 1, &outdated, sizeof outdated);
     else if (!lb_read_look(look, 0, (LB_LOOK *)(e + 1))) return;
     if (sides) p->sides_asked = 0;
     else if (title) __atomic_store_n(&p->title_asked, 0, __ATOMIC_RELAXED);
+    else if (kept) __atomic_store_n(&p->kept_asked, 0, __ATOMIC_RELAXED);
     else p->looks = lb_looks_taken(look);
     e->frame = 0;
     e->body = body;
@@ -306,6 +326,7 @@ static void run(void *handle, uint32_t frames) {
     send_look(p);
     if (p->overload) *p->overload = (float)lb_overload(i->synth);
     const int bass = (int)lb_value(i, LB_BASS);
+    if (p->named != bass) __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELAXED);
     if (p->names && p->named != bass) p->names->update(p->names->handle);
     p->named = bass;
     end_run(p);
@@ -364,6 +385,10 @@ static int work(void *handle, lv2_respond respond, void *to, uint32_t size, cons
     plugin *p = handle;
     __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
     if (__atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE)) read_response(p);
+    if (__atomic_exchange_n(&p->update_asked, 0, __ATOMIC_ACQ_REL)) {
+        lb_update_bass(p->instance.shelf, bass_of(p));
+        __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELEASE);
+    }
     lb_serve(&p->instance);
     return LV2_SUCCESS;
 }
@@ -374,16 +399,25 @@ static int answered(void *handle, uint32_t size, const void *data) { /* the work
 
 static int save(void *handle, lv2_store store, void *to, uint32_t flags, const lv2_feature *const *features) {
     plugin *p = handle;
-    lb_state state;
-    lb_save_state(&p->instance, &state);
+    const lb_instance *i = &p->instance;
+    const int64_t format = LB_STATE_FORMAT;
+    double values[LB_PARAMETERS];
+    char name[LB_STATE_NAME];
+    lb_sides all;
+    int64_t seed;
+    size_t size;
+    __atomic_load(&i->seed, &seed, __ATOMIC_RELAXED);
+    lb_read_present(i, values, &all, name);
     const int begun = isfinite(p->seen[LB_BASS]); /* before, a new instance's values count */
-    const int64_t quality = (int64_t)(begun ? wanted(p, LB_QUALITY) : state.values[LB_QUALITY][0]);
-    const double bass = begun ? wanted(p, LB_BASS) : state.values[LB_BASS][0];
-    if (bass != state.values[LB_BASS][0] && bass < lb_shelf_count(p->instance.shelf))
-        snprintf(state.bass, sizeof state.bass, "%s", lb_shelf_name(p->instance.shelf, (int)bass));
-    store(to, p->key_seed, &state.seed, sizeof state.seed, p->whole, LV2_PLAIN);
+    const int64_t quality = (int64_t)(begun ? wanted(p, LB_QUALITY) : values[LB_QUALITY]);
+    const double bass = begun ? wanted(p, LB_BASS) : values[LB_BASS];
+    if (bass != values[LB_BASS] && bass < lb_shelf_count(i->shelf))
+        snprintf(name, sizeof name, "%s", lb_shelf_name(i->shelf, (int)bass));
+    store(to, p->key_format, &format, sizeof format, p->whole, LV2_PLAIN);
+    store(to, p->key_made, LB_RELEASE, sizeof LB_RELEASE, p->string, LV2_PLAIN);
+    store(to, p->key_seed, &seed, sizeof seed, p->whole, LV2_PLAIN);
     store(to, p->key_quality, &quality, sizeof quality, p->whole, LV2_PLAIN);
-    const float stroke = (float)state.values[LB_TECHNIQUE][0];
+    const float stroke = (float)values[LB_TECHNIQUE];
     if (p->restored >> LB_TECHNIQUE & 1 || (!is_moved(p, LB_TECHNIQUE) && stroke != p->seen[LB_TECHNIQUE])) /* by a key */
         store(to, p->key_stroke, &stroke, sizeof stroke, p->real, LV2_PLAIN);
     const lb_sides *sides = &p->sides[__atomic_load_n(&p->sides_at, __ATOMIC_ACQUIRE)];
@@ -396,7 +430,12 @@ static int save(void *handle, lv2_store store, void *to, uint32_t flags, const l
     lb_response *r = lb_use_response(&p->instance);
     if (r) store(to, p->response_atom, r->kept, r->size, p->chunk, LV2_PLAIN);
     lb_free_response(r);
-    return store(to, p->key_bass, state.bass, strlen(state.bass) + 1, p->string, LV2_PLAIN);
+    const int number = lb_shelf_find(i->shelf, name);
+    const lb_source source = number < 0 ? (lb_source){0, 0, 0} : lb_shelf_source(i->shelf, number);
+    void *bytes = number < 0 ? 0 : lb_source_bytes(&source, &size);
+    if (bytes) store(to, p->key_instrument, bytes, size, p->chunk, LV2_PLAIN);
+    free(bytes);
+    return store(to, p->key_bass, name, strlen(name) + 1, p->string, LV2_PLAIN);
 }
 
 /* Reads a whole number from a state; `otherwise` if it has none. */
@@ -436,12 +475,25 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     const char *name = get(from, p->key_bass, &size, &type, &flags);
     if (!name || type != p->string || !memchr(name, 0, size)) return LV2_NO_PROPERTY;
     snprintf(state.bass, sizeof state.bass, "%s", name);
+    if (kept(p, get, from, p->key_format, 0) > LB_STATE_FORMAT) {
+        char line[LINE];
+        const char *made = get(from, p->key_made, &size, &type, &flags);
+        snprintf(line, sizeof line, "the session's state was made by livebass %.*s; this one, " LB_RELEASE ", cannot read it",
+                 made && type == p->string ? (int)size : 0, made);
+        complain(p, line);
+        return LV2_NO_PROPERTY;
+    }
     const void *response = get(from, p->response_atom, &size, &type, &flags);
     if (response && (type != p->chunk || lb_parse_response(response, size, i->kernels, &state.response))) {
         complain(p, "the session's response is damaged");
         return LV2_NO_PROPERTY;
     }
     state.seed = kept(p, get, from, p->key_seed, 0);
+    const void *instrument = get(from, p->key_instrument, &size, &type, &flags);
+    if (instrument && type == p->chunk && (state.instrument = malloc(size + 1))) {
+        memcpy(state.instrument, instrument, size);
+        state.instrument_bytes = size;
+    }
     for (int k = 0; k < LB_PARAMETERS; k++) state.values[k] = lb_value(i, k); /* the host restores the ports */
     state.values[LB_QUALITY] = kept(p, get, from, p->key_quality, LB_LIVE) == LB_STUDIO;
     const double port = isfinite(p->seen[LB_TECHNIQUE]) ? p->seen[LB_TECHNIQUE] : lb_parameters[LB_TECHNIQUE].usual;
@@ -455,6 +507,7 @@ static int restore(void *handle, lv2_retrieve get, void *from, uint32_t flags, c
     set_sides(p, &state.sides);
     p->sides_asked = 1;
     tell_title(p);
+    __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELEASE);
     p->restored = 1ull << LB_BASS | 1ull << LB_QUALITY | (uint64_t)isfinite(stroke) << LB_TECHNIQUE;
     lb_reset_instance(i);
     let_in(p);

@@ -14,10 +14,11 @@ typedef struct {
     void *controller;
     const lv2_ui_touch *touch;
     double scale;
-    uint32_t outputs, event_transfer, look, watch, touched, sides_atom, response;
+    uint32_t outputs, event_transfer, look, watch, touched, sides_atom, response, update;
     time_t told;    /* when it last told the plugin that it is open */
     double stroke;  /* the plugin's, as last seen */
     uint32_t responses; /* told of those set */
+    uint32_t updates;   /* told of those to the present bass */
     lb_sides sides; /* as the plugin knows them ... */
     int32_t asks;   /* ... unless it must still be asked */
 } ui;
@@ -49,6 +50,7 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->touched = map->map(map->handle, TOUCH_ATOM);
     u->sides_atom = map->map(map->handle, SIDES_ATOM);
     u->response = map->map(map->handle, RESPONSE_ATOM);
+    u->update = map->map(map->handle, UPDATE_ATOM);
     u->asks = 1;
     u->instance.owner = u;
     u->instance.complain = lb_complain;
@@ -114,6 +116,11 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
         follow_stroke(u, look.technique);
     }
     if (atom->type == u->response && atom->size == LB_STATE_NAME) take_title(u, (const char *)(atom + 1));
+    if (atom->type == u->update && atom->size == sizeof(int32_t)) {
+        int32_t kept;
+        memcpy(&kept, atom + 1, sizeof kept);
+        __atomic_store_n(&u->instance.kept_there, kept != 0, __ATOMIC_RELAXED);
+    }
     if (atom->type == u->sides_atom && atom->size == sizeof u->sides) {
         memcpy(&u->sides, atom + 1, sizeof u->sides);
         lb_write_sides(&u->instance, &u->sides);
@@ -159,6 +166,8 @@ static int idle(void *handle) {
         lb_free_response(r);
     }
     u->responses = responses;
+    if (u->updates != u->instance.updates) send(u, u->update, &u->asks, sizeof u->asks);
+    u->updates = u->instance.updates;
     if (now != u->told) send(u, u->watch, &u->asks, sizeof u->asks);
     u->told = now;
     return 0;

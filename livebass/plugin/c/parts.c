@@ -578,6 +578,13 @@ static void draw_paste(lb_picture *p, const part *q) { draw_button(p, q, "Paste"
 
 static void press_paste(lb_picture *p, const part *q, const hand *h) { p->pasting = 1; }
 
+static void draw_update(lb_picture *p, const part *q) { draw_button(p, q, "Update", 1, is_hot(p, q)); }
+
+static void press_update(lb_picture *p, const part *q, const hand *h) {
+    p->face.update(p->face.owner);
+    notice(p, "The bass is the present one. Undo brings the saved one back.", "");
+}
+
 static void draw_side(lb_picture *p, const part *q) {
     draw_button(p, q, q->number ? "B" : "A", q->number == p->face.side(p->face.owner), is_hot(p, q));
 }
@@ -764,5 +771,7 @@ const lb_kind lb_kinds[KINDS] = {
     [MORE] = {draw_more, 0, press_more, 0, wheel_list, HAND, 0},
     [RESPONSE] = {draw_response, mix_response, press_response, 0, 0, HAND,
                   "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
+    [UPDATE] = {draw_update, 0, press_update, 0, 0, HAND,
+                "The bass has changed since your session was saved, and plays as it did. Press to take the new one."},
     [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},
 };

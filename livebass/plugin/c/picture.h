@@ -34,6 +34,8 @@ typedef struct {
     /* Undoes the last change; goes to the other side, A or B; the present side, 1: B. */
     void (*undo)(void *owner), (*swap)(void *owner);
     int (*side)(void *owner);
+    int (*kept)(void *owner);    /* the bass plays as a session kept it, and the present one differs */
+    void (*update)(void *owner); /* plays the present one */
     void (*copy)(void *owner); /* copies the present side to the other */
     /* Lets the next MIDI controller move a parameter, or frees it from its controller; its controller: LB_NO_CONTROLLER
        for none, LB_WAITS while it waits. 0: this window cannot. */

@@ -82,6 +82,7 @@ static const char *with_response(const lb_instance *i, const char *why, lb_kept 
 }
 
 static void set(lb_instance *i, const lb_kept *kept) {
+    lb_update_bass(i->shelf, (int)kept->values[LB_BASS]); /* a sound is one of the present bass */
     lb_set_values(i, kept->values, 0);
     lb_set_response(i, kept->response);
     __atomic_store_n(&i->missing, 0, __ATOMIC_RELAXED); /* even if that bass was already playing */
@@ -247,7 +248,8 @@ void lb_title(const lb_instance *i, char *text, size_t room) {
     int changed = 0;
     for (int k = 0; k < LB_PARAMETERS; k++)
         changed |= lb_is_of_sides(k) && lb_value(i, k) != (sound ? i->window.values[k] : lb_parameters[k].usual);
-    snprintf(text, room, "%s%s", sound ? i->window.sound : lb_shelf_title(i->shelf, bass), changed ? " *" : "");
+    const char *saved = __atomic_load_n(&i->kept_there, __ATOMIC_RELAXED) || lb_is_kept(i->shelf, bass) ? " (as saved)" : "";
+    snprintf(text, room, "%s%s%s", sound ? i->window.sound : lb_shelf_title(i->shelf, bass), saved, changed ? " *" : "");
 }
 
 int lb_save_sound(lb_instance *i, char *name, size_t room) {

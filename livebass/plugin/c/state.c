@@ -1,4 +1,4 @@
-/* An instance's kept values: A and B, Undo, and the state of sessions. */
+/* An instance's kept values: A and B, Undo, and what a session keeps. */
 #include "instance.h"
 #include "lock.h"
 #include "response.h"
@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAGIC "LBSTATE\n"
-enum { VERSION = 4, LINE = 1600 };
+enum { LINE = 1600 };
 
 /* --- A and B, undo: the lock keeps the two sides together --- */
 
@@ -61,10 +60,13 @@ void lb_write_sides(lb_instance *i, const lb_sides *from) {
     leave();
 }
 
+static int bass_number(const lb_instance *i, double bass) { return bass < lb_shelf_count(i->shelf) ? (int)bass : 0; }
+
 static void note_present(lb_instance *i, lb_before *to) {
     enter();
     for (int k = 0; k < LB_PARAMETERS; k++) to->values[k] = lb_value(i, k);
     to->sides = i->sides;
+    to->bass = lb_present_bass(i->shelf, bass_number(i, to->values[LB_BASS]));
     memset(to->missing, 0, LB_STATE_NAME);
     if (__atomic_load_n(&i->missing, __ATOMIC_RELAXED)) memcpy(to->missing, i->missing_name, LB_STATE_NAME);
     leave();
@@ -121,6 +123,7 @@ void lb_undo(lb_instance *i) {
         const int responds = b->responded && !lb_same_response(r, b->response);
         lb_free_response(r);
         changed = responds || memcmp((const void *)b, (const void *)&now, offsetof(lb_before, responded)) != 0;
+        lb_put_bass(i->shelf, bass_number(i, b->values[LB_BASS]), b->bass);
         lb_set_values(i, b->values, 1);
         lb_write_sides(i, &b->sides);
         note_missing(i, b->missing);
@@ -131,77 +134,51 @@ void lb_undo(lb_instance *i) {
     }
 }
 
-/* --- states --- */
+/* --- what a session keeps --- */
 
-/* The checksum of the first bytes of a state, a multiple of 8. */
-static uint64_t checksum(const lb_kernels *kernels, const void *bytes, size_t count) {
-    return kernels->checksum((int64_t)(intptr_t)bytes, (int64_t)(count / 8));
-}
-
-/* The chosen bass's name. */
-static const char *name_of(const lb_instance *i, double bass) {
-    return lb_shelf_name(i->shelf, bass < lb_shelf_count(i->shelf) ? (int)bass : 0);
-}
-
-void lb_save_state(lb_instance *i, lb_state *s) {
-    memset(s, 0, sizeof *s);
-    memcpy(s->magic, MAGIC, sizeof s->magic);
-    s->version = VERSION;
-    s->count = LB_PARAMETERS;
-    __atomic_load(&i->seed, &s->seed, __ATOMIC_RELAXED);
-    lb_write_learned(i, s->learned);
+void lb_read_present(const lb_instance *i, double values[LB_PARAMETERS], lb_sides *sides, char name[LB_STATE_NAME]) {
     enter();
-    s->side = i->sides.side;
-    for (int k = 0; k < LB_PARAMETERS; k++) {
-        s->values[k][0] = lb_value(i, k);
-        s->values[k][1] = i->sides.aside[k];
-    }
+    *sides = i->sides;
+    for (int k = 0; k < LB_PARAMETERS; k++) values[k] = lb_value(i, k);
+    const int bass = bass_number(i, values[LB_BASS]);
     const int missing = __atomic_load_n(&i->missing, __ATOMIC_RELAXED);
-    snprintf(s->bass, sizeof s->bass, "%s", missing ? i->missing_name : name_of(i, s->values[LB_BASS][0]));
+    snprintf(name, LB_STATE_NAME, "%s", missing ? i->missing_name : lb_shelf_name(i->shelf, bass));
     leave();
-    s->checksum = checksum(i->kernels, s, offsetof(lb_state, checksum));
 }
 
-void *lb_new_state(lb_instance *i, size_t *count) {
-    lb_response *r = lb_use_response(i);
-    char *made = malloc(sizeof(lb_state) + (r ? r->size : 0));
-    *count = made ? sizeof(lb_state) + (r ? r->size : 0) : 0;
-    if (made) lb_save_state(i, (lb_state *)made);
-    if (made && r) memcpy(made + sizeof(lb_state), r->kept, r->size);
-    lb_free_response(r);
-    return made;
+char *lb_read_unknown(const lb_instance *i) {
+    enter();
+    char *copy = i->unknown ? malloc(strlen(i->unknown) + 1) : 0;
+    if (copy) strcpy(copy, i->unknown);
+    leave();
+    return copy;
 }
 
-/* Reads a state, with the response that may follow it; returns its fault. */
-static const char *parse(const lb_kernels *kernels, const lb_state *s, size_t whole, lb_kept *to) {
-    static const char *const damaged = "is damaged";
-    const size_t head = offsetof(lb_state, values);
-    uint64_t sum;
-    if (whole < head || memcmp(s->magic, MAGIC, sizeof s->magic)) return "is not one of this plugin";
-    if (s->version != VERSION) return "was written by another version of the plugin";
-    if (s->count < 1 || s->count > 1000) return damaged;
-    const size_t count = head + (size_t)s->count * sizeof *s->values + sizeof sum;
-    if (whole < count) return damaged;
-    memcpy(&sum, (const char *)s + count - sizeof sum, sizeof sum);
-    if (sum != checksum(kernels, s, count - sizeof sum) || !memchr(s->bass, 0, sizeof s->bass)) return damaged;
-    memset(to, 0, sizeof *to);
-    memcpy(to->bass, s->bass, sizeof to->bass);
-    memcpy(to->learned, s->learned, sizeof to->learned);
-    to->seed = s->seed;
-    to->sides.side = s->side;
-    for (int k = 0; k < LB_PARAMETERS; k++) {
-        const int known = k < s->count;
-        to->values[k] = known ? s->values[k][0] : lb_parameters[k].usual;
-        to->sides.aside[k] = known ? s->values[k][1] : lb_parameters[k].usual;
-        if (!isfinite(to->values[k]) || !isfinite(to->sides.aside[k])) return damaged;
+/* Gives the instance the words that are unknown here, which it takes over. */
+static void write_unknown(lb_instance *i, char *unknown) {
+    enter();
+    char *before = i->unknown;
+    i->unknown = unknown;
+    leave();
+    free(before);
+}
+
+/* The number of a session's bass, as it kept it if it did; -1: there is none. */
+static int find_bass(lb_instance *i, const lb_kept *kept) {
+    char line[LINE];
+    const int number = lb_shelf_find(i->shelf, kept->bass);
+    if (!kept->instrument) {
+        if (number >= 0) lb_update_bass(i->shelf, number);
+        return number;
     }
-    if (s->side != 0 && s->side != 1) return damaged;
-    return whole == count ? 0 : lb_parse_response((const char *)s + count, whole - count, kernels, &to->response);
+    const int found = lb_keep_bass(i->shelf, kept->bass, kept->instrument, kept->instrument_bytes, line, sizeof line);
+    if (found < 0) i->complain(i->owner, line);
+    return found < 0 ? number : found;
 }
 
 void lb_take_kept(lb_instance *i, lb_kept *kept) {
     char line[LINE];
-    const int number = lb_shelf_find(i->shelf, kept->bass), missing = number < 0;
+    const int number = find_bass(i, kept), missing = number < 0;
     if (missing && !(i->missing && !strcmp(i->missing_name, kept->bass))) { /* hosts may load a state several times */
         snprintf(line, sizeof line, LB_NOT_INSTALLED, kept->bass);
         i->complain(i->owner, line);
@@ -213,15 +190,7 @@ void lb_take_kept(lb_instance *i, lb_kept *kept) {
     lb_read_learned(i, kept->learned);
     lb_set_response(i, kept->response);
     note_missing(i, missing ? kept->bass : "");
-}
-
-int lb_load_state(lb_instance *i, const void *bytes, size_t count) {
-    char line[LINE];
-    lb_kept kept;
-    const char *why = parse(i->kernels, bytes, count, &kept);
-    if (why) {
-        snprintf(line, sizeof line, "the session's state %s", why);
-        i->complain(i->owner, line);
-    } else lb_take_kept(i, &kept);
-    return !why;
+    write_unknown(i, kept->unknown);
+    free(kept->instrument);
+    kept->instrument = kept->unknown = 0;
 }

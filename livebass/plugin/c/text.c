@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NUMBER = 40, MOST_DIGITS = 17 }; /* bytes in a number; digits that distinguish all doubles */
+enum { MOST_DIGITS = 17 }; /* that distinguish all doubles */
 
 /* Writes the fault into `to`; returns it. */
 __attribute__((format(printf, 2, 3))) static const char *wrong(lb_kept *to, const char *form, ...) {
@@ -31,9 +31,8 @@ static char host_point(void) {
     return half[1];
 }
 
-/* Reads a whole text as a decimal number; returns 0 if it is not one. */
-static int read_number(const char *text, double *to) {
-    char copy[NUMBER], *end;
+int lb_read_number(const char *text, double *to) {
+    char copy[LB_NUMERAL], *end;
     *to = 0;
     if (strlen(text) >= sizeof copy || text[strspn(text, "+-.0123456789eE")] || !text[strcspn(text, "0123456789")]) return 0;
     strcpy(copy, text);
@@ -42,26 +41,24 @@ static int read_number(const char *text, double *to) {
     return end != copy && !*end;
 }
 
-/* Writes a number with the fewest digits that identify it. */
-static void write_number(char to[NUMBER], double value) {
+void lb_write_number(char to[LB_NUMERAL], double value) {
     double read;
     for (int digits = 1; digits <= MOST_DIGITS; digits++) {
-        snprintf(to, NUMBER, "%.*g", digits, value);
+        snprintf(to, LB_NUMERAL, "%.*g", digits, value);
         swap_point(to, host_point(), '.');
-        if (!strchr(to, 'e') && read_number(to, &read) && read == value) return;
+        if (!strchr(to, 'e') && lb_read_number(to, &read) && read == value) return;
     }
 }
 
 /* Takes a parameter's value; returns its fault. */
 static const char *take_value(lb_kept *to, const char *symbol, const char *text) {
-    int k = 0;
-    while (k < LB_PARAMETERS && !(lb_is_of_sides(k) && !strcmp(lb_parameters[k].symbol, symbol))) k++;
-    if (k == LB_PARAMETERS) return wrong(to, "changes what a bass does not have: %.40s", symbol);
+    const int k = lb_parameter_called(symbol);
+    if (k < 0 || !lb_is_of_sides(k)) return wrong(to, "changes what a bass does not have: %.40s", symbol);
     const lb_parameter *p = &lb_parameters[k];
-    if (!read_number(text, &to->values[k]) || !(to->values[k] >= p->least && to->values[k] <= p->most)) {
-        char least[NUMBER], most[NUMBER];
-        write_number(least, p->least);
-        write_number(most, p->most);
+    if (!lb_read_number(text, &to->values[k]) || !(to->values[k] >= p->least && to->values[k] <= p->most)) {
+        char least[LB_NUMERAL], most[LB_NUMERAL];
+        lb_write_number(least, p->least);
+        lb_write_number(most, p->most);
         const char *space = *p->unit ? " " : "";
         return wrong(to, "says %s = %.20s: it must be from %s to %s%s%s", symbol, text, least, most, space, p->unit);
     }
@@ -75,6 +72,13 @@ static const char *take_bass(lb_kept *to, const char *name) {
     char *ending = strstr(to->bass, ".toml");
     if (ending) *ending = 0;
     return *to->bass && strlen(name) < sizeof to->bass ? 0 : wrong(to, "does not say which bass it is like");
+}
+
+/* The fault of a text whose format is a later one. */
+static const char *later(lb_kept *to, const char *format) {
+    double number;
+    if (lb_read_number(format, &number) && number == 1) return 0;
+    return wrong(to, "was made for a later livebass: this one, " LB_RELEASE ", reads format 1");
 }
 
 /* --- links --- */
@@ -94,7 +98,7 @@ void lb_decode(char *text, int plus) {
 
 /* What a link says to pages alone. */
 static int is_of_page(const char *name) {
-    static const char *const names[] = {"riff", "stroke", "moment", "made"};
+    static const char *const names[] = {"riff", "stroke", "moment", "made", "revision"};
     for (size_t k = 0; k < sizeof names / sizeof *names; k++)
         if (!strcmp(name, names[k])) return 1;
     return 0;
@@ -110,6 +114,10 @@ static const char *read_link(char *text, lb_kept *to) {
         *value++ = 0;
         lb_decode(value, 1);
         if (is_of_page(pair)) continue;
+        if (!strcmp(pair, "format")) {
+            if ((why = later(to, value))) return why;
+            continue;
+        }
         if (*to->bass) why = take_value(to, pair, value);
         else if (!strcmp(pair, "like")) why = take_bass(to, value);
         else why = wrong(to, "does not say which bass it is like");
@@ -119,8 +127,7 @@ static const char *read_link(char *text, lb_kept *to) {
 
 /* --- presets --- */
 
-/* Cuts white space and unquoted `#` comments off a line; returns its beginning. */
-static char *trimmed(char *line) {
+char *lb_trimmed(char *line) {
     int quoted = 0;
     char *end = line;
     while (*end && (quoted || *end != '#')) quoted ^= *end++ == '"';
@@ -129,8 +136,7 @@ static char *trimmed(char *line) {
     return line + strspn(line, " \t");
 }
 
-/* Takes the quotes off a value; 0: it has none. */
-static char *unquoted(char *value) {
+char *lb_unquoted(char *value) {
     const size_t length = strlen(value);
     if (length < 2 || *value != '"' || value[length - 1] != '"') return 0;
     value[length - 1] = 0;
@@ -139,7 +145,7 @@ static char *unquoted(char *value) {
 
 /* Takes the file of a response, which is made as loud as the bass without it. */
 static const char *take_effect(lb_kept *to, const char *key, char *value) {
-    const char *text = unquoted(value);
+    const char *text = lb_unquoted(value);
     if (text && !strcmp(key, "response") && strlen(text) < sizeof to->response_path) strcpy(to->response_path, text);
     else if (!text || strcmp(key, "response_level") || strcmp(text, "normalized"))
         return wrong(to, "says more than sliders: export it as an instrument: %.40s", key);
@@ -151,7 +157,7 @@ static const char *read_preset(char *text, lb_kept *to) {
     const char *why = 0;
     for (char *line = text, *next; line && !why; line = next) {
         if ((next = strchr(line, '\n'))) *next++ = 0;
-        line = trimmed(line);
+        line = lb_trimmed(line);
         char *value = strchr(line, '=');
         if (!*line) continue;
         if (!strcmp(line, "[bench]") || !strcmp(line, "[plugin]")) section = SLIDERS;
@@ -159,13 +165,14 @@ static const char *read_preset(char *text, lb_kept *to) {
         else if (*line == '[' || !value) return wrong(to, "says more than sliders: export it as an instrument: %.40s", line);
         else {
             *value++ = 0;
-            const char *key = trimmed(line);
-            value = trimmed(value);
-            if (section == SLIDERS) why = take_value(to, key, value);
+            const char *key = lb_trimmed(line);
+            value = lb_trimmed(value);
+            if (section == HEAD && !strcmp(key, "format")) why = later(to, value);
+            else if (section == SLIDERS) why = take_value(to, key, value);
             else if (section == EFFECTS) why = take_effect(to, key, value);
             else if (!strcmp(key, "name") || !strcmp(key, "description")) continue;
             else if (strcmp(key, "like")) why = wrong(to, "says more than sliders: export it as an instrument: %.40s", key);
-            else why = take_bass(to, (value = unquoted(value)) ? value : "");
+            else why = take_bass(to, (value = lb_unquoted(value)) ? value : "");
         }
     }
     return why ? why : *to->bass ? 0 : take_bass(to, "");
@@ -193,13 +200,13 @@ size_t lb_append(char *text, size_t room, size_t end, const char *form, ...) {
 
 /* Adds the changed parameters, either sliders or all others, as a section. */
 static size_t add_section(char *text, size_t end, const char *name, const double *values, int sliders) {
-    char number[NUMBER];
+    char number[LB_NUMERAL];
     for (int k = 0, first = 1; k < LB_PARAMETERS; k++) {
         const lb_parameter *p = &lb_parameters[k];
         if (!lb_is_of_sides(k) || lb_is_slider(k) != sliders || values[k] == p->usual) continue;
         if (first) end = lb_append(text, LB_MOST_TEXT, end, "\n[%s]\n", name);
         first = 0;
-        write_number(number, values[k]);
+        lb_write_number(number, values[k]);
         end = lb_append(text, LB_MOST_TEXT, end, "%s = %s\n", p->symbol, number);
     }
     return end;

@@ -4,6 +4,11 @@
 #include "files.h"
 #include "instance.h"
 
+enum { LB_NUMERAL = 40 }; /* bytes in a number as text */
+int lb_read_number(const char *text, double *to); /* reads a whole text as a decimal number; 0: it is not one */
+void lb_write_number(char to[LB_NUMERAL], double); /* with the fewest digits that identify it */
+char *lb_trimmed(char *line);   /* cuts white space and unquoted `#` comments off; returns its beginning */
+char *lb_unquoted(char *value); /* takes the quotes off; 0: it has none */
 /* Decodes an address's escapes, in place; `plus`: a + stands for a space. */
 void lb_decode(char *text, int plus);
 /* Reads a text; returns its fault, to follow a name: "is empty"; 0: none. */

@@ -32,6 +32,14 @@ double lb_usual(const lb_instance *i, int parameter) {
     return parameter == LB_QUALITY ? lb_shelf_quality(i->shelf, 0) : lb_parameters[parameter].usual;
 }
 
+int lb_parameter_called(const char *symbol) {
+    for (size_t k = 0; k < sizeof lb_renamed / sizeof *lb_renamed; k++)
+        if (*symbol && !strcmp(lb_renamed[k].before, symbol)) symbol = lb_renamed[k].symbol;
+    for (int k = 0; k < LB_PARAMETERS; k++)
+        if (k != LB_BASS && !strcmp(lb_parameters[k].symbol, symbol)) return k;
+    return -1;
+}
+
 int lb_is_slider(int parameter) {
     for (int k = 0; k < LB_BUILT; k++)
         if (lb_sliders[k] == parameter) return 1;

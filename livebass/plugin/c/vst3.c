@@ -21,7 +21,7 @@
 #include <dlfcn.h>
 #endif
 
-enum { TAIL = 12 /* s */, ROOM = sizeof(lb_state) + LB_KEPT_RESPONSE + 16000 /* of later parameters */, CHANGES = 2048, LINE = 1500 };
+enum { TAIL = 12 /* s */, CHANGES = 2048, LINE = 1500 };
 enum { OVERLOAD = 500 }; /* id of the read-only parameter that counts relieved strings */
 enum { SEMITONES = 240 };     /* in the tuning's range */
 enum { PROGRAMS = 1 }; /* the list of instruments */
@@ -253,13 +253,13 @@ static vst3_result set_active(void *self, uint8_t on) {
 
 static vst3_result set_state(void *self, vst3_stream **from) {
     vst3 *v = of(self);
-    char *bytes = malloc(ROOM);
+    char *bytes = malloc(LB_MOST_STATE);
     int32_t got = 0, count = 0;
     if (!bytes || !v->instance.shelf) {
         free(bytes);
         return VST3_NO;
     }
-    while (count < ROOM && (*from)->read(from, bytes + count, ROOM - count, &got) == VST3_OK && got > 0) count += got;
+    while (count < LB_MOST_STATE && (*from)->read(from, bytes + count, LB_MOST_STATE - count, &got) == VST3_OK && got > 0) count += got;
     const int good = lb_load_state(&v->instance, bytes, (size_t)count);
     free(bytes);
     if (!good) return VST3_NO;

@@ -2,9 +2,15 @@
 // (worker.js).
 const MOST_UNDONE = 100;
 export const SLOTS = ["A", "B"];
-const BESIDES = ["riff", "stroke", "moment", "made"]; // what else a link says (share.js)
+const BESIDES = ["riff", "stroke", "moment", "made", "revision"]; // what else a link says (share.js)
+const FORMAT = 1; // of links and presets
 const NUMBER = /^[+-]?(\d+\.?\d*|\.\d+)$/;
 const hundredths = value => Math.round(100 * value) / 100 + 0;
+
+// Throws an Error, one line, for what a later livebass made.
+function checkFormat(/** @type {string} */ format) {
+  if (+format !== FORMAT) throw new Error(`made for a later livebass: this page reads format ${FORMAT}`);
+}
 
 export class Bench {
   // `bass`: one of the page's basses with a bench. `parameters`: of the playing, by symbol, as plugins have them.
@@ -17,6 +23,7 @@ export class Bench {
     this.slot = "A";
     this.before = []; // states for `undo`, the oldest first ...
     this.after = []; // ... and for `redo`
+    this.revision = /** @type {number | undefined} */ (undefined); // an earlier one, which a link named; undefined: the present one
     this.moving = undefined; // the symbol of the slider being moved: one step of undo
   }
 
@@ -101,7 +108,13 @@ export class Bench {
   // --- links and presets ---
 
   // A link's text after its #: the bass, the changed values and more.
-  link(more = {}) { return new URLSearchParams({like: this.bass.name, ...this.values, ...more}).toString(); }
+  link(more = {}) {
+    const revision = this.revision === undefined ? {} : {revision: this.revision};
+    return new URLSearchParams({like: this.bass.name, ...this.values, ...revision, ...more}).toString();
+  }
+
+  // The path of the file of the bass in its revision.
+  get file() { return `basses/${this.bass.name}${this.revision === undefined ? "" : `@${this.revision}`}.lbass`; }
 
   // Returns a link's bass, by name, its slider values, its parameters, and the names that this bass does not know, such
   // as a mail program's; no name: the link is empty. Throws an Error, one line, for an invalid link. `benches`: the
@@ -111,13 +124,22 @@ export class Bench {
     if (!said.length) return {};
     const [[key, name], ...values] = said, bench = benches.get(name);
     if (key !== "like" || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
-    const found = {name, values: {}, played: {}, ignored: /** @type {string[]} */ ([])};
+    const found = {name, values: {}, played: {}, ignored: /** @type {string[]} */ ([]), revision: undefined};
     for (const [symbol, value] of values) {
-      if (BESIDES.includes(symbol)) continue;
+      if (symbol === "format") checkFormat(value);
+      if (symbol === "revision" && +value !== bench.bass.revision) found.revision = bench.earlier(value);
+      if (symbol === "format" || BESIDES.includes(symbol)) continue;
       if (!bench.limits(symbol)) found.ignored.push(symbol.slice(0, 40));
       else found[bench.controls.has(symbol) ? "values" : "played"][symbol] = bench.read("link", symbol, value);
     }
     return found;
+  }
+
+  // The number of an earlier revision that a link names. Throws an Error, one line, if the page does not have it.
+  earlier(/** @type {string} */ text) {
+    if (this.bass.earlier?.includes(+text)) return +text;
+    const has = this.bass.revision === undefined ? "has no revisions" : `has revisions up to ${this.bass.revision}`;
+    throw new Error(`the link is of revision ${text.slice(0, 9)} of ${this.bass.name}, which ${has} on this page`);
   }
 
   // A slider or a parameter of the playing, with its limits; undefined: this bass has neither.
@@ -160,7 +182,8 @@ export class Bench {
         bench = [...benches.values()].find(({of}) => JSON.stringify(of.like) === value);
         if (!bench) throw new Error(`the preset is like a bass that this page does not have or cannot change: ${value.slice(0, 40)}`);
         found.name = bench.bass.name;
-      } else if (bench && !section && (key === "name" || key === "description")) continue;
+      } else if (!section && key === "format") checkFormat(value);
+      else if (bench && !section && (key === "name" || key === "description")) continue;
       else if (bench && key && section === "bench") found.values[key] = bench.read("preset", key, value);
       else if (bench && key && section === "plugin") found.played[key] = bench.read("preset", key, value);
       else if (bench?.of.head[section]?.[key] !== value) throw new Error(`a page opens presets that it or a plugin saved, and they have no such line: ${line.slice(0, 40)}`);

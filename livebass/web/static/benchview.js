@@ -2,14 +2,12 @@
 // next note on.
 import {Bench, SLOTS} from "./bench.js";
 import {CONTROLS, moveControl, movedControls} from "./controls.js";
-import {read} from "./files.js";
 import {layOut, showNeck} from "./neck.js";
 import {$, PAGE, bassCalled, chooseBass, chosenBass, make, save, say, setPressed} from "./page.js";
-import {player} from "./player.js";
+import {imageOf, player} from "./player.js";
 import {offerRiff} from "./riff.js";
 import {takePlayed} from "./techniques.js";
 import {see} from "./view.js";
-import {workshop} from "./workshop.js";
 
 const GROUPS = ["Neck", "Strings", "Pickups", "Hand"];
 const HOLD_TO_RESET = 600; // ms
@@ -26,6 +24,7 @@ export function makeBench() {
   $("undo").onclick = () => onBench(() => bench().undo());
   $("redo").onclick = () => onBench(() => bench().redo());
   $("reset").onclick = () => onBench(() => bench().reset());
+  $("newer").onclick = () => onBench(() => { bench().revision = undefined; });
   $("open-preset").onclick = () => $("preset-file").click();
   $("preset-file").onchange = () => {
     const [file] = $("preset-file").files || [];
@@ -43,7 +42,7 @@ export function makeBench() {
   fold();
   addEventListener("hashchange", takeLink);
   player.labelOf = name => benches.get(name)?.link() ?? name;
-  player.fileOf = async name => imageOf(name, await read(`basses/${name}.lbass`));
+  player.fileOf = changedImage;
 }
 
 // --- its sliders ---
@@ -110,6 +109,7 @@ function showValues() {
   $("undo").disabled = !b.before.length;
   $("redo").disabled = !b.after.length;
   $("reset").disabled = !count;
+  $("newer").hidden = b.revision === undefined;
   $("bench-count").textContent = count ? `${count} change${count === 1 ? "" : "s"}` : "";
 }
 
@@ -140,10 +140,9 @@ async function buildWanted() {
   building.now = false;
 }
 
-// The image that plays an instrument file, as changed by the bass's bench.
-async function imageOf(name, file) {
-  const own = benches.get(name), names = bassCalled(name).strings.map(string => string.name);
-  const made = await workshop.ask({change: own?.moved() ?? [], names, file});
+// The image of a bass, changed by its bench.
+async function changedImage(/** @type {string} */ name) {
+  const own = benches.get(name), made = await imageOf(name, own?.file, own?.moved());
   if (own) showChanged(own, made);
   return made.file;
 }
@@ -163,15 +162,18 @@ function showChanged(own, {heights, places}) {
 // --- links, files ---
 
 // Chooses a bass and sets its bench.
-export function chooseBench(name, values) {
+export function chooseBench(name, values, revision = undefined) {
   chooseBass(name);
-  onBench(() => bench().setAll(values));
+  onBench(() => {
+    bench().revision = revision;
+    bench().setAll(values);
+  });
 }
 
 // Puts the bass, if it is not the page's first one, and its changes from the preset into the page's address: it is then
 // there again after a reload.
 export function keepLink() {
-  const hash = bench()?.changed || (bench() && chosenBass() !== PAGE.basses[0]) ? `#${bench().link()}` : "";
+  const hash = bench()?.changed || bench()?.revision !== undefined || (bench() && chosenBass() !== PAGE.basses[0]) ? `#${bench().link()}` : "";
   if (hash !== location.hash) history.replaceState(null, "", hash || location.href.split("#")[0]);
 }
 
@@ -180,11 +182,11 @@ export function takeLink() {
   const {hash} = location;
   try {
     if (/^#(case|story)=/.test(hash)) return; // cases.js and story.js do
-    const {name, values, played, ignored = []} = Bench.fromLink(hash, benches);
+    const {name, values, played, ignored = [], revision} = Bench.fromLink(hash, benches);
     if (!name || (name === $("bass").value && bench().link() === hash.slice(1))) return;
     ignored.push(...[...new URLSearchParams(location.search).keys()].filter(key => key !== "embed").map(key => key.slice(0, 40)));
-    const told = ["The bass is as the link says.", wasMade(hash), ignored.length ? `Ignored: ${ignored.join(", ")}.` : ""];
-    take(name, values, played);
+    const told = ["The bass is as the link says.", wasMade(hash, revision), ignored.length ? `Ignored: ${ignored.join(", ")}.` : ""];
+    take(name, values, played, revision);
     if (!document.body.classList.contains("embed")) say(told.filter(Boolean).join(" "));
     offerRiff(hash);
   } catch (error) {
@@ -193,14 +195,15 @@ export function takeLink() {
 }
 
 // Whether a link was made on this very bass, in a sentence if not; a link may leave open where it was made.
-function wasMade(/** @type {string} */ hash) {
+function wasMade(/** @type {string} */ hash, /** @type {number | undefined} */ revision) {
+  if (revision !== undefined) return "It has changed since, and plays as it did: Update takes the new one.";
   const asked = new URLSearchParams(hash.slice(1)), made = asked.get("made"), now = bassCalled(asked.get("like") || "")?.made;
   return made === null || made === now ? "" : "It was made on another version of this bass, and may sound different now.";
 }
 
 // Takes a bass, its slider values, and the parameters of the playing.
-function take(name, values, played) {
-  chooseBench(name, values);
+function take(name, values, played, revision = undefined) {
+  chooseBench(name, values, revision);
   for (const symbol of CONTROLS) if (symbol in played) moveControl(symbol, played[symbol]);
   takePlayed(played);
 }

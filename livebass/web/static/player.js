@@ -10,6 +10,18 @@ const FADES = 60; // ms
 // Firefox on Linux can stop for ever when asked for its latency while it computes a sound: it is not asked. s
 const ASSUMED = /Linux.*Firefox\//.test(navigator.userAgent) ? 0.035 : 0;
 
+/**
+ * Has the worker make the image that plays a bass, changed by sliders.
+ * @param {string} name
+ * @param {string} path of its instrument file
+ * @param {[number, number][]} moved number and value of each slider
+ * @returns {Promise<{file: ArrayBuffer, heights: number[][], places: number[]}>}
+ */
+export async function imageOf(name, path = `basses/${name}.lbass`, moved = []) {
+  const names = bassCalled(name).strings.map(string => string.name), file = await read(path);
+  return workshop.ask({change: moved, names, file}, [file]);
+}
+
 export class WorkletPlayer {
   constructor() {
     this.ready = false; // it can begin to play
@@ -22,7 +34,7 @@ export class WorkletPlayer {
     this.analyser = undefined;
     /** @type {Float64Array | undefined} */
     this.response = undefined; // the player's own impulse response at the context's rate; undefined: the bass's
-    this.fileOf = (/** @type {string} */ name) => read(`basses/${name}.lbass`); // the bench replaces this
+    this.fileOf = async (/** @type {string} */ name) => (await imageOf(name)).file; // the bench replaces this
     this.labelOf = (/** @type {string} */ name) => name; // tells a changed bass from others; the bench replaces this, too
     this.began = 0; // frame of the context at which the audio thread began
     this.playing = ""; // the name of the bass that plays

@@ -2,7 +2,7 @@
 // heard.
 import {read} from "./files.js";
 import {$, PAGE, makeButton, say, setPressed} from "./page.js";
-import {player} from "./player.js";
+import {imageOf, player} from "./player.js";
 import {move} from "./replay.js";
 import {hearBy} from "./sounds.js";
 import {pictures, see} from "./view.js";
@@ -38,7 +38,7 @@ async function spectrumOf(/** @type {Float32Array<ArrayBuffer>} */ sound) {
 // Reads the recording, has the worker compute the note, and draws both.
 async function makeBoth(/** @type {RecordedNote} */ {bass, string, note, velocity}) {
   const {context} = player, sound = (await context.decodeAudioData(await read("recorded/note.flac"))).getChannelData(0);
-  const computed = await move({performed: {string, note, velocity}, heard: sound.length}, await read(`basses/${bass}.lbass`));
+  const computed = await move({performed: {string, note, velocity}, heard: sound.length}, (await imageOf(bass)).file);
   const both = [sound, computed.sound].map(levelled);
   pictures.both = await Promise.all(both.map(spectrumOf));
   see.needed = true;

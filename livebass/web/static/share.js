@@ -16,7 +16,7 @@ function parts() {
   const riff = riffParts(), last = riff.riff?.split("_").at(-1)?.split("."), {note} = kept;
   const shown = last && note?.recalled && see.replay && see.replay === kept.replay;
   return {
-    ...movedControls(), ...riff, made: chosenBass().made,
+    ...movedControls(), ...riff, made: chosenBass().made, ...chosenBass().revision && {revision: bench().revision ?? chosenBass().revision},
     ...shown && {moment: [note.recalled.string, last[1], last[2], Math.round(1000 * see.moment)].join(".")},
   };
 }

@@ -1,0 +1,53 @@
+"""Keeps files of this version that every later one must open: .venv/bin/python tools/keep.py
+
+Writes tests/kept/VERSION: a project's state in each plugin format, a take, a preset, a key map, a sound, a link, the
+settings of `play` and an instrument file, with digests of what they sound like. tests/test_kept.py opens all of them.
+Run it for each release; it replaces the folder of the same version.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT)]
+
+from support import kept_files  # noqa: E402
+
+from livebass import __version__  # noqa: E402
+
+OTHER = "--sounds"  # prints only the sounds of this level
+
+
+def digests(folder: Path) -> dict[str, Any]:
+    with closing(kept_files.Opened(folder)) as opened:
+        return opened.digests()
+
+
+def main() -> None:
+    folder = ROOT / "tests" / "kept" / __version__
+    if OTHER in sys.argv:
+        print(json.dumps(digests(folder)["sounds"]))
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    for name, data in kept_files.made().items():
+        (folder / name).write_bytes(data)
+    found = digests(folder)
+    for level in ("x86-64-v2",):  # an older processor's sounds, too
+        command = [sys.executable, __file__, OTHER]
+        told = subprocess.run(command, env=os.environ | {"LIVEBASS_LEVEL": level}, capture_output=True, check=True)
+        found["sounds"] |= json.loads(told.stdout.splitlines()[-1])
+    (folder / kept_files.DIGESTS).write_text(json.dumps(found, indent=1) + "\n", "utf-8")
+    print(f"{folder}: {', '.join(sorted(file.name for file in folder.iterdir()))}")
+
+
+if __name__ == "__main__":
+    main()
