@@ -1,4 +1,4 @@
-"""The numbers of livebass's file formats, and the names that have changed in them.
+"""The numbers of livebass's sound and file formats, and the names that have changed in them.
 
 A file says its number as `format`; a file without it has format 1. A new number is for what older versions must not
 read. States of plugins and instrument files have theirs in plugin/state.py and kernels/bass/kept.py.
@@ -11,6 +11,7 @@ from typing import Any
 from livebass import __version__
 from livebass.bounds import refusal
 
+SOUND = 1  # of the engine: a new number, and a line under "Sound" in the changelog, if a bass sounds otherwise
 FORMATS = {"preset": 1, "key map": 1, "settings": 1, "take": 1, "link": 1}
 KEY = "format"
 # By kind, keys that had another name in older versions: {old: new}, places such as "neck.relief"

@@ -10,8 +10,10 @@ import pytest
 from support import kept_files
 
 from livebass import __version__
+from livebass.formats import SOUND
 
-KEPT = Path(__file__).parent / "kept"
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "tests" / "kept"
 VERSIONS = sorted(folder.name for folder in KEPT.iterdir() if folder.is_dir())
 
 
@@ -21,6 +23,13 @@ def test_each_release_has_kept_its_files() -> None:
     for version in VERSIONS:
         names = {file.name for file in (KEPT / version).iterdir()}
         assert {"clap.state", "vst3.state", "lv2.state", "take.mid", "slap.lbass", "link.txt"} <= names, version
+
+
+def test_another_sound_has_another_number() -> None:
+    """The engine's pinned sounds are those of its number: if they change, raise SOUND and run tools/keep.py."""
+    assert json.loads((KEPT / kept_files.SOUNDS).read_text("utf-8"))[str(SOUND)] == kept_files.sounds_digest()
+    if SOUND > 1:
+        assert f"sound {SOUND}" in (ROOT / "CHANGELOG.md").read_text("utf-8").lower()
 
 
 @pytest.mark.parametrize("version", VERSIONS)

@@ -22,6 +22,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT)]
 from support import kept_files  # noqa: E402
 
 from livebass import __version__  # noqa: E402
+from livebass.formats import SOUND  # noqa: E402
 
 OTHER = "--sounds"  # prints only the sounds of this level
 
@@ -46,6 +47,11 @@ def main() -> None:
         told = subprocess.run(command, env=os.environ | {"LIVEBASS_LEVEL": level}, capture_output=True, check=True)
         found["sounds"] |= json.loads(told.stdout.splitlines()[-1])
     (folder / kept_files.DIGESTS).write_text(json.dumps(found, indent=1) + "\n", "utf-8")
+    file = folder.parent / kept_files.SOUNDS
+    sounds = json.loads(file.read_text("utf-8")) if file.is_file() else {}
+    if sounds.setdefault(str(SOUND), kept_files.sounds_digest()) != kept_files.sounds_digest():
+        raise SystemExit(f"the pinned sounds are not those of sound {SOUND}: raise SOUND in livebass/formats.py")
+    file.write_text(json.dumps(sounds, indent=1) + "\n", "utf-8")
     print(f"{folder}: {', '.join(sorted(file.name for file in folder.iterdir()))}")
 
 

@@ -113,9 +113,10 @@ livebass.commands = LoadedAtUse()  # type: ignore[assignment]
 def version_text() -> str:
     """Returns three lines: the version; system, Python and kernels; the installed packages of livebass."""
     from livebass.compiling.store import level
+    from livebass.formats import SOUND
 
     try:
-        kernels = f"kernels {level()}"
+        kernels = f"kernels {level()}, sound {SOUND}"
     except ValueError as error:  # a processor without kernels, or a bad LIVEBASS_LEVEL
         kernels = f"no kernels: {error}"
     system = f"{platform.platform()}, Python {platform.python_version()}, {kernels}"

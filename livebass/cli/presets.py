@@ -87,7 +87,7 @@ def check(file: str) -> None:
     says why.
     """
     from livebass.preset.idle import idle_keys
-    from livebass.preset.load import load_preset, preset_tables
+    from livebass.preset.load import load_preset, preset_tables, renamed_keys
 
     bass = load_preset(file)
     strings = " ".join(s.name for s in bass.strings)
@@ -96,6 +96,8 @@ def check(file: str) -> None:
     click.echo(one_line(f"{file}: good; {bass.name}, string{several[0]} {strings}, {frets} fret{several[1]}"))
     if (response := bass.effects.response) and response.remark:
         click.echo(one_line(response.remark))
+    for line in renamed_keys(file):
+        click.echo(one_line(f"{file}: {line}"))
     by_reason: dict[str, list[str]] = {}
     for place, why in idle_keys(preset_tables(file)[1], file):
         by_reason.setdefault(why, []).append(place)

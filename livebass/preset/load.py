@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import tomllib
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from livebass.formats import renamed
 from livebass.model.instrument import Instrument
 from livebass.preset import revisions
 from livebass.preset.build import Builder
@@ -103,6 +105,12 @@ def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any
         return f"{preset}{revisions.MARK}{number}", revisions.earlier(preset, number, preset_tables(preset)[1])
     label, text = preset_source(preset)
     return label, _parse(label, text)
+
+
+def renamed_keys(name_or_path: str | os.PathLike[str]) -> list[str]:
+    """A line for each key of a preset file that has another name now. Raises PresetError."""
+    _, text = preset_source(name_or_path)
+    return renamed("preset", tomllib.loads(text))[1]
 
 
 def preset_text(name_or_path: str | os.PathLike[str]) -> str:

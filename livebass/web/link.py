@@ -7,11 +7,12 @@ import re
 from collections.abc import Mapping
 from urllib.parse import parse_qsl
 
+from livebass.formats import FORMATS, KEY
 from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.techniques import event
 from livebass.web.bench import Source, bench
-from livebass.web.export import shown_cases
+from livebass.web.export import revisions_of, shown_cases
 from livebass.web.stories import STORIES
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")
@@ -47,9 +48,21 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
     limits = {slider["symbol"]: (slider["least"], slider["most"], slider["unit"]) for slider in known["sliders"]}
     limits |= {p.symbol: (p.least, p.most, p.unit) for p in PARAMETERS if event(p)}
     for symbol, value in values:
+        if symbol == KEY and value != str(FORMATS["link"]):
+            raise ValueError(f"the link was made for a later livebass: this one reads format {FORMATS['link']}")
+        if symbol == "revision":
+            _check_revision(name, value, sources[name])
         if symbol not in limits:  # such as a mail program's
             continue
         least, most, unit = limits[symbol]
         if not least <= (float(value) if NUMBER.fullmatch(value.strip()) else math.nan) <= most:
             wanted = f"it must be from {least:g} to {most:g} {unit}".rstrip()
             raise ValueError(f"the link says {symbol} = {value[:20]}: {wanted}")
+
+
+def _check_revision(name: str, number: str, source: Source) -> None:
+    """Raises ValueError for a revision that the page does not have."""
+    there = revisions_of(source, name)
+    if number not in map(str, [*there.get("earlier", ()), there.get("revision")]):
+        has = f"has revisions up to {there['revision']}" if there else "has no revisions"
+        raise ValueError(f"the link is of revision {number[:9]} of {name}, which {has} on this page")

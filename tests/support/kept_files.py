@@ -34,6 +34,7 @@ from support.picture import Host as Inner
 from support.picture import library
 
 DIGESTS = "digests.json"
+SOUNDS = "sounds.json"  # in tests/kept: the digest of the pinned sounds, by the number of the sound
 NOTES = [(0, bytes([0x90, 28, 110])), (4000, bytes([0x90, 33, 80])), (8000, bytes([0x80, 33, 0]))]
 FRAMES = 12000
 MOVED = {"technique": float(PICKED), "action": -0.4, "named_tuning": 3.0, "tone": -0.25}
@@ -161,6 +162,11 @@ class Opened:
         sound = self.place / "take.wav"
         assert run(["render", str(self.folder / "take.mid"), "-q", "live", "-o", str(sound)]) == 0
         yield "take.mid", digest(soundfile.read(sound, dtype="float32")[0].tobytes())
+
+
+def sounds_digest() -> str:
+    """A digest of the engine's pinned sounds."""
+    return digest((Path(__file__).parents[1] / "engine" / "pinned.json").read_bytes())
 
 
 def digest(data: bytes) -> str:
