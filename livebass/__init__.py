@@ -23,6 +23,12 @@ messages are one line and say what is allowed. Nothing prints or exits. For more
     simulate(instrument, string="G", apex=3.6e-3, ...) -> Solved    one pluck: motion, contacts, energies
     sweep(preset, "pluck.apex=1mm:7mm:13", ...) -> Sweep            .values("contacts"), .table()
     identify("g-string.wav", instrument, ...) -> Identified         partials and law of a recorded string
+    fit("my-bass", Fit(trials=600)) -> Fitted                       fitted_preset(fitted, "mine.toml") is its text
+    compare(["my-bass"], presets=["jazz-finger"]) -> Comparison     .table(), .json()
+    export_plugin("vst3", {"slap": bass}, folder)                   export_page({"slap": bass}, folder)
+    export_sfz(bass, folder, name, PackSettings(...)) -> PackReport
+    check_claims(ids) -> [ClaimResult]                              the statements of the paper
+    bench_latency() -> dict                                         from a key to the sound, by each way
 
 For sounds (n,), float, and motions:
 

@@ -14,6 +14,9 @@ from .analysis.sound import loudness as loudness
 from .analysis.sound import relative_variation as relative_variation
 from .analysis.sound import resampled as resampled
 from .analysis.sound import spectrogram_db as spectrogram_db
+from .bench.latency import bench_latency as bench_latency
+from .comparison.comparing import Comparison as Comparison
+from .comparison.recordings import compare as compare
 from .engine.engine import Engine as Engine
 from .engine.render import RenderReport as RenderReport
 from .engine.render import render_to_array as render_to_array
@@ -21,13 +24,23 @@ from .engine.render import render_to_file as render_to_file
 from .experiment.simulate import simulate as simulate
 from .experiment.sweep import Sweep as Sweep
 from .experiment.sweep import sweep as sweep
+from .export.sfz import PackReport as PackReport
+from .export.sfz import PackSettings as PackSettings
+from .export.sfz import export_sfz as export_sfz
 from .files import OutputError as OutputError
+from .fitting.asked import Fit as Fit
+from .fitting.asked import fit as fit
+from .fitting.asked import fitted_preset as fitted_preset
+from .fitting.fit import Fitted as Fitted
 from .identification.identify import identify as identify
 from .identification.result import Identified as Identified
 from .model.instrument import Instrument as Instrument
 from .model.quality import QUALITIES as QUALITIES
 from .model.quality import Quality as Quality
 from .model.quality import quality_with as quality_with
+from .paper.claims.check import ClaimResult as ClaimResult
+from .paper.claims.check import check_claims as check_claims
+from .plugin.export import export_plugin as export_plugin
 from .preset.load import load_preset as load_preset
 from .preset.load import preset_names as preset_names
 from .preset.source import PresetError as PresetError
@@ -38,5 +51,6 @@ from .score.score import Score as Score
 from .score.score import score_of as score_of
 from .score.score import single_note as single_note
 from .tab.reading import read_tab as read_tab
+from .web.export import export_page as export_page
 
 __version__: str

@@ -45,12 +45,13 @@ def test_every_public_name_is_there_and_documented(name: str) -> None:
 
 def test_public_names() -> None:
     assert livebass.__all__ == [
-        "Contactogram", "Engine", "Identified", "Instrument", "OutputError", "Pitch", "PresetError", "QUALITIES",
-        "Quality", "RenderReport", "Score", "ScoreError", "Solved", "Spectrogram", "Sweep",
-        "characteristic_frequencies", "contactogram", "decay_rates", "demo_score", "fundamental", "identify",
-        "load_preset", "loudness", "preset_names", "quality_with", "read_score", "read_tab", "relative_variation",
-        "render_to_array", "render_to_file", "resampled", "score_of", "simulate", "single_note", "spectrogram_db",
-        "string_shape", "sweep", "t60",
+        "ClaimResult", "Comparison", "Contactogram", "Engine", "Fit", "Fitted", "Identified", "Instrument",
+        "OutputError", "PackReport", "PackSettings", "Pitch", "PresetError", "QUALITIES", "Quality", "RenderReport",
+        "Score", "ScoreError", "Solved", "Spectrogram", "Sweep", "bench_latency", "characteristic_frequencies",
+        "check_claims", "compare", "contactogram", "decay_rates", "demo_score", "export_page", "export_plugin",
+        "export_sfz", "fit", "fitted_preset", "fundamental", "identify", "load_preset", "loudness", "preset_names",
+        "quality_with", "read_score", "read_tab", "relative_variation", "render_to_array", "render_to_file",
+        "resampled", "score_of", "simulate", "single_note", "spectrogram_db", "string_shape", "sweep", "t60",
     ]  # fmt: skip
     with pytest.raises(AttributeError, match="No livebass attribute nothing"):
         livebass.nothing  # noqa: B018

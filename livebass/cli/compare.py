@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from collections import Counter
-from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -28,10 +26,7 @@ from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
-from livebass.units import is_number, one_line
-
-if TYPE_CHECKING:
-    from livebass.comparison.summary import Bass
+from livebass.units import is_number
 
 TECHNIQUES = ("fingers", "pick", "slap", "pop", "mute")
 GROUPS = {
@@ -100,11 +95,9 @@ def compare(
       livebass compare my-bass --beside renders --json compared.json
       livebass compare --tell --preset jazz-finger
     """
-    from livebass.comparison.comparing import Comparison
-    from livebass.comparison.comparing import compare as compared
-    from livebass.comparison.notes import rendered
-    from livebass.comparison.summary import basses
-    from livebass.comparison.telling import example, telling
+    from livebass.comparison.comparing import Comparison, compared
+    from livebass.comparison.recordings import heard, played
+    from livebass.comparison.telling import telling
     from livebass.preset.load import load_preset
     from livebass.report.picture import check_plots
 
@@ -119,16 +112,20 @@ def compare(
         if output.suffix.lower() not in (".html", ".htm"):
             raise click.UsageError(f"-o {os.fspath(output)}: a page's name ends in .html")
         check_plots("-o")
-    loaded = [load_preset(name) for name in presets]
-    found, names = _recorded(recordings, beside, presets, technique)
-    if loaded:
+    for name in presets:
+        load_preset(name)  # before the work
+    found, left_out = heard(recordings, beside, technique)
+    if recordings and not any(not bass.rendered for bass in found):
+        raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
+    if left_out:
+        more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        say(f"left out, as no note with a pitch is heard: {left_out[0]}{more}")
+    if presets:
         have_kernels()
-        like = [note for bass in found if not bass.rendered for note in bass.notes] or example()
-        for name, preset in zip(presets, loaded, strict=True):
-            notes = rendered(preset, like, technique=technique, **how)
-            if not notes:
-                raise click.UsageError(f"--preset {name}: it has none of the pitches of {recordings[0]}")
-            found += basses(names[Path(name)], notes, rendered=True)
+    try:
+        found += played(presets, found, technique=technique, taken=[*recordings, *beside], **how)
+    except ValueError as error:
+        raise click.UsageError(f"--preset {error}") from None
     with shown_progress("telling" if tell else "measuring") as progress:
         result = telling(found, progress) if tell else compared(found, progress)
 
@@ -142,35 +139,3 @@ def compare(
     notes_count = sum(len(bass.notes) for bass in found)
     written = f" -> {', '.join(map(str, places))}" if places else ""
     say(f"{notes_count} note{'s' * (notes_count != 1)} of {len(found)} bass{'es' * (len(found) != 1)}{written}")
-
-
-def _recorded(
-    recordings: Sequence[Path], beside: Sequence[Path], presets: Sequence[str], technique: str | None
-) -> tuple[list[Bass], dict[Path, str]]:
-    """Returns the basses of recordings, and the names of all basses by folder, file or preset."""
-    from livebass.comparison.notes import measured
-    from livebass.comparison.summary import basses
-
-    folders = [path for path in recordings if path.is_dir()]
-    files = [path for path in recordings if not path.is_dir()]
-    names = _names([*folders, *beside, *map(Path, presets)])
-    real = [*([("recordings", files)] if files else []), *((names[path], [path]) for path in folders)]
-    found: list[Bass] = []
-    left_out: list[str] = []
-    for name, paths in real:
-        found += basses(name, measured(paths, technique, left_out))
-    if recordings and not found:
-        raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
-    for path in beside:
-        found += basses(names[path], measured([path], technique, left_out), rendered=True)
-    if left_out:
-        more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""
-        say(f"left out, as no note with a pitch is heard: {left_out[0]}{more}")
-    return found, names
-
-
-def _names(paths: Sequence[Path]) -> dict[Path, str]:
-    """Names basses by the last part of their folders, files and presets, or by the whole path where two are equal."""
-    short = {path: one_line(path.resolve().name if path.is_dir() else path.stem) for path in paths}
-    taken = Counter(short.values())
-    return {path: name if taken[name] == 1 else one_line(os.fspath(path)) for path, name in short.items()}

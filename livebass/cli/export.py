@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 LENGTH = (0.1, 60.0)  # s
 RATE_OF_HOSTS = 48000  # Hz, assumed when measuring this machine
-BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders of plugins, by format
+BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # as plugin.export.BUNDLES
 
 
 class SystemOption(click.Option):
@@ -122,6 +122,7 @@ def _write_plugin(
 ) -> None:
     from livebass.files import checked_directory
     from livebass.plugin import build
+    from livebass.plugin.export import export_plugin
     from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, folder_of_plugins, own_folder_of_plugins, this_system
 
     if wanted is not None and wanted not in SYSTEMS:
@@ -136,7 +137,7 @@ def _write_plugin(
     have_kernels()
     if missing:
         say(f"building the plugins for {system.name}, once (about {build.BUILD_TIME} s) ...")
-    plugin.write_bundle(basses, folder, system, _qualities(basses, install, quality))
+    export_plugin(kind, basses, folder.parent, system.name, _qualities(basses, install, quality))
     say(f"{folder}: {_content(basses, folder)}, for {system.name}")
     if install and kind == "vst3":
         plugin.write_presets(basses, own_folder_of_plugins(VST3_PRESETS))
@@ -329,12 +330,12 @@ def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, siz
     """
     if output is None and not size:
         raise click.UsageError("name the folder to write with -o DIR")
-    from livebass.export.sfz import Pack, Settings, estimated_size, export_sfz, is_pack
+    from livebass.export.sfz import Pack, PackSettings, estimated_size, export_sfz, is_pack
     from livebass.files import checked_directory
 
     hands = Hands({} if velocity_curve is None else {"velocity_curve": velocity_curve})
     bass = hands.play(load_tuned(preset, tuning_of_options(options)))
-    settings = Settings(QUALITIES[quality], **options)
+    settings = PackSettings(QUALITIES[quality], **options)
     try:
         pack = Pack(bass, Path(preset).stem, settings)
     except ValueError as error:
@@ -350,7 +351,7 @@ def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, siz
         return
     say(expected)
     with shown_progress(output.name) as progress:
-        report = export_sfz(pack, output, progress)
+        report = export_sfz(bass, output, pack.name, settings, progress)
     say(f"{report.sfz}: {report.samples} samples, {report.duration_s:.0f} s, {_megabytes(report.size)}")
 
 

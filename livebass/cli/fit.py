@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +17,9 @@ from livebass.cli.said import say
 from livebass.cli.study import Interrupted
 from livebass.cli.tuning import tuning_type
 from livebass.cli.values import Number
-from livebass.cores import core_count
-from livebass.units import one_line
 
 if TYPE_CHECKING:
-    from livebass.experiment.workers import Compute
-    from livebass.fitting.fit import Fitted, Wanted
-    from livebass.fitting.guide import Step
-    from livebass.fitting.notes import Recorded
+    from livebass.fitting.fit import Fitted
     from livebass.model.instrument import Instrument
 
 TRIALS = 600
@@ -142,89 +135,54 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
     check_installed("fit", f"fit,analysis{',plots' if page else ''}", needed)
     for place in (output, *((output.with_suffix(".html"),) if page else ())):
         checked_place(place)
-    from livebass.fitting.notes import recorded
-
-    found = recorded(notes, how["technique"], _steps(how["like"], how["tuning"]))
-    for doubt in found.doubts:
-        say(f"doubt: {doubt}")
     points = output.with_name(f"{output.stem}-points")
     try:
         with Transaction() as made:
             made.directory(points)
             made.directory(points / "points")
-            fitted = _searched(found, how, points)
-        _write(fitted, found, output, page, how)
+            fitted = _fitted(notes, how, points)
+        _write(fitted, output, page, how)
     except KeyboardInterrupt:
         count = len(list((points / "points").glob("[!.]*.json")))
         kept = f"{count} trials are kept in {points}: the same command goes on" if count else "nothing written"
         raise Interrupted(f"interrupted, {kept}") from None
 
 
-def _steps(like: str | None, tuning: Any) -> list[Step]:
-    """The guide in whose order one long recording may be; none if the usual bass cannot be tuned so."""
-    from livebass.fitting.guide import steps
-    from livebass.preset.source import PresetError
+def _fitted(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitted:
+    from livebass.fitting.asked import Fit
+    from livebass.fitting.asked import fit as fit_notes
 
-    try:
-        return steps(_bass(like or DEFAULT_PRESET, tuning))
-    except PresetError:
-        if like is not None:
-            raise
-        return []
-
-
-def _searched(found: Recorded, how: dict[str, Any], points: Path) -> Fitted:
-    from livebass.fitting.fit import fit as fit_notes
-
-    wanted = _wanted(how)
+    minutes = math.inf if how["minutes"] is None else how["minutes"]
+    asked = Fit(
+        how["like"], how["tuning"], how["technique"], how["beside"], how["seed"], how["evaluations"], minutes,
+        how["workers"], how["scheduler"],
+    )  # fmt: skip
     have_kernels()
-    with _computer(how["workers"] or core_count(), how["scheduler"]) as compute, shown_steps("fit") as (bar, tell):
+    with shown_steps("fit") as (bar, tell):
         done = 0
 
         def step(count: int) -> None:
             nonlocal done
             done += count
             if bar:
-                bar(min(done / (wanted.trials + 60), 1.0))
+                bar(min(done / (asked.trials + 60), 1.0))
 
-        return fit_notes(found, wanted, compute, points, tell, step)
-
-
-def _wanted(how: dict[str, Any]) -> Wanted:
-    from livebass.comparison.names import NOTE
-    from livebass.comparison.notes import measured
-    from livebass.fitting.fit import Wanted
-
-    others = tuple(
-        (one_line(path.resolve().name), tuple(n for n in measured([path], how["technique"]) if n.kind == NOTE))
-        for path in how["beside"]
-    )
-    minutes = math.inf if how["minutes"] is None else how["minutes"]
-    return Wanted(DEFAULT_PRESET, how["like"], how["tuning"], how["seed"], how["evaluations"], minutes, others)
+        return fit_notes(notes, asked, points, tell, step)
 
 
-@contextmanager
-def _computer(workers: int, scheduler: str | None) -> Iterator[Compute]:
-    from livebass.experiment.workers import connected, lasting
-    from livebass.fitting.problem import solved
-
-    with connected(scheduler, solved) if scheduler is not None else lasting(workers, solved, say) as compute:
-        yield compute
-
-
-def _write(fitted: Fitted, found: Recorded, output: Path, page: bool, how: dict[str, Any]) -> None:
+def _write(fitted: Fitted, output: Path, page: bool, how: dict[str, Any]) -> None:
     from livebass.files import Transaction
-    from livebass.fitting.written import text_of
+    from livebass.fitting.asked import fitted_preset
 
     with Transaction() as files:
-        files.write_text(output, text_of(fitted, output, _command(how, found.name, fitted.best.trials)))
+        files.write_text(output, fitted_preset(fitted, output, _command(how, fitted.recorded.name, fitted.best.trials)))
         if page:
             from livebass.fitting.page import page as page_of
 
             with shown_progress("page") as progress:
                 text = page_of(fitted, output.stem, progress)
             files.write_text(output.with_suffix(".html"), text)
-    for doubt in fitted.doubts[len(found.doubts) :]:
+    for doubt in fitted.doubts[len(fitted.recorded.doubts) :]:
         say(f"doubt: {doubt}")
     click.echo(fitted.sentence)
     pages = f", {output.with_suffix('.html')}" if page else ""

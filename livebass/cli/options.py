@@ -14,7 +14,7 @@ from livebass.cli.values import Number
 from livebass.model.quality import QUALITIES
 
 Decorator = Callable[[Any], Any]
-DEFAULT_PRESET = "jazz-finger"
+DEFAULT_PRESET = "jazz-finger"  # as preset.load.DEFAULT, which takes longer to load
 
 
 class FileName(click.Path):

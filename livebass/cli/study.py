@@ -93,9 +93,9 @@ def claims(
     from livebass.report.picture import check_installed
 
     check_installed("study claims", "analysis", ("scipy.signal", *(("jinja2",) if output is not None else ())))
-    from livebass.paper.claims.check import WRITERS, all_hold, check, chosen, table
+    from livebass.paper.claims.check import WRITERS, all_hold, check_claims, chosen, table
 
-    wanted = chosen(ids)
+    chosen(ids)  # now, not after the work
     results = []
     try:
         with Transaction() as files:
@@ -105,7 +105,7 @@ def claims(
                 raise click.UsageError(f"--json {file}: -o writes a file of that name")
             have_kernels()
             with shown_progress("solving") as progress:
-                results = check(wanted, workers, progress, plucks)
+                results = check_claims(ids, plucks, workers, progress)
             for path, kind in texts:
                 files.write_text(path, WRITERS[kind](results))
     finally:  # neither a closed pipe may lose the files nor a full disk the table

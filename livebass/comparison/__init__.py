@@ -23,13 +23,14 @@ preset:
     print(telling([bass]).table())                              # how well it can be told from real ones
     distance(ours[0].sound, real[0].sound, ours[0].rate, other_rate=real[0].rate)  # dB
 
-`livebass compare` prints all of it, through `comparing.compare`.
+`livebass compare` prints all of it, through `compare`.
 """
 
-from livebass.comparison.comparing import Comparison, compare
+from livebass.comparison.comparing import Comparison
 from livebass.comparison.distance import distance
 from livebass.comparison.measures import Measures, measure
 from livebass.comparison.notes import Note, measured, rendered
+from livebass.comparison.recordings import compare
 from livebass.comparison.rows import ROWS, Row
 from livebass.comparison.summary import Bass, Figure, basses, figures, outside, summary
 from livebass.comparison.telling import telling

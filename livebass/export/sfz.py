@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import io
 import math
+import os
 import re
 from collections import deque
 from collections.abc import Generator
@@ -37,7 +38,7 @@ from livebass.interrupts import StopFlag
 from livebass.kernels.player.constants import STANDARD
 from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
-from livebass.model.quality import Quality
+from livebass.model.quality import QUALITIES, Quality
 from livebass.report.progress import Progress, steps
 from livebass.report.text import runs
 from livebass.score.score import single_note
@@ -71,7 +72,7 @@ They come as they are, without warranty of any kind.
 
 
 @dataclass(frozen=True)
-class Settings:
+class PackSettings:
     """The contents of a pack, and the precision of computing it."""
 
     quality: Quality
@@ -126,7 +127,7 @@ class PackReport:
 class Pack:
     """The plan of a pack: the notes to sample, their velocities and seeds."""
 
-    def __init__(self, bass: Instrument, name: str, settings: Settings) -> None:
+    def __init__(self, bass: Instrument, name: str, settings: PackSettings) -> None:
         """`name`: of the SFZ file and the preset, for its comments. Raises ValueError for a bad rate."""
         self.bass, self.name, self.settings = bass, name, settings
         self.encoding = encoding(Path(f"{name}.flac"), settings.rate, "flac", "24")
@@ -216,7 +217,27 @@ def edges(chosen: tuple[int, ...]) -> list[tuple[int, int]]:
     return list(zip([1] + [top + 1 for top in tops[:-1]], tops, strict=True))
 
 
-def export_sfz(pack: Pack, directory: Path, progress: Progress | None = None) -> PackReport:
+def export_sfz(
+    bass: Instrument, folder: str | os.PathLike[str], name: str, settings: PackSettings | None = None,
+    progress: Progress | None = None,
+) -> PackReport:  # fmt: skip
+    """Renders a bass into a sample pack for SFZ samplers: 24-bit FLAC samples, NAME.sfz and a licence.
+
+    Args:
+        bass: The bass.
+        folder: To write; an older pack there is replaced, or nothing is written.
+        name: Of the SFZ file.
+        settings: Contents and precision; None: in studio quality, five layers, two samples each.
+        progress: Gets the fraction done, 0 to 1.
+
+    Raises:
+        ValueError: A rate that the bass cannot be played at.
+        OutputError: The folder cannot be written, or holds something else.
+    """
+    return write_pack(Pack(bass, name, settings or PackSettings(QUALITIES["studio"])), Path(folder), progress)
+
+
+def write_pack(pack: Pack, directory: Path, progress: Progress | None = None) -> PackReport:
     """Writes `pack` into `directory`: its SFZ file, the samples and their licence; all or nothing.
 
     Makes the directory if missing; it may be empty or hold an older pack, which is replaced. The same pack gives the

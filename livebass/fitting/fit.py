@@ -91,7 +91,7 @@ class Fitted:
         return f"{said[0][0].upper()}{said[0][1:]}; {', '.join(said[1:])} (median over 1 s)."
 
 
-def fit(
+def fit_recorded(
     recorded: Recorded, wanted: Wanted, compute: Compute, directory: Path,
     say: Say = silent, step: Callable[[int], None] = lambda _: None,
 ) -> Fitted:  # fmt: skip

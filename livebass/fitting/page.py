@@ -7,7 +7,7 @@ import math
 from dataclasses import replace
 
 from livebass import __version__
-from livebass.comparison.comparing import compare
+from livebass.comparison.comparing import compared
 from livebass.comparison.page import page as comparison_page
 from livebass.comparison.rows import ALL, ROWS, Row
 from livebass.comparison.summary import Bass
@@ -38,7 +38,7 @@ def page(fitted: Fitted, name: str, progress: Progress | None = None) -> str:
         numbers=_numbers(fitted), rows=_rows(fitted), doubts=fitted.doubts, trials=fitted.best.trials,
         judges=len(fitted.after.each), notes=len(fitted.plan.fitted),
     )  # fmt: skip
-    return comparison_page(compare(basses, progress), f"A fit to {recorded.name}", above)
+    return comparison_page(compared(basses, progress), f"A fit to {recorded.name}", above)
 
 
 def _bars(found: list[Judged]) -> list[dict[str, object]]:

@@ -19,6 +19,7 @@ from livebass.preset.sounds import sound_names, sound_text
 from livebass.preset.source import decoded, file_bytes, is_path, parsed, shipped
 from livebass.rows import REQUIRED
 
+DEFAULT = "jazz-finger"  # the bass of commands without another
 LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 
 

@@ -28,14 +28,14 @@ from livebass.export.sfz import (
     LEVEL_TIME,
     LICENCE_FILE,
     Pack,
-    Settings,
+    PackSettings,
     Stored,
     edges,
-    export_sfz,
     keys_by_string,
     played,
     sfz_text,
     velocities,
+    write_pack,
 )
 from livebass.files import OutputError, checked_directory
 from livebass.model.instrument import Player, note_frequency
@@ -44,7 +44,7 @@ from livebass.score.score import single_note
 from livebass.units import OFF, cents, decibels
 
 RATE = 48000
-TINY = Settings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)
+TINY = PackSettings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)
 HEARD = 0.3  # s, of a note, for its level
 SAME_LEVEL = 2.3  # dB, for each note, beyond the common offset: each draws its own irregularities
 SAME_LEVELS = 0.8  # dB, RMS of these
@@ -69,10 +69,10 @@ class Written:
         return sound
 
 
-def written(folder: Path, preset: str, settings: Settings = TINY) -> Written:
+def written(folder: Path, preset: str, settings: PackSettings = TINY) -> Written:
     bass = load_preset(preset)
     pack = Pack(bass, preset, settings)
-    export_sfz(pack, folder)
+    write_pack(pack, folder)
     return Written(folder, bass, pack)
 
 
@@ -457,7 +457,7 @@ def test_leftovers_of_a_killed_export_are_removed(quick: list[int], run: Run, tm
 
 def test_a_tempered_bass_is_sampled_at_every_fret() -> None:
     """Samplers shift a sample by equal semitones: a zone of several frets would be out of tune."""
-    settings = Settings(QUALITIES["live"], RATE, frets=3)
+    settings = PackSettings(QUALITIES["live"], RATE, frets=3)
     usual, lower = (Pack(load_preset("slap", a4=a4), "slap", settings) for a4 in (440, 432))
     own = Pack(load_preset("slap", temperament=[float(k) for k in range(12)]), "slap", settings)
     assert [z.note for z in lower.zones] == [z.note for z in usual.zones] and len(own.zones) > len(usual.zones)

@@ -30,6 +30,7 @@ from livebass.live.parameters import NUMBERS
 from livebass.live.recording import Given, MidiRecorder
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
+from livebass.preset.revisions import numbered
 from livebass.score.reading import TAKE
 from livebass.score.score import PROGRAM, Score
 from livebass.techniques import LEARNED
@@ -187,7 +188,11 @@ def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Pa
     sound, _ = live(tmp_path / "take.mid", messages, 120_000, 256, changes)
     score = read_score(tmp_path / "take.mid", RATE)
     assert score.changes == [(20_224, 36), (100_096, 35)] and score.program == 33
-    assert [(b.frame, b.preset) for b in score.basses] == [(0, "jazz-finger"), (20_224, "slap"), (100_096, "fretless")]
+    assert [(b.frame, b.preset) for b in score.basses] == [
+        (0, "jazz-finger@1"),
+        (20_224, "slap@1"),
+        (100_096, "fretless@1"),
+    ]
     again = rendered(score, len(sound))
     assert np.array_equal(sound[:20_224], again[:20_224])
     assert np.allclose(sound, again, rtol=0, atol=3e-7)
@@ -299,7 +304,7 @@ def test_a_take_of_basses_outside_general_midi_sounds_as_it_was_heard(tmp_path: 
     change = [(12_000, second)]
     sound, _ = live(tmp_path / "take.mid", sorted(messages), 25_000, 256, change, first, load, lambda preset: given)
     score = read_score(tmp_path / "take.mid", RATE)
-    assert [(bass.preset, bass.given) for bass in score.basses] == [(first, given), (second, given)]
+    assert [(bass.preset, bass.given) for bass in score.basses] == [(numbered(first), given), (numbered(second), given)]
     again = rendered(score, len(sound))
     assert np.abs(sound).max() > 0.05 and np.array_equal(sound[:12_000], again[:12_000])
     assert np.allclose(sound, again, rtol=0, atol=3e-7)

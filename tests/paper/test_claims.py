@@ -22,7 +22,7 @@ from livebass.paper.claims.check import (
     CLAIMS,
     PLUCKS,
     TABLES,
-    Result,
+    ClaimResult,
     Spread,
     all_hold,
     check,
@@ -211,7 +211,7 @@ def test_a_range_that_takes_all_is_not_sharp(solved: dict[str, Solved]) -> None:
 
 def test_ticks_of_axes_are_shown_and_not_counted() -> None:
     missed, met, held = (
-        Result(CLAIMS[name], value, passed)
+        ClaimResult(CLAIMS[name], value, passed)
         for name, value, passed in (
             ("neck-conductance", 0.0408, False), ("g-error-axis", 0.005, True), ("b-first-fret", 12, True),
         )
@@ -369,7 +369,7 @@ def test_bad_input_is_one_line(
 
 def test_texts_of_odd_values() -> None:
     claim = replace(CLAIMS["b-phase"], statement='5 < 6 & "so"')
-    results = [Result(claim, math.nan, False), Result(claim, [1.5, math.inf], True)]
+    results = [ClaimResult(claim, math.nan, False), ClaimResult(claim, [1.5, math.inf], True)]
     found = json.loads(claims_json(results))["claims"]
     assert found[0]["measured"] is None and found[1]["measured"] == [1.5, None]
     text = claims_html(results)

@@ -43,7 +43,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Result:
+class ClaimResult:
     """A claim and its measured value: the median over its plucks, or the value of the paper's pluck."""
 
     claim: Claim
@@ -98,9 +98,26 @@ def chosen(ids: Iterable[str] = ()) -> list[Claim]:
     return [CLAIMS[name] for name in wanted]
 
 
+def check_claims(
+    ids: Iterable[str] = (), plucks: int = PLUCKS, workers: int | None = None, progress: Progress | None = None
+) -> list[ClaimResult]:
+    """Checks the statements of Issanchou et al. (2018), as `livebass study claims` does. Needs SciPy.
+
+    Args:
+        ids: Of the statements; all by default.
+        plucks: That judge statements about contacts; 0: the paper's own pluck alone.
+        workers: Threads; None: one per core.
+        progress: Gets the fraction done, 0 to 1.
+
+    Raises:
+        ValueError: An unknown statement.
+    """
+    return check(chosen(ids), workers, progress, plucks)
+
+
 def check(
     claims: Iterable[Claim], workers: int | None = None, progress: Progress | None = None, plucks: int = PLUCKS
-) -> list[Result]:
+) -> list[ClaimResult]:
     """Solve the runs that these claims need, each once, on `workers` threads (default: one per core), and measure.
 
     Claims about contacts are judged over `plucks` plucks; with 0 by the paper's own pluck alone. `progress` gets the
@@ -146,7 +163,7 @@ def over_plucks(
     return {claim.id: [future.result()[claim.id] for future in futures] for claim in varied}
 
 
-def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] = ()) -> Result:
+def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] = ()) -> ClaimResult:
     """Check one claim in the solved runs, by name, or over the `values` of several plucks, if given.
 
     Over plucks the median of the values decides. Lists of frets or of sets have none: they hold if they hold in more
@@ -167,7 +184,7 @@ def result(claim: Claim, solved: Mapping[str, Solved], values: Sequence[Value] =
             between = low, high
             passed = lies_between(centres(claim.expects), *between)
     null = null_rate(claim, measured, [solved[name] for name in claim.needs], between)
-    return Result(claim, measured, passed, spread, null)
+    return ClaimResult(claim, measured, passed, spread, null)
 
 
 def _measured(claim: Claim, solved: Mapping[str, Solved]) -> Value:
@@ -219,19 +236,19 @@ def value_text(value: Any, unit: str = "") -> str:
     return f"{shown} {unit}" if unit and value != [] and shown != NOT_MET else shown
 
 
-def parts(results: Iterable[Result]) -> list[list[Result]]:
+def parts(results: Iterable[ClaimResult]) -> list[list[ClaimResult]]:
     """The results that count, and the results of each kind in NOT_COUNTED."""
     results = list(results)
     rest = [[r for r in results if r.claim.bound == bound] for bound in NOT_COUNTED]
     return [[r for r in results if r.claim.bound not in NOT_COUNTED], *rest]
 
 
-def all_hold(results: Iterable[Result]) -> bool:
+def all_hold(results: Iterable[ClaimResult]) -> bool:
     """True if all claims hold, and all inputs are as in the paper; axis ticks may be missed."""
     return all(r.passed for r in results if r.claim.bound != AXIS)
 
 
-def count_line(results: Sequence[Result]) -> str:
+def count_line(results: Sequence[ClaimResult]) -> str:
     """The number of claims that hold, the names of the others, and the number of sharp ones.
 
     Such as "82 of 83 hold, not b-phase; 20 are sharp ...".
@@ -245,7 +262,7 @@ def count_line(results: Sequence[Result]) -> str:
     return line + (f"; {sum(r.passed for r in inputs)} of {len(inputs)} inputs are as in the paper" if inputs else "")
 
 
-def cells(result: Result) -> tuple[str, ...]:
+def cells(result: ClaimResult) -> tuple[str, ...]:
     """The columns of `HEAD` for one result."""
     c, spread = result.claim, result.spread
     wanted = c.expects.expected
@@ -285,7 +302,7 @@ def legend_line() -> str:
     return ". ".join(f"{name[0].upper()}{name[1:]}: {meaning}" for name, meaning in LEGEND.items())
 
 
-def table(results: Sequence[Result]) -> str:
+def table(results: Sequence[ClaimResult]) -> str:
     """The results as a text table, with wrapped cells, a legend of the columns, and the number that hold."""
     claims, *others = parts(results)
     lines = wrapped_columns([HEAD, *(cells(r) for r in claims)], WIDTHS)
@@ -295,7 +312,7 @@ def table(results: Sequence[Result]) -> str:
     return "\n".join([*lines, "", count_line(results)])
 
 
-def claims_html(results: Sequence[Result]) -> str:
+def claims_html(results: Sequence[ClaimResult]) -> str:
     """The results as an HTML page, with the measured quantity of each claim. Needs Jinja2."""
     rows = [[(*cells(r)[:3], r.claim.quantity, *cells(r)[3:]) for r in part] for part in parts(results)]
     others = zip(NOT_COUNTED, NOT_COUNTED.values(), rows[1:], strict=True)
@@ -306,12 +323,12 @@ def claims_html(results: Sequence[Result]) -> str:
     )  # fmt: skip
 
 
-def claims_json(results: Sequence[Result]) -> str:
-    """The results as JSON, `{"claims": [...]}`, each from `Result.as_json`."""
+def claims_json(results: Sequence[ClaimResult]) -> str:
+    """The results as JSON, `{"claims": [...]}`, each from `ClaimResult.as_json`."""
     return json_text({"claims": [r.as_json() for r in results]}, indent=2, ascii_only=False)
 
 
-def claims_csv(results: Sequence[Result]) -> str:
+def claims_csv(results: Sequence[ClaimResult]) -> str:
     """The results with the JSON keys as columns; spaces separate the items of a list."""
     rows = [r.as_json() for r in results]
     return csv_text(
