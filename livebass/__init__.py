@@ -14,8 +14,7 @@ messages are one line and say what is allowed. Nothing prints or exits. For more
                     load_preset(..., tuning="drop-d", capo=2, a4=442, temperament="just")
     read_score(path, rate, channel="auto") -> Score                 or demo_score(rate, "finger" or "slap")
     read_tab(path, rate, track="", bars=None, ...) -> (Instrument, Score)       Guitar Pro, MusicXML
-    single_note(note, velocity, duration, rate) -> Score
-    score_of([(start_s, length_s, note, velocity), ...], rate) -> Score
+    single_note(note, velocity, duration, rate) -> Score    score_of([(start_s, length_s, note, velocity)], rate)
     QUALITIES  quality_with("studio", modes=None, contact_rate=None) -> Quality
     render_to_array(instrument, score, quality, ...) -> (n_strings, n_frames)
     render_to_file(instrument, score, path, quality=..., rate=..., ...) -> RenderReport
@@ -23,21 +22,18 @@ messages are one line and say what is allowed. Nothing prints or exits. For more
     simulate(instrument, string="G", apex=3.6e-3, ...) -> Solved    one pluck: motion, contacts, energies
     sweep(preset, "pluck.apex=1mm:7mm:13", ...) -> Sweep            .values("contacts"), .table()
     identify("g-string.wav", instrument, ...) -> Identified         partials and law of a recorded string
-    fit("my-bass", Fit(trials=600)) -> Fitted                       fitted_preset(fitted, "mine.toml") is its text
-    compare(["my-bass"], presets=["jazz-finger"]) -> Comparison     .table(), .json()
+    fit(["my-bass"], Fit(trials=600)) -> Fitted                     fitted_preset(fitted, "mine.toml") is its text
+    compare(["my-bass"], ["slap"]) -> Comparison                    check_claims() -> [ClaimResult]  bench_latency()
     export_plugin("vst3", {"slap": bass}, folder)                   export_page({"slap": bass}, folder)
     export_sfz(bass, folder, name, PackSettings(...)) -> PackReport
-    check_claims(ids) -> [ClaimResult]                              the statements of the paper
-    bench_latency() -> dict                                         from a key to the sound, by each way
 
 For sounds (n,), float, and motions:
 
     fundamental(sound, rate) -> Pitch                               over time, by YIN
     spectrogram_db(sound, rate) -> Spectrogram                      characteristic_frequencies(sound, rate), Hz
-    resampled(sound, rate, to)                                      relative_variation(frequencies, reference)
+    resampled(sound, rate, to)    loudness(sound, rate), LUFS       relative_variation(frequencies, reference)
     contactogram(times, indices, frets) -> Contactogram             string_shape(speaking, q, x), m
     decay_rates(times, energies), 1/s                               t60(dampings), s
-    loudness(sound, rate), LUFS
 """
 
 from lazy_loader import attach_stub

@@ -28,10 +28,10 @@ from .export.sfz import PackReport as PackReport
 from .export.sfz import PackSettings as PackSettings
 from .export.sfz import export_sfz as export_sfz
 from .files import OutputError as OutputError
-from .fitting.asked import Fit as Fit
-from .fitting.asked import fit as fit
-from .fitting.asked import fitted_preset as fitted_preset
 from .fitting.fit import Fitted as Fitted
+from .fitting.request import Fit as Fit
+from .fitting.request import fit as fit
+from .fitting.request import fitted_preset as fitted_preset
 from .identification.identify import identify as identify
 from .identification.result import Identified as Identified
 from .model.instrument import Instrument as Instrument

@@ -12,7 +12,7 @@ import click
 import pytest
 from support.quoted import ROOT, context, every_command, found
 
-from livebass.cli.export import BUNDLES
+from livebass.plugin.export import BUNDLES
 
 # Names that commands choose, and what tools leave
 CHOSEN = [

@@ -66,11 +66,11 @@ def revised(kept: dict[str, Any], before: Path, names: list[str]) -> list[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--since", default="HEAD")
-    asked = parser.parse_args()
+    options = parser.parse_args()
     file = shipped() / revisions.FILE
     kept = json.loads(file.read_text("utf-8")) if file.is_file() else {}
     with tempfile.TemporaryDirectory() as folder:
-        said = revised(kept, extracted(asked.since, Path(folder)), preset_names() + laboratory_names())
+        said = revised(kept, extracted(options.since, Path(folder)), preset_names() + laboratory_names())
     file.write_text(json.dumps(dict(sorted(kept.items())), indent=1, ensure_ascii=False) + "\n", "utf-8")
     print("\n".join(said) or "no preset has changed")
 

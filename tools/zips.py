@@ -14,11 +14,11 @@ from pathlib import Path
 from types import ModuleType
 
 from livebass import __version__
-from livebass.cli.export import BUNDLES
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import COUNTING, named_keys
 from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.bundle import is_macos
+from livebass.plugin.export import BUNDLES
 from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, System, folder_of_plugins
 from livebass.web.export import SINGLE
 

@@ -53,7 +53,11 @@ FULL = Extent()
 
 
 def bench_latency(progress: Say = silent, extent: Extent = FULL) -> Result:
-    """Measures all ways in half a minute. `progress` gets each next step.
+    """Measures all ways from a key to the sound in half a minute.
+
+    Args:
+        progress: Gets each next step, a line.
+        extent: How many notes, by which ways.
 
     "rows" has one row per way, with the times in ms or an "error"; "server" is None, and "missing" says why, if no
     JACK server runs. A note during which `AudioProbe` lost a period is "discarded". [main thread]

@@ -115,7 +115,7 @@ def compare(
     for name in presets:
         load_preset(name)  # before the work
     found, left_out = heard(recordings, beside, technique)
-    if recordings and not any(not bass.rendered for bass in found):
+    if recordings and all(bass.rendered for bass in found):
         raise click.UsageError(f"{recordings[0]}: only noises of hands are there; at least one plucked note is needed")
     if left_out:
         more = f" and {len(left_out) - 1} more" if len(left_out) > 1 else ""

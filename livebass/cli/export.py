@@ -35,6 +35,7 @@ from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Quantity
 from livebass.model.quality import AUTO, QUALITIES
+from livebass.plugin.export import BUNDLES
 from livebass.units import one_line
 
 if TYPE_CHECKING:
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
 LENGTH = (0.1, 60.0)  # s
 RATE_OF_HOSTS = 48000  # Hz, assumed when measuring this machine
-BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # as plugin.export.BUNDLES
 
 
 class SystemOption(click.Option):

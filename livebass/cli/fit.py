@@ -149,11 +149,11 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
 
 
 def _fitted(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitted:
-    from livebass.fitting.asked import Fit
-    from livebass.fitting.asked import fit as fit_notes
+    from livebass.fitting.request import Fit
+    from livebass.fitting.request import fit as fit_notes
 
     minutes = math.inf if how["minutes"] is None else how["minutes"]
-    asked = Fit(
+    request = Fit(
         how["like"], how["tuning"], how["technique"], how["beside"], how["seed"], how["evaluations"], minutes,
         how["workers"], how["scheduler"],
     )  # fmt: skip
@@ -165,14 +165,14 @@ def _fitted(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitte
             nonlocal done
             done += count
             if bar:
-                bar(min(done / (asked.trials + 60), 1.0))
+                bar(min(done / (request.trials + 60), 1.0))
 
-        return fit_notes(notes, asked, points, tell, step)
+        return fit_notes(notes, request, points, tell, step)
 
 
 def _write(fitted: Fitted, output: Path, page: bool, how: dict[str, Any]) -> None:
     from livebass.files import Transaction
-    from livebass.fitting.asked import fitted_preset
+    from livebass.fitting.request import fitted_preset
 
     with Transaction() as files:
         files.write_text(output, fitted_preset(fitted, output, _command(how, fitted.recorded.name, fitted.best.trials)))

@@ -12,9 +12,10 @@ import click
 
 from livebass.cli.values import Number
 from livebass.model.quality import QUALITIES
+from livebass.preset.programs import DEFAULT
 
 Decorator = Callable[[Any], Any]
-DEFAULT_PRESET = "jazz-finger"  # as preset.load.DEFAULT, which takes longer to load
+DEFAULT_PRESET = DEFAULT
 
 
 class FileName(click.Path):

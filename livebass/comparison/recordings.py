@@ -46,8 +46,12 @@ def compare(
         beside: Recordings to compare in place of presets.
         technique: Of all notes: "fingers", "pick", "slap", "pop" or "mute"; None: by the names.
         progress: Gets the fraction done, 0 to 1.
-        how: How presets play: `quality`, a key of QUALITIES, "studio" by default; `velocities`, soft to hard, by
-            default as many as the dynamics of `real`; `takes` of each note, 2 by default; `seed` of the players.
+
+    Keyword Args:
+        quality: Of the presets' strings, a key of QUALITIES; "studio" by default.
+        velocities: Of a preset, soft to hard; by default as many as the dynamics of `real`.
+        takes: How often a preset plays each note; 2 by default.
+        seed: Of the players' unevenness.
 
     Returns:
         The comparison: `table()` and `json()` write it.

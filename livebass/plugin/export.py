@@ -1,4 +1,4 @@
-"""Exports plugins of every format."""
+"""Exports plugins of every format. The command line reads the names here, and loads the rest when it exports."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import os
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from livebass.bounds import one_of
-from livebass.model.instrument import Instrument
-from livebass.plugin.bundle import LIVE, Qualities
-from livebass.plugin.systems import SYSTEMS, this_system
+
+if TYPE_CHECKING:
+    from livebass.model.instrument import Instrument
+    from livebass.plugin.bundle import Qualities
 
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}  # folders, by format
 
@@ -21,7 +22,7 @@ def export_plugin(
     basses: Mapping[str, Instrument],
     folder: str | os.PathLike[str],
     system: str | None = None,
-    qualities: Qualities = LIVE,
+    qualities: Qualities | None = None,
 ) -> Path:
     """Writes a plugin that plays `basses` without Python.
 
@@ -30,7 +31,7 @@ def export_plugin(
         basses: By short name; the first one is chosen in a new instance.
         folder: Where to write the plugin's own folder; an older one is replaced, or nothing is written.
         system: Such as "windows-x86_64"; None: this one.
-        qualities: The quality in which a bass begins, "live" or "studio", by short name; "live" by default.
+        qualities: The quality in which a bass begins, "live" or "studio", by short name; None: live.
 
     Returns:
         The plugin's folder.
@@ -40,10 +41,13 @@ def export_plugin(
         OutputError: The folder cannot be written, or holds something else.
         BuildError: The plugin is not built yet, and there is no compiler.
     """
+    from livebass.plugin.bundle import LIVE
+    from livebass.plugin.systems import SYSTEMS, this_system
+
     one_of("format of a plugin", kind, tuple(BUNDLES))
     if system is not None:
         one_of("system", system, tuple(SYSTEMS))
     module: Any = import_module(f"livebass.plugin.{kind}")
     place = Path(folder) / BUNDLES[kind]
-    module.write_bundle(dict(basses), place, SYSTEMS[system] if system else this_system(), qualities)
+    module.write_bundle(dict(basses), place, SYSTEMS[system] if system else this_system(), qualities or LIVE)
     return place

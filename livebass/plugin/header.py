@@ -14,6 +14,7 @@ import numpy as np
 
 from livebass import __version__, techniques
 from livebass.compiling import SMALL, Entry, emitter
+from livebass.formats import FORMATS
 from livebass.kernels.bass import bench, change, check, instrument, kept, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.effects import records as effects
@@ -27,6 +28,7 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
+from livebass.plugin import state
 from livebass.preset.programs import PROGRAMS
 from livebass.techniques import (
     FRETS,
@@ -87,6 +89,9 @@ NUMBERS = {
     "LB_RESERVED": ", ".join(map(str, techniques.RESERVED)),
     "LB_CONTROLLERS": techniques.CHANNEL_MODES,
     "LB_BUILT": techniques.SLIDERS,
+    "LB_STATE_TITLE": json.dumps(state.TITLE),
+    "LB_STATE_FORMAT": state.FORMAT,
+    "LB_TEXT_FORMAT": FORMATS["link"],
     "LB_GROUPS": len(GROUPS),
     "LB_RELEASE": json.dumps(__version__),
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,

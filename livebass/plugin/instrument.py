@@ -43,11 +43,8 @@ def image_file(instrument: Instrument) -> bytes:
 def instrument_file(instrument: Instrument) -> bytes:
     """Returns a bass's instrument file. Raises ValueError for a neck that cannot be played."""
     image_file(instrument)
-    made, heights = (
-        bench_of(instrument, tiers(instrument)),
-        contact_heights(instrument, instrument.grazed or instrument.necks),
-    )
-    kept, first = np.zeros(1, KEPT), 1
+    heights = contact_heights(instrument, instrument.grazed or instrument.necks)
+    made, kept, first = bench_of(instrument, tiers(instrument)), np.zeros(1, KEPT), 1
     put_head(instrument, tiers(instrument), kept)
     for i, of in enumerate(heights):
         kept["instrument"]["hand"][0, i], kept["hand_count"][0, i] = first, len(of)
@@ -73,7 +70,7 @@ def image_digest(instrument: Instrument) -> str:
 
 
 def file_of(fields: Mapping[str, bytes], version: str = __version__, format: int = FORMAT) -> bytes:
-    """Returns the instrument file with these fields, by name: whole words, of which zeros at the end are left out."""
+    """Returns the instrument file with these fields, by name. It leaves out the zeros at the end of a value."""
     body = b""
     for name, value in fields.items():
         kept = value.rstrip(b"\0")

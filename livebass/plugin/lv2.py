@@ -53,6 +53,7 @@ KEPT = "".join(
         ("quality", "Quality", "long"),
         ("format", "Number of the state's format", "long"),
         ("made", "Version of livebass that made the state", "string"),
+        ("instrument", "The bass itself", "base64Binary"),
         ("seed", "Seed of the player's unevenness", "long"),
         ("side", "A (0) or B (1) counts", "long"),
         ("technique", "Stroke, if a key has chosen it", "float"),

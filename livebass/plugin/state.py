@@ -17,12 +17,12 @@ def state_of(bass: str, values: Mapping[str, float]) -> bytes:
 
     It does not keep the bass itself: the one of that name plays.
     """
-    usual = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"}
+    default = {p.symbol: p.usual for p in PARAMETERS if p.symbol != "bass"}
     shared = {p.symbol for p in PARAMETERS if p.group == PROCESSOR}
-    played = {**usual, **values}
+    played = {**default, **values}
     sections = {
         "A": {symbol: value for symbol, value in played.items() if symbol not in shared},
-        "B": {symbol: value for symbol, value in usual.items() if symbol not in shared},
+        "B": {symbol: value for symbol, value in default.items() if symbol not in shared},
         "processor": {symbol: value for symbol, value in played.items() if symbol in shared},
     }
     text = f'{TITLE}format = {FORMAT}\nmade = "{__version__}"\nbass = "{bass}"\nseed = 0\nside = "A"\n'

@@ -19,7 +19,6 @@ from livebass.preset.sounds import sound_names, sound_text
 from livebass.preset.source import decoded, file_bytes, is_path, parsed, shipped
 from livebass.rows import REQUIRED
 
-DEFAULT = "jazz-finger"  # the bass of commands without another
 LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 
 
@@ -101,10 +100,7 @@ def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, 
 
 def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
     """The file's name for messages, and its own tables only, parsed but not checked. Raises PresetError."""
-    preset, number = revisions.split(os.fspath(name_or_path))
-    if number is not None and number < revisions.present(preset):
-        return f"{preset}{revisions.MARK}{number}", revisions.earlier(preset, number, preset_tables(preset)[1])
-    label, text = preset_source(preset)
+    label, text = preset_source(name_or_path)
     return label, _parse(label, text)
 
 
@@ -152,8 +148,8 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     """The file's name for messages, and its text. Raises PresetError."""
     name, number = revisions.split(os.fspath(name_or_path))
     if number is not None and number < revisions.present(name):
-        label, tables = own_tables(name_or_path)
-        return label, revisions.toml_of(tables)
+        tables = revisions.earlier(name, number, preset_tables(name)[1])
+        return os.fspath(name_or_path), revisions.toml_of(tables)
     if not is_path(name):
         folder = shipped() / LABORATORY if name in laboratory_names() else shipped()
         if name not in _names_in(folder):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+DEFAULT = "jazz-finger"  # the preset of commands without another
 PROGRAMS = {
     33: "upright",  # Acoustic Bass
     34: "jazz-finger",  # Electric Bass (finger)

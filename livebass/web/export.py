@@ -61,12 +61,25 @@ def export_page(
     basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live", sources: Sources = NONE,
     more: Mapping[str, Any] = NOTHING, element: bool = False,
 ) -> Path:  # fmt: skip
-    """Writes a page that plays `basses`, by short name; returns the HTML file.
+    """Writes a page that plays basses in a browser.
 
-    sources: the presets that the basses were made from, for the bench; by default, each bass's is the preset of its
-    short name. more: data that the page has besides. element: puts the script with which articles show the page
-    beside a single one, too. The folder replaces an older page completely, or nothing is written. The page begins with
-    the first bass. Raises ValueError for unsuitable names or basses, OutputError, OSError if there can be no module.
+    Args:
+        basses: By short name; the page begins with the first.
+        folder: To write; it replaces an older page completely, or nothing is written.
+        single: Writes all of it into one HTML file.
+        quality: Of the strings, "live" or "studio".
+        sources: The presets that the basses were made from, for the bench; by default, each bass's is the preset of
+            its short name.
+        more: Data that the page has besides.
+        element: Puts the script with which articles show the page beside a single one, too.
+
+    Returns:
+        The HTML file.
+
+    Raises:
+        ValueError: Unsuitable names or basses.
+        OutputError: The folder cannot be written, or holds something else.
+        OSError: There can be no module.
     """
     if single:
         files = {SINGLE: single_page(page_files(basses, quality, sources, more))}

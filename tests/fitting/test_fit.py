@@ -17,7 +17,6 @@ from support.costs import of_each_kind
 
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
-from livebass.cli import fit as command
 from livebass.comparison.notes import Note, spread
 from livebass.engine.engine import Engine
 from livebass.experiment.workers import connected, lasting
@@ -27,11 +26,13 @@ from livebass.fitting.notes import Place, Recorded
 from livebass.fitting.page import _in_words
 from livebass.fitting.playing import USUAL_RATE, played, velocity_of
 from livebass.fitting.problem import HOPELESS, Problem, Trial, solved
+from livebass.fitting.request import Fit
 from livebass.fitting.target import Difference, heard, searched
 from livebass.fitting.written import changed, preset_text
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
 from livebass.preset.load import load_preset, preset_names, preset_tables
+from livebass.report.progress import Say
 
 NAME = "jazz-finger"
 BASE = preset_tables(NAME)[1]
@@ -220,7 +221,7 @@ def test_a_base_in_a_file_is_named_from_the_new_preset(tmp_path: Path) -> None:
 
 
 @contextlib.contextmanager
-def _here(workers: int, scheduler: str | None) -> Iterator[Any]:
+def _here(request: Fit, say: Say) -> Iterator[Any]:
     """Computes in this process."""
 
     def compute(tasks: Sequence[Any]) -> Iterator[tuple[Any, dict[str, float]]]:
@@ -233,7 +234,7 @@ def _here(workers: int, scheduler: str | None) -> Iterator[Any]:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fit of two numbers to two notes, judged by two."""
-    monkeypatch.setattr(command, "_computer", _here)
+    monkeypatch.setattr("livebass.fitting.request._computer", _here)
     monkeypatch.setattr(bounds, "FREE", (LOSS, TONE))
     monkeypatch.setattr(plan, "FITTED", 2)
     monkeypatch.setattr(plan, "JUDGES", 2)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.hosts import FORMATS, HOSTS, Host
+from support.kept_files import FRAMES, NOTES, settle
 from support.picture import Host as Inner
 from support.picture import library
 from support.states import bass_of, file_of, read, with_file, without_instrument, written
@@ -21,8 +22,6 @@ from livebass.model.instrument import Instrument
 from livebass.plugin.instrument import instrument_file
 from livebass.techniques import PICKED
 
-SCORE = [(0, bytes([0x90, 28, 110])), (4000, bytes([0x90, 33, 80])), (8000, bytes([0x80, 33, 0]))]
-FRAMES = 12000
 LOWERED = 1.4 + 1e3 * load_preset("slap").necks[0].fret_heights[11]  # mm: the action becomes 1.4 mm
 MOVED = {"technique": float(PICKED), "action": LOWERED, "named_tuning": 3.0, "tone": -0.25}
 every_format = pytest.mark.parametrize("kind", FORMATS)
@@ -70,27 +69,17 @@ def host_of(places: dict[tuple[str, str], Path]) -> Iterator[Callable[[str, str]
         host.close()
 
 
-def settle(host: Host) -> None:
-    """The bass that is wanted plays."""
-    for _ in range(4):
-        host.play([], 64, (64,))
-        host.work()
-    host.renew()
-
-
 def sound(host: Host) -> Floats:
     settle(host)
-    out = host.play(SCORE, FRAMES)
+    out = host.play(NOTES, FRAMES)
     assert np.abs(out).max() > 0.01
     return out
 
 
 def set_up(host: Host, kind: str, bass: float = 1.0) -> None:
     """Chooses slap, a pick, an action of 1.4 mm, a tuning and a tone; LV2 hosts restore ports themselves."""
-    host.play([], 64, (64,), [(0, "bass", bass)] if bass else [])
-    settle(host)
-    host.play([], 64, (64,), [(0, symbol, value) for symbol, value in MOVED.items()])
-    settle(host)
+    settle(host, [(0, "bass", bass)] if bass else [])
+    settle(host, [(0, symbol, value) for symbol, value in MOVED.items()])
 
 
 def restored(host: Host, kind: str, state: Any) -> Host:
@@ -117,20 +106,20 @@ def test_it_plays_as_saved_although_the_preset_has_changed(host_of: Any, kind: s
 
 
 def test_one_click_takes_the_new_bass_in_lv2(host_of: Any) -> None:
-    """The window is told that the bass has changed since, and that it is the present one afterwards."""
+    """The window learns that the bass has changed since, and that it is the present one afterwards."""
     old = host_of("lv2", "as it was")
     set_up(old, "lv2")
     state = old.save()
     fresh, new = host_of("lv2", "changed"), restored(host_of("lv2", "changed"), "lv2", state)
     set_up(fresh, "lv2")
     wanted = sound(fresh)
-    assert not np.array_equal(sound(new), wanted) and told(new) == 1
+    assert not np.array_equal(sound(new), wanted) and reported(new) == 1
     new.plugin.send([("urn:livebass:bass#update", np.int32(1).tobytes())])
     new.work()
-    assert told(new) == 0 and np.array_equal(sound(new), wanted)
+    assert reported(new) == 0 and np.array_equal(sound(new), wanted)
 
 
-def told(host: Any) -> int | None:
+def reported(host: Any) -> int | None:
     """What the plugin tells a window that asks: whether a kept bass plays."""
     found = host.plugin.send([("urn:livebass:bass#watch", np.int32(1).tobytes())])
     for _ in range(4):

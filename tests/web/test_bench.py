@@ -89,7 +89,7 @@ def sliders(name: str) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("name", quick(BASSES, ["fretless", "paper-bass"]))
 def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tmp_path: Path, name: str) -> None:
     """Moved to one of its places on every second bass, to the other one on the next."""
-    usual, refused = image_file(load_preset(name)), []
+    default, refused = image_file(load_preset(name)), []
     for values in list(each_slider(name))[BASSES.index(name) % 2 :: 2]:
         toml, file = made(page, name, values)
         (tmp_path / "saved.toml").write_text(toml)
@@ -99,7 +99,7 @@ def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tm
             refused.append(values)
             continue
         assert file == image_file(load_preset(tmp_path / "saved.toml")), (values, toml)
-        assert (file == usual) == ("fret" in values and len(values) == 1), values
+        assert (file == default) == ("fret" in values and len(values) == 1), values
     assert not refused
     toml, file = made(page, name, {"action": -2.0, "neck_relief": -1.0, "fret": 7, "fret_height": 1.5})
     assert isinstance(file, str) and "stands" in file

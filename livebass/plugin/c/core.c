@@ -741,9 +741,8 @@ static details *new_details(lb_shelf *s, const lb_source *source, char title[NAM
 static uint64_t image_sum(const lb_source *source, const lb_kernels *kernels) {
     char error[PATH];
     file image;
-    uint64_t sum = 0;
-    if (make_image(&image, source, 0, &sum, kernels, error, sizeof error)) sum = checksum(&image);
-    else sum = 0;
+    uint64_t of;
+    const uint64_t sum = make_image(&image, source, 0, &of, kernels, error, sizeof error) ? checksum(&image) : 0;
     free_lines(image.words);
     return sum;
 }
@@ -817,7 +816,7 @@ static void add(lb_shelf *s, const char *folder, const char *name) {
     place *p = &s->places[s->count];
     if (snprintf(p->path, PATH, "%s/%s" ENDING, folder, name) >= PATH) return;
     strcpy(p->name, name);
-    p->own = p->now = new_details(s, &(lb_source){p->path, 0, 0}, title, error, sizeof error); /* told when it is loaded */
+    p->own = p->now = new_details(s, &(lb_source){p->path, 0, 0}, title, error, sizeof error); /* reported when it is loaded */
     strcpy(p->title, *title ? title : name);
     s->count++;
 }

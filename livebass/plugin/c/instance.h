@@ -290,7 +290,7 @@ char *lb_read_unknown(const lb_instance *); /* a copy by malloc; 0: there is non
 
 /* --- of session.c --- */
 
-enum { LB_STATE_FORMAT = 1, LB_MOST_STATE = 8 << 20 /* bytes */ };
+enum { LB_MOST_STATE = 8 << 20 /* bytes */ };
 /* The state as a text, allocated by malloc: writes its bytes. 0: there is no memory. [not the audio thread] */
 void *lb_new_state(lb_instance *, size_t *count);
 /* Loads a state; if it is not valid, returns 0 after a line in the log and changes nothing. [main thread] */

@@ -18,7 +18,7 @@ typedef struct {
     time_t told;    /* when it last told the plugin that it is open */
     double stroke;  /* the plugin's, as last seen */
     uint32_t responses; /* told of those set */
-    uint32_t updates;   /* told of those to the present bass */
+    uint32_t updates;   /* known of those to the present bass */
     lb_sides sides; /* as the plugin knows them ... */
     int32_t asks;   /* ... unless it must still be asked */
 } ui;

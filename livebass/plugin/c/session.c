@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TITLE "# A state of livebass\n"
 #define OLD "LBSTATE\n" /* before format 1 */
 #define SUM "sum = "
 enum { LINE = 1600, SUM_BYTES = sizeof SUM + 17, MOST_UNKNOWN = 8192, NAMED = 200 };
@@ -86,7 +85,7 @@ static size_t add_unknown(char *text, size_t room, size_t end, const char *unkno
     return end;
 }
 
-/* Adds sections of which this plugin knows none. */
+/* Adds the unknown sections. */
 static size_t add_others(char *text, size_t room, size_t end, const char *unknown) {
     static const char *const known[] = {"", "A", "B", "processor", "controllers", "response", "instrument"};
     char section[NAMED], last[NAMED] = "";
@@ -125,7 +124,7 @@ void *lb_new_state(lb_instance *i, size_t *count) {
     char *text = malloc(room);
     *count = 0;
     if (text) {
-        size_t end = lb_append(text, room, 0, TITLE "format = %d\nmade = \"" LB_RELEASE "\"\nbass = \"%s\"\nseed = %lld\nside = \"%s\"\n", LB_STATE_FORMAT,
+        size_t end = lb_append(text, room, 0, LB_STATE_TITLE "format = %d\nmade = \"" LB_RELEASE "\"\nbass = \"%s\"\nseed = %lld\nside = \"%s\"\n", LB_STATE_FORMAT,
                                name, (long long)seed, sides[kept.side]);
         end = add_unknown(text, room, end, unknown, "");
         for (int side = 0; side < 2; side++) {
@@ -268,8 +267,8 @@ static const char *after(const char *text, const char *words) {
    `why`. */
 static const char *check(const char *text, size_t count, char why[NAMED]) {
     if (after(text, OLD)) return "was made by a livebass before 0.1.0, whose states no later one reads";
-    const char *format = after(text, TITLE "format = ");
-    if (!format || count < strlen(TITLE) + SUM_BYTES) return "is not one of this plugin";
+    const char *format = after(text, LB_STATE_TITLE "format = ");
+    if (!format || count < strlen(LB_STATE_TITLE) + SUM_BYTES) return "is not one of this plugin";
     char *end;
     const long number = strtol(format, &end, 10);
     const char *made = after(end, "\nmade = \"");

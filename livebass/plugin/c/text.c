@@ -77,8 +77,8 @@ static const char *take_bass(lb_kept *to, const char *name) {
 /* The fault of a text whose format is a later one. */
 static const char *later(lb_kept *to, const char *format) {
     double number;
-    if (lb_read_number(format, &number) && number == 1) return 0;
-    return wrong(to, "was made for a later livebass: this one, " LB_RELEASE ", reads format 1");
+    if (lb_read_number(format, &number) && number == LB_TEXT_FORMAT) return 0;
+    return wrong(to, "was made for a later livebass: this one, " LB_RELEASE ", reads format %d", LB_TEXT_FORMAT);
 }
 
 /* --- links --- */

@@ -130,7 +130,7 @@ export function backToNow() {
   $("moment-text").textContent = "";
 }
 
-// Shows which buttons can do something. Writing what stands there already has a browser compute styles anew.
+// Shows which buttons can do something. It writes only changes: a browser computes its styles again after each write.
 export function showButtons() {
   const idle = !player.ready || (!kept.note && !see.replay), again = $("again"), same = $("same");
   const alike = !kept.note || !bench() || kept.note.label === player.labelOf(kept.note.name);

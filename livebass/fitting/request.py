@@ -1,4 +1,4 @@
-"""A fit as somebody asks for it: files in, a preset out."""
+"""A requested fit: sound files in, a preset out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from livebass.fitting.guide import Step, steps
 from livebass.fitting.notes import recorded
 from livebass.fitting.problem import solved
 from livebass.fitting.written import text_of
-from livebass.preset.load import DEFAULT, load_preset
+from livebass.preset.load import load_preset
+from livebass.preset.programs import DEFAULT
 from livebass.preset.source import PresetError
 from livebass.report.progress import Say, silent
 from livebass.units import one_line
@@ -27,7 +28,7 @@ from livebass.units import one_line
 
 @dataclass(frozen=True)
 class Fit:
-    """What to fit, and how long to search."""
+    """Says what to fit, and how long to search."""
 
     like: str | None = None  # preset to begin with, a name or path; None: the nearest shipped one
     tuning: str | None = None  # of the open strings, as for `load_preset`
@@ -42,7 +43,7 @@ class Fit:
 
 def fit(
     notes: Sequence[str | os.PathLike[str]],
-    asked: Fit = Fit(),
+    request: Fit = Fit(),
     directory: str | os.PathLike[str] | None = None,
     say: Say = silent,
     step: Callable[[int], None] = lambda _: None,
@@ -51,7 +52,7 @@ def fit(
 
     Args:
         notes: Sound files of single notes, or folders of them; `livebass fit --help` says how to name them.
-        asked: What to fit, and how long.
+        request: What to fit, and how long.
         directory: Keeps every trial, so that the same call goes on; None: they are forgotten.
         say: Gets a line for each part of the work, and for each doubt.
         step: Gets the number of trials done.
@@ -63,34 +64,40 @@ def fit(
         ValueError: A file is no sound, or the notes do not suffice; one line.
         PresetError: `like` is no preset.
     """
-    found = recorded(tuple(map(Path, notes)), asked.technique, _guide(asked))
+    found = recorded(tuple(map(Path, notes)), request.technique, _guide(request))
     for doubt in found.doubts:
         say(f"doubt: {doubt}")
-    with _place(directory) as place, _computer(asked, say) as compute:
-        return fit_recorded(found, _wanted(asked), compute, place, say, step)
+    with _place(directory) as place, _computer(request, say) as compute:
+        return fit_recorded(found, _wanted(request), compute, place, say, step)
 
 
 def fitted_preset(fitted: Fitted, path: str | os.PathLike[str], remark: str = "livebass.fit") -> str:
-    """Returns the text of a fitted preset, to write to `path`; `remark`: how it was made."""
+    """Returns the text of a fitted preset.
+
+    Args:
+        fitted: The fit.
+        path: Where the text will be written: paths in it are relative.
+        remark: How the preset was made, for its first line.
+    """
     return text_of(fitted, Path(path), remark)
 
 
-def _guide(asked: Fit) -> list[Step]:
+def _guide(request: Fit) -> list[Step]:
     """The guide in whose order one long recording may be; none if the default bass cannot be tuned so."""
     try:
-        return steps(load_preset(asked.like or DEFAULT, tuning=asked.tuning))
+        return steps(load_preset(request.like or DEFAULT, tuning=request.tuning))
     except PresetError:
-        if asked.like is not None:
+        if request.like is not None:
             raise
         return []
 
 
-def _wanted(asked: Fit) -> Wanted:
+def _wanted(request: Fit) -> Wanted:
     others = tuple(
-        (one_line(path.resolve().name), tuple(n for n in measured([path], asked.technique) if n.kind == NOTE))
-        for path in map(Path, asked.beside)
+        (one_line(path.resolve().name), tuple(n for n in measured([path], request.technique) if n.kind == NOTE))
+        for path in map(Path, request.beside)
     )
-    return Wanted(DEFAULT, asked.like, asked.tuning, asked.seed, asked.trials, asked.minutes, others)
+    return Wanted(DEFAULT, request.like, request.tuning, request.seed, request.trials, request.minutes, others)
 
 
 @contextmanager
@@ -102,10 +109,10 @@ def _place(directory: str | os.PathLike[str] | None) -> Iterator[Path]:
 
 
 @contextmanager
-def _computer(asked: Fit, say: Say) -> Iterator[Compute]:
-    if asked.scheduler is not None:
-        with connected(asked.scheduler, solved) as compute:
+def _computer(request: Fit, say: Say) -> Iterator[Compute]:
+    if request.scheduler is not None:
+        with connected(request.scheduler, solved) as compute:
             yield compute
         return
-    with lasting(asked.workers or core_count(), solved, say) as compute:
+    with lasting(request.workers or core_count(), solved, say) as compute:
         yield compute
