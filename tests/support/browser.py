@@ -25,6 +25,10 @@ PATIENCE = 120.0  # s that a test waits for a page; machines of checks are slow 
 # Makes the exports of the page's modules, which leave no global names, available to a test's scripts; messages stay
 INSIDE = 'dispatchEvent(new CustomEvent("livebass", {detail: all => { Object.assign(globalThis, all); }}));'
 INSIDE += "clearTimeout(saying.timer); saying.lasts = 1e9;"
+# What the page copies is kept in `copied`
+COPIED = "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async text => { window.copied = text; }}})"
+# How a link ends that was made on the page's chosen bass
+MADE_HERE = "return `made=${chosenBass().made}&revision=${chosenBass().revision}`"
 # A function of the page: plays a score, and returns the samples in base64
 OFFLINE = """
 (async (name, score, frames, rate) => {

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import INSIDE, OFFLINE, chromium, firefox, open_page, wait
+from support.browser import COPIED, INSIDE, MADE_HERE, OFFLINE, chromium, firefox, open_page, wait
 from support.command import Run
 from support.costs import quick
 from support.wasm import QUANTUM, RATE, messages_of
@@ -338,12 +338,9 @@ def test_the_chosen_bass_is_there_again_after_a_reload(opened: Any) -> None:
 
 
 def test_a_link_from_this_computer_alone_says_how_to_open_it(opened: Any) -> None:
-    opened.execute_script(
-        "Object.defineProperty(navigator, 'clipboard', {value: {writeText: async text => { window.copied = text; }}});"
-        "onBench(() => bench().setAll({action: -0.5})); $('link').click()"
-    )
+    opened.execute_script(f"{COPIED}; onBench(() => bench().setAll({{action: -0.5}})); $('link').click()")
     wait(lambda: "livebass page --link" in state(opened)[4])
-    link = "like=jazz-finger&action=-0.5&made=" + opened.execute_script("return chosenBass().made")
+    link = "like=jazz-finger&action=-0.5&" + opened.execute_script(MADE_HERE)
     assert opened.execute_script("return copied") == link
     check_link(link, *ON_PAGE)
 
@@ -373,7 +370,7 @@ def test_undo_redo_reset_and_two_benches(opened: Any) -> None:
 def test_it_works_from_the_keyboard_and_has_a_name_for_everything(opened: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
-    for element in opened.find_elements("css selector", "#bench :is(button, input:not([hidden]), summary)"):
+    for element in opened.find_elements("css selector", "#bench :is(button, input, summary):not([hidden])"):
         assert element.accessible_name, element.get_attribute("outerHTML")
     slider = opened.find_element("id", "bench-action")
     slider.send_keys(Keys.ARROW_LEFT, Keys.ARROW_LEFT)
