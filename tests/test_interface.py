@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import doctest
 import importlib.util
 import inspect
 import io
@@ -20,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import interface
 
 import livebass
 from livebass.model.instrument import speaking
@@ -30,6 +32,11 @@ RECORDING = ROOT / "tests" / "identification" / "recordings" / "picked-g.flac"
 SCREEN = 40  # lines
 QUICK = quality_with("live", modes=40, contact_rate=409_600)
 BASS = livebass.load_preset("paper-g")
+PROGRAM = ROOT / "tests" / "program.py"
+NO_EXAMPLE = {  # functions that take or write files, or take minutes: README shows them
+    "bench_latency", "check_claims", "compare", "export_page", "export_plugin", "export_sfz", "fit", "fitted_preset",
+    "identify", "read_score", "read_tab", "render_to_file",
+}  # fmt: skip
 
 
 def examples() -> list[str]:
@@ -82,6 +89,29 @@ def test_public_functions_say_what_they_take_and_give(name: str) -> None:
     signature = inspect.signature(call)
     for parameter in (*signature.parameters.values(), signature):
         assert getattr(parameter, "annotation", signature.return_annotation) is not inspect.Parameter.empty
+
+
+def test_names_and_signatures_are_those_that_were_kept() -> None:
+    """A change here is a change of what users rely on: docs/versions.md says what may change when."""
+    kept = (ROOT / "tests" / "kept" / "api.txt").read_text("utf-8").splitlines()
+    assert interface.listed().splitlines() == kept, "if it is meant: .venv/bin/python tools/keep.py --api"
+
+
+@pytest.mark.parametrize("name", [name for name in livebass.__all__ if callable(getattr(livebass, name))])
+def test_examples_in_docstrings_give_what_they_say(name: str) -> None:
+    found = getattr(livebass, name)
+    if inspect.isclass(found) and issubclass(found, BaseException):
+        return
+    module = inspect.getmodule(found)
+    assert module
+    runner = doctest.DocTestRunner(optionflags=doctest.REPORT_NDIFF)
+    tests = doctest.DocTestFinder().find(found, name, module)
+    told = io.StringIO()
+    for test in tests:
+        runner.run(test, out=told.write)
+    assert runner.summarize(verbose=False).failed == 0, told.getvalue()
+    if inspect.isfunction(found):
+        assert any(test.examples for test in tests) == (name not in NO_EXAMPLE), "an example, or README shows it"
 
 
 def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
@@ -185,22 +215,10 @@ def test_the_package_says_that_it_is_typed() -> None:
     assert (ROOT / "livebass" / "py.typed").is_file()
 
 
-CONSUMER = """
-import numpy as np
-from numpy.typing import NDArray
-
-import livebass
-
-bass: livebass.Instrument = livebass.load_preset("slap")
-moved: livebass.Solved = livebass.simulate(bass, string="E", apex=1e-3)
-swept: livebass.Sweep = livebass.sweep("slap", "pluck.apex=1mm:2mm:3")
-found: livebass.Identified = livebass.identify(["a.wav"], bass)
-values: NDArray[np.float64] = swept.values("contacts")
-sound: NDArray[np.float64] = livebass.render_to_array(
-    bass, livebass.single_note(28, 100, 1.0, 48000), livebass.QUALITIES["live"]
-)
-pitch: livebass.Pitch = livebass.fundamental(sound[0], 48000)
-"""
+def test_the_program_of_a_user_has_every_public_name() -> None:
+    """tools/check runs mypy on it."""
+    assert set(re.findall(r"\blivebass\.(\w+)", PROGRAM.read_text("utf-8"))) == set(livebass.__all__)
+    assert "tests/program.py" in (ROOT / "pyproject.toml").read_text("utf-8").partition("[tool.mypy]")[2]
 
 
 @pytest.mark.slow
@@ -224,7 +242,7 @@ def test_a_consumer_of_the_installed_wheel_is_checked(tmp_path: Path) -> None:
         line = [sys.executable, "-m", "mypy", "--strict", "--python-executable", str(python), str(consumer)]
         return subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
 
-    right = checked(CONSUMER)
+    right = checked(PROGRAM.read_text("utf-8"))
     assert right.returncode == 0, right.stdout
-    wrong = checked(CONSUMER + '\nlivebass.simulate(bass, apex="1 mm")\n')
+    wrong = checked(PROGRAM.read_text("utf-8") + '\nlivebass.simulate(bass, apex="1 mm")\n')
     assert wrong.returncode == 1 and "arg-type" in wrong.stdout and len(wrong.stdout.splitlines()) == 2, wrong.stdout

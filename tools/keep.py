@@ -1,8 +1,9 @@
-"""Keeps files of this version that every later one must open: .venv/bin/python tools/keep.py
+"""Keeps files of this version that every later one must open: .venv/bin/python tools/keep.py [--api]
 
 Writes tests/kept/VERSION: a project's state in each plugin format, a take, a preset, a key map, a sound, a link, the
 settings of `play` and an instrument file, with digests of what they sound like. tests/test_kept.py opens all of them.
-Run it for each release; it replaces the folder of the same version.
+Run it for each release; it replaces the folder of the same version. With --api it only lists the public interface of
+Python, in tests/kept/api.txt, which tests/test_interface.py compares.
 """
 
 from __future__ import annotations
@@ -19,12 +20,13 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT)]
 
-from support import kept_files  # noqa: E402
+from support import interface, kept_files  # noqa: E402
 
 from livebass import __version__  # noqa: E402
 from livebass.formats import SOUND  # noqa: E402
 
 OTHER = "--sounds"  # prints only the sounds of this level
+API = "--api"  # lists only the public interface
 
 
 def digests(folder: Path) -> dict[str, Any]:
@@ -34,6 +36,9 @@ def digests(folder: Path) -> dict[str, Any]:
 
 def main() -> None:
     folder = ROOT / "tests" / "kept" / __version__
+    (folder.parent / "api.txt").write_text(interface.listed(), "utf-8")
+    if API in sys.argv:
+        return
     if OTHER in sys.argv:
         print(json.dumps(digests(folder)["sounds"]))
         return

@@ -45,6 +45,14 @@ def string_shape(s: Speaking, q: ArrayLike, x: ArrayLike) -> Floats:
 
     Returns:
         u, m, (..., n).
+
+    Example:
+        >>> from livebass import load_preset
+        >>> from livebass.model.instrument import speaking
+        >>> bass = load_preset("paper-g")
+        >>> open_g = speaking(bass.strings[0], bass.necks[0], fret=0)
+        >>> string_shape(open_g, [1e-3, 0.0, 0.0], [0.0, open_g.length / 2]).round(5)
+        array([0.     , 0.00152])
     """
     amplitude = np.asarray(q, np.float64)
     return amplitude @ modes.shapes(s, amplitude.shape[-1], np.asarray(x, np.float64)).T
@@ -94,6 +102,11 @@ def decay_rates(time_s: ArrayLike, energies: ArrayLike) -> Floats:
 
     Returns:
         sigma, 1/s, (modes,); NaN where fewer than two energies are positive.
+
+    Example:
+        >>> time_s = np.linspace(0, 1, 11)
+        >>> decay_rates(time_s, np.exp(-2 * np.outer(time_s, [3.0, 5.0])))
+        array([3., 5.])
     """
     t, e = np.asarray(time_s, np.float64), np.asarray(energies, np.float64)
     out = np.full(e.shape[1], np.nan)
@@ -112,6 +125,10 @@ def t60(damping: ArrayLike) -> Floats:
 
     Returns:
         s, of the same shape; infinite for sigma = 0.
+
+    Example:
+        >>> t60([1.0, 3.45])
+        array([6.90775528, 2.00224791])
     """
     sigma = np.asarray(damping, np.float64)
     return np.divide(T60_NEPERS, sigma, out=np.full(sigma.shape, np.inf), where=sigma > 0)

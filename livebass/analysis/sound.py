@@ -61,6 +61,12 @@ def spectrogram_db(
 
     Raises:
         ValueError: Silence, less than a window, more than one dimension, or a rate that is not above 0.
+
+    Example:
+        >>> tone = np.sin(2 * np.pi * 1000 * np.arange(24000) / 48000)
+        >>> found = spectrogram_db(tone, 48000)
+        >>> found.level_db.shape, float(found.level_db.max())
+        ((43, 1025), 0.0)
     """
     window, hop = _frames(rate, window, hop)
     amplitude = spectrogram(sound, rate, window, hop)
@@ -87,6 +93,11 @@ def characteristic_frequencies(sound: Floats, rate: float, window: int | None = 
 
     Raises:
         ValueError: Less than a window, more than one dimension, or a rate that is not above 0.
+
+    Example:
+        >>> tone = np.sin(2 * np.pi * 1000 * np.arange(24000) / 48000)
+        >>> characteristic_frequencies(tone, 48000)[:2].round(3)
+        array([1000., 1000.])
     """
     power = spectrogram(sound, rate, window, hop) ** 2
     nu = np.linspace(0.0, rate / 2, power.shape[1])
@@ -110,6 +121,10 @@ def resampled(sound: Floats, rate: int, to: int = PAPER_RATE) -> Floats:
 
     Raises:
         ValueError: Rates that are not whole and positive.
+
+    Example:
+        >>> resampled(np.ones(480), 48000).shape
+        (512,)
     """
     if rate < 1 or to < 1 or rate != int(rate) or to != int(to):
         raise refusal("rates", "whole and positive", f"{rate:g} Hz and {to:g} Hz")
@@ -154,6 +169,11 @@ def contactogram(
 
     Raises:
         ValueError: Arrays of different lengths.
+
+    Example:
+        >>> found = contactogram([0.002, 0.001], [1, 0], frets=[5, 6])
+        >>> found.time_s, found.fret
+        (array([0.001, 0.002]), array([5, 6]))
     """
     time, index = np.asarray(contact_time_s, np.float64), np.asarray(contact_index, np.int64)
     release = np.full(time.shape, np.nan) if release_s is None else np.asarray(release_s, np.float64)
@@ -221,6 +241,11 @@ def fundamental(
 
     Raises:
         ValueError: Limits other than 0 < least < most < rate / 4, or a sound shorter than a frame.
+
+    Example:
+        >>> low_e = np.sin(2 * np.pi * 41.2 * np.arange(24000) / 48000)
+        >>> float(np.median(fundamental(low_e, 48000).frequency_hz).round(3))
+        41.2
     """
     if not 0 < least < most < rate / 4:
         raise refusal("range of the pitch", f"ascending between 0 and {rate / 4:g} Hz", f"{least:g} to {most:g} Hz")
@@ -276,6 +301,11 @@ def loudness(sound: ArrayLike, rate: int) -> float:
 
     Raises:
         ValueError: More than one dimension.
+
+    Example:
+        >>> tone = np.sin(2 * np.pi * 997 * np.arange(48000) / 48000)
+        >>> round(loudness(tone, 48000), 2)
+        -3.05
     """
     meter = LoudnessMeter(rate)
     meter.add(_one_channel(sound))
@@ -288,6 +318,10 @@ def relative_variation(frequency_hz: Floats, reference_hz: float) -> Floats:
     Args:
         frequency_hz: nu(t), Hz, of any shape.
         reference_hz: nu_r, Hz; in the paper the first eigenfrequency.
+
+    Example:
+        >>> relative_variation(np.array([98.0, 99.0]), 98.0).round(4)
+        array([0.    , 0.0102])
     """
     return (np.asarray(frequency_hz, np.float64) - reference_hz) / reference_hz
 

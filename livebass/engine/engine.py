@@ -183,6 +183,13 @@ class Engine(Playing):
     """A bass that plays at an audio rate.
 
     The same messages at the same frames give the same samples, in blocks of any sizes.
+
+    Example:
+        >>> from livebass import QUALITIES, load_preset
+        >>> engine = Engine(load_preset("slap"), QUALITIES["live"], 48000)
+        >>> engine.send(np.array([0]), np.array([[0x90, 28, 100]], np.uint8))  # the open E string
+        >>> engine.process(64).shape, engine.sounding(), engine.frame
+        ((4, 64), True, 64)
     """
 
     coarse: Quality | None = None  # for strings under overload

@@ -198,6 +198,12 @@ def render_to_array(
 
     Raises:
         ValueError: A `tail` that is not a time, or a neck that nobody could play.
+
+    Example:
+        >>> from livebass import QUALITIES, load_preset, single_note
+        >>> low_e = single_note(28, 100, 0.1, 48000)
+        >>> render_to_array(load_preset("slap"), low_e, QUALITIES["live"], tail=0.1).shape
+        (4, 9600)
     """
     score = with_low_notes(score, instrument)
     player = _player(instrument, score, quality, seed, basses)

@@ -72,6 +72,12 @@ def simulate(
 
     Raises:
         ValueError: A value out of its limits.
+
+    Example:
+        >>> from livebass import QUALITIES, load_preset
+        >>> moved = simulate(load_preset("paper-g"), duration=0.05, quality=QUALITIES["live"])
+        >>> moved.displacement().shape, moved.contacts.fret.size > 100
+        ((2206,), True)
     """
     trial = _trial(instrument, Asked(**pluck), rate, solver, shape_at, states=True)
     return Solved(trial, _solve(trial, solver))

@@ -117,6 +117,12 @@ def sweep(
     Raises:
         ValueError: An invalid key, value or pluck. It is raised before anything is computed.
         ChildProcessError: Processes died.
+
+    Example:
+        >>> from livebass import QUALITIES
+        >>> found = sweep("paper-g", "pluck.fret=0:2:3", duration=0.01, quality=QUALITIES["live"])
+        >>> found.values("contacts").shape
+        (3,)
     """
     texts = [vary] if isinstance(vary, str) else list(vary)
     if not texts:

@@ -66,6 +66,10 @@ def quality_with(name: str, modes: int | None = None, contact_rate: float | None
 
     Raises:
         ValueError: An unknown tier, or a value out of these limits.
+
+    Example:
+        >>> quality_with("studio", modes=64).modes
+        64
     """
     one_of("quality", name, QUALITIES)
     quality = QUALITIES[name]

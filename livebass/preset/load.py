@@ -23,7 +23,12 @@ LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 
 
 def preset_names() -> list[str]:
-    """Returns the names of the shipped basses, sorted."""
+    """Returns the names of the shipped basses, sorted.
+
+    Example:
+        >>> "slap" in preset_names()
+        True
+    """
     return _names_in(shipped())
 
 
@@ -56,6 +61,11 @@ def load_preset(
 
     Raises:
         PresetError: The file cannot be read, or something in it is wrong; or an argument is.
+
+    Example:
+        >>> bass = load_preset("jazz-finger", tuning="drop-d")
+        >>> len(bass.strings), bass.frets, bass.note_range
+        (4, 20, (26, 63))
     """
     listed = temperament if temperament is None or isinstance(temperament, str) else list(temperament)
     given = {"tuning": tuning, "capo": capo, "a4": a4, "temperament": listed}

@@ -48,6 +48,10 @@ def demo_score(rate: int, style: str = "finger") -> Score:
 
     Raises:
         ValueError: Another style.
+
+    Example:
+        >>> demo_score(48000, "slap").notes
+        43
     """
     one_of("style", style, STYLES)
     if style == "techniques":

@@ -94,6 +94,11 @@ def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:
 
     Raises:
         ValueError: As `score_of`.
+
+    Example:
+        >>> single_note(28, 100, 0.5, 48000).messages
+        array([[144,  28, 100],
+               [128,  28,  64]], dtype=uint8)
     """
     return score_of([(0.0, duration, note, velocity)], rate, name=f"note {note}")
 
@@ -116,6 +121,11 @@ def score_of(
 
     Raises:
         ValueError: A value out of these limits.
+
+    Example:
+        >>> score = score_of([(0.0, 0.25, 28, 100), (0.5, 0.25, 33, 80)], rate=48000)
+        >>> score.notes, score.end_frame
+        (2, 36000)
     """
     checked_rate(rate)
     events: list[Event] = []

@@ -11,6 +11,7 @@ import gzip
 import hashlib
 import json
 import math
+import os
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -58,8 +59,8 @@ POLICIES = {
 
 
 def export_page(
-    basses: dict[str, Instrument], folder: Path, single: bool = False, quality: str = "live", sources: Sources = NONE,
-    more: Mapping[str, Any] = NOTHING, element: bool = False,
+    basses: dict[str, Instrument], folder: str | os.PathLike[str], single: bool = False, quality: str = "live",
+    sources: Sources = NONE, more: Mapping[str, Any] = NOTHING, element: bool = False,
 ) -> Path:  # fmt: skip
     """Writes a page that plays basses in a browser.
 
@@ -88,8 +89,8 @@ def export_page(
         files = page_files(basses, quality, sources, {**more, "offline": True})
         names = [quote(name) for name in files if name != INDEX]
         files |= public_files(names, digest_of({name: data for name, data in files.items() if name != INDEX}))
-    write_files(folder, files, is_page)
-    return folder / (SINGLE if single else INDEX)
+    write_files(Path(folder), files, is_page)
+    return Path(folder) / (SINGLE if single else INDEX)
 
 
 def revisions_of(source: Source | None, name: str) -> dict[str, Any]:
