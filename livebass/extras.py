@@ -9,6 +9,7 @@ import shlex
 import sys
 from pathlib import Path
 
+REFERENCE = "reference"  # an extra of wheels, with the compiler that livebass needs elsewhere (tools/wheels.py)
 USES = (  # what needs packages beside those of livebass itself: the extras, all of which it needs
     ("`play`, `devices`, `bench latency`, `fit --guide --record`", "live"),
     ("`play --osc`", "live,osc"),
@@ -20,7 +21,16 @@ USES = (  # what needs packages beside those of livebass itself: the extras, all
     ("`fit --no-page`", "analysis,fit"),
     ("`study sweep --scheduler`, and `fit --scheduler` besides", "cluster"),
     ("`export vst3`, `clap`, `lv2` without a C compiler, or for other systems", "export"),
+    ("`simulate --solver reference`, `study claims`, `bench render`, of a wheel", REFERENCE),
 )
+
+
+def installed(package: str) -> str:
+    """The version of an installed package; "none" without it."""
+    try:
+        return importlib.metadata.version(package)
+    except importlib.metadata.PackageNotFoundError:
+        return "none"
 
 
 def install(extras: str) -> str:

@@ -540,10 +540,10 @@ def test_flags_of_operations_have_one_order() -> None:
     assert "fadd arcp nsz reassoc double" in done.stdout
 
 
-def test_shortcuts_through_numba_change_no_text() -> None:
+def test_naming_records_once_changes_no_text() -> None:
     code = (
         "import sys; from livebass.compiling import lowering; from livebass.kernels.pickup.coil import fit_coil\n"
-        "if sys.argv[1:]: lowering.shortcuts = lambda: None\n"
+        "if sys.argv[1:]: lowering.name_records_once = lambda: None\n"
         "import json; print(json.dumps(lowering.compiled([fit_coil])))"
     )
     made = [

@@ -6,10 +6,15 @@ import importlib.metadata
 import importlib.util
 import shlex
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
+from support.programs import load
 
-from livebass.extras import install
+from livebass.extras import REFERENCE, install
+
+ROOT = Path(__file__).parents[1]
 
 STATED = ["numpy>=1.26", "sounddevice>=0.5; extra == 'live'", 'JACK-Client ; extra == "live"', "scipy; extra == 'x'"]
 
@@ -47,3 +52,14 @@ def test_it_is_that_of_the_program_that_installed_livebass(
     monkeypatch.setattr(sys, "prefix", prefix)
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: object() if pip else None)
     assert install("live").startswith(begins)
+
+
+def test_a_wheel_has_numba_in_an_extra_and_a_checkout_needs_it() -> None:
+    wheels, text = load("wheels"), (ROOT / "pyproject.toml").read_text("utf-8")
+    before, after = (tomllib.loads(one)["project"] for one in (text, wheels.without_compiler(text)))
+    (numba,) = (one for one in before["dependencies"] if one.startswith("numba"))
+    assert "<" in numba, "bounded above: lowering.py replaces parts of numba"
+    assert after["dependencies"] == [one for one in before["dependencies"] if one != numba]
+    assert after["optional-dependencies"] == {REFERENCE: [numba]} | before["optional-dependencies"]
+    with pytest.raises(ValueError, match="numba must be in one line, not in 2"):
+        wheels.without_compiler(text.replace('    "numpy', f'    "{numba}",\n    "numpy'))

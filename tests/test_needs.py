@@ -13,7 +13,7 @@ import pytest
 from support.command import Run, assert_one_clear_line
 from support.tabs import as_gp5, beats, note, tab
 
-from livebass.extras import USES, install, requirements
+from livebass.extras import REFERENCE, USES, install, requirements
 
 ROOT = Path(__file__).parents[1]
 RECORDING = str(ROOT / "tests/identification/recordings/picked-g.flac")
@@ -89,9 +89,9 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_table_has_every_extra_and_every_case_has_its_row() -> None:
     listed = {extras for _, extras in USES}
-    assert {extra for extras in listed for extra in extras.split(",")} == set(EXTRAS)
+    assert {extra for extras in listed for extra in extras.split(",")} == {*EXTRAS, REFERENCE}
     assert {extras for extras, *_ in (*NEEDED, *WORKS, *SLOWLY)} - {""} <= listed
-    assert listed - {extras for extras, *_ in NEEDED} == {"live,osc"}, "its message is in tests/live/test_rig.py"
+    assert listed - {extras for extras, *_ in NEEDED} == {"live,osc", REFERENCE}, "test_rig.py, and below"
 
 
 CASES = [
@@ -124,6 +124,35 @@ def works(extras: str, line: tuple[str, ...], written: str | None) -> None:
     done = subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True, timeout=300, env=env)
     assert done.returncode == 0, done.stderr
     assert "install" not in done.stderr and (written is None or Path(written).stat().st_size)
+
+
+def without_numba(*line: str) -> subprocess.CompletedProcess[str]:
+    """Runs a command as an installation from a wheel would: kernels are compiled, and nothing can compile others."""
+    code = BLOCKED.format(blocked=["llvmlite", "numba"])
+    return subprocess.run([sys.executable, "-c", code, *line], capture_output=True, text=True, timeout=300)
+
+
+@pytest.mark.parametrize("line", [
+    ("simulate", "--duration", "50ms", "-q", "live", "-o", "pluck"),
+    ("study", "sweep", *TWO, "--no-picture"),
+    ("render", "--demo", "-q", "live", "-o", "demo.wav"),
+    ("--version",),
+])  # fmt: skip
+def test_compiled_kernels_need_no_compiler(line: tuple[str, ...]) -> None:
+    done = without_numba(*line)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("line", [
+    ("simulate", "--solver", "reference", "--duration", "50ms", "-o", "pluck"),
+    ("study", "claims", "b-first-contact"),
+    ("bench", "render"),
+])  # fmt: skip
+def test_the_reference_solver_says_that_it_needs_numba(line: tuple[str, ...]) -> None:
+    done = without_numba(*line)
+    assert_one_clear_line(done.returncode, done.stderr, (1,))
+    assert done.stderr.rstrip().endswith(f"the reference solver needs numba: {install(REFERENCE)}")
+    assert not Path("pluck").exists()
 
 
 @pytest.mark.parametrize(("extras", "line", "written"), WORKS, ids=str)

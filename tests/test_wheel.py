@@ -46,6 +46,12 @@ def built(installed: Path, kind: str) -> list[Path]:
     return sorted((installed / "livebass" / "built").glob(f"{kind}*"))
 
 
+def test_what_it_needs_has_no_compiler(installed: Path) -> None:
+    (metadata,) = installed.glob("*.dist-info/METADATA")
+    needs = re.findall(r"^Requires-Dist: (numba.*|llvmlite.*)$", metadata.read_text("utf-8"), re.MULTILINE)
+    assert len(needs) == 1 and "extra == 'reference'" in needs[0].replace('"', "'")
+
+
 def test_a_library_for_each_level_and_the_plugins(installed: Path) -> None:
     levels = [level for level, kind in emitter.LEVELS.items() if kind.machine == platform.machine()]
     names = [path.name for path in built(installed, "kernels-")]

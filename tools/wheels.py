@@ -9,6 +9,7 @@ without Python, hold the same plugins and page (zips.py); the page is also a fil
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import subprocess
 import sys
@@ -24,6 +25,7 @@ from livebass.bounds import either
 from livebass.cli.shelf import names_of
 from livebass.compiling import store
 from livebass.cores import core_count
+from livebass.extras import REFERENCE
 from livebass.plugin import build as plugins
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import SYSTEMS, System
@@ -64,7 +66,8 @@ def wheel(system: System, objects: Path, binary: bytes, page: bytes, out: Path) 
             library(objects, system, level, built)
         (built / plugins.name_of(system)).write_bytes(store.sealed(binary))
         (built / pages.BUILT.name).write_bytes(store.sealed(page))
-        with (tree / "pyproject.toml").open("a") as project:
+        with (tree / "pyproject.toml").open("w") as project:
+            project.write(without_compiler((ROOT / "pyproject.toml").read_text()))
             project.write('\n[tool.hatch.build.targets.wheel.hooks.custom]\npath = "tag.py"\n')
         (tree / "tag.py").write_text(
             "from hatchling.builders.hooks.plugin.interface import BuildHookInterface\n"
@@ -80,6 +83,19 @@ def wheel(system: System, objects: Path, binary: bytes, page: bytes, out: Path) 
             sys.exit(f"tools/wheel: hatchling: {done.stderr.strip()}")
         (file,) = made.glob("*.whl")
         return Path(shutil.move(file, out / file.name))
+
+
+def without_compiler(project: str) -> str:
+    """The text of pyproject.toml with numba in an extra: kernels in a wheel are compiled.
+
+    Raises ValueError if numba is not in a line of its own.
+    """
+    lines = re.findall(r'^ +("numba[^"]*"),.*\n', project, re.MULTILINE)
+    if len(lines) != 1:
+        raise ValueError(f"pyproject.toml: numba must be in one line, not in {len(lines)}")
+    project = re.sub(r'^ +"numba[^"]*",.*\n', "", project, flags=re.MULTILINE)
+    head = "[project.optional-dependencies]\n"
+    return project.replace(head, f"{head}{REFERENCE} = [{lines[0]}]\n")
 
 
 def main() -> None:

@@ -9,7 +9,6 @@ import time
 from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from livebass import __version__
 from livebass.cores import core_count
 from livebass.engine.prepare import whole_contact_rate
+from livebass.extras import installed
 from livebass.model.quality import QUALITIES
 from livebass.model.trial import Trial, in_quality
 from livebass.paper.cases import CASES
@@ -88,7 +88,7 @@ def _machine() -> dict[str, Any]:
         "system": f"{platform.system()} {platform.machine()}",
         "python": platform.python_version(),
         "numpy": np.__version__,
-        "numba": version("numba"),
+        "numba": installed("numba"),
         "load_before": load,  # by processes already running
     }
 

@@ -19,12 +19,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import numba as nb
-from llvmlite import binding
-from numba.core import caching, event
-
 from livebass.compiling import FROM_SOURCE, Entry, store
+from livebass.extras import REFERENCE, install
 from livebass.interrupts import aside
+
+try:
+    import numba as nb
+    from llvmlite import binding
+    from numba.core import caching, event
+except ModuleNotFoundError as error:
+    if error.name not in ("numba", "llvmlite"):
+        raise
+    raise LookupError(f"the reference solver needs numba: {install(REFERENCE)}") from None
 
 LOG = logging.getLogger("livebass")
 

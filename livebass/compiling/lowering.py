@@ -20,7 +20,6 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import nullcontext
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -101,11 +100,11 @@ def names_in(text: str) -> Iterator[str]:
 def compiled(entries: Iterable[Entry], tell: processes.Progress = processes.silent) -> dict[str, dict[str, str]]:
     """Compiles entries: returns their gates, by entry, and the required definitions and declarations, by name.
 
-    Changes numba (`only_text`, `shortcuts`) and the garbage collector for this process.
+    Changes numba (`only_text`, `name_records_once`) and the garbage collector for this process.
     """
     gc.set_threshold(*COLLECTED)
     raw, declarations = only_text()
-    shortcuts()
+    name_records_once()
     from livebass.compiling import by_numba
 
     by_numba.tell_progress(tell, {function for entry in entries for function in reached(entry.function)})
@@ -213,47 +212,13 @@ def only_text() -> tuple[dict[str, str], dict[str, str]]:
     return definitions, declarations
 
 
-def shortcuts() -> None:
-    """Makes numba leave out, or do once, what changes no result: a fifth of its time."""
-    from numba.core import event, ir, targetconfig, types
-    from numba.core.typing import npydecl
+def name_records_once() -> None:
+    """Makes numba write the name of a record's type, which lists its fields, once: a tenth of its time."""
+    from numba.core import types
 
-    record: Any = types.Record  # numba asks for type names all the time; a record's lists its fields
-    described = record.__repr__
-    record.__repr__ = lambda self: (
-        self.__dict__.get("_described") or self.__dict__.setdefault("_described", described(self))
-    )
-    operator: Any = npydecl.NumpyRulesArrayOperator  # tries numpy's functions on numbers, and then wants an array
-    of_arrays = operator.generic
-    operator.generic = lambda self, arguments, named: (
-        of_arrays(self, arguments, named) if any(isinstance(a, types.ArrayCompatible) for a in arguments) else None
-    )
-    flags: Any = targetconfig.TargetConfig  # part of many keys
-    equal = flags.__eq__
-    flags.__eq__ = lambda self, other: self is other or equal(self, other)
-    flags.__hash__ = lambda self: hash(type(self))  # as numba's: it sorts the names of all flags, not their values
-    instruction: Any = ir.Inst
-    plain = {str, int, float, bool, type(None), ir.Loc}  # hold no variables
-
-    def look(value: Any, found: list[Any]) -> None:
-        if type(value) in plain:
-            return
-        if isinstance(value, ir.Var):
-            found.append(value)
-        elif isinstance(value, ir.Inst):
-            found += value.list_vars()
-        elif isinstance(value, list | tuple | dict):
-            for each in value.values() if isinstance(value, dict) else value:
-                look(each, found)
-
-    def variables(_: Any, value: Any) -> list[Any]:
-        found: list[Any] = []
-        look(value, found)
-        return found
-
-    instruction._rec_list_vars = variables
-    timing: Any = event
-    timing.install_timer = lambda kind, tell: nullcontext()
+    record: Any = types.Record
+    named = record.__repr__
+    record.__repr__ = lambda self: self.__dict__.get("_named") or self.__dict__.setdefault("_named", named(self))
 
 
 def internal(text: str) -> str:

@@ -15,7 +15,6 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from livebass import __version__
 from livebass.analysis.sound import PAPER_RATE
 from livebass.bounds import between, complaint, refusal, within
 from livebass.engine.prepare import pickups_under, whole_contact_rate
+from livebass.extras import installed
 from livebass.model.instrument import Coil, Instrument, Neck, Output
 from livebass.model.quality import ANGLE, APEX, AT, Limits
 from livebass.model.trial import Asked, Trial, checked_trial, in_quality, speaking_string
@@ -282,7 +282,7 @@ def program() -> str:
     """Identifies the program: livebass with a digest of its sources, and the libraries that may round differently."""
     sources = sorted(Path(__file__).parents[1].rglob("*.py"))
     digest = hashlib.sha256(b"".join(source.read_bytes() for source in sources)).hexdigest()[:12]
-    return f"livebass {__version__} ({digest}), numpy {version('numpy')}, numba {version('numba')}"
+    return f"livebass {__version__} ({digest}), numpy {installed('numpy')}, numba {installed('numba')}"
 
 
 def grid(settings: Settings, axes: Sequence[Axis]) -> list[Point]:
