@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support import another_version
+from support.another_version import MORE
 from support.hosts import FORMATS, HOSTS, Host
 from support.kept_files import FRAMES, NOTES, settle
 from support.picture import Host as Inner
-from support.picture import library
+from support.picture import library, shelf
 from support.states import bass_of, file_of, read, with_file, without_instrument, written
 
 from livebass import __version__, load_preset
@@ -235,6 +237,40 @@ def test_values_beyond_their_limits_are_held_there_with_a_word(plain: Inner, cap
     (said,) = capfd.readouterr().err.splitlines()
     assert said.endswith("held within the limits: gain, tone, action")
     assert (plain.value("tone"), plain.value("action")) == (1, 0.12)
+
+
+@pytest.fixture
+def other(tmp_path: Path) -> Iterator[Inner]:
+    """A build with one parameter more in the middle, and another name for one: a later version, or an earlier one."""
+    host = another_version.Host(shelf(tmp_path, ["jazz-finger"]), build=another_version.library())
+    yield host
+    host.close()
+
+
+def test_a_later_version_has_inserted_and_renamed_parameters(plain: Inner, other: Inner) -> None:
+    """Each value finds its own; the new one has its default."""
+    values = {"tone": -0.5, "gauge": 10.0, "wear": 120.0, "foam": 7.0, "cable": 300.0, "cores": 2.0}
+    for symbol, value in values.items():
+        plain.set(symbol, value)
+    other.set(another_version.EXTRA, 0.75)
+    assert other.load(plain.save())
+    found = {
+        symbol: other.value({another_version.HERE: another_version.THERE}.get(symbol, symbol)) for symbol in values
+    }
+    assert found == values and other.value(another_version.EXTRA) == MORE.usual
+    assert set(read(other.save())["A"]) == set(read(plain.save())["A"]) - {"wear"} | {"string_age", "growl"}
+
+
+def test_a_later_version_has_removed_parameters(plain: Inner, other: Inner, capfd: pytest.CaptureFixture[str]) -> None:
+    """As for any unknown word: it is reported, and stays in the project."""
+    for symbol, value in (("tone", 0.25), ("growl", 0.5), ("string_age", 120.0), ("foam", 7.0)):
+        other.set(symbol, value)
+    capfd.readouterr()
+    assert plain.load(other.save())
+    (said,) = capfd.readouterr().err.splitlines()
+    assert f"unknown to livebass {__version__}: growl, string_age" in said
+    assert (plain.value("tone"), plain.value("foam"), plain.value("wear")) == (0.25, 7.0, 0.0)
+    assert read(plain.save())["A"]["growl"] == "0.5"
 
 
 @pytest.mark.parametrize("kind", FORMATS)

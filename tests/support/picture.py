@@ -62,17 +62,22 @@ class Face(c.Structure):
 @functools.cache
 def library() -> Any:
     """The C of picture and instance with the kernels, built like the plugins."""
+    return loaded("picture")
+
+
+def loaded(product: str, *more: str) -> Any:
+    """The same under a name of its own, built with `more` arguments."""
     system = this_system()
 
     def make(folder: Path) -> bytes:
         flags = [flag for flag in build.FLAGS if flag not in ("-fvisibility=hidden", "-s")] + ["-DLB_CHECK_THREADS"]
-        command = [*build.compiler(system), *flags, *sources(folder, "picturehost"), *build.LINKING[system.ending]]
-        subprocess.run([*command, "-o", folder / "picture"], check=True)
+        command = [*build.compiler(system), *flags, *more, *sources(folder, "picturehost")]
+        subprocess.run([*command, *build.LINKING[system.ending], "-o", folder / "picture"], check=True)
         return (folder / "picture").read_bytes()
 
     with tempfile.TemporaryDirectory() as name:
         made = Path(name) / f"picture.{system.ending}"
-        made.write_bytes(kept("picture", make))
+        made.write_bytes(kept(product, make))
         found = c.CDLL(str(made))
     address, whole, real = c.c_void_p, c.c_int, c.c_double
     for name, result, arguments in (
@@ -149,54 +154,56 @@ class Move(c.Structure):
 class Host:
     """An instance that plays by itself."""
 
-    def __init__(self, folder: Path, rate: float = 48000.0) -> None:
-        self.address = library().new_host(str(folder).encode(), rate)
+    def __init__(self, folder: Path, rate: float = 48000.0, build: Any = None) -> None:
+        """`build`: another than `library`."""
+        self.library = build or library()
+        self.address = self.library.new_host(str(folder).encode(), rate)
         assert self.address
-        self.look = library().look_of_host(self.address)
+        self.look = self.library.look_of_host(self.address)
 
     def play(self, frames: int, block: int = 256) -> NDArray[np.float32]:
         """Plays in blocks."""
         out = np.zeros(frames, np.float32)
         for at in range(0, frames, block):
             n = min(block, frames - at)
-            library().play_host(self.address, out[at:].ctypes.data, n)
+            self.library.play_host(self.address, out[at:].ctypes.data, n)
         return out
 
     def note(self, on: bool, key: int, velocity: float = 0.8) -> None:
         """Starts or stops a note."""
-        library().note_host(self.address, on, key, velocity)
+        self.library.note_host(self.address, on, key, velocity)
 
     def midi(self, *message: int) -> None:
         """Sends MIDI of three bytes."""
-        library().lb_take_midi(self.address, 0, bytes(message), 3)
+        self.library.lb_take_midi(self.address, 0, bytes(message), 3)
 
     def touch(self, on: bool, string: int, key: int) -> None:
         """A hand in the window presses a string, or releases it."""
-        library().touch_host(self.address, on, string, key)
+        self.library.touch_host(self.address, on, string, key)
 
     def moves(self) -> list[tuple[int, int, float]]:
         """The changes to report to the host: (parameter, phase, value)."""
         found, move = [], Move()
-        while library().move_host(self.address, c.addressof(move)):
+        while self.library.move_host(self.address, c.addressof(move)):
             found.append((move.parameter, move.phase, move.value))
         return found
 
     def watch(self, on: bool) -> None:
         """A window opens, or closes."""
-        library().lb_watch(self.look, on)
+        self.library.lb_watch(self.look, on)
 
     def set(self, symbol: str, value: float) -> None:
         """Sets a parameter."""
-        library().set_host(self.address, number(symbol), value)
+        self.library.set_host(self.address, self.number(symbol), value)
 
     def value(self, symbol: str) -> float:
         """The value of a parameter."""
-        return float(library().host_value(self.address, number(symbol)))
+        return float(self.library.host_value(self.address, self.number(symbol)))
 
     def save(self) -> bytes:
         """Its state as hosts keep it."""
         count = c.c_size_t()
-        place = library().lb_new_state(self.address, c.byref(count))
+        place = self.library.lb_new_state(self.address, c.byref(count))
         made = c.string_at(place, count.value)
         c.CDLL(None).free(c.c_void_p(place))
         return made
@@ -204,23 +211,28 @@ class Host:
     def load(self, state: bytes) -> bool:
         """Loads a state; returns whether the instance took it."""
         room = np.frombuffer(state.ljust(len(state) + 16, b"\0")[: (len(state) + 15) // 8 * 8], np.uint64).copy()
-        return bool(library().lb_load_state(self.address, room.ctypes.data, len(state)))
+        return bool(self.library.lb_load_state(self.address, room.ctypes.data, len(state)))
 
     def sounds(self) -> list[str]:
         """The names of the user's sounds, from the folder."""
         return [
-            library().lb_sound_name(self.address, k).decode() for k in range(library().lb_list_sounds(self.address))
+            self.library.lb_sound_name(self.address, k).decode()
+            for k in range(self.library.lb_list_sounds(self.address))
         ]
 
     def save_sound(self) -> str | None:
         """Saves the current settings as a sound; returns its name."""
         room = c.create_string_buffer(256)
-        good = library().lb_save_sound(self.address, c.addressof(room), 256)
+        good = self.library.lb_save_sound(self.address, c.addressof(room), 256)
         return room.value.decode() if good else None
+
+    def number(self, symbol: str) -> int:
+        """The number of a parameter."""
+        return number(symbol)
 
     def close(self) -> None:
         """Frees it."""
-        library().free_host(self.address)
+        self.library.free_host(self.address)
 
 
 def number(symbol: str) -> int:
