@@ -10,12 +10,17 @@ from typing import Any
 
 from livebass import __version__
 from livebass.bounds import refusal
+from livebass.techniques import RENAMED as SYMBOLS
 
 SOUND = 1  # of the engine: a new number, and a line under "Sound" in the changelog, if a bass sounds otherwise
 FORMATS = {"preset": 1, "key map": 1, "settings": 1, "take": 1, "link": 1}
 KEY = "format"
 # By kind, keys that had another name in older versions: {old: new}, places such as "neck.relief"
-RENAMED: dict[str, dict[str, str]] = {"preset": {}, "key map": {}, "settings": {}}
+RENAMED: dict[str, dict[str, str]] = {
+    "preset": {f"{table}.{old}": f"{table}.{new}" for table in ("bench", "plugin") for old, new in SYMBOLS.items()},
+    "key map": {},
+    "settings": {},
+}
 
 
 def checked(kind: str, data: dict[str, Any]) -> dict[str, Any]:

@@ -80,4 +80,10 @@ def test_renamed_keys_are_read_and_named(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert "neck.hollow is called neck.relief now" in out and "title is called name now" in out
     file.write_text('like = "slap"\nname = "Mine"\n[neck]\nrelief = "0.4 mm"\n')
     assert load_preset(file) == old
+    monkeypatch.setitem(renamed, "preset", {"bench.string_height": "bench.action"})
+    made = []
+    for symbol in ("string_height", "action"):
+        file.write_text(f'like = "slap"\n[bench]\n{symbol} = -0.25\n')
+        made.append(load_preset(file))
+    assert made[0] == made[1] != load_preset("slap"), "a slider of a plugin, in a saved preset"
     assert "is called" not in run("presets", "check", file)[1]

@@ -18,7 +18,7 @@ from livebass.model.instrument import Instrument, Pickup
 from livebass.preset.load import load_preset, preset_tables
 from livebass.preset.source import is_path
 from livebass.rows import rows
-from livebass.techniques import OWN_PICKUPS, SLIDER_ROWS
+from livebass.techniques import OWN_PICKUPS, RENAMED, SLIDER_ROWS
 from livebass.units import DIMENSIONS
 
 
@@ -43,6 +43,7 @@ def bench(bass: Instrument, source: Source) -> dict[str, Any] | None:
         "like": Path(source.preset).name if is_path(source.preset) else source.preset,
         "head": head(bass, same, source),
         "sliders": list(sliders(bass)),
+        "renamed": RENAMED,
     }
 
 

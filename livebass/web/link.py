@@ -47,7 +47,8 @@ def check_link(link: str, basses: Mapping[str, Instrument], sources: Mapping[str
         raise ValueError(f"the link names no bass of this page that can be changed: {f'{key}={name}'[:40]}")
     limits = {slider["symbol"]: (slider["least"], slider["most"], slider["unit"]) for slider in known["sliders"]}
     limits |= {p.symbol: (p.least, p.most, p.unit) for p in PARAMETERS if event(p)}
-    for symbol, value in values:
+    for written, value in values:
+        symbol = known["renamed"].get(written, written)
         if symbol == KEY and value != str(FORMATS["link"]):
             raise ValueError(f"the link was made for a later livebass: this one reads format {FORMATS['link']}")
         if symbol == "revision":

@@ -125,7 +125,8 @@ export class Bench {
     const [[key, name], ...values] = said, bench = benches.get(name);
     if (key !== "like" || !bench) throw new Error(`the link names no bass of this page that can be changed: ${said[0].join("=").slice(0, 40)}`);
     const found = {name, values: {}, played: {}, ignored: /** @type {string[]} */ ([]), revision: undefined};
-    for (const [symbol, value] of values) {
+    for (const [written, value] of values) {
+      const symbol = bench.today(written);
       if (symbol === "format") checkFormat(value);
       if (symbol === "revision" && +value !== bench.bass.revision) found.revision = bench.earlier(value);
       if (symbol === "format" || BESIDES.includes(symbol)) continue;
@@ -141,6 +142,9 @@ export class Bench {
     const has = this.bass.revision === undefined ? "has no revisions" : `has revisions up to ${this.bass.revision}`;
     throw new Error(`the link is of revision ${text.slice(0, 9)} of ${this.bass.name}, which ${has} on this page`);
   }
+
+  // The present name of what an older version may have called otherwise.
+  today(/** @type {string} */ symbol) { return Object.hasOwn(this.of.renamed, symbol) ? this.of.renamed[symbol] : symbol; }
 
   // A slider or a parameter of the playing, with its limits; undefined: this bass has neither.
   limits(symbol) { return this.controls.get(symbol) ?? (Object.hasOwn(this.parameters, symbol) ? this.parameters[symbol] : undefined); }
@@ -184,8 +188,8 @@ export class Bench {
         found.name = bench.bass.name;
       } else if (!section && key === "format") checkFormat(value);
       else if (bench && !section && (key === "name" || key === "description")) continue;
-      else if (bench && key && section === "bench") found.values[key] = bench.read("preset", key, value);
-      else if (bench && key && section === "plugin") found.played[key] = bench.read("preset", key, value);
+      else if (bench && key && section === "bench") found.values[bench.today(key)] = bench.read("preset", bench.today(key), value);
+      else if (bench && key && section === "plugin") found.played[bench.today(key)] = bench.read("preset", bench.today(key), value);
       else if (bench?.of.head[section]?.[key] !== value) throw new Error(`a page opens presets that it or a plugin saved, and they have no such line: ${line.slice(0, 40)}`);
     }
     if (!bench) throw new Error("the preset does not say which bass it is like");
