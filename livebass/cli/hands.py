@@ -106,12 +106,15 @@ class Loader:
         self._asked = {name: options.pop(name) for name in SOUND}
         self._usual = self._with({})
 
-    def __call__(self, preset: str, given: Mapping[str, Any] | None = None) -> Instrument:
-        """Loads a preset; `given` options apply where the command has none. Raises PresetError."""
-        return (self._with(given) if given else self._usual)(preset)
+    def __call__(self, preset: str, given: Mapping[str, Any] | None = None, text: str = "") -> Instrument:
+        """Loads a preset; `given` options apply where the command has none. Raises PresetError.
 
-    def _with(self, given: Mapping[str, Any]) -> Callable[[str], Instrument]:
+        `text`: what the preset's file held, in place of what it holds.
+        """
+        return (self._with(given) if given else self._usual)(preset, text)
+
+    def _with(self, given: Mapping[str, Any]) -> Callable[[str, str], Instrument]:
         """Return a function that loads presets with these options added."""
         options = {name: given.get(name, v) if v is None or v is False else v for name, v in self._asked.items()}
         hands, tuning, behind = Hands.taken(options), tuning_of_options(options), Behind.taken(options)
-        return lambda preset: behind.put(hands.play(load_tuned(preset, tuning)))
+        return lambda preset, text: behind.put(hands.play(load_tuned(preset, tuning, text=text)))

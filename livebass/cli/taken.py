@@ -1,13 +1,14 @@
 """The basses that a take names: `play` writes them into the take, `render` and `play` load them.
 
 A take may come from anybody. Its texts choose only presets by name, existing preset files, and values that the
-command-line options allow.
+command-line options allow. What it kept of a preset file may name only responses and key maps that exist.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -56,8 +57,9 @@ def with_loaded(
             continue
         given, left_out = _given(bass, command)
         try:
-            made[bass.preset] = load(_checked(bass.preset), given)
-            lines += left_out
+            text, line = _kept(bass)
+            made[bass.preset] = load(bass.preset if text else _checked(bass.preset), given, text)
+            lines += [*line, *left_out]
         except ValueError as error:
             from livebass.preset.programs import PROGRAMS
 
@@ -99,6 +101,36 @@ def _checked(preset: str) -> str:
     elif not _is_file(preset, (".toml",)):
         raise ValueError("which is not there" if preset.endswith(".toml") else "which is no preset file, .toml")
     return preset
+
+
+def _kept(bass: TakenBass) -> tuple[str, list[str]]:
+    """The text of a preset file as the take kept it, and a line that says so; "" and none if the file is the same.
+
+    Files that it names are left out if they could be no response or key map. Raises PresetError.
+    """
+    from livebass.preset.like import PATHS
+    from livebass.preset.load import kept_text, parsed_text
+    from livebass.preset.revisions import toml_of
+    from livebass.preset.source import PresetError, is_path
+
+    if not bass.file or not is_path(bass.preset):
+        return "", []
+    why = "is not there any more"
+    if _is_file(bass.preset, (".toml",)):
+        why = "has changed since"
+        with suppress(PresetError):
+            if kept_text(bass.preset) == bass.file:
+                return "", []
+    tables = parsed_text(bass.preset, bass.file)
+    lines = [f"{bass.preset} {why}: the take plays on the bass that it kept"]
+    for section, key in PATHS:
+        table = tables.get(section)
+        path = table.get(key) if isinstance(table, dict) else None
+        named = isinstance(path, str) and (key == "response" or is_path(path))
+        if table and named and not _is_file(str(path), RESPONSES if key == "response" else (".toml",)):
+            tables = tables | {section: {name: value for name, value in table.items() if name != key}}
+            lines.append(f"its {key}, {str(path)[:LONGEST_SHOWN]}, is left out: there is no such file")
+    return toml_of(tables), lines
 
 
 def _is_file(path: str, endings: tuple[str, ...]) -> bool:

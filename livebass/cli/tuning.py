@@ -62,13 +62,16 @@ tuning_options = together(
 GIVEN = re.compile(rf"(?P<file>.+?): (?P<key>{'|'.join(TUNING_KEYS)})(?: =)?(?P<why> .*)")  # parts of an error
 
 
-def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNING_KEYS) -> Instrument:
-    """Loads a preset with a tuning. Raises PresetError, which names the option if a `given` one is at fault."""
-    from livebass.preset.load import load_preset
+def load_tuned(preset: str, tuning: dict[str, Any], given: Container[str] = TUNING_KEYS, text: str = "") -> Instrument:
+    """Loads a preset with a tuning; `text`: what its file held. Raises PresetError.
+
+    The error names the option if a `given` one is at fault.
+    """
+    from livebass.preset.load import load_kept, load_preset
     from livebass.preset.source import PresetError
 
     try:
-        return load_preset(preset, **tuning)
+        return load_kept(preset, text, **tuning) if text else load_preset(preset, **tuning)
     except PresetError as error:
         found = GIVEN.fullmatch(str(error))
         if found is None or tuning.get(found["key"]) is None or found["key"] not in given:

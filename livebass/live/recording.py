@@ -9,6 +9,7 @@ import io
 import logging
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Self
 
@@ -17,9 +18,10 @@ import mido
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
 from livebass.live.synth import LiveBass, Synth
+from livebass.preset.load import kept_text
 from livebass.preset.programs import program_of
 from livebass.preset.revisions import numbered
-from livebass.preset.source import is_path
+from livebass.preset.source import PresetError, is_path
 from livebass.score.reading import TAKE
 from livebass.score.score import PROGRAM
 from livebass.score.takes import text_of
@@ -173,6 +175,8 @@ class MidiRecorder(Take):
         checked_place(path)
         self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
         self._basses = [(0, preset)]  # (tick, preset)
+        self._files = dict[str, str]()  # by path: what preset files held when they were chosen
+        self._keep(preset)
         self._coming: list[tuple[str, LiveBass]] = []  # chosen presets whose basses have not begun
         synth.keep_messages()
 
@@ -205,7 +209,14 @@ class MidiRecorder(Take):
 
     def choose(self, preset: str, bass: LiveBass) -> None:
         """Notes that another preset plays from the first frame of its `bass`."""
+        self._keep(preset)
         self._coming.append((preset, bass))
+
+    def _keep(self, preset: str) -> None:
+        """Keeps the text of a preset file, which may change later."""
+        if is_path(preset):
+            with suppress(PresetError):  # it has vanished: the take names it
+                self._files[preset] = kept_text(preset)
 
     def _tick(self, frame: int) -> int:
         return round(frame * self.rate / self.synth.rate)
@@ -227,7 +238,8 @@ class MidiRecorder(Take):
         events: list[tuple[int, mido.Message | mido.MetaMessage]] = []
         for tick, preset in self._basses:
             named = os.path.abspath(preset) if is_path(preset) else numbered(preset)
-            events.append((tick, mido.MetaMessage("text", text=text_of(named, self.given(preset)))))
+            text = text_of(named, self.given(preset), self._files.get(preset, ""))
+            events.append((tick, mido.MetaMessage("text", text=text)))
             events += [(tick, mido.Message("program_change", channel=c, program=_program(preset))) for c in channels]
         for tick, status, first, second in played:
             data = [status, first] if status & 0xF0 == 0xD0 else [status, first, second]

@@ -42,10 +42,10 @@ def whole(label: str, data: Tables, read: Callable[[str], tuple[str, Tables]], d
         raise fault(label, "like", error, name) from None
     base = whole(base_label, base, read, deep + 1)
     own = {key: value for key, value in data.items() if key != "like"}
-    return _merged(label, _with_paths(base_label, base), own)
+    return _merged(label, with_paths(base_label, base), own)
 
 
-def _with_paths(label: str, base: Tables) -> Tables:
+def with_paths(label: str, base: Tables) -> Tables:
     """`base`, of a file, with absolute paths."""
     for section, key in PATHS:
         table = base.get(section)

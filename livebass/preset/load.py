@@ -14,7 +14,7 @@ from livebass.model.instrument import Instrument
 from livebass.preset import revisions
 from livebass.preset.build import Builder
 from livebass.preset.keys import KEYS, Key, allowed, unknown_name
-from livebass.preset.like import whole
+from livebass.preset.like import whole, with_paths
 from livebass.preset.sounds import sound_names, sound_text
 from livebass.preset.source import decoded, file_bytes, is_path, parsed, shipped
 from livebass.rows import REQUIRED
@@ -76,6 +76,16 @@ def load_preset(
     return Builder(label).instrument(data | given)
 
 
+def load_kept(path: str, text: str, **tuning: Any) -> Instrument:
+    """Loads a bass from the `text` that its file had (`kept_text`); `path` is where that was. Raises PresetError."""
+    return Builder(path).instrument(parsed_text(path, text) | tuning)
+
+
+def kept_text(path: str) -> str:
+    """The text of a preset file with the tables of its base, and absolute paths. Raises PresetError."""
+    return revisions.toml_of(with_paths(*preset_tables(path)))
+
+
 @cache
 def _as_shipped(name: str) -> Instrument:
     """The bass of a shipped preset, made once."""
@@ -111,7 +121,7 @@ def preset_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, 
 def own_tables(name_or_path: str | os.PathLike[str]) -> tuple[str, dict[str, Any]]:
     """The file's name for messages, and its own tables only, parsed but not checked. Raises PresetError."""
     label, text = preset_source(name_or_path)
-    return label, _parse(label, text)
+    return label, parsed_text(label, text)
 
 
 def renamed_keys(name_or_path: str | os.PathLike[str]) -> list[str]:
@@ -172,5 +182,6 @@ def preset_source(name_or_path: str | os.PathLike[str]) -> tuple[str, str]:
     return label, decoded(label, raw, "preset")
 
 
-def _parse(label: str, text: str) -> dict[str, Any]:
+def parsed_text(label: str, text: str) -> dict[str, Any]:
+    """The tables of a preset's text, parsed but not checked; `label`: its file. Raises PresetError."""
     return parsed(label, text, "preset", "name, [neck] and [[string]], or like")

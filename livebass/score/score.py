@@ -47,6 +47,7 @@ class TakenBass:
     program: int  # selects it in the score, from 0
     preset: str  # a name or a path, which need not exist
     given: Mapping[str, str]  # options of `livebass play` that changed it, by name, as typed
+    file: str = ""  # the text of a preset file, as it was; "": not kept
 
 
 @dataclass(frozen=True, eq=False)

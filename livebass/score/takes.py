@@ -1,7 +1,8 @@
 """The basses of a take: texts in its MIDI file, each where its bass starts to play.
 
-A text is MARK and a JSON object: "format" unless it is 1, "preset", a name or a path, and the options of
-`livebass play` that changed the bass. This file does not trust the texts: any file may contain them.
+A text is MARK and a JSON object: "format" unless it is 1, "preset", a name or a path, "file", what a preset file held
+when it played, and the options of `livebass play` that changed the bass. This file does not trust the texts: any file
+may contain them.
 """
 
 from __future__ import annotations
@@ -20,9 +21,13 @@ LONGEST = 1 << 16  # characters of a text
 LAST_PROGRAM = 127
 
 
-def text_of(preset: str, given: Mapping[str, str]) -> str:
-    """The ASCII text that names a bass: `preset` is a name or a path, `given` options by name."""
-    return MARK + json.dumps({"preset": preset, **given})
+def text_of(preset: str, given: Mapping[str, str], file: str = "") -> str:
+    """The ASCII text that names a bass: `preset` is a name or a path, `given` options by name.
+
+    file: the text of a preset file; left out if it is too long.
+    """
+    text = MARK + json.dumps({"preset": preset, **({"file": file} if file else {}), **given})
+    return text if len(text) <= LONGEST or not file else text_of(preset, given)
 
 
 def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
@@ -57,8 +62,8 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
     )
 
 
-def _told(text: str) -> tuple[str, dict[str, str]] | None:
-    """The preset and the options in a text; None if invalid."""
+def _told(text: str) -> tuple[str, dict[str, str], str] | None:
+    """The preset, the options and the preset's text in a text; None if invalid."""
     if len(text) > LONGEST:
         return None
     try:
@@ -70,8 +75,8 @@ def _told(text: str) -> tuple[str, dict[str, str]] | None:
     number = told.pop(KEY, "1")
     if not number.isascii() or not number.isdigit() or int(number) > FORMATS["take"]:
         return None
-    preset = told.pop("preset", "")
-    return (preset, told) if preset else None
+    preset, file = told.pop("preset", ""), told.pop("file", "")
+    return (preset, told, file) if preset else None
 
 
 def _program_at(score: Score, frame: int, taken: set[int]) -> int | None:

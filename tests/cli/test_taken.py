@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +16,11 @@ from support.engine import FakeEngine
 
 from livebass.live.settings import Settings
 from livebass.model.instrument import Instrument
-from livebass.preset.load import load_preset
+from livebass.preset.load import kept_text, load_preset
+from livebass.preset.revisions import toml_of
 from livebass.score.reading import TAKE, read_score
 from livebass.score.score import LEAST_RATE
-from livebass.score.takes import text_of
+from livebass.score.takes import LONGEST, text_of
 from livebass.smf import MARK
 
 PRESETS = ["paper-fretless", "jazz-finger", "flatwound", "slap"]  # General MIDI has the second and the fourth
@@ -98,6 +100,71 @@ def test_the_command_line_goes_before_the_take(played: list[Instrument], run: Ru
     status, _, err = run("render", "take.mid", "-p", "slap")
     assert status == 0 and [bass.name for bass in played] == [load_preset("slap").name]
     assert played[0].a4 == 440 and err.count("\n") == 1
+
+
+def own_preset() -> tuple[str, str]:
+    """A preset file like another one, and its text as a take keeps it."""
+    Path("base.toml").write_text('like = "slap"\n[neck]\nrelief = "0.5 mm"\n')
+    Path("mine.toml").write_text('like = "base.toml"\nname = "Mine"\n[effects]\ndrive = 0.25\n')
+    path = os.path.abspath("mine.toml")
+    return path, kept_text(path)
+
+
+def test_a_take_keeps_a_preset_file(played: list[Instrument], run: Run) -> None:
+    """It plays on the bass as it was after the file, or one that it is like, has changed or is gone, with a word."""
+    path, text = own_preset()
+    take((0, text_of(path, {"capo": "2"}, text)))
+    wanted = load_preset(path, capo=2)
+    assert wanted.effects.drive == 0.25 and wanted.necks != load_preset("slap", capo=2).necks
+    for change, why in (
+        (lambda: None, ""),
+        (lambda: Path("base.toml").write_text('like = "slap"\n'), "has changed since"),
+        (lambda: Path("mine.toml").write_text("is = ["), "has changed since"),
+        (lambda: [Path(name).unlink() for name in ("mine.toml", "base.toml")], "is not there any more"),
+    ):
+        change()
+        played.clear()
+        status, _, err = run("render", "take.mid")
+        assert status == 0 and played[0] == wanted, why
+        said = f"take.mid: {path} {why}: the take plays on the bass that it kept"
+        assert (said in err.splitlines()) == bool(why) and ("kept" in err) == bool(why)
+
+
+@pytest.mark.parametrize(
+    "change, says",
+    [
+        ({"effects": {"response": "/etc/passwd"}}, "its response, /etc/passwd, is left out: there is no such file"),
+        ({"effects": {"response": "//nowhere/a.wav"}}, "its response, //nowhere/a.wav, is left out"),
+        ({"effects": {"response": "here.wav"}}, "its response, here.wav, is left out"),
+        ({"player": {"keys": "/etc/passwd"}}, "its keys, /etc/passwd, is left out"),
+        ({"player": {"keys": "mine.toml"}}, "its keys, mine.toml, is left out"),
+        ({"effects": 3, "player": 4}, "must be a table"),
+        ({"neck": {"relief": "9 km"}}, "neck.relief"),
+        ("is = [", "not TOML"),
+        ('[[string]]\nname = "E"\n', "name: missing"),
+        ('like = "/etc/passwd"\n', "name: missing"),
+        ('like = "slap"\n', "name: missing"),
+    ],
+)
+def test_a_file_in_a_take_is_not_trusted(
+    played: list[Instrument], run: Run, change: dict[str, Any] | str, says: str
+) -> None:
+    """It plays without the files that it may not name, or another bass does."""
+    path, text = own_preset()
+    Path("here.wav").write_bytes(b"RIFF")
+    tables = tomllib.loads(text)
+    Path("mine.toml").write_text("")
+    take((0, text_of(path, {}, change if isinstance(change, str) else toml_of(tables | change))))
+    status, _, err = run("render", "take.mid")
+    assert status == 0 and says in err, err
+    assert all(line.isprintable() for line in err.splitlines())
+    own = "is left out" in says
+    assert [bass.name for bass in played] == ["Mine" if own else load_preset("jazz-finger").name]
+    assert own != err.splitlines()[0].endswith(": jazz-finger plays instead")
+
+
+def test_a_long_preset_file_is_not_kept() -> None:
+    assert "file" not in text_of("/a.toml", {}, "#" * LONGEST) and "file" in text_of("/a.toml", {}, "#" * 1000)
 
 
 OUTSIDE = {

@@ -30,6 +30,7 @@ from livebass.live.parameters import NUMBERS
 from livebass.live.recording import Given, MidiRecorder
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
+from livebass.preset.load import kept_text
 from livebass.preset.revisions import numbered
 from livebass.score.reading import TAKE
 from livebass.score.score import PROGRAM, Score
@@ -200,6 +201,17 @@ def test_a_take_with_other_basses_sounds_as_it_was_heard(mode: str, tmp_path: Pa
     for k, (begin, end) in enumerate(((20_224, 72_000), (100_096, 120_000))):
         kept = offline_alone(score, begin)
         assert np.abs(sound[begin:end] - kept[begin:end]).max() > 1e-3, (k, "another bass is heard")
+
+
+def test_a_take_keeps_the_files_of_its_presets(tmp_path: Path) -> None:
+    """As they were when they were chosen."""
+    file = tmp_path / "mine.toml"
+    file.write_text('like = "slap"\n[neck]\nrelief = "0.5 mm"\n')
+    text = kept_text(str(file))
+    live(tmp_path / "take.mid", [(100, 0x90, 40, 100)], 4000, 256, [(1000, str(file))])
+    file.write_text('like = "slap"\n')
+    kept = [(bass.preset, bass.file) for bass in read_score(tmp_path / "take.mid", RATE).basses]
+    assert kept == [("jazz-finger@1", ""), (str(file), text)] and kept_text(str(file)) != text
 
 
 def offline_alone(score: Score, frame: int) -> Floats:
