@@ -16,6 +16,7 @@ import sys
 import venv
 import zipfile
 from collections.abc import Callable
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,11 @@ def test_names_and_signatures_are_those_that_were_kept() -> None:
     """A change here is a change of what users rely on: docs/versions.md says what may change when."""
     kept = (ROOT / "tests" / "kept" / "api.txt").read_text("utf-8").splitlines()
     assert interface.listed().splitlines() == kept, "if it is meant: .venv/bin/python tools/keep.py --api"
+
+
+def test_results_are_read_only() -> None:
+    found = [kind for name in livebass.__all__ if is_dataclass(kind := getattr(livebass, name))]
+    assert len(found) > 10 and all(kind.__dataclass_params__.frozen for kind in found)
 
 
 @pytest.mark.parametrize("name", [name for name in livebass.__all__ if callable(getattr(livebass, name))])
