@@ -21,7 +21,7 @@ USES = (  # what needs packages beside those of livebass itself: the extras, all
     ("`fit --no-page`", "analysis,fit"),
     ("`study sweep --scheduler`, and `fit --scheduler` besides", "cluster"),
     ("`export vst3`, `clap`, `lv2` without a C compiler, or for other systems", "export"),
-    ("`simulate --solver reference`, `study claims`, `bench render`, if installed from a wheel", REFERENCE),
+    ("`simulate --solver reference`, `study claims`, `bench render`, from a wheel", REFERENCE),
 )
 
 
