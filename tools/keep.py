@@ -36,11 +36,11 @@ def digests(folder: Path) -> dict[str, Any]:
 
 def main() -> None:
     folder = ROOT / "tests" / "kept" / __version__
-    (folder.parent / "api.txt").write_text(interface.listed(), "utf-8")
-    if API in sys.argv:
-        return
     if OTHER in sys.argv:
         print(json.dumps(digests(folder)["sounds"]))
+        return
+    (folder.parent / "api.txt").write_text(interface.listed(), "utf-8")
+    if API in sys.argv:
         return
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)

@@ -34,6 +34,7 @@ from livebass.web import build as pages
 from livebass.web.export import page_files, single_page
 
 ROOT = Path(__file__).parents[1]
+NUMBA = re.compile(r'^ +("numba[^"]*"),.*\n', re.MULTILINE)  # the line of pyproject.toml
 
 
 def library(objects: Path, system: System, level: str, out: Path) -> None:
@@ -90,12 +91,11 @@ def without_compiler(project: str) -> str:
 
     Raises ValueError if numba is not in a line of its own.
     """
-    lines = re.findall(r'^ +("numba[^"]*"),.*\n', project, re.MULTILINE)
+    lines = NUMBA.findall(project)
     if len(lines) != 1:
         raise ValueError(f"pyproject.toml: numba must be in one line, not in {len(lines)}")
-    project = re.sub(r'^ +"numba[^"]*",.*\n', "", project, flags=re.MULTILINE)
     head = "[project.optional-dependencies]\n"
-    return project.replace(head, f"{head}{REFERENCE} = [{lines[0]}]\n")
+    return NUMBA.sub("", project).replace(head, f"{head}{REFERENCE} = [{lines[0]}]\n")
 
 
 def main() -> None:

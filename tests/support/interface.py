@@ -39,7 +39,7 @@ def constructor(kind: type) -> str:
 def members(kind: type) -> Iterator[str]:
     """The public fields, properties and methods of a class, in order of name; of an engine, those of `Playing`."""
     bases = [Playing] if issubclass(kind, Playing) else [b for b in kind.__mro__ if b.__module__.startswith("livebass")]
-    hints = {name: hint for base in reversed(bases) for name, hint in vars(base).get("__annotations__", {}).items()}
+    hints = {name: hint for base in reversed(bases) for name, hint in inspect.get_annotations(base).items()}
     for name in sorted({name for base in bases for name in vars(base)} | set(hints)):
         if name.startswith("_"):
             continue

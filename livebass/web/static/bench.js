@@ -181,6 +181,7 @@ export class Bench {
     const found = {name: "", values: {}, played: {}};
     for (const line of text.split(/\r?\n/).map(line => line.replace(/#.*/, "").trim()).filter(line => line)) {
       const [, header] = /^\[(\w+)\]$/.exec(line) || [], [, key, value] = /^(\w+)\s*=\s*(.+)$/.exec(line) || [];
+      const symbol = bench && key && bench.today(key);
       if (header) section = header;
       else if (!section && key === "like") {
         bench = [...benches.values()].find(({of}) => JSON.stringify(of.like) === value);
@@ -188,8 +189,8 @@ export class Bench {
         found.name = bench.bass.name;
       } else if (!section && key === "format") checkFormat(value);
       else if (bench && !section && (key === "name" || key === "description")) continue;
-      else if (bench && key && section === "bench") found.values[bench.today(key)] = bench.read("preset", bench.today(key), value);
-      else if (bench && key && section === "plugin") found.played[bench.today(key)] = bench.read("preset", bench.today(key), value);
+      else if (symbol && section === "bench") found.values[symbol] = bench.read("preset", symbol, value);
+      else if (symbol && section === "plugin") found.played[symbol] = bench.read("preset", symbol, value);
       else if (bench?.of.head[section]?.[key] !== value) throw new Error(`a page opens presets that it or a plugin saved, and they have no such line: ${line.slice(0, 40)}`);
     }
     if (!bench) throw new Error("the preset does not say which bass it is like");
