@@ -1,0 +1,58 @@
+"""Records of a score in memory: what a Standard MIDI File holds, row by row, and what is odd about it."""
+
+import numpy as np
+
+NO_CHANNEL = -1
+
+# The header of a file, and the number of its rows
+FILE = np.dtype(
+    [
+        ("kind", "i8"),  # 0, 1 or 2
+        ("promised", "i8"),  # tracks, by the header
+        ("tracks", "i8"),  # that were read
+        ("played", "i8"),  # the track that plays of a file of patterns; -1: all
+        ("per_quarter", "i8"),  # ticks; 0 if time is in SMPTE frames
+        ("per_second", "i8", (2,)),  # ticks: numerator, denominator; (0, 1) if time is in quarter notes
+        ("end", "i8"),  # tick of the last track to end
+        ("messages", "i8"),  # number of rows of each kind
+        ("tempos", "i8"),
+        ("meters", "i8"),
+        ("exclusives", "i8"),
+        ("texts", "i8"),
+        ("remarks", "i8"),
+        ("error", "i8"),  # code; 0: none
+        ("numbers", "i8", (6,)),  # of the error
+    ],
+    align=True,
+)
+
+# A channel message; rows are sorted by tick, track and place in the track
+MESSAGE = np.dtype(
+    [
+        ("tick", "i8"),
+        ("track", "i4"),  # from 0
+        ("port", "i2"),  # from 0
+        ("status", "u1"),
+        ("first", "u1"),  # data byte: a note, a controller or a program ...
+        ("second", "u1"),  # ... a velocity or a value; 0 if the message has none
+    ],
+    align=True,
+)
+
+TEMPO = np.dtype([("tick", "i8"), ("us", "i8")])  # us per quarter note; rows by tick
+METER = np.dtype([("tick", "i8"), ("over", "i8"), ("under", "i8")])  # a bar has 4 * over / under quarter notes; by tick
+EXCLUSIVE = np.dtype([("tick", "i8"), ("port", "i8"), ("at", "i8"), ("size", "i8")])  # bytes without F0 and F7; by tick
+
+# A text, or a name of a track, its instrument or one of its channels
+TEXT = np.dtype(
+    [
+        ("tick", "i8"),
+        ("track", "i8"),
+        ("channel", "i8"),  # of a channel's name; NO_CHANNEL: of the track
+        ("kind", "i8"),  # number of the meta event
+        ("at", "i8"),  # its bytes
+        ("size", "i8"),
+    ]
+)
+
+REMARK = np.dtype([("code", "i8"), ("numbers", "i8", (6,))])  # what is odd, and its numbers: the shells have the words
