@@ -50,7 +50,9 @@ def test_what_cannot_be_joined_is_refused(modules: dict[str, str], says: str) ->
 def test_no_module_is_left_out() -> None:
     """Each file of the page is in one of its scripts; the audio thread and the worker share files where they can."""
     scripts = {entry: joined(entry) for entry in ENTRIES}
-    for file in STATIC.glob("*.js"):
+    files = list(STATIC.rglob("*.js"))
+    assert len({file.name for file in files}) == len(files) > 40
+    for file in files:
         if file.name in PUBLIC:  # scripts of their own
             continue
         assert any(f"const ${file.stem} = " in script for script in scripts.values()), file.name

@@ -326,7 +326,7 @@ interface PageState {
   lastLook: number;
   lastSaid: number;
   early: PressedKey[];
-  song?: import("../../livebass/web/static/song.js").Song;
+  song?: import("../../livebass/web/static/score/song.js").Song;
   rolls?: Roll;
   tape?: Float32Array<ArrayBuffer>[];
   responseFile?: ResponseFile;
