@@ -94,29 +94,55 @@ def pytest_sessionfinish() -> None:
 
 # Names used by a test, its fixtures or its file's functions if it has a browser, a server, a host or a screen
 REAL_PARTS = {"chromium", "firefox", "running_screen", "lasting_server", "needs_ardour", "needs_wine"}
-REAL_FILES = ("tests/live/test_desktop.py", "tests/test_wheel.py")
+REAL_FILES = ("tests/real/jack/test_desktop.py", "tests/real/programs/test_wheel.py")
 # Names, and modules they come from, used by a test that runs the plugin in a host within its own process
 HOSTED_PARTS = {"HOSTS", "pedalboard", "support.clap", "support.lv2", "support.picture", "support.vst3"}
 TIMED, WAITS = "timed", "waits in "  # the scope of real tests in real time; begins those of the other real tests
 REAL_AT_ONCE = 2  # scopes of real tests, so that browsers and servers do not wait for each other
 # Only one worker of a session has a JACK server
-IN_REAL_TIME = ("tests/live/", "tests/bench/", "tests/plugin/test_jalv.py", "tests/web/test_watch.py")
+IN_REAL_TIME = ("tests/real/jack/", "tests/unit/live/", "tests/unit/bench/", "tests/unit/web/test_watch.py")
 # Products that tests need, by folder or file; a process makes them while other tests run
-WITHOUT_KERNELS = ("tests/identification/", "tests/reference/", "tests/analysis/")
-NEEDED_PRODUCTS = {"plugin": ("tests/plugin/", "tests/cli/test_export.py"), "module": ("tests/web/",)}
+WITHOUT_KERNELS = ("tests/unit/identification/", "tests/unit/reference/", "tests/unit/analysis/")
+NEEDED_PRODUCTS = {
+    "plugin": (
+        "tests/unit/plugin/", "tests/hosted/", "tests/real/host/", "tests/real/window/",
+        "tests/promises/cli/test_export.py",
+    ),
+    "module": ("tests/unit/web/", "tests/real/browser/"),
+}  # fmt: skip
 # The order of files: those without kernels, then the longest, so no worker is left with one at the end
 NEXT = (
-    "tests/test_compiling.py", "tests/live/test_play.py", "tests/fitting/test_fit.py", "tests/plugin/test_promises.py",
-    "tests/preset/test_idle.py", "tests/bench/test_live.py", "tests/engine/hands/test_hands_by_force.py",
-    "tests/live/test_live.py", "tests/plugin/test_clap.py", "tests/export/test_sfz.py", "tests/engine/test_pinned.py",
-    "tests/engine/player/test_playing.py", "tests/plugin/test_lv2.py", "tests/engine/player/test_evenness.py",
-    "tests/preset/test_preset.py", "tests/comparison/test_notes.py", "tests/engine/hands/test_touch.py",
-    "tests/engine/string/test_turned.py", "tests/cli/test_streams.py", "tests/experiment/test_sweep.py",
+    "tests/unit/compiling/test_compiling.py",
+    "tests/unit/live/test_play.py",
+    "tests/unit/fitting/test_fit.py",
+    "tests/hosted/test_promises.py",
+    "tests/unit/preset/test_idle.py",
+    "tests/unit/bench/test_live.py",
+    "tests/unit/engine/hands/test_hands_by_force.py",
+    "tests/unit/live/test_live.py",
+    "tests/hosted/test_clap.py",
+    "tests/unit/export/test_sfz.py",
+    "tests/unit/engine/test_pinned.py",
+    "tests/unit/engine/player/test_playing.py",
+    "tests/hosted/test_lv2.py",
+    "tests/unit/engine/player/test_evenness.py",
+    "tests/unit/preset/test_preset.py",
+    "tests/unit/comparison/test_notes.py",
+    "tests/unit/engine/hands/test_touch.py",
+    "tests/unit/engine/string/test_turned.py",
+    "tests/promises/cli/test_streams.py",
+    "tests/unit/experiment/test_sweep.py",
 )  # fmt: skip
 # The same of real tests
 LONGEST_REAL = (
-    "tests/web/test_page.py", "tests/web/test_bench.py", "tests/web/test_controls.py", "tests/plugin/test_window.py",
-    "tests/plugin/test_ardour.py", "tests/web/test_replay.py", "tests/web/test_seen.py", "tests/web/test_tab.py",
+    "tests/real/browser/test_page.py",
+    "tests/real/browser/test_bench.py",
+    "tests/real/browser/test_controls.py",
+    "tests/real/window/test_window.py",
+    "tests/real/host/test_ardour.py",
+    "tests/real/browser/test_replay.py",
+    "tests/real/browser/test_seen.py",
+    "tests/real/browser/test_tab.py",
 )  # fmt: skip
 
 
