@@ -156,7 +156,7 @@ import livebass.live.synth  # noqa: F401
 from livebass.compiling.library import library
 
 CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library()("choose_mutant"))
-OPTIONS = ["-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
+OPTIONS = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
 PARENT = os.getppid()
 
 

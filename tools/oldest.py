@@ -25,7 +25,7 @@ from typing import Any
 from run import name_of, project, requirements
 
 ROOT = Path(__file__).parents[1]
-TESTS = ("-n", "2", "--no-loadscope-reorder", "-m", "not slow and not real and not hosted")
+TESTS = ("-n", "2", "-m", "not slow and not real and not hosted")
 DEMOS = ("preset", "techniques")
 HELPS = "from support.helps import main; main()"
 

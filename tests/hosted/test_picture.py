@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import ctypes as c
 import random
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +37,6 @@ from support.picture import (
     number,
     shelf,
 )
-from support.places import TOOLS
 from support.plugins import RATE
 
 from livebass import load_preset
@@ -46,7 +44,6 @@ from livebass.arrays import Floats
 from livebass.kernels.player.performer import HELD
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
-from livebass.plugin.build import C
 from livebass.plugin.instrument import write_instrument
 from livebass.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
 
@@ -766,18 +763,6 @@ def test_a_look_is_never_torn() -> None:
 
 
 # --- letters ---
-
-
-def test_letters_are_those_of_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The tool's output from the font bundled with matplotlib, whose licence is beside it."""
-    matplotlib = pytest.importorskip("matplotlib")
-    pytest.importorskip("fontTools")
-    monkeypatch.syspath_prepend(str(TOOLS))
-    header: Callable[[Path], str] = __import__("glyphs").header
-    fonts = Path(matplotlib.get_data_path()) / "fonts/ttf"
-    assert header(fonts / "DejaVuSans.ttf") == (C / "glyphs.h").read_text()
-    assert (C / "DEJAVU.txt").read_text() == (fonts / "LICENSE_DEJAVU").read_text()
-    sys.modules.pop("glyphs", None)
 
 
 # --- the pages, the bench's side view, the keyboard ---

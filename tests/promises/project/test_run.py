@@ -157,15 +157,3 @@ def test_every_test_of_a_fixture_that_no_compiler_builds_is_skipped(tmp_path: Pa
     line = [sys.executable, "-m", "pytest", "-p", "support.needs", "-p", "no:cacheprovider", "-q", "-rs", tmp_path]
     done = subprocess.run(line, env=env, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "3 skipped" in done.stdout and "needs a C compiler (Debian: gcc libc6-dev)" in done.stdout, done.stdout
-
-
-@pytest.mark.real
-def test_a_bare_system_has_nothing_of_this_one() -> None:
-    """It is a user's, has Python, and neither a compiler nor JACK; the command's status is passed on."""
-    if os.name != "posix" or os.getuid() or not shutil.which("dpkg-query") or not shutil.which("unshare"):
-        needs.missing("root on Debian")
-    look = "id -u; ls -A ~; python3 -c 'import ensurepip, venv'; which cc gcc jackd; touch /tmp/a /dev/shm/b; exit 7"
-    done = subprocess.run(
-        [ROOT / "tools/bare", "bash", "-c", look], capture_output=True, text=True, check=False, timeout=300
-    )
-    assert (done.returncode, done.stdout.split(), done.stderr) == (7, ["1000", "checkout"], "")

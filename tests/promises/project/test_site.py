@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import inspect
-import json
 import re
 import sys
-import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
-from support.browser import chromium, served, wait
-from support.needs import package
 from support.places import ROOT
 from support.programs import load
+from support.site import built
 
 import livebass
 from livebass.cli.help import PAGES
@@ -27,13 +24,13 @@ FUNCTIONS = [name for name in livebass.__all__ if inspect.isfunction(getattr(liv
 
 
 @pytest.fixture(scope="module")
-def links() -> ModuleType:
-    return load("links")
+def site() -> Any:
+    return load("site")
 
 
 @pytest.fixture(scope="module")
-def site() -> Any:
-    return load("site")
+def links() -> ModuleType:
+    return load("links")
 
 
 def written(folder: Path, files: dict[str, str]) -> Path:
@@ -266,22 +263,6 @@ def test_a_planted_fault_is_found(links: Any, tmp_path: Path, file: str, planted
     assert links.check(site)[0] == [fault]
 
 
-# Elements that reach beyond the window. Code and tables may: each scrolls by itself
-WIDE = """
-return [...document.querySelectorAll("main *")]
-  .filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest("pre, .pst-scrollable-table-container"))
-  .map(e => `${e.tagName} ${e.textContent.slice(0, 40)}`).concat(innerWidth > 390 ? [`window ${innerWidth}`] : []);
-"""
-
-
-def built(site: Any, folder: Path) -> Path:
-    """The whole site, built into a folder. Skips the test without the packages of the extra `site`."""
-    for name in site.NEEDED:
-        package(name, "")
-    site.build(folder)
-    return folder
-
-
 @pytest.mark.slow
 def test_two_builds_are_equal_byte_for_byte(site: Any, tmp_path: Path) -> None:
     found = []
@@ -292,35 +273,3 @@ def test_two_builds_are_equal_byte_for_byte(site: Any, tmp_path: Path) -> None:
     page = found[0]["api/rendering.html"].decode()
     assert 'id="livebass.render_to_file"' in page and str(tmp_path) not in page
     assert {"index.html", "play/index.html", "handbook/playing.html", "searchindex.js", ".nojekyll"} <= set(found[0])
-
-
-@pytest.mark.real
-def test_a_browser_shows_every_page_on_phones_and_plays(site: Any, tmp_path: Path) -> None:
-    """No page is wider than a phone, logs an error or loads from elsewhere; search finds; the live page sounds."""
-    logs = {"browser": "ALL", "performance": "ALL"}
-    with chromium(tmp_path / "profile", loggingPrefs=logs) as driver, served(built(site, tmp_path / "site")) as address:
-        size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
-        driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
-        pages = [file.relative_to(tmp_path / "site").as_posix() for file in sorted(tmp_path.glob("site/**/*.html"))]
-        wide = []
-        for page in pages:
-            driver.get(f"{address}/{page}")
-            wide += [f"{page}: {element}" for element in driver.execute_script(WIDE)]
-        assert wide == [] and len(pages) > 25
-        driver.get(f"{address}/search.html?q=render_to_file")
-        wait(lambda: "render_to_file" in driver.find_element("id", "search-results").text)
-        driver.get(f"{address}/index.html")
-        driver.find_element("css selector", ".open-page a").click()
-        wait(lambda: driver.execute_script("return document.querySelector('button.fret[data-fret=\"5\"]')"))
-        wait(lambda: level(driver) not in ("", "silent"))
-        assert [line for line in driver.get_log("browser") if line["level"] == "SEVERE"] == []
-        messages = [json.loads(line["message"])["message"] for line in driver.get_log("performance")]
-        sent = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
-        assert [url for url in sent if url.startswith(("http", "ws")) and not url.startswith(address)] == []
-
-
-def level(driver: Any) -> str:
-    """Presses a fret, and returns what the meter of the live page says a moment later."""
-    driver.find_element("css selector", 'button.fret[data-fret="5"]').click()
-    time.sleep(0.2)
-    return str(driver.find_element("id", "level-text").text)

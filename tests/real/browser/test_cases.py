@@ -17,7 +17,7 @@ from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.paper.figures.studies import PLAYER, run_studies
 from livebass.paper.figures.study import Findings, Study
 from livebass.web.bench import Source
-from livebass.web.export import export_page, shown_cases
+from livebass.web.export import export_page
 
 TIMES = (1e-3, 3.8e-3, 5e-3)  # s after the release
 MADE = """
@@ -86,12 +86,6 @@ def test_buttons_play_and_show_the_cases(page: Any) -> None:
 def test_a_case_that_there_is_not_is_told(page: Any) -> None:
     page.execute_script("location.hash = '#case=z'")
     wait(lambda: "no case of this page: case=z" in page.find_element("id", "said").text)
-
-
-def test_only_the_string_of_the_paper_itself_has_cases() -> None:
-    bass = load_preset(PRESET)
-    assert [case["symbol"] for case in shown_cases(bass, Source(PRESET))] == list(PLAYED)
-    assert not shown_cases(bass, None) and not shown_cases(bass, Source("jazz-finger"))
 
 
 def test_a_study_opened_from_disk_shows_and_plays_its_case(tmp_path: Path) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import http.server
-import json
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +11,6 @@ from typing import Any
 
 import pytest
 from support.browser import COPIED, MADE_HERE, chromium, open_page, wait
-from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
 from livebass.web.bench import Source
@@ -92,21 +90,6 @@ def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tm
     assert browser.execute_script("return bench().values.action") == -0.5
     said = browser.find_element("id", "said").text
     assert said == "The bass is as the link says. Ignored: utm_source, fbclid, utm_medium."
-
-
-@pytest.mark.parametrize("address", ["example.org", "ftp://example.org", "https://", "https://a b", '">', ""])
-def test_a_wrong_address_is_refused(run: Run, tmp_path: Path, address: str) -> None:
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address)
-    assert_one_clear_line(status, err, (2,))
-    assert "https://example.org/bass/" in err and not (tmp_path / "page").exists()
-
-
-def test_the_command_takes_an_address(run: Run, tmp_path: Path) -> None:
-    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", f"{ADDRESS}#case=b")
-    assert status == 0, err
-    assert json.loads((tmp_path / "page" / "manifest.webmanifest").read_text("utf-8"))["start_url"] == "./"
-    assert is_page(list((tmp_path / "page").iterdir()))
-    assert f'<link rel="canonical" href="{ADDRESS}">' in (tmp_path / "page" / "index.html").read_text("utf-8")
 
 
 def test_an_export_plays_offline_once_it_was_open(browser: Any, tmp_path: Path) -> None:

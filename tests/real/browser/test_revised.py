@@ -126,19 +126,3 @@ def test_a_slider_that_had_another_name_is_found(opened: Any, monkeypatch: pytes
     read = "bench().constructor.fromToml(arguments[0], benches).values"
     assert "action = -0.2" in toml
     assert driver.execute_script(f"return {read}", toml.replace("action =", "string_height =")) == {"action": -0.2}
-
-
-@pytest.mark.parametrize("name, number", [("slap", "2"), ("slap", "0"), ("slap", "x"), ("mine", "1")])
-def test_the_command_refuses_revisions_that_are_not_there(name: str, number: str) -> None:
-    bass, source = load_preset("slap"), Source("slap")
-    basses, sources = {name: bass}, {name: source}
-    check_link(f"like={name}&tone=0", basses, sources)
-    has = "has revisions up to 1" if name == "slap" else "has no revisions"
-    with pytest.raises(ValueError, match=f"of revision {number} of {name}, which {has} on this page"):
-        check_link(f"like={name}&revision={number}", basses, sources)
-    with pytest.raises(ValueError, match="made for a later livebass"):
-        check_link(f"like={name}&format=2", basses, sources)
-
-
-def test_the_command_takes_those_that_are() -> None:
-    check_link("like=slap&revision=1&format=1", {"slap": load_preset("slap")}, {"slap": Source("slap")})

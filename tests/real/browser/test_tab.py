@@ -12,19 +12,16 @@ from typing import Any
 import numpy as np
 import pytest
 from support.browser import chromium, open_page, sized, wait
-from support.command import Run
-from support.tabs import as_gp5, beats, note, tab
+from support.tabs import as_gp5, beats, note, song, tab
 
 from livebass.cli.hands import SOUND, Loader
-from livebass.preset.load import load_preset
-from livebass.tab.model import NATURAL, Tab
 from livebass.tab.reading import Asked, arranged
 from livebass.web.export import page_files
 from livebass.web.serve import OPENS, PageServer
 from livebass.web.tab import Opener, tab_data
 
-RATE = 48000
 LOAD = Loader(dict.fromkeys(SOUND))
+RATE = 48000
 # The notes that the page hears of: frame, string, fret; and what it tells the bass
 HEARD = """
   globalThis.heard = [];
@@ -46,17 +43,6 @@ COVERED = """
     return height < 36 || document.elementFromPoint(left + width / 2, top + height / 2) !== e;
   }).map(e => e.ariaLabel || e.textContent);
 """
-
-
-def song() -> Tab:
-    """Four bars; the second has a hammer-on, a pop and a harmonic."""
-    signs = note(3, 7, technique="pop"), note(2, 12, harmonic=NATURAL, node=12.0)
-    piece = tab(
-        beats(note(0, 3), note(0, 5)), beats(note(1, 5, hammer=True), note(1, 7), *signs),
-        beats(note(2, 5)), beats(note(0, 0)), tuning=(26, 33, 38, 43), bpm=240.0,
-    )  # fmt: skip
-    piece.bars[1].name = "Riff"
-    return piece
 
 
 @pytest.fixture(scope="module")
@@ -202,25 +188,3 @@ def test_the_server_opens_files_for_its_own_page_only(page: str) -> None:
         except urllib.error.HTTPError as error:
             assert error.code == status
             assert status == 403 or error.read().decode() == "a.gp5: is not a tablature"
-
-
-def test_a_page_is_exported_with_its_tablature_and_bass(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "song.gp5").write_bytes(as_gp5(song()))
-    status, _, err = run("export", "web", "--tab", str(tmp_path / "song.gp5"), "-o", str(tmp_path / "page"), "--single")
-    assert status == 0 and "plays track 1" in err, err
-    html = (tmp_path / "page" / "livebass.html").read_text("utf-8")
-    data = json.loads(html.split('id="page">')[1].split("</script>")[0])
-    assert [bass["name"] for bass in data["basses"]] == ["jazz-finger"]
-    assert [string["note"] for string in data["basses"][0]["strings"]] == [26, 33, 38, 43]
-    assert data["tab"]["bars"][1] == [1.0, 2, "Riff"] and data["tab"]["strokes"][1] == [0.25, 0.5, 0, 5, "pluck"]
-    status, _, err = run("export", "web", "--track", "2", "-o", str(tmp_path / "other"))
-    assert status == 2 and "--track is for a --tab" in err
-
-
-def test_the_bass_of_the_page_plays_a_tablature_in_its_tuning() -> None:
-    basses = {"jazz-finger": load_preset("jazz-finger")}
-    files: dict[str, bytes] = {}
-    opener = Opener(basses, files, LOAD)
-    assert opener.open(as_gp5(tab(beats(note(0, 3)))), "a.gp5")["bass"] == "jazz-finger" and not files
-    assert opener.open(as_gp5(song()), "b.gp5")["shown"]["title"].endswith("D1 A1 D2 G2")
-    assert opener.open(as_gp5(song()), "b.gp5")["bass"] == "jazz-finger-2" and len(files) == 1

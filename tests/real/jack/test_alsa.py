@@ -10,17 +10,16 @@ from typing import Any
 
 import pytest
 from support.jack import wait_for
+from support.live import OFF, ON
 
 from livebass.live.midi import MidiPort, port_names
 from livebass.live.synth import Synth
 from livebass.live.systemmidi import ALSA_CLIENTS
 from livebass.live.thread.ring import pop_messages, unread
 
-pytestmark = [
-    pytest.mark.real,
-    pytest.mark.skipif(not Path("/dev/snd/seq").exists(), reason="there is no ALSA sequencer here: /dev/snd/seq"),
-]
-ON, OFF = [0x90, 40, 100], [0x80, 40, 0]
+pytestmark = pytest.mark.skipif(
+    not Path("/dev/snd/seq").exists(), reason="there is no ALSA sequencer here: /dev/snd/seq"
+)
 # Sends a note a millisecond until it is killed
 FLOOD = """
 import time, supriya_midi as m

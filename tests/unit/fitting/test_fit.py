@@ -14,18 +14,24 @@ import pytest
 import soundfile
 from support.command import Run, assert_one_clear_line
 from support.costs import of_each_kind
+from support.fits import problem_of, real_notes
+
+from livebass.comparison.notes import Note
+from livebass.fitting.notes import Place
+from livebass.fitting.problem import Problem
 
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
-from livebass.comparison.notes import Note, spread
+from support.fits import BASE, KNOWN, LOSS, NAME, PLACES, TONE, TRUTH
+
+from livebass.comparison.notes import spread
 from livebass.engine.engine import Engine
-from livebass.experiment.workers import connected, lasting
 from livebass.fitting import bounds, estimates, judge, plan, search
 from livebass.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
-from livebass.fitting.notes import Place, Recorded
+from livebass.fitting.notes import Recorded
 from livebass.fitting.page import _in_words
 from livebass.fitting.playing import USUAL_RATE, played, velocity_of
-from livebass.fitting.problem import HOPELESS, Problem, Trial, solved
+from livebass.fitting.problem import HOPELESS, solved
 from livebass.fitting.request import Fit
 from livebass.fitting.target import Difference, heard, searched
 from livebass.fitting.written import changed, preset_text
@@ -34,25 +40,15 @@ from livebass.preset.build import Builder
 from livebass.preset.load import load_preset, preset_names, preset_tables
 from livebass.report.progress import Say
 
-NAME = "jazz-finger"
-BASE = preset_tables(NAME)[1]
-TONE = next(f for f in FREE if f.key == "tone")
-LOSS = next(f for f in FREE if f.key == "thermoelastic")
-TRUTH = (1.2e-3, 0.4)  # loss, tone
-PLACES = (Place(33, "E", 0), Place(45, "", 1))
-KNOWN = Problem(NAME, BASE, "fingers", 2, dict.fromkeys(PLACES, ()), (LOSS, TONE))
-
 
 @pytest.fixture(scope="module")
 def real() -> dict[Place, Note]:
-    """Notes of the base preset with other numbers, by another player."""
-    return KNOWN.play(TRUTH, PLACES, seed=5)
+    return real_notes()
 
 
 @pytest.fixture(scope="module")
 def problem(real: dict[Place, Note]) -> Problem:
-    theirs = {p: (heard(n.sound, n.rate, n.pitch, searched("fingers")),) for p, n in real.items()}
-    return Problem(NAME, BASE, "fingers", 2, theirs, (LOSS, TONE))
+    return problem_of(real)
 
 
 def test_the_score_falls_towards_the_truth(problem: Problem) -> None:
@@ -287,19 +283,6 @@ def test_the_page_says_it_in_one_sentence_and_shows_before_and_after(run: Run, f
     assert out.strip().rstrip(".") in page and "my-bass 0.0 dB" in out
     for said in ("before: ", "after: a", "What the fit moved", "<audio", "Spectrograms", "The best score"):
         assert said in page
-
-
-@pytest.mark.real
-def test_processes_and_a_cluster_give_the_same_scores(problem: Problem, tmp_path: Path) -> None:
-    distributed = pytest.importorskip("distributed")
-    tasks = [Trial(problem, (0.2, u), f"trial {u}") for u in (0.3, 0.6)]
-    here = {task.name: solved(task.work) for task in tasks}
-    with lasting(2, solved, print) as compute:
-        assert {task.name: found for task, found in compute(tasks)} == here
-    with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address=None, local_directory=str(tmp_path), silence_logs=60
-    ) as cluster, connected(cluster.scheduler_address, solved) as compute:  # fmt: skip
-        assert {task.name: found for task, found in compute(tasks)} == here
 
 
 @pytest.mark.usefixtures("quick")

@@ -7,8 +7,6 @@ import json
 import logging
 import os
 import platform
-import re
-import resource
 import signal
 import subprocess
 import sys
@@ -26,10 +24,9 @@ from support.command import Run, assert_one_clear_line
 from support.costs import quick
 from support.fakejack import PERIOD, fake_jack
 from support.hands import of_any
-from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
+from support.jack import PATIENCE, wait_for
 from support.live import QUICK, RATE, jack_session, offline, played_on, session_of, synth_and_device
 from support.places import TESTS
-from support.terminal import InTerminal
 
 from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.cli.console import Console, LogFile, logged
@@ -322,27 +319,6 @@ print(json.dumps([said, bool(sound.any()), str(take.kept)]))
     sound, _ = soundfile.read(file)
     assert np.abs(sound).max() > 0.05 and len(sound) > 25000
     assert os.listdir(tmp_path) == [file.name]
-
-
-def test_a_full_disk_ends_with_status_1(server: SimpleNamespace, tmp_path: Path) -> None:
-    """No file may grow beyond 100 kB; the session plays on until it is ended."""
-    take, log = tmp_path / "take.wav", tmp_path / "log"
-
-    def limit() -> None:
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-
-    process = livebass("play", "--backend", "jack", "--record", take, "--log", log, preexec_fn=limit)
-    try:
-        wait_for_log(log, "are kept", process=process)
-        assert process.poll() is None
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=PATIENCE)
-    finally:
-        process.kill()
-    assert process.returncode == 1
-    assert err.splitlines()[-1].startswith("livebass: error: not all was recorded: ") and "take.wav" in err
-    assert soundfile.info(take).frames > 25000
 
 
 def test_what_was_played_is_kept_as_a_midi_file(tmp_path: Path, run: Run) -> None:
@@ -839,73 +815,6 @@ def test_a_system_without_single_keys_says_so(
     assert not keys.active and len(caplog.messages) == 1 and "computer keyboard" in caplog.messages[0]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_playing_in_a_narrow_terminal(server: SimpleNamespace, number: signal.Signals) -> None:
-    terminal = InTerminal("play", "--quality", "live", columns=44)
-    try:
-        terminal.wait("jazz-finger   load")
-        assert not terminal.cooked
-        terminal.type("zq")  # both, though they arrive together
-        terminal.wait("E2(D:2")
-        terminal.type("\x1b[A\t")  # an arrow is no note
-        terminal.wait("preset muted, quality live")
-        terminal.wait("muted   load")
-        terminal.type("\r")
-        terminal.wait("preset muted, quality studio")
-        terminal.wait("   load", times=4)
-        terminal.wait("\x1b[K")
-        if number == signal.SIGINT:
-            terminal.type("\x03")
-        else:
-            terminal.process.send_signal(number)
-        terminal.wait("played ")
-        terminal.wait("")
-        assert terminal.process.wait(PATIENCE) == 0
-        assert terminal.cooked
-    finally:
-        terminal.close()
-    shown = re.sub(r"\x1b\[\?(8[hl]|u)", "", terminal.shown)  # the keyboard's setup is not shown
-    lines = [
-        line for line in shown.replace("\r\x1b[K", "\n").splitlines() if re.match(r" *(silent|-?\d+ dBFS)  ", line)
-    ]
-    assert len(lines) > 3 and max(map(len, lines)) < 44
-    assert "Traceback" not in terminal.shown and "3 messages" in terminal.shown, terminal.shown
-
-
-def test_after_ctrl_z_and_fg_keys_play_again(server: SimpleNamespace) -> None:
-    """In a shell that leaves the terminal unchanged. The keys need no Enter."""
-    terminal = InTerminal(shell=True)
-    try:
-        terminal.type(f"{sys.executable} -m livebass play --backend jack\n")
-        terminal.wait("jazz-finger   load")
-        terminal.type("\x1a")
-        terminal.wait("Stopped")
-        wait_for(lambda: terminal.cooked)
-        terminal.type("fg\n")
-        wait_for(lambda: not terminal.cooked)
-        terminal.type("c")
-        terminal.wait("G#1(E:4")
-        terminal.type("\x03")
-        terminal.wait("played ")
-        wait_for(lambda: terminal.cooked)
-    finally:
-        terminal.close()
-
-
-def test_a_terminal_that_is_closed_ends_it_and_keeps_the_take(server: SimpleNamespace, tmp_path: Path) -> None:
-    take = tmp_path / "take.wav"
-    terminal = InTerminal("play", "--record", take)
-    try:
-        terminal.wait("underruns")
-        wait_for_take(take, 0.5)
-        os.close(terminal.ours)
-        terminal.ours = os.open(os.devnull, os.O_RDONLY)
-        terminal.process.wait(PATIENCE)
-    finally:
-        terminal.close()
-    assert soundfile.info(take).frames > RATE // 4
-
-
 # ---- machines without sound
 
 
@@ -955,14 +864,3 @@ def test_without_sound_devices_and_render_still_work(tmp_path: Path) -> None:
     assert done.returncode == 0 and done.stdout.count("none") == 3 and done.stderr == ""
     done = without(NO_EXTRA, "render", "--note", "E1", "--tail", "0", "-q", "live", "-o", tmp_path / "a.wav")
     assert done.returncode == 0, done.stderr
-
-
-def test_options_that_fit_nothing_are_one_line(server: SimpleNamespace, run: Run, tmp_path: Path) -> None:
-    for arguments in (
-        ("--midi", "nix"), ("--file", tmp_path / "nix.mid"), ("--record", tmp_path / "a.mp3"), ("-p", "nix"),
-        ("--block", 1), ("--audio", "0", "--backend", "jack"), ("--record-midi", tmp_path / "no" / "a.mid"),
-    ):  # fmt: skip
-        done = livebass("play", *arguments)
-        _, err = done.communicate(timeout=PATIENCE)
-        assert_one_clear_line(done.returncode, err)
-    assert not os.listdir(tmp_path)

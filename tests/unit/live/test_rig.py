@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-import socket
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,11 +16,9 @@ import soundfile
 from support.fakejack import PERIOD, RATE, Server, fake_jack
 from support.jack import wait_for
 from support.live import QUICK, offline, played_on, session_of, synth_and_device
-from support.terminal import InTerminal
+from support.remote import Remote
 
 from livebass import load_preset
-from livebass.bench.jack import new_client
-from livebass.cli.remembered import load, settings_file
 from livebass.live.control import control_table, meter_table, tuner_meters
 from livebass.live.desk import Desk
 from livebass.live.jack import JackOutput
@@ -136,31 +132,6 @@ def test_the_score_follows_jacks_transport() -> None:
         assert (0x80, 50) in [m[1:3] for m in messages(output)]
 
 
-def connections(client: Any, name: str) -> dict[str, int]:
-    """The number of connections of each port of the client `name`."""
-    return {p.shortname: len(client.get_all_connections(p)) for p in client.get_ports(f"^{re.escape(name)}:")}
-
-
-@pytest.mark.parametrize("connect", [False, True])
-def test_a_client_of_its_own_name_that_connects_nothing(server: SimpleNamespace, connect: bool) -> None:
-    looker, seen = new_client("looker"), {}
-    settings = Settings(load_preset("five-string"), QUICK, "five-string", backend="jack", keyboard=False,
-                        client="low end", connect=connect, strings=True)  # fmt: skip
-
-    def play(synth: Synth) -> None:
-        played_on(synth, 0.1)
-        seen.update(connections(looker, "low end"))
-
-    try:
-        summary = session_of(Session(settings), play)
-    finally:
-        looker.close()
-    assert summary.output == "JACK client low end" and summary.preset == "five-string"
-    assert seen == {
-        "out_1": connect, "out_2": connect, "midi_in": 0, **{f"string_{k}": 0 for k in range(1, 6)},
-    }  # fmt: skip
-
-
 def test_a_take_names_the_sound_and_the_notes(tmp_path: Path) -> None:
     takes = tmp_path / "take.wav", tmp_path / "take.mid"
     settings = Settings(
@@ -187,54 +158,7 @@ def test_a_take_names_the_sound_and_the_notes(tmp_path: Path) -> None:
     assert np.abs(sound[: RATE // 20]).max() < 0.2, "no click in it, which is louder than the note"
 
 
-def test_what_cannot_be_is_said_before_anything_sounds(server: SimpleNamespace) -> None:
-    """A loop outside the file, and a port of another program; the client is closed."""
-    looker = new_client("looker")
-    usual = Settings(load_preset("slap"), QUICK, "slap", backend="jack", keyboard=False, client="refused",
-                     read=lambda rate: score_of([(0.0, 1.0, 33, 100)], rate))  # fmt: skip
-    try:
-        with pytest.raises(ValueError, match=r"within the 1\.0 s"):
-            Session(replace(usual, loop=(5.0, 9.0))).run()
-        pytest.importorskip("pythonosc")
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-            taken.bind(("127.0.0.1", 0))
-            port = taken.getsockname()[1]
-            with pytest.raises(OscLost, match=f"--osc {port}"):
-                Session(replace(usual, osc=port)).run()
-        assert not looker.get_ports("^refused")
-    finally:
-        looker.close()
-
-
 # ---- the control socket
-
-
-class Remote:
-    """A program that sends OSC to a local port and receives the answers."""
-
-    def __init__(self, port: int) -> None:
-        self.socket, self.port = socket.socket(socket.AF_INET, socket.SOCK_DGRAM), port
-        self.socket.settimeout(10)
-
-    def send(self, name: str, *values: float | int | str) -> None:
-        from pythonosc.osc_message_builder import OscMessageBuilder
-
-        message: Any = OscMessageBuilder(f"/livebass/{name}")
-        for value in values:
-            message.add_arg(value)
-        self.socket.sendto(message.build().dgram, ("127.0.0.1", self.port))
-
-    def hear(self) -> tuple[str, list[Any]]:
-        from pythonosc.osc_message import OscMessage
-
-        message = OscMessage(self.socket.recv(65536))
-        return message.address.removeprefix("/livebass/"), message.params
-
-    def ask(self, name: str) -> Any:
-        self.send(name)
-        address, values = self.hear()
-        assert address == name, (address, values)
-        return values[0]
 
 
 def test_the_control_socket_has_every_parameter_and_every_meter() -> None:
@@ -312,57 +236,3 @@ def test_without_python_osc_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 # ---- everything together
-
-
-def test_a_session_with_a_file_keys_and_settings(server: SimpleNamespace, tmp_path: Path) -> None:
-    """The keys of a file, MIDI learn by a key, the control socket, and the remembered settings."""
-    mido = pytest.importorskip("mido")
-    pytest.importorskip("pythonosc")
-    track = mido.MidiTrack([mido.Message("program_change", program=36)])
-    for k in range(40):
-        track += [mido.Message("note_on", note=30 + k % 5), mido.Message("note_off", note=30 + k % 5, time=480)]
-    midi = mido.MidiFile()
-    midi.tracks.append(track)
-    midi.save(tmp_path / "song.mid")
-    arguments = (
-        "--file", tmp_path / "song.mid", "--loop", "1s:2s", "--learn", "tone=74", "--record", tmp_path / "take.wav",
-        "--record-midi", tmp_path / "take.mid", "--osc", free_port(),
-    )  # fmt: skip
-    terminal = InTerminal("play", "--quality", "live", "--backend", "jack", *arguments, columns=160)
-    try:
-        terminal.wait("file: k pause")
-        terminal.wait("OSC at 127.0.0.1:")
-        terminal.wait("loop 0:01 to 0:02")
-        remote = Remote(arguments[-1])
-        assert remote.ask("bass") == "slap"
-        remote.send("meters")
-        meters = dict(remote.hear() for _ in range(20))
-        assert meters["meter/preset"] == ["slap"] and 0 < meters["meter/position"][0] < 2.1
-        terminal.type("k")
-        terminal.wait("paused")
-        assert remote.ask("rolling") == 0
-        terminal.type("<")
-        terminal.wait("tempo 95%")
-        terminal.type("f")
-        wait_for(lambda: remote.ask("loop") == -1)
-        terminal.type("\\")
-        terminal.wait("MIDI learn: move a control for gain")
-        terminal.type("k\t")
-        terminal.wait(", quality live")
-        terminal.type("\x03")
-        terminal.wait("played ")
-        terminal.wait("")
-        assert terminal.process.wait(60) == 0
-    finally:
-        terminal.close()
-    kept = load(settings_file())
-    assert kept.controllers == {"tone": 74} and kept.preset not in (None, "slap") and kept.backend is None
-    assert f"; {tmp_path / 'take.wav'} and {tmp_path / 'take.mid'}" in " ".join(terminal.shown.split())
-    assert "Traceback" not in terminal.shown
-
-
-def free_port() -> int:
-    """A free UDP port of this machine."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

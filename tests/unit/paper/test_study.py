@@ -17,8 +17,8 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 import soundfile
-from support.browser import chromium
 from support.command import Run, assert_one_clear_line, cli_text
+from support.studies import NAMES, SHORT, shortened
 
 from livebass.analysis.motion import Solved
 from livebass.engine.solve import solve_trial
@@ -30,21 +30,10 @@ from livebass.paper.figures.studies import PLAYER, STUDIES, chosen, run_studies
 from livebass.paper.figures.study import Findings, Study, Table
 from livebass.paper.solving import Job, solve_all
 
-NAMES = ["linear", "a", "oblique"]
-SHORT = 0.1  # s
-
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
-    """Three shortened studies: their directory, and their reports."""
-    directory = tmp_path_factory.mktemp("study") / "new" / "paper"
-    told: list[float] = []
-    result = run_studies(
-        chosen(NAMES), directory, duration=SHORT, workers=2, progress=told.append,
-        json_file=directory.parent.parent / "all.json",
-    )  # fmt: skip
-    assert told == sorted(told) and told[-1] == 1 and len(told) == 5  # two motions, three studies
-    return directory, result
+    return shortened(tmp_path_factory.mktemp("study") / "new" / "paper")
 
 
 class Links(HTMLParser):
@@ -270,20 +259,3 @@ def test_missing_extras_are_named(run: Run, tmp_path: Path, monkeypatch: pytest.
     code, _, err = run("study", "linear", "-o", tmp_path / "d")
     assert_one_clear_line(code, err, (1,))
     assert err.endswith(f"study needs matplotlib: {install('analysis,plots')}\n") and not (tmp_path / "d").exists()
-
-
-def test_a_browser_shows_all_of_it(done: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
-    """Opened from disk: every picture has a size, every player a duration."""
-    directory, result = done
-    with chromium(tmp_path / "profile") as driver:
-        driver.get((directory / "index.html").as_uri())
-        widths, durations = driver.execute_async_script("""
-            const told = arguments[arguments.length - 1], players = [...document.querySelectorAll("audio")];
-            const known = player => player.readyState >= 1 || player.error ? Promise.resolve()
-                : new Promise(done => ["loadedmetadata", "error"].forEach(name => player.addEventListener(name, done)));
-            Promise.all(players.map(known)).then(() => told([
-                [...document.images].map(image => image.naturalWidth), players.map(player => player.duration)]));
-        """)
-        assert len(widths) == sum(len(s["figures"]) for s in result["studies"].values()) and min(widths) > 300
-        assert durations == pytest.approx([SHORT] * 3, abs=0.01)
-        assert driver.title and not [m for m in driver.get_log("browser") if m["level"] == "SEVERE"]

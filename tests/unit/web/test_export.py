@@ -16,8 +16,10 @@ from livebass import load_preset
 from livebass.compiling import store
 from livebass.kernels.player.performer import CHANNEL, CONTROLS
 from livebass.techniques import BUTTONS, GHOST, LET_RING, PALM
+from livebass.web.bench import Source
 from livebass.web.export import export_page, is_page, shown
 from livebass.web.layout import WAYS
+from livebass.web.link import check_link
 
 FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
 MOST_BYTES = 3_000_000
@@ -210,3 +212,37 @@ def test_a_bass_that_is_no_preset_has_no_bench(tmp_path: Path) -> None:
     assert [bass["bench"] for bass in page_of(page)["basses"]] == [None, None]
     assert names(page.parent / "basses") == ["mine.lbass", "slap.lbass"]
     assert is_page(list(page.parent.iterdir()))
+
+
+ADDRESS = "https://example.org/bass/"
+
+
+@pytest.mark.parametrize("address", ["example.org", "ftp://example.org", "https://", "https://a b", '">', ""])
+def test_a_wrong_address_is_refused(run: Run, tmp_path: Path, address: str) -> None:
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address)
+    assert_one_clear_line(status, err, (2,))
+    assert "https://example.org/bass/" in err and not (tmp_path / "page").exists()
+
+
+def test_the_command_takes_an_address(run: Run, tmp_path: Path) -> None:
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", f"{ADDRESS}#case=b")
+    assert status == 0, err
+    assert json.loads((tmp_path / "page" / "manifest.webmanifest").read_text("utf-8"))["start_url"] == "./"
+    assert is_page(list((tmp_path / "page").iterdir()))
+    assert f'<link rel="canonical" href="{ADDRESS}">' in (tmp_path / "page" / "index.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name, number", [("slap", "2"), ("slap", "0"), ("slap", "x"), ("mine", "1")])
+def test_the_command_refuses_revisions_that_are_not_there(name: str, number: str) -> None:
+    bass, source = load_preset("slap"), Source("slap")
+    basses, sources = {name: bass}, {name: source}
+    check_link(f"like={name}&tone=0", basses, sources)
+    has = "has revisions up to 1" if name == "slap" else "has no revisions"
+    with pytest.raises(ValueError, match=f"of revision {number} of {name}, which {has} on this page"):
+        check_link(f"like={name}&revision={number}", basses, sources)
+    with pytest.raises(ValueError, match="made for a later livebass"):
+        check_link(f"like={name}&format=2", basses, sources)
+
+
+def test_the_command_takes_those_that_are() -> None:
+    check_link("like=slap&revision=1&format=1", {"slap": load_preset("slap")}, {"slap": Source("slap")})

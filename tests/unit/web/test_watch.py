@@ -4,35 +4,31 @@ from __future__ import annotations
 
 import http.client
 import json
-import signal
-import threading
-import time
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from types import SimpleNamespace
 from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from support.browser import INSIDE, PATIENCE, chromium, firefox, wait
-from support.jack import livebass
+from support.browser import PATIENCE
 from support.live import RATE, feed, run_ahead, synth_and_device
-from support.song import midi_file, song_of
+from support.watched import FINE, TOKEN, watched
 
-from livebass import Quality, load_preset
-from livebass.live.fake import FakeDevice
+from livebass import load_preset
 from livebass.live.onlooker import Onlooker
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
 from livebass.score.score import score_of
 from livebass.web.serve import PageServer
-from livebass.web.watch import LENGTHS, STREAM, stream, watch_files
+from livebass.web.watch import LENGTHS, STREAM
 
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(8)]
-FINE = Quality("fine", 150, 240e3)
-TOKEN = "a-token"
 EVERY, LOOKS = 7, 50  # blocks between two looks
+
+
+@pytest.fixture
+def served() -> Iterator[tuple[PageServer, Synth]]:
+    with watched() as both:
+        yield both
 
 
 @pytest.mark.parametrize("preset", ["jazz-finger", "fretless"])
@@ -72,36 +68,6 @@ def test_all_contacts_and_notes_are_told_once_they_are_heard(preset: str, ahead:
         assert all(fret == int(fret) and 1 <= fret <= 20 for _, fret, _, _ in contacts)
     else:
         assert all(0 < place < 0.9 and place != int(place) for _, place, _, _ in contacts)
-
-
-@contextmanager
-def playing(synth: Synth, device: FakeDevice) -> Iterator[None]:
-    """Plays in a thread, about as fast as the clock."""
-    end = threading.Event()
-
-    def play() -> None:
-        while not end.is_set():
-            device.block(480)
-            time.sleep(0.01)
-
-    thread = threading.Thread(target=play)
-    thread.start()
-    try:
-        yield
-    finally:
-        end.set()
-        thread.join()
-
-
-@pytest.fixture
-def served() -> Iterator[tuple[PageServer, Synth]]:
-    synth, device = synth_and_device("jazz-finger", FINE)
-    files = watch_files(load_preset("jazz-finger"))
-    with (
-        PageServer(files, streams={STREAM: lambda: stream(lambda: synth)}, token=TOKEN) as server,
-        playing(synth, device),
-    ):
-        yield server, synth
 
 
 @pytest.mark.parametrize(
@@ -155,50 +121,3 @@ def test_the_stream_tells_the_bass_then_what_it_does_and_follows_another(served:
         pass
     assert len(found[1]) == 5 * SIGHT.itemsize
     connection.close()
-
-
-def test_a_page_shows_the_strings_that_play_elsewhere(served: tuple[PageServer, Synth], tmp_path: Path) -> None:
-    made, synth = served
-    with chromium(tmp_path / "profile") as page:
-        page.get(made.address)
-        wait(lambda: "plays, in livebass play" in page.find_element("id", "said").text)
-        page.execute_script(INSIDE)
-        page.execute_script(
-            "window.flashed = new Set(); const flash = see.flash.bind(see);"
-            "see.flash = (hit, now) => { flashed.add(hit.fret); flash(hit, now); }"
-        )
-        # a page on a busy machine may miss a note
-        wait(lambda: synth.send(0x90, 33, 127) and page.execute_script("return flashed.size") > 0)
-        wait(lambda: "A string" in page.execute_script("return $('seen').textContent"))
-        assert not page.find_element("id", "piano").is_displayed()
-        assert page.execute_script("return see.view && see.read(1, 0, 'on') + see.read(1, 1, 'on')") > 0
-        made.close()
-        wait(lambda: "play has ended" in page.find_element("id", "said").text)
-        assert page.execute_script("return player.context === undefined")
-
-
-@pytest.mark.slow
-def test_firefox_sees_what_a_terminal_plays(server: SimpleNamespace, tmp_path: Path) -> None:
-    """`livebass play --watch` prints an address; its page shows each string's motion in the song, and the end."""
-    song = tmp_path / "song.mid"
-    song.write_bytes(midi_file(song_of([28, 33, 38, 43] * 20, 720)))
-    arguments = ("--backend", "jack", "-p", "jazz-finger", "--file", song, "--loop")
-    process = livebass("play", "--watch", "--no-settings", *arguments)
-    try:
-        assert process.stdout
-        address = process.stdout.readline().strip()
-        with firefox(tmp_path / "profile") as page:
-            page.get(address)
-
-            def told(place: str) -> str:
-                return page.run(f"Promise.resolve(document.getElementById('{place}').textContent)")
-
-            wait(lambda: "plays, in livebass play" in told("said"))
-            seen: set[str] = set()
-            wait(lambda: seen.add(told("seen")[:8]) or seen >= {f"{name} string" for name in "EADG"})
-            process.send_signal(signal.SIGINT)
-            wait(lambda: "play has ended" in told("said"))
-        _, said = process.communicate(timeout=PATIENCE)
-        assert process.returncode == 0 and "Traceback" not in said, said
-    finally:
-        process.kill()
