@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import base64
 import json
-import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-from support.browser import COPIED, INSIDE, MADE_HERE, OFFLINE, chromium, firefox, open_page, wait
+from support.browser import COPIED, INSIDE, MADE_HERE, chromium, firefox, open_page, wait
 from support.command import Run
-from support.costs import quick
-from support.wasm import QUANTUM, RATE, messages_of
 
-from livebass import QUALITIES, load_preset, render_to_array, score_of
-from livebass.engine.render import mixed
+from livebass import load_preset
 from livebass.plugin.instrument import image_file
-from livebass.preset.build import PresetError
-from livebass.web.bench import Source, bench
+from livebass.web.bench import Source
 from livebass.web.export import export_page
 from livebass.web.link import check_link
 
@@ -28,19 +22,12 @@ from livebass.web.link import check_link
 MADE = """
 const [name, values, done] = arguments;
 (async () => {
-  const own = benches.get(name), kept = own.slots;
-  own.slots = {A: {}, B: {}};
-  try {
-    own.setAll(values);
-    const bytes = new Uint8Array(await player.fileOf(name));
-    let text = "";
-    for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
-    done({toml: own.toml(), file: btoa(text)});
-  } catch (error) {
-    done({toml: own.toml(), error: error.message});
-  } finally {
-    own.slots = kept;
-  }
+  const own = benches.get(name);
+  own.setAll(values);
+  const bytes = new Uint8Array(await player.fileOf(name));
+  let text = "";
+  for (let k = 0; k < bytes.length; k += 32768) text += String.fromCharCode(...bytes.subarray(k, k + 32768));
+  done({toml: own.toml(), file: btoa(text)});
 })();
 """
 BASSES = ("jazz-finger", "slap", "fretless", "paper-bass", "five-string-active")
@@ -57,53 +44,12 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
         yield driver
 
 
-def made(page: Any, name: str, values: dict[str, float]) -> tuple[str, bytes | str]:
-    """The page's saved preset of a bass with these values; and its instrument file, or the error."""
-    found = page.execute_async_script(MADE, name, values)
-    return found["toml"], found["error"] if "error" in found else base64.b64decode(found["file"])
-
-
-def each_slider(name: str) -> Iterator[dict[str, float]]:
-    """Bench values with one slider moved, each to two places."""
-    for slider in sliders(name):
-        span = slider["most"] - slider["least"]
-        for part in (0.3, 0.62):
-            value = round(slider["least"] + part * span, 2)
-            moved = {slider["symbol"]: float(round(value)) if slider["symbol"] == "fret" else value}
-            yield moved | ({"fret": 7.0} if slider["symbol"] == "fret_height" else {})
-
-
 # The bench's messages in `page`
 STATE = "const b = bench(); return [b.slot, b.values, b.before.length, b.after.length, $('said').textContent]"
 
 
-def sliders(name: str) -> list[dict[str, Any]]:
-    found = bench(load_preset(name), Source(name))
-    assert found
-    return list(found["sliders"])
-
-
-@pytest.mark.parametrize("name", quick(BASSES, ["fretless", "paper-bass"]))
-def test_each_slider_makes_the_instrument_file_of_the_saved_preset(page: Any, tmp_path: Path, name: str) -> None:
-    """Moved to one of its places on every second bass, to the other one on the next."""
-    default, refused = image_file(load_preset(name)), []
-    for values in list(each_slider(name))[BASSES.index(name) % 2 :: 2]:
-        toml, file = made(page, name, values)
-        (tmp_path / "saved.toml").write_text(toml)
-        if isinstance(file, str):  # an unplayable neck, here as there
-            with pytest.raises(PresetError, match=re.escape(file)):
-                load_preset(tmp_path / "saved.toml")
-            refused.append(values)
-            continue
-        assert file == image_file(load_preset(tmp_path / "saved.toml")), (values, toml)
-        assert (file == default) == ("fret" in values and len(values) == 1), values
-    assert not refused
-    toml, file = made(page, name, {"action": -2.0, "neck_relief": -1.0, "fret": 7, "fret_height": 1.5})
-    assert isinstance(file, str) and "stands" in file
-
-
 @pytest.mark.slow
-def test_firefox_makes_the_same_file(page: Any, tmp_path: Path) -> None:
+def test_firefox_makes_the_file_of_the_saved_preset(page: Any, tmp_path: Path) -> None:
     values = {"action": -0.9, "fret": 7, "fret_height": 0.12, "gauge": 10, "wear": 200, "pickup_2_place": 9.04}
     values |= {"pickup_1_height": -1, "neck_resonance": 7.14}
     function, arguments = "(function () {" + MADE + "})", json.dumps(["jazz-finger", values], sort_keys=True)
@@ -111,19 +57,11 @@ def test_firefox_makes_the_same_file(page: Any, tmp_path: Path) -> None:
         driver.get(page.home)
         ready = INSIDE + "(async () => { while (!player.ready) await new Promise(done => setTimeout(done, 20)); })()"
         driver.run(f"{ready}.then(() => 'ready')")
-        found = driver.run(f"new Promise(done => {function}(...{arguments}, made => done(JSON.stringify(made))))")
-    assert made(page, "jazz-finger", values) == (json.loads(found)["toml"], base64.b64decode(json.loads(found)["file"]))
-
-
-def test_all_at_once_is_the_saved_preset(page: Any, tmp_path: Path) -> None:
-    for name in BASSES:
-        values: dict[str, float] = {}
-        for one in each_slider(name):
-            values |= {symbol: value for symbol, value in one.items() if symbol not in values}
-        values |= {"action": 0.5, "neck_relief": 0.1}
-        toml, file = made(page, name, values)
-        (tmp_path / "saved.toml").write_text(toml)
-        assert file == image_file(load_preset(tmp_path / "saved.toml")), (name, toml)
+        found = json.loads(
+            driver.run(f"new Promise(done => {function}(...{arguments}, made => done(JSON.stringify(made))))")
+        )
+    (tmp_path / "saved.toml").write_text(found["toml"])
+    assert base64.b64decode(found["file"]) == image_file(load_preset(tmp_path / "saved.toml"))
 
 
 def set_slider(page: Any, symbol: str, *values: float) -> None:
@@ -158,84 +96,25 @@ def opened(page: Any) -> Iterator[Any]:
     assert not [line for line in page.get_log("browser") if line["level"] in ("SEVERE", "WARNING")]
 
 
-HEARD = f"""
-const [name, values, score, frames, rate, done] = arguments;
-benches.get(name).setAll(values);
-({OFFLINE})(name, score, frames, rate).then(sound => done([benches.get(name).toml(), sound]));
-"""
-SOFT = [(0.2 * k, 0.18, 33 + 5 * (k % 3), 25) for k in range(4)]  # as in test_module.py: nothing is chaotic
-HIT = [(0.05, 0.8, 47, 127)]  # fret 4 of the G string at full force
-CLOSE = 3e-7  # of full scale; the largest found, 1.8e-7, is from the single precision of answering strings
-
-
-def test_the_sound_of_each_slider_is_that_of_a_render_of_the_saved_preset(opened: Any, tmp_path: Path) -> None:
-    """Of every second slider: each makes the file of the saved preset (above). Those that change frets are tested by a
-    note that hits them: lossy contact is not chaotic.
-    """
-    heights = {"action", "neck_relief", "nut_height", "fret_height", "contact_loss"}
-    usual: dict[bool, Any] = {}
-    moved = [values for values in each_slider("jazz-finger") if list(values) != ["fret"]][::4]
-    for hit, values in [(False, {}), (True, {}), *((bool(heights & set(values)), values) for values in moved)]:
-        score = score_of(HIT if hit else SOFT, RATE)
-        frames = RATE // 2 // QUANTUM * QUANTUM
-        toml, text = opened.execute_async_script(HEARD, "jazz-finger", values, messages_of(score), frames, RATE)
-        sound = np.frombuffer(base64.b64decode(text), np.float32)
-        (tmp_path / "saved.toml").write_text(toml)
-        bass = load_preset(tmp_path / "saved.toml")
-        wanted = np.clip(mixed(render_to_array(bass, score, QUALITIES["live"], tail=0.0).astype(np.float32)), -1, 1)
-        assert np.abs(sound - wanted[: len(sound)]).max() <= CLOSE < 0.01 < np.abs(sound).max(), values
-        assert not values or np.abs(sound - usual[hit]).max() > 1e-6, values
-        usual.setdefault(hit, sound)
-
-
-def test_a_lower_action_buzzes_under_the_same_hand(opened: Any) -> None:
-    """The page's sound has more above 1 kHz at the same pluck: the saved preset keeps the hand."""
-    score, high = score_of([(0.0, 0.9, 43, 110)], RATE), []
-    for action in (1.6, -1.4):
-        given = messages_of(score), RATE // QUANTUM * QUANTUM, RATE
-        text = opened.execute_async_script(HEARD, "jazz-finger", {"action": action}, *given)[1]
-        spectrum = np.abs(np.fft.rfft(np.frombuffer(base64.b64decode(text), np.float32))) ** 2
-        high.append(spectrum[1000:].sum() / spectrum.sum())
-    assert high[1] > 1.6 * high[0]
-
-
-def test_links_bring_the_bench_back(opened: Any) -> None:
-    for name in BASSES:
-        values = dict(pair for one in list(each_slider(name))[::2] for pair in one.items())
-        opened.execute_script("$('bass').value = arguments[0]; $('bass').dispatchEvent(new Event('change'))", name)
-        opened.execute_script("onBench(() => bench().setAll(arguments[0]))", values)
-        link, toml = opened.execute_script("return [location.hash, bench().toml()]")
-        assert link.startswith(f"#like={name}&") and link.count("&") == len(values)
-        check_link(opened.home + link, *ON_PAGE)
-        opened.get("about:blank")
-        open_page(opened, opened.home + link)
-        assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == [name, toml, link]
-        assert state(opened)[4] == "The bass is as the link says."
+def test_a_link_brings_the_bench_back(opened: Any) -> None:
+    opened.execute_script("chooseBass('fretless'); onBench(() => bench().setAll({action: 0.5, gauge: 10}))")
+    link, toml = opened.execute_script("return [location.hash, bench().toml()]")
+    assert link == "#like=fretless&action=0.5&gauge=10"
+    opened.get("about:blank")
+    open_page(opened, opened.home + link)
+    assert opened.execute_script("return [$('bass').value, bench().toml(), location.hash]") == ["fretless", toml, link]
+    assert state(opened)[4] == "The bass is as the link says."
     opened.execute_script("location.hash = '#like=slap&action=-0.5'")  # as if pasted
     wait(lambda: opened.execute_script("return $('bass').value === 'slap' && bench().values.action === -0.5"))
 
 
-@pytest.mark.parametrize(
-    "link, says",
-    [
-        ("like=none&action=2", "the link names no bass of this page that can be changed: like=none"),
-        ("action=2", "the link names no bass of this page that can be changed: action=2"),
-        ("like=jazz-finger&fret=21", "the link says fret = 21: it must be from 0 to 20"),
-        ("like=jazz-finger&action=99", "the link says action = 99: it must be from -2 to 3 mm"),
-        ("like=jazz-finger&wear=", "the link says wear = : it must be from -50 to 1100 %"),
-        ("like=jazz-finger&action=NaN", "the link says action = NaN: it must be from -2 to 3 mm"),
-        ("like=jazz-finger&blend=1.5", "the link says blend = 1.5: it must be from -1 to 1"),
-        ("like=jazz-finger&action=%3Cb%3E", "the link says action = <b>: it must be from -2 to 3 mm"),
-    ],
-)
-def test_a_bad_link_is_told_in_a_line_and_the_preset_plays(opened: Any, link: str, says: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(says)):
-        check_link(link, *ON_PAGE)
+def test_a_bad_link_is_told_in_a_line_and_the_preset_plays(opened: Any) -> None:
     opened.get("about:blank")
-    open_page(opened, f"{opened.home}#{link}")
+    open_page(opened, f"{opened.home}#like=slap&action=%3Cb%3E")
     slot, values, *_, said = state(opened)
-    assert (slot, values) == ("A", {}) and said.startswith(says) and said.endswith(". The bass is unchanged.")
-    assert "\n" not in said and opened.execute_script("return $('bass').value") == "jazz-finger"
+    assert (slot, values) == ("A", {})
+    assert said == "the link says action = <b>: it must be from -2 to 3 mm. The bass is unchanged."
+    assert opened.execute_script("return $('bass').value") == "jazz-finger"
     begin(opened)
 
 
@@ -423,16 +302,10 @@ def test_a_preset_that_a_page_or_a_plugin_saved_opens(opened: Any, tmp_path: Pat
     assert [one["symbol"] for one in pressed] == ["ghost", "pick"]
     toml = opened.execute_script("return bench().toml()")
     assert toml == 'like = "slap"\n\n[bench]\naction = -0.5\ngauge = 10\n'
-    for text, says in {
-        'like = "slap"\n[bench]\naction = 9': "the preset says action = 9: it must be from -2 to 3 mm",
-        'like = "slap"\n[neck]\naction = "2 mm"': "they have no such line: action",
-        'like = "kazoo"': 'this page does not have or cannot change: "kazoo"',
-        'name = "Slap"': "they have no such line: name",
-    }.items():
-        file.write_text(text)
-        opened.find_element("id", "preset-file").send_keys(str(file))
-        wait(lambda: says in state(opened)[4])  # noqa: B023
-        assert state(opened)[1] == {"action": -0.5, "gauge": 10} and "\n" not in state(opened)[4]
+    file.write_text('name = "Slap"')
+    opened.find_element("id", "preset-file").send_keys(str(file))
+    wait(lambda: "they have no such line: name" in state(opened)[4])
+    assert state(opened)[1] == {"action": -0.5, "gauge": 10}
 
 
 def test_fingers_have_room_on_a_phone(opened: Any) -> None:

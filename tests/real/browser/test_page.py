@@ -7,7 +7,7 @@ import io
 import json
 import shutil
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
@@ -32,49 +32,6 @@ LEAST_TARGET = 24  # px, of WCAG 2.5.8
 WIDTHS = (360, 800, 1400, 2560)  # px
 LEAST_OF = {360: (0.9, 28), 800: (0.9, 28), 1400: (0.7, 15), 2560: (0.75, 24)}  # part that the neck has; px of a fret
 KEYS = {"a": 28, "s": 29, "d": 31, "f": 33, "g": 35}  # with the notes they play
-
-
-# Runs the page's audio thread in a worker, on its own clock: a frame takes so many ms for each held string with fine
-# operators, and so many ms for a relieved one. Reports the ms of each quantum, and its relieved strings.
-AUDIO_THREAD = """
-const [name, notes, quanta, cost, heldUp, done] = arguments;
-const before = `
-  var sampleRate = 48000, currentFrame = 0, told = 0, Processor;
-  var AudioWorkletProcessor = class { constructor() { this.port = {postMessage() {}}; } };
-  var registerProcessor = (name, of) => { Processor = of; };
-  Date.now = () => Math.floor(told);
-`;
-const after = `
-onmessage = ({data: {module, built, notes, quanta, cost, heldUp}}) => {
-  const p = new Processor({processorOptions: {module}}), e = p.engine, play = e.play, found = [];
-  p.hear({bass: built});
-  e.play = n => {
-    const frame = e.field("frame"), sound = play.call(e, n);
-    const sounding = notes.filter(note => note.begin < frame + n && frame < note.end).length;
-    const relieved = Math.min(sounding, e.field("overload"));
-    told += n * (cost.fine * (sounding - relieved) + cost.coarse * relieved);
-    for (const {at, ms} of heldUp) if (frame <= at && at < frame + n) told += ms;
-    return sound;
-  };
-  for (let k = 0; k < quanta; k++, currentFrame += 128) {
-    const began = told, out = new Float32Array(128);
-    for (const {key, begin, end} of notes) {
-      if (begin >= currentFrame && begin < currentFrame + 128) p.hear({midi: [0x90, key, 100], frame: begin});
-      if (end >= currentFrame && end < currentFrame + 128) p.hear({midi: [0x80, key, 0], frame: end});
-    }
-    p.process([], [[out]]);
-    found.push([told - began, e.field("overload")]);
-  }
-  postMessage(found);
-};`;
-(async () => {
-  const source = before + await readText("worklet.js") + after;
-  const thread = new Worker(URL.createObjectURL(new Blob([source], {type: "text/javascript"})));
-  thread.onmessage = e => { done(e.data); thread.terminate(); };
-  thread.onerror = e => done(e.message);
-  thread.postMessage({module: player.module, built: await player.build(name, 48000), notes, quanta, cost, heldUp});
-})();
-"""
 
 
 @pytest.fixture(scope="module")
@@ -794,45 +751,6 @@ def test_what_was_sent_in_a_pause_or_far_ahead_holds_nothing_up(page: Any) -> No
     page.execute_script("delete player.context.getOutputTimestamp")
     page.execute_script("player.node.port.postMessage({midi: [0x90, 33, 100], frame: 1e9})")
     tap(page, "d")
-
-
-def audio_thread(
-    driver: Any,
-    notes: list[tuple[int, float, float]],
-    seconds: float,
-    cost: dict[str, float],
-    held_up: Sequence[tuple[float, float]] = (),
-) -> Floats:
-    """The time (ms) of every quantum, and the relieved strings after it, on a machine of known speed.
-
-    `notes` are keys, with start and end (s); `cost` are the loads of a "fine" and a "coarse" string; `held_up` gives
-    the moments (s) of the machine's own delays, and their length (ms).
-    """
-    given = [{"key": key, "begin": round(RATE * begin), "end": round(RATE * end)} for key, begin, end in notes]
-    times = [{"at": round(RATE * at), "ms": ms} for at, ms in held_up]
-    costs = {name: 1000 / RATE * load for name, load in cost.items()}
-    quanta = round(RATE * seconds) // QUANTUM
-    found = driver.execute_async_script(AUDIO_THREAD, "jazz-finger", given, quanta, costs, times)
-    assert isinstance(found, list), found
-    return np.array(found, float)
-
-
-def test_hard_chords_are_relieved_at_once_and_stay_so_until_the_playing_is_soft(page: Any) -> None:
-    chords = [(key, begin + 0.01 * k, begin + 1.0) for begin in (0.1, 3.6) for k, key in enumerate((28, 33, 38, 43))]
-    found = audio_thread(page, chords, 20.0, {"fine": 4.0, "coarse": 0.15})
-    late, relieved = found[:, 0] > 1000 * QUANTUM / RATE, found[:, 1]
-    first, second = (slice(round(RATE * at) // QUANTUM, round(RATE * (at + 1.0)) // QUANTUM) for at in (0.1, 3.6))
-    assert late.any() and relieved.max() == 4 and relieved[-1] == 0
-    behind = (found[first, 0] - 1000 * QUANTUM / RATE).clip(0).sum()
-    assert behind < 40  # ms; 200 if everything waited for a report of 43 ms each
-    assert not late[second].any() and (relieved[second] == 4).all()
-
-
-def test_a_thread_that_is_held_up_once_relieves_one_string(page: Any) -> None:
-    chord = [(key, 0.1, 1.0) for key in (28, 33)]
-    cheap = {"fine": 0.05, "coarse": 0.05}
-    assert audio_thread(page, chord, 1.0, cheap, held_up=[(0.3, 30)])[:, 1].max() == 1
-    assert audio_thread(page, chord, 1.0, cheap, held_up=[(0.3, 30), (0.35, 30)])[:, 1].max() == 2
 
 
 def test_overload_is_said(page: Any) -> None:

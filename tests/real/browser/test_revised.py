@@ -14,12 +14,9 @@ from livebass import load_preset
 from livebass.plugin.instrument import image_file
 from livebass.preset import revisions
 from livebass.preset.load import _as_shipped
-from livebass.web.bench import Source
 from livebass.web.export import export_page
-from livebass.web.link import check_link
 
 EARLIER = {"neck.relief": "0.5 mm", "player.hardest": 2.5}
-RENAMED = {"string_height": "action"}  # as if it had been called so
 LINK = "like=slap&tone=-0.5&revision=1"
 FILE = """
 const [done] = arguments;
@@ -41,7 +38,6 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[int, bytes], 
         made = revisions.revisions() | {"slap": kept}
         patch.setattr(revisions, "revisions", lambda: made)
         patch.setattr("livebass.web.export.revisions", lambda: made)
-        patch.setattr("livebass.web.bench.RENAMED", RENAMED)
         _as_shipped.cache_clear()
         basses = {name: load_preset(name) for name in ("jazz-finger", "slap")}
         files = [export_page(basses, folder / name, single) for name, single in (("folder", False), ("single", True))]
@@ -97,32 +93,3 @@ def test_links_name_the_revision(opened: Any) -> None:
     assert driver.execute_script(shared) == 2
     said = open_link(driver, address, "like=slap&action=-0.2&revision=2&format=1")
     assert said == "The bass is as the link says." and not newer(driver).is_displayed()
-
-
-@pytest.mark.parametrize(
-    "link, why",
-    [
-        ("like=slap&revision=3", "the link is of revision 3 of slap, which has revisions up to 2 on this page"),
-        ("like=jazz-finger&revision=0", "the link is of revision 0 of jazz-finger, which has revisions up to 1"),
-        ("like=slap&format=2", "made for a later livebass: this page reads format 1"),
-    ],
-)
-def test_what_the_page_does_not_have_is_said(opened: Any, images: Any, link: str, why: str) -> None:
-    driver, address = opened
-    assert why in open_link(driver, address, link) and not newer(driver).is_displayed()
-
-
-def test_a_slider_that_had_another_name_is_found(opened: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    driver, address = opened
-    link = "like=slap&string_height=-0.2&tone=0.25"
-    assert open_link(driver, address, link) == "The bass is as the link says."
-    assert driver.execute_script("return bench().values") == {"action": -0.2}
-    toml = driver.execute_script("return bench().toml()")
-    monkeypatch.setattr("livebass.web.bench.RENAMED", RENAMED)
-    basses, sources = {"slap": load_preset("slap")}, {"slap": Source("slap")}
-    check_link(link, basses, sources)
-    with pytest.raises(ValueError, match="the link says action = 99"):
-        check_link("like=slap&string_height=99", basses, sources)
-    read = "bench().constructor.fromToml(arguments[0], benches).values"
-    assert "action = -0.2" in toml
-    assert driver.execute_script(f"return {read}", toml.replace("action =", "string_height =")) == {"action": -0.2}
