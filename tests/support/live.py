@@ -18,7 +18,7 @@ from livebass.live.fake import FakeDevice
 from livebass.live.session import Session
 from livebass.live.settings import Settings, Summary
 from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import push_message
+from livebass.live.thread.ring import push_message, unread
 from livebass.score.score import Score
 from support.jack import PATIENCE, wait_for
 
@@ -26,6 +26,7 @@ RATE = 48000
 
 
 QUICK = Quality("quick", 150, 384e3)
+ON, OFF = [0x90, 40, 100], [0x80, 40, 0]  # messages of a note
 
 
 def synth_and_device(
@@ -154,3 +155,8 @@ def played_on(synth: Synth, seconds: float) -> None:
     """Waits until the synth has played `seconds` more."""
     end = synth.frame + seconds * synth.rate
     wait_for(lambda: synth.frame >= end)
+
+
+def arrived(synth: Synth) -> list[list[int]]:
+    """The messages waiting in the synth's rings of Python and JACK."""
+    return [message for ring in (0, 2) for _, *message in unread(synth.rings[ring])]
