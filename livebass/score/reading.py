@@ -33,7 +33,7 @@ from livebass.score.score import (
     note_off,
     score_from,
 )
-from livebass.score.takes import with_basses
+from livebass.score.takes import strokes_of, with_basses
 from livebass.score.turns import in_turns
 from livebass.smf import SmfError, parse_smf
 
@@ -71,7 +71,8 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "auto") -> Score:
     """`read_score` for the bytes of a file that `path` names in messages; None: those at `path`."""
     read = _read(data, path, rate, channel)
-    if not read.choice.notes:
+    strokes = strokes_of(read.lines.marks, read.lines.end)
+    if not (read.choice.notes or strokes):
         raise ScoreError(f"{path}: {_nothing_chosen(channel, read.parts.listed())}")
     events = read.chosen_events(rate)
     notes = read.lines.notes(events)
@@ -80,7 +81,8 @@ def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "au
     if not read.take and (turns := in_turns(events, notes, rate)):
         program, sent = notes[0].program, turns
     score = score_from(_on_channels(sent, read.lines), path.stem, rate, program, read.remarks)
-    return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
+    score = replace(score, file_end=read.lines.end, foreign=not read.take)
+    return with_basses(score.with_strokes(strokes) if strokes else score, read.lines.marks)
 
 
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
@@ -137,7 +139,8 @@ class _Read:
     def chosen_events(self, rate: int) -> list[Event]:
         """The events of the chosen notes and of their lines."""
         chosen = {note.line for note in self.choice.notes}
-        heard = chosen | self.lines.zone if chosen & self.lines.zone else chosen  # controllers and programs
+        whole = self.take or chosen & self.lines.zone  # a take may have strokes without notes
+        heard = chosen | self.lines.zone if whole else chosen  # controllers and programs
         if self.choice.alone:  # other parts may share the line: ignore their messages
             parts = {(note.line, note.track) for note in self.choice.notes}
             others = {(note.line, note.track) for note in self.parts.notes} - parts
@@ -228,7 +231,7 @@ def _programs(events: list[Event], chosen: list[Note], zone: Container[int]) -> 
             if part not in changed:
                 begun[note_of[place].program] += 1
             played.add(part)
-    first = program = begun.most_common(1)[0][0]
+    first = program = begun.most_common(1)[0][0] if begun else None
     kept = set()
     for place in sorted(changes):
         if events[place].message.first != program:

@@ -30,13 +30,16 @@ from support.scores import SWITCH_KEYS
 from support.states import bass_of, without_instrument
 from support.tabs import as_gp, hard_tab
 
-from livebass import load_preset, read_tab, score_of
+from livebass import load_preset, score_of
 from livebass.arrays import Floats
+from livebass.cli.hands import SOUND, Loader
 from livebass.engine.render import mixed
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.model.keymap import MODO
 from livebass.plugin import bundle
 from livebass.plugin.systems import SYSTEMS, this_system
+from livebass.score.reading import read_score
+from livebass.tab.reading import Asked, arranged
 from livebass.techniques import PARAMETER_ROWS, PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
@@ -138,8 +141,9 @@ def test_a_midi_file_is_rendered_alike(host: Host, tmp_path: Path) -> None:
 
 @every_host
 def test_a_tablature_is_rendered_alike(host: Host, tmp_path: Path) -> None:
-    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
-    _, score = read_tab(song, RATE)
+    midi, _ = arranged(as_gp(hard_tab()), Path("song.gp"), Asked(), Loader(dict.fromkeys(SOUND))).exported()
+    (tmp_path / "song.mid").write_bytes(midi)
+    score = read_score(tmp_path / "song.mid", RATE).on_one_bass()
     wanted = mono("jazz-finger", score)
     assert np.abs(wanted).max() > 0.1
     assert np.array_equal(host.play(score, len(wanted), (64,)), wanted)

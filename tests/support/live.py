@@ -14,6 +14,7 @@ from livebass import Instrument, Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
+from livebass.kernels.player.words import Row, word_of
 from livebass.live.fake import FakeDevice
 from livebass.live.session import Session
 from livebass.live.settings import Settings, Summary
@@ -49,14 +50,14 @@ def feed(synth: Synth, score: Score, first: int = 0) -> int:
 
 def offline(
     preset: str | Instrument,
-    messages: list[tuple[int, int, int, int]],
+    messages: Sequence[Row],
     frames: int,
     quality: Quality = QUICK,
     ceiling: float = 1.0,
 ) -> Floats:
-    """Renders messages (frame, status, first, second) with the engine, (frames,), cut as the synth cuts."""
+    """Renders messages with the engine, (frames,), cut as the synth cuts."""
     engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
-    engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
+    engine.send_words(np.array([m[0] for m in messages]), np.array([word_of(*m[1:]) for m in messages]))
     return np.clip(mixed(engine.process(frames).astype(np.float32)), -ceiling, ceiling)
 
 

@@ -107,7 +107,7 @@ interface TabData {
   title: string;
   said: string;
   bass: string;
-  midi: string; // base64
+  rows: [time: number, kind: number, number: number, value: number][]; // s; kernels/player/words.py
   strokes: TabStroke[];
   bars: [begin: number, number: number, name: string][];
   end: number;

@@ -10,6 +10,7 @@ import pytest
 from support.command import GOOD, Run, assert_one_clear_line, cli_text
 from support.tabs import as_gp, as_gp5, beats, locked, note, tab, zipped
 
+from livebass.kernels.player.words import STROKE
 from livebass.live.desk import FILE
 from livebass.live.settings import Settings
 from livebass.live.thread.desk import BEAT
@@ -135,7 +136,7 @@ def test_play_reads_a_tablature_on_the_bass_that_it_tunes(
     score = settings.read(44100)
     assert score.notes == 2 and settings.metronome == FILE
     assert score.frames[score.messages[:, 0] == BEAT].tolist() == [22050 * k for k in range(8)]
-    assert score.frames[score.messages[:, 0] & 0xF0 == 0x90].tolist() == [4 * 22050, 5 * 22050]
+    assert [frame for frame, kind, *_ in score.strokes if kind == STROKE] == [4 * 22050, 5 * 22050]
     assert settings.given(preset) == {"tuning": "C1 G1 C2 F2", "capo": "2"}
 
 

@@ -12,10 +12,12 @@ import pytest
 from support.hands import of_any
 from support.live import QUICK, RATE, offline, synth_and_device
 from support.pitch import pitch
+from support.tabs import as_gp, hard_tab
 
-from livebass import load_preset
+from livebass import load_preset, read_tab
 from livebass.arrays import Floats
 from livebass.kernels.player import performer
+from livebass.kernels.player.words import STRING_REST, STROKE
 from livebass.live.desk import FILE, LEAD, Desk, MidiLearn, check_controllers, click_sound, with_beats
 from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS, PARAMETERS
@@ -79,6 +81,49 @@ def test_a_score_sounds_as_rendered(size: int) -> None:
     messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True)]
     assert not heard[:LEADING].any()
     assert np.array_equal(heard[LEADING:], offline("jazz-finger", messages, frames))
+
+
+def tablature(tmp_path: Path) -> Score:
+    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
+    return read_tab(song, RATE)[1]
+
+
+def test_a_tablature_sounds_as_rendered(tmp_path: Path) -> None:
+    score = tablature(tmp_path)
+    _, _, device = desk_and_device(score)
+    heard = play(device, LEADING + 2 * RATE)
+    assert not heard[:LEADING].any()
+    assert np.array_equal(heard[LEADING:], offline("jazz-finger", score.strokes, 2 * RATE))
+
+
+def test_a_pause_rests_the_strings_of_a_tablature(tmp_path: Path) -> None:
+    """Its last stroke is bent and palm-muted; a note that the player holds sounds on."""
+    score = tablature(tmp_path)
+    desk, synth, device = desk_and_device(score)
+    play(device, LEADING + score.end_frame - 2400)
+    synth.send(0x90, 55, 90)
+    play(device, 64)
+    hands, controls = (synth.bass.engine.performer[0][name] for name in ("hands", "controls"))  # type: ignore[union-attr]
+    held = int(hands["latest"])
+    assert hands["palmed"] and controls["string_bend"].any() and hands["state"].astype(bool).sum() == 2
+    assert {message[0] for message in ended(desk, synth, device)} == {STRING_REST}
+    assert (
+        not hands["palmed"] and not controls["string_bend"].any() and np.flatnonzero(hands["state"]).tolist() == [held]
+    )
+    assert ended(desk, synth, device) == [], "once"
+
+
+def test_a_loop_of_a_tablature_begins_with_strings_at_rest(tmp_path: Path) -> None:
+    """Each turn has the same strokes; the first is straight, though the turn before ends with a bend."""
+    score = tablature(tmp_path)
+    desk, synth, device = desk_and_device(score)
+    desk.loop = (0.0, score.end_frame / RATE)
+    play(device, LEADING + 64)
+    synth.played()
+    for _ in range(2):
+        play(device, score.end_frame)
+        kinds = [status for _, status, *_ in synth.played()]
+        assert kinds.count(STROKE) == score.notes and kinds.count(STRING_REST) == 4
 
 
 def test_a_pause_ends_what_the_score_holds_and_nothing_else() -> None:

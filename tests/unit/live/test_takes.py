@@ -25,6 +25,7 @@ from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
 from livebass.cli.taken import with_loaded
 from livebass.engine.render import mixed, single
+from livebass.kernels.player.words import STATUS, Row
 from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS
 from livebass.live.recording import Given, MidiRecorder
@@ -37,7 +38,7 @@ from livebass.score.score import PROGRAM, Score
 from livebass.techniques import LEARNED
 
 LIGHT = Quality("light", 60, 192e3)
-Message = tuple[int, int, int, int]  # frame, status, first, second
+Message = Row  # of MIDI, or of a tablature
 MODES: dict[str, list[tuple[int, int, int]]] = {
     "alike": [(0xB0, 127, 0)],
     "a string each": [(0xB0, 126, 4)],
@@ -62,7 +63,10 @@ def live(
     device, heard, coming = FakeDevice(synth), [], list(changes)
     with MidiRecorder(path, synth, first, given) as take:
         for frame, status, first, second in messages:
-            assert synth.send(status, first, second, frame)
+            if status < STATUS:
+                assert synth.set_value(status, first, second, frame)
+            else:
+                assert synth.send(status, first, second, frame)
         while synth.frame < frames:
             synth.release_faded()
             if coming and coming[0][0] <= synth.frame:
@@ -113,11 +117,23 @@ def performance(rng: np.random.Generator, mode: str, frames: int, count: int) ->
 def test_a_take_of_a_tablature_sounds_as_it_was_heard(tmp_path: Path) -> None:
     (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
     _, score = read_tab(song, RATE)
-    messages = [(int(f), *map(int, m)) for f, m in zip(score.frames, score.messages, strict=True) if m[0] < 0xF0]
-    sound, _ = live(tmp_path / "take.mid", messages, score.end_frame)
+    sound, _ = live(tmp_path / "take.mid", score.strokes, score.end_frame + 1)
     assert np.abs(sound).max() > 0.05
     assert np.array_equal(sound, rendered(score, len(sound)))
-    assert np.array_equal(sound, rendered(read_score(tmp_path / "take.mid", RATE), len(sound)))
+    again = read_score(tmp_path / "take.mid", RATE)
+    assert again.strokes == score.strokes and again.notes == score.notes and not again.remarks
+    assert np.array_equal(sound, rendered(again, len(sound)))
+
+
+def test_a_take_of_a_tablature_has_the_keys_that_were_played_to_it(tmp_path: Path) -> None:
+    (song := tmp_path / "song.gp").write_bytes(as_gp(hard_tab()))
+    _, score = read_tab(song, RATE)
+    keys = [(300, 0x90, 43, 90), (400, 0xB0, 7, 80), (20_000, 0x80, 43, 64), (21_000, 0xE0, 0, 90)]
+    played = sorted([*score.strokes, *keys], key=lambda row: row[0])
+    sound, _ = live(tmp_path / "take.mid", played, score.end_frame + 1)
+    again = read_score(tmp_path / "take.mid", RATE)
+    assert again.strokes == score.strokes and len(again.messages) == len(keys)
+    assert np.array_equal(sound, rendered(again, len(sound)))
 
 
 @pytest.mark.parametrize("mode", MODES)

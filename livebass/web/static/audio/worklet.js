@@ -32,8 +32,9 @@ class LivebassProcessor extends AudioWorkletProcessor {
     this.changes = this.changed = 0; // the page's changes of the playing: how many came; frame of the last one
     this.live = !o.score; // with a score: offline, always the same sound
     this.seeing = false; // the page draws
-    // {messages, begin, end, loops, tempo, from, at, next, held}: frame, status and data of each message; frames of the
-    // song, which is `at` one of them at the frame `from`; the next message, -1 after a jump; the notes that sound
+    // {messages, begin, end, loops, tempo, from, at, next, held}: frame, status and data of each message, or frame, kind,
+    // number and value of a tablature's event; frames of the song, which is `at` one of them at the frame `from`; the
+    // next message, -1 after a jump; the notes that sound
     this.song = undefined;
     this.tape = undefined; // the recording, until it is full: {samples, used}
     this.seen = 0; // bass that was seen last
@@ -78,7 +79,7 @@ class LivebassProcessor extends AudioWorkletProcessor {
     if (song.goesOn) {
       this.song = {...before, ...song, next: -1};
       this.steer({});
-    } else this.song = {...song, from: song.from - (this.start || 0), next: -1, held: new Set()};
+    } else this.song = {...song, from: song.from - (this.start || 0), next: -1, held: new Set(), strings: false};
   }
 
   // Changes tempo, part or loop of the song from now on, or its place: `at`, a frame of it.
@@ -99,6 +100,11 @@ class LivebassProcessor extends AudioWorkletProcessor {
 
   sendSong(frame, status, a, b) {
     const kind = status & 0xF0, note = (status & 15) << 7 | a;
+    if (status < 0x80) {
+      this.song.strings = true;
+      this.engine.tell(frame, status, a, b);
+      return;
+    }
     if (kind === 0x90) this.song.held.add(note);
     else if (kind === 0x80) this.song.held.delete(note);
     this.engine.send(frame, status, a, b);
@@ -108,6 +114,8 @@ class LivebassProcessor extends AudioWorkletProcessor {
   release(frame) {
     for (const note of this.song.held) this.engine.send(frame, 0x80 | note >> 7, note & 127, 64);
     this.song.held.clear();
+    for (let i = 0; this.song.strings && i < N.MOST_STRINGS; i++) this.engine.tell(frame, N.STRING_REST, i, 0);
+    this.song.strings = false;
   }
 
   // After a jump: sends all controllers as they are at the place.

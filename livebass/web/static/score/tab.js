@@ -2,22 +2,19 @@
 import {layOut, showNeck} from "../neck/neck.js";
 import {$, NAMES, PAGE, bassCalled, chooseBass, chosenBass, make, makeButton} from "../pages/page.js";
 import {player} from "../audio/player.js";
-import {AUTO, Song} from "./song.js";
 import {state} from "../pages/state.js";
 import {Transport} from "./transport.js";
 
 const LATEST = 100; // looks that wait for the bass
 const COLUMNS = 40; // of a bar in the text
 const ENDINGS = ".gp,.gp3,.gp4,.gp5,.gpx,.musicxml,.mxl,.xml";
-const CONTROL = 0xB0, ALIKE = 127;
+const TIE = 1e-6; // frames by which a time may lie below the middle of two frames
 // The signs beside a fret, in the text and on the neck
 /** @type {Record<string, string>} */
 const KINDS = {hammer: "h", pull: "p", slide: "/", slap: "T", pop: "P", tap: "t", pinch: "*"};
 
 /** @type {TabData | undefined} */
 let tab;
-/** @type {Song | undefined} */
-let song;
 let shownBar = -1;
 /** @type {{mark: HTMLElement, begin: number, end: number}[]} */
 let marks = []; // on the neck
@@ -45,7 +42,6 @@ export async function openTab(/** @type {File} */ file) {
 
 function take(/** @type {TabData} */ data) {
   tab = data;
-  song = undefined;
   shownBar = -1;
   about.textContent = `${data.title}: ${data.said}.`;
   $("tab").hidden = false;
@@ -53,16 +49,10 @@ function take(/** @type {TabData} */ data) {
   show();
 }
 
+// The tablature's events, each at the frame nearest to its time.
 function messages() {
-  const {sampleRate} = player.context;
-  if (tab && song?.rate !== sampleRate) song = new Song(Uint8Array.from(atob(tab.midi), c => c.charCodeAt(0)).buffer, sampleRate);
-  return (song?.messages(AUTO, chosenBass()) || []).map(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]);
-}
-
-// The usual playing: the controllers as a tablature begins, and one channel for all strings.
-function quiet() {
-  for (const [frame, ...midi] of messages()) if (frame === 0 && midi[0] >= 0xA0) player.changeBy(midi);
-  player.changeBy([CONTROL, ALIKE, 0]);
+  const frame = (/** @type {number} */ time) => Math.floor(time * player.context.sampleRate + 0.5 + TIE);
+  return Int32Array.from((tab?.rows || []).flatMap(([time, ...event]) => [frame(time), ...event]));
 }
 
 async function ready() {
@@ -70,7 +60,7 @@ async function ready() {
 }
 
 const play = makeButton("Play", {ariaPressed: "false"}), loop = makeButton("Loop", {ariaPressed: "false"});
-const transport = new Transport({messages: () => Int32Array.from(messages().flat()), quiet, ready}, play, loop);
+const transport = new Transport({messages, ready}, play, loop);
 
 // --- what is seen ---
 

@@ -13,9 +13,9 @@ let anchor; // the frame of the song `at` the frame `from` of the context
 
 export class Transport {
   /**
-   * `messages` makes the song's messages for the context, [frame, status, data, data] each; `quiet` ends what they left;
-   * `ready` waits for the bass.
-   * @param {{messages: () => Int32Array, quiet: () => void, ready?: () => Promise<void>}} song
+   * `messages` makes the song's messages for the context: the frame of each, and status and two data bytes, or kind,
+   * number and value of a tablature's event. `quiet` ends what messages left; `ready` waits for the bass.
+   * @param {{messages: () => Int32Array, quiet?: () => void, ready?: () => Promise<void>}} song
    * @param {HTMLButtonElement} play
    * @param {HTMLButtonElement} loop
    */
@@ -134,7 +134,7 @@ export class Transport {
     this.show();
     if (!begun) return;
     player.playSong(null);
-    this.song.quiet();
+    this.song.quiet?.();
   }
 
   // Ends: the next start begins with the part.
