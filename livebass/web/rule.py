@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 
 from livebass import kits, smf, techniques, tracknames
-from livebass.score import choosing, lines, low_keys, reading, score, spread
+from livebass.kernels.player import messages
+from livebass.kernels.player.performer import CHANNELS
+from livebass.kernels.score import choosing, cleaning, lines, low_keys, programs, spread, times
+from livebass.score import reading
 from livebass.units import note_name
 
 RULE = {
@@ -25,11 +28,11 @@ RULE = {
     "mostBefore": smf.MOST_BEFORE,
     "smpteRates": smf.SMPTE_RATES,
     "systemCommon": smf.SYSTEM_COMMON,
-    "channels": score.CHANNELS,
+    "channels": CHANNELS,
     "drums": kits.DRUMS,
     "melodic": kits.MELODIC,
-    "bassPrograms": list(lines.BASS_PROGRAMS),
-    "tempo": lines.DEFAULT_TEMPO,
+    "bassPrograms": list(programs.BASS_PROGRAMS),
+    "tempo": times.DEFAULT_TEMPO,
     "longestRest": lines.LONGEST_REST,
     "lastNote": lines.LAST_NOTE,
     "bank": kits.BANK,
@@ -39,9 +42,9 @@ RULE = {
     "gm2Melodic": kits.GM2_MELODIC,
     "xgDrums": kits.XG_DRUMS,
     "take": reading.TAKE,
-    "release": score.RELEASE,
-    "brief": score.BRIEF,
-    "longest": score.LONGEST,
+    "release": messages.RELEASE,
+    "brief": cleaning.BRIEF,
+    "longest": lines.LONGEST,
     "place": {
         "lowest": spread.LOWEST,
         "highest": spread.HIGHEST,
@@ -57,7 +60,7 @@ RULE = {
         "mostOverlap": spread.MOST_OVERLAP,
         "leastBent": spread.LEAST_BENT,
         "mostStaying": spread.MOST_STAYING,
-        "timbre": spread.TIMBRE,
+        "timbre": messages.BRIGHTNESS,
     },
     "low": {
         "deepest": low_keys.DEEPEST,
