@@ -78,7 +78,8 @@ ENTRIES: tuple[Entry, ...] = (
 def layout() -> str:
     """Returns a line of JavaScript that defines LAYOUT.
 
-    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "i4", "i2", "f8", "f4", "u1".
+    Its `ways` are WAYS; its `records` hold their bytes and the offset and kind of each field: "i8", "i4", "i2", "f8",
+    "f4" or "u1".
     """
     found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS, "ways": WAYS}
     called = [entry.name for entry in CALLED]
