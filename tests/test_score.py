@@ -18,7 +18,7 @@ from livebass.kernels.score.memory import TIMED
 from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import Score, cleaned, score_of, single_note
-from livebass.smf import parse_smf
+from livebass.score.smf import parse_smf
 from livebass.tracknames import decode, is_bass
 
 RATE = 48000

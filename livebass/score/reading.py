@@ -20,8 +20,8 @@ from livebass.score.choosing import Part, Parts
 from livebass.score.found import Found
 from livebass.score.score import LEAST_RATE, Score, checked_rate, messages_of
 from livebass.score.sentences import NO_BASS
+from livebass.score.smf import Smf, SmfError, parse_smf
 from livebass.score.takes import with_basses
-from livebass.smf import Smf, SmfError, parse_smf
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file
@@ -80,7 +80,12 @@ def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switch
 
     Keys in `switches` are not notes. Raises the same errors, but none for a file without a bass.
     """
-    return list(_read(None, Path(path), LEAST_RATE, channel)[2].listed(switches))
+    return parts_in(None, Path(path), channel, switches)
+
+
+def parts_in(data: bytes | None, path: Path, channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
+    """`read_parts` for the bytes of a file that `path` names in messages; None: those at `path`."""
+    return list(_read(data, path, LEAST_RATE, channel)[2].listed(switches))
 
 
 def file_bytes(path: Path) -> bytes:

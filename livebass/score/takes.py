@@ -16,7 +16,7 @@ import numpy as np
 from livebass.formats import FORMATS, KEY
 from livebass.kernels.score.memory import PROGRAM
 from livebass.score.score import Score, TakenBass
-from livebass.smf import MARK
+from livebass.score.smf import MARK
 
 LONGEST = 1 << 16  # characters of a text
 LAST_PROGRAM = 127

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 
-from livebass import kits, smf, techniques, tracknames
+from livebass import kits, techniques, tracknames
 from livebass.kernels.player import messages
 from livebass.kernels.player.performer import CHANNELS
 from livebass.kernels.score import choosing, cleaning, lines, low_keys, programs, spread, times
-from livebass.score import reading
+from livebass.score import reading, sentences, smf
 from livebass.units import note_name
 
 RULE = {
@@ -25,9 +25,8 @@ RULE = {
     },
     "encodings": list(tracknames.ENCODINGS.values()),
     "longestName": smf.LONGEST_NAME,
-    "mostBefore": smf.MOST_BEFORE,
-    "smpteRates": smf.SMPTE_RATES,
-    "systemCommon": smf.SYSTEM_COMMON,
+    "errors": sentences.ERRORS,
+    "remarks": sentences.REMARKS,
     "channels": CHANNELS,
     "drums": kits.DRUMS,
     "melodic": kits.MELODIC,
