@@ -18,8 +18,9 @@ import numpy as np
 from livebass.formats import FORMATS, KEY
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.player.words import STRING, STRING_REST, STROKE, STROKE_END, Row, field
-from livebass.score.score import PROGRAM, Score, TakenBass
-from livebass.smf import MARK
+from livebass.kernels.score.memory import PROGRAM
+from livebass.score.score import Score, TakenBass
+from livebass.score.smf import MARK
 
 LONGEST = 1 << 16  # characters of a text
 LAST_PROGRAM = 127

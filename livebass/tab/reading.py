@@ -14,15 +14,15 @@ from typing import Any
 
 from livebass import tracknames
 from livebass.bounds import within
+from livebass.kernels.score.lines import LONGEST as LONGEST_SCORE
+from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.kinds import is_tab, kind_of
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
 from livebass.preset.source import is_path
-from livebass.score.lines import BASS_PROGRAMS
 from livebass.score.reading import ScoreError, file_bytes
-from livebass.score.score import LONGEST as LONGEST_SCORE
-from livebass.score.score import Score, checked_rate, score_from
+from livebass.score.score import Score, checked_rate, score_of
 from livebass.score.takes import text_of, with_basses
 from livebass.tab.containers import score_in_gpx, score_in_mxl, score_in_zip
 from livebass.tab.context import fill_in
@@ -93,7 +93,8 @@ class Arrangement:
             raise ScoreError(f"{self.path}: lasts {hours:.1f} hours, more than {LONGEST_SCORE // 3600}")
         at, song = partial(self.performance.tempos.frame, rate=rate), self.performance
         score = replace(
-            score_from([], self.path.stem, rate, remarks=(self.remark,)),
+            score_of([], rate, name=self.path.stem),
+            remarks=(self.remark,),
             file_end=at(nearest_tick(song.end)),
             beats=tuple((round(time * rate), begins) for time, begins in song.beats(self.tab.bars)),
         )
