@@ -7,7 +7,7 @@ import json
 from livebass import kits, techniques, tracknames
 from livebass.kernels.player import messages
 from livebass.kernels.player.performer import CHANNELS
-from livebass.kernels.score import choosing, cleaning, lines, low_keys, programs, spread, times
+from livebass.kernels.score import choosing, cleaning, lines, low_keys, memory, programs, spread, times
 from livebass.score import reading, sentences, smf
 from livebass.units import note_name
 
@@ -50,7 +50,7 @@ RULE = {
         "middle": spread.MIDDLE,
         "most": spread.MOST,
     },
-    "mostBasses": choosing.MOST_BASSES,
+    "mostBasses": memory.MOST_BASSES,
     "together": choosing.TOGETHER,
     "same": choosing.SAME,
     "leastSame": choosing.LEAST,
