@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal
 from livebass.kernels.player.constants import CONTROLLERS
+from livebass.kernels.score.memory import PROGRAM
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import BEAT, BY_SCORE, DESK, MOVED_BITS
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
-from livebass.score.score import PROGRAM, Score
+from livebass.score.score import Score
 from livebass.techniques import CHANNEL_MODES, RESERVED
 
 LOG = logging.getLogger(__name__)

@@ -12,13 +12,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from livebass.web.layout import layout
-from livebass.web.rule import rule
+from livebass.web.words import words
 
 STATIC = Path(__file__).parent / "static"
 IMPORT = re.compile(r'^import (?:(?:\* as (?P<all>\w+)|\{(?P<names>[\w$, ]+)\}) from )?"\./(?P<file>[\w.]+)";\n', re.M)
 EXPORT = re.compile(r"^export (?=(?:const|class|(?:async )?function\*?) (?P<name>[\w$]+))", re.M)
 UNJOINED = re.compile(r"^(?:import|export)\b.*", re.M)
-MADE = {"layout.js": layout, "rule.js": rule}  # modules made by Python: the kernels' layout, the rules of MIDI files
+MADE = {"layout.js": layout, "words.js": words}  # modules made by Python: the kernels' layout, words about MIDI files
 NONE: Mapping[str, str] = {}
 
 

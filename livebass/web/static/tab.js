@@ -64,15 +64,14 @@ async function readNotes() {
   if (data === tab) song = new Song(bytes.buffer, player.context.sampleRate, kernels);
 }
 
-function messages() {
-  return (song?.messages(AUTO, chosenBass()) || []).map(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]);
-}
+const messages = () => song?.messages(AUTO, chosenBass()) ?? new Int32Array();
 
 // The usual playing: the controllers as a tablature begins, and one channel for all strings.
 async function quiet() {
   await readNotes();
   if (transport.rolls) return;
-  for (const [frame, ...midi] of messages()) if (frame === 0 && midi[0] >= 0xA0) player.changeBy(midi);
+  const rows = messages();
+  for (let k = 0; k < rows.length; k += 4) if (rows[k] === 0 && rows[k + 1] >= 0xA0) player.changeBy([...rows.subarray(k + 1, k + 4)]);
   player.changeBy([CONTROL, ALIKE, 0]);
 }
 
@@ -82,7 +81,7 @@ async function ready() {
 }
 
 const play = makeButton("Play", {ariaPressed: "false"}), loop = makeButton("Loop", {ariaPressed: "false"});
-const transport = new Transport({messages: () => Int32Array.from(messages().flat()), quiet, ready}, play, loop);
+const transport = new Transport({messages, quiet, ready}, play, loop);
 
 // --- what is seen ---
 
