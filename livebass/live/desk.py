@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal
 from livebass.kernels.player.constants import CONTROLLERS
+from livebass.kernels.player.words import KIND_BIT, MIDI
 from livebass.kernels.score.memory import PROGRAM
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import BEAT, BY_SCORE, DESK, MOVED_BITS
@@ -52,13 +53,12 @@ class Desk:
 
     def load(self, score: Score) -> None:
         """Loads `score`, LEAD before its beginning; it starts once it is `rolling`. A desk has one score."""
-        data = score.messages.astype(np.int64)
-        words = data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
-        frames = np.ascontiguousarray(score.frames)
-        settings = np.flatnonzero((data[:, 0] & 0xF0 == 0xB0) & np.isin(data[:, 1], RESERVED + MODES)).astype(np.int64)
-        programs = np.full(len(data) + 1, -1 if score.program is None else score.program, np.int64)
-        for k in np.flatnonzero(data[:, 0] & 0xF0 == PROGRAM).tolist():
-            programs[k + 1 :] = data[k, 1]
+        frames, words = score.words
+        status, first = np.where(words >> KIND_BIT & 0xFF == MIDI, words & 0xFF, 0), words >> 8 & 0x7F
+        settings = np.flatnonzero((status & 0xF0 == 0xB0) & np.isin(first, RESERVED + MODES)).astype(np.int64)
+        programs = np.full(len(words) + 1, -1 if score.program is None else score.program, np.int64)
+        for k in np.flatnonzero(status & 0xF0 == PROGRAM).tolist():
+            programs[k + 1 :] = first[k]
         self._arrays += [frames, words, settings, programs]
         self.score, r = score, self.record
         r["rate"], r["frames"], r["words"] = score.rate, frames.ctypes.data, words.ctypes.data
@@ -187,8 +187,11 @@ def with_beats(score: Score, count_in: bool) -> Score:
     rows = np.array([(BEAT, begins, 0) for _, begins in beats], np.uint8)
     order = np.argsort(frames, kind="stable")
     messages = np.concatenate([rows, score.messages])[order]
+    strokes = tuple((row[0] + later, *row[1:]) for row in score.strokes)
     end, file_end = score.end_frame + later, score.file_end + later
-    return replace(score, frames=frames[order], messages=messages, end_frame=end, file_end=file_end)
+    return replace(
+        score, frames=frames[order], messages=messages, end_frame=end, file_end=file_end, strokes=strokes
+    )  # fmt: skip
 
 
 def click_sound(rate: int) -> NDArray[np.float32]:

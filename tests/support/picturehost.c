@@ -1,6 +1,6 @@
 /* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
-#include "instance.h"
-#include "editor.h"
+#include "instance/instance.h"
+#include "window/editor.h"
 
 #include <pthread.h>
 #include <stdio.h>

@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -51,6 +51,14 @@ DAMAGES = {
 }
 
 
+@pytest.fixture(scope="module", autouse=True)
+def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Plugins find an empty folder in place of the user's; a folder of tests imports this into its conftest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        yield
+
+
 def written(plugin: ModuleType, folder: Path) -> Path:
     """Writes a bundle of PRESETS, by the module of a format, into `folder`; returns the bundle."""
     plugin.write_bundle({name: load_preset(name) for name in PRESETS}, folder)
@@ -79,7 +87,7 @@ def sources(folder: Path, host: str) -> list[str]:
     """The compiler's arguments for the plugins' C, the kernels in `folder` and HOST.c beside this file."""
     system = this_system()
     objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
-    files = [*sorted(build.C.glob("*.c")), Path(__file__).with_name(f"{host}.c"), *objects]
+    files = [*sorted(build.C.rglob("*.c")), Path(__file__).with_name(f"{host}.c"), *objects]
     return [f"-I{folder}", f"-I{build.C}", *map(str, files)]
 
 
