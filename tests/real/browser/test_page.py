@@ -16,7 +16,20 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import INSIDE, OFFLINE, SAVED, chromium, firefox, open_page, saved, seen_by, served, sized, wait
+from support.browser import (
+    INSIDE,
+    OFFLINE,
+    SAVED,
+    chromium,
+    errors,
+    firefox,
+    open_page,
+    saved,
+    seen_by,
+    served,
+    sized,
+    wait,
+)
 from support.costs import quick
 from support.smf import named, smf
 from support.song import midi_file, song_of
@@ -52,7 +65,7 @@ def page(browser: Any, addresses: dict[str, str]) -> Iterator[Any]:
     """The page from disk, ready to start; any error in it fails the test."""
     open_page(browser, addresses["disk"])
     yield browser
-    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    assert not errors(browser)
 
 
 def text(driver: Any, name: str) -> str:
@@ -161,7 +174,7 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     version = "?v=" + browser.execute_script("return PAGE.digest")
     others = {home, *(f"{home}{name}" for name in PUBLIC)}
     assert all(url.endswith(version) or url in others for url in asked[1:]), asked
-    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    assert not errors(browser)
 
 
 # Keeps place and size of every bass built for the audio thread in `places`
@@ -581,7 +594,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
         shows("Fingers", "Vibrato")  # a report after the slider moved
         assert slider("gain") == (-3, "-3 dB")
         tap(browser, "a")
-        assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+        assert not errors(browser)
 
 
 def test_a_keyboard_that_is_unplugged_leaves_no_note(browser: Any, addresses: dict[str, str]) -> None:
