@@ -1398,22 +1398,6 @@ def test_another_part_and_what_is_odd_about_a_file(page: Any) -> None:
     assert found[found[:, 1] == 0x94, 1:].tolist() == [[0x94, 72, 100], [0x94, 74, 100], [0x94, 76, 100]]
 
 
-def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
-    open_file(page, "song.mid", midi_file(song_of([28, 40], 480)))
-    wait(lambda: page.find_element("id", "roll").is_enabled())
-    page.execute_script(
-        "window.notes = []; const take = see.take.bind(see);see.take = m => { notes.push(...m.notes); return take(m); }"
-    )
-    page.find_element("id", "loop").click()
-    page.find_element("id", "roll").click()
-    wait(lambda: page.execute_script("return notes.length") >= 3 * 5)
-    page.find_element("id", "roll").click()
-    wait(lambda: text_of(page, "level-text") == "silent")
-    played = page.execute_script("return notes.length")
-    time.sleep(1.2)
-    assert page.execute_script("return notes.length") == played
-
-
 def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(page: Any) -> None:
     """The clicks come before the sound has begun."""
     open_file(page, "song.mid", midi_file(song_of([28] * 40, 480)))
