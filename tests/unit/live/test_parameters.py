@@ -18,15 +18,7 @@ from livebass.arrays import Floats
 from livebass.engine.prepare import coil_filter
 from livebass.kernels.pickup.tone import ABOVE, BELOW, ROW, TONES
 from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import (
-    MIDI,
-    NOTE_BEND,
-    NOTE_PLACE,
-    NOTE_STRING,
-    STRING_BEND,
-    push_event,
-    push_message,
-)
+from livebass.live.thread.ring import MIDI, NOTE_BEND, NOTE_PLACE, NOTE_STRING, STRING_BEND, push_event, push_message
 from livebass.techniques import AMOUNT, PARAMETER
 
 MOVED = (4, 5, 7, 9, 17, 17, 18, 18, 18, *range(102, 110))  # controllers of hand, bend, volume, palm, tone, blend, ...
