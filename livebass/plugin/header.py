@@ -25,7 +25,7 @@ from livebass.kernels.player.touches import KEY_PALM
 from livebass.kernels.string import board, frets, note, preparing, records
 from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
-from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
+from livebass.live.thread import ahead, block, desk, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
 from livebass.plugin import state
@@ -71,6 +71,7 @@ RECORDS = {
     "LB_SIGHT": sight.SIGHT,
     "LB_STRING_LOOK": look.STRING_LOOK,
     "LB_LOOK": look.LOOK,
+    "LB_DESK": desk.DESK,
 }
 OF_MODULES: tuple[tuple[Any, str], ...] = (
     (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN DAMAGED LATER"), (note, "MADE"),
@@ -102,7 +103,7 @@ ENTRIES: tuple[Entry, ...] = (
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
     board.over_board, look.see_synth, change.measure_change, change.make_change,
-    response.cut_response,
+    response.cut_response, desk.load_desk, desk.play_desk,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "u8": "uint64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
