@@ -19,6 +19,7 @@ from livebass.live.thread.look import LOOK, PLACES
 from livebass.plugin import build
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
+from livebass.score.score import Score
 from support.plugins import kept, sources
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
@@ -108,6 +109,10 @@ def loaded(product: str, *more: str) -> Any:
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
         ("note_host", None, [address, whole, whole, real]),
+        ("song_host", None, [address, address, address, c.c_int64, c.c_int64]),
+        ("roll_host", None, [address, whole, whole]),
+        ("host_rolls", whole, [address]),
+        ("host_may_sleep", whole, [address]),
         ("touch_host", None, [address, whole, whole, whole]),
         ("move_host", whole, [address, address]),
         ("lb_move_value", None, [address, whole, real, whole]),
@@ -176,6 +181,25 @@ class Host:
     def midi(self, *message: int) -> None:
         """Sends MIDI of three bytes."""
         self.library.lb_take_midi(self.address, 0, bytes(message), 3)
+
+    def give(self, score: Score, end: int = 0) -> None:
+        """Gives it the messages of a score to play, up to the frame `end`, or to the score's end."""
+        data = score.messages.astype(np.int64)
+        frames, words = np.ascontiguousarray(score.frames), data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
+        addresses = frames.ctypes.data, words.ctypes.data
+        self.library.song_host(self.address, *addresses, len(words), end or score.end_frame)
+
+    def roll(self, on: bool = True, loops: bool = False) -> None:
+        """Starts or stops what it was given."""
+        self.library.roll_host(self.address, on, loops)
+
+    def rolls(self) -> bool:
+        """True while that plays."""
+        return bool(self.library.host_rolls(self.address))
+
+    def may_sleep(self) -> bool:
+        """True if the host need not call it until it sends something."""
+        return bool(self.library.host_may_sleep(self.address))
 
     def touch(self, on: bool, string: int, key: int) -> None:
         """A hand in the window presses a string, or releases it."""

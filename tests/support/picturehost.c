@@ -1,6 +1,7 @@
 /* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
 #include "instance.h"
 #include "editor.h"
+#include "song.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -60,6 +61,22 @@ void note_host(host *h, int on, int key, double velocity) {
 
 void touch_host(host *h, int on, int string, int key) { lb_put_touch(&h->instance.touches, on, string, key, 0.75); }
 int move_host(host *h, lb_move *to) { return lb_take_move(&h->instance.moves, to); }
+
+/* Plays `count` messages, packed as for rings, from the next block on. */
+void song_host(host *h, const int64_t *frames, const int64_t *words, int64_t count, int64_t end) {
+    int64_t *at, *packed;
+    lb_song *s = lb_new_song(count, &at, &packed);
+    memcpy(at, frames, (size_t)count * sizeof *at);
+    memcpy(packed, words, (size_t)count * sizeof *packed);
+    lb_load_song(s, h->instance.rate, end, h->instance.kernels);
+    lb_put_song(&h->instance, s);
+}
+void roll_host(host *h, int rolls, int loops) {
+    __atomic_store_n(&h->instance.loops, loops, __ATOMIC_RELAXED);
+    __atomic_store_n(&h->instance.rolls, rolls, __ATOMIC_RELAXED);
+}
+int host_rolls(host *h) { return __atomic_load_n(&h->instance.rolls, __ATOMIC_RELAXED); }
+int host_may_sleep(host *h) { return lb_may_sleep(&h->instance); }
 
 /* --- looks without an instance --- */
 

@@ -46,6 +46,7 @@ typedef struct { /* offline: a slider's value, from a frame of a block on */
     double value;
 } lb_turn;
 typedef struct lb_sound lb_sound;
+typedef struct lb_song lb_song; /* of song.h */
 typedef struct {
     int wanted;                 /* 1 + the next controller's parameter; 0: none */
     uint8_t of[LB_CONTROLLERS]; /* 1 + the parameter that a controller moves; 0: as in the key map */
@@ -77,6 +78,7 @@ typedef struct { /* the audio thread's side: no other thread touches it while th
     lb_taps taps;
     lb_turn turns[LB_TURNS]; /* of the next block to play */
     int turn_count;
+    lb_song *song; /* that plays beside the host's notes; 0: none */
 } lb_audio_side;
 
 typedef struct { /* what lb_undo restores */
@@ -131,6 +133,8 @@ typedef struct {
     lb_look look;          /* for windows ... */
     lb_moves moves;        /* ... and the changes made in them */
     lb_touches touches;
+    lb_song *next_song, *old_song; /* for the audio thread to play; from it, to free */
+    int rolls, loops, song_part;   /* the song plays; it begins again at its end; how much has played, thousandths */
     lb_learned learned;
     uint32_t responses;    /* set so far */
     uint64_t response_sum; /* of the response; 0: the bass's own plays */
@@ -255,6 +259,14 @@ void lb_play_touch(lb_instance *, const lb_touch *); /* at the next block's firs
 void lb_end_taps(lb_instance *);                     /* ends due ones; before the above. [audio thread] */
 /* Sets a value by hand, in the window, and tells the host. [the window's thread] */
 void lb_move_value(lb_instance *, int parameter, double value, int phase);
+
+/* --- of song.c. [audio thread] --- */
+
+/* Sends the song's messages for the next n frames. */
+void lb_play_song(lb_instance *, int64_t n);
+int lb_song_waits(const lb_instance *); /* it plays, or is about to */
+void lb_stop_song(lb_instance *);       /* at its beginning; the synth is new. [not while it plays] */
+void lb_close_song(lb_instance *);      /* frees all songs. [no thread plays] */
 
 /* --- of state.c --- */
 
