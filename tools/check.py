@@ -40,14 +40,14 @@ def check_c() -> tuple[bool, str]:
 
     kernels = header(this_system().levels)
     shared = [program("clang-tidy", "--version")[1], kernels]
-    shared += [file.read_text() for file in [SOURCES / ".clang-tidy", *sorted(SOURCES.glob("*.h"))]]
-    good = {file: CHECKED / digest(*shared, file.name, file.read_text()) for file in sorted(SOURCES.glob("*.c"))}
+    shared += [file.read_text() for file in [SOURCES / ".clang-tidy", *sorted(SOURCES.rglob("*.h"))]]
+    good = {file: CHECKED / digest(*shared, file.name, file.read_text()) for file in sorted(SOURCES.rglob("*.c"))}
     CHECKED.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         Path(folder, "kernels.h").write_text(kernels)
 
         def check(source: Path) -> tuple[bool, str]:
-            found = program("clang-tidy", "--quiet", source, "--", "-std=gnu11", f"-I{folder}")
+            found = program("clang-tidy", "--quiet", source, "--", "-std=gnu11", f"-I{folder}", f"-I{SOURCES}")
             if found[0]:
                 good[source].touch()
             return found

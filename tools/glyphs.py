@@ -1,4 +1,4 @@
-"""Writes livebass/plugin/c/glyphs.h: outlines of a font's letters, for the text in the plugin's window.
+"""Writes livebass/plugin/c/picture/glyphs.h: outlines of a font's letters, for the text in the plugin's window.
 
     python tools/glyphs.py FONT.ttf
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from fontTools.pens.recordingPen import DecomposingRecordingPen
 from fontTools.ttLib import TTFont
 
-TO = Path(__file__).parents[1] / "livebass/plugin/c/glyphs.h"
+TO = Path(__file__).parents[1] / "livebass/plugin/c/picture/glyphs.h"
 LETTERS = [*range(0x20, 0x7F), *range(0xA1, 0xAD), *range(0xAE, 0x100)]  # the visible part of Latin 1
 EM, DOWN, LEFT = 170, 48, 16  # units in an em; y and x may be as low as -DOWN and -LEFT
 Point = tuple[int, int, bool, bool]  # x, y, on the curve, last

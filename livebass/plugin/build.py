@@ -85,8 +85,8 @@ class BuildError(OSError):
 def digest() -> str:
     """Returns a digest of the binaries' present sources."""
     found = hashlib.sha256(store.digest().encode() + header(emitter.LEVELS).encode())
-    for source in (Path(__file__), *sorted(C.glob("*.[ch]"))):
-        found.update(source.name.encode() + b"\0" + source.read_bytes())
+    for source in (Path(__file__), *sorted(C.rglob("*.[ch]"))):
+        found.update(source.relative_to(Path(__file__).parent).as_posix().encode() + b"\0" + source.read_bytes())
     return found.hexdigest()[:16]
 
 
@@ -213,11 +213,22 @@ def link(folder: Path, system: System, using: list[str], more: Sequence[str] = (
     within.mkdir(exist_ok=True)
     (within / "kernels.h").write_text(header(system.levels))
     objects = [str(folder / object_name(PLUGIN, level, system)) for level in system.levels]
-    sources = [str(source) for source in sorted(C.glob("*.c"))]
+    sources = [str(source) for source in sorted(C.rglob("*.c"))]
     made = within / f"plugin.{system.ending}"
     if system.ending == "dll":
         objects += [str(imports(within, library, names)) for library, names in OF_WINDOWS.items()]
-    command = [*using, *FLAGS, *more, f"-I{within}", *sources, *objects, *LINKING[system.ending], "-o", str(made)]
+    command = [
+        *using,
+        *FLAGS,
+        *more,
+        f"-I{within}",
+        f"-I{C}",
+        *sources,
+        *objects,
+        *LINKING[system.ending],
+        "-o",
+        str(made),
+    ]
     run([command], "the plugins do not compile")
     return made.read_bytes()
 

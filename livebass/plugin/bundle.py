@@ -18,7 +18,7 @@ from livebass.plugin.systems import System, this_system
 from livebass.preset.sounds import sound_text, sound_title, sounds_of
 from livebass.techniques import MOST_BASSES
 
-LONGEST_NAME = 63  # bytes in an instrument's short name, as in c/core.c
+LONGEST_NAME = 63  # bytes in an instrument's short name, as in c/instance/core.c
 LIST = "instruments.txt"
 SOUNDS = "sounds"  # folder of the factory sounds, beside the instruments
 STUDIO = "studio"  # follows a name in the list
@@ -89,7 +89,7 @@ def own_instruments() -> Path:
 def distinct_titles(basses: dict[str, Instrument]) -> list[str]:
     """Returns these basses' titles for lists; a repeated title gets the short name in brackets.
 
-    The plugins do the same for every bass they find: `open_shelf` of c/core.c.
+    The plugins do the same for every bass they find: `open_shelf` of c/instance/core.c.
     """
     titles = [bass.name for bass in basses.values()]
     return [

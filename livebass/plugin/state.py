@@ -1,4 +1,4 @@
-"""States of the plugins, as hosts of CLAP and VST3 keep them: texts that c/session.c reads and writes."""
+"""States of the plugins, as hosts of CLAP and VST3 keep them: texts that c/instance/session.c reads and writes."""
 
 from __future__ import annotations
 

@@ -18,7 +18,8 @@ from livebass.plugin.systems import System
 from livebass.preset.sounds import sound_title, sound_values, sounds_of
 
 IDENTIFIER = "org.livebass.vst3"
-CLASSES = {  # ids of the plugins, as in c/vst3.c, by name: hosts look for a plugin's presets in a folder of that name
+# Ids of the plugins, by name, as in c/shells/vst3.c: hosts look for a plugin's presets in a folder of that name
+CLASSES = {
     "livebass": "6C697665626173739D3F0C5100000001",
     "livebass strings": "6C697665626173739D3F0C5100000002",
 }

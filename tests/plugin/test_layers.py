@@ -26,6 +26,8 @@ LAYERS = (
     {"vst3_view", "loader"},
     {"clap", "lv2", "lv2_ui", "vst3"},  # the shells: none knows another
 )
+WINDOWS = {"window/x11.c", "window/win32.c", "window/cocoa.c"}
+FOLDERS = ("abi", "system", "instance", "picture", "window", "shells")  # from the ground up
 COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
 DEFINED = re.compile(
     r"^(?!static|extern|typedef)[A-Za-z_][\w *]*?(lb_\w+)(?:\[\w*\])*(?:\([^;]*?\) \{| = )", re.MULTILINE
@@ -35,14 +37,13 @@ Files = Mapping[str, str]
 
 @pytest.fixture(scope="module")
 def files() -> Files:
-    """The text of each file by name, without comments."""
-    return {file.name: COMMENT.sub("", file.read_text()) for file in build.C.glob("*.[ch]")}
+    """The text of each file by place, without comments."""
+    return {file.relative_to(build.C).as_posix(): COMMENT.sub("", file.read_text()) for file in build.C.rglob("*.[ch]")}
 
 
 def room(file: str) -> str:
     """The layer name of a file: the windows of three systems share one."""
-    stem = Path(file).stem
-    return "window" if stem.startswith("window_") else stem
+    return "window" if file in WINDOWS else Path(file).stem
 
 
 def definers(files: Files) -> dict[str, str]:
@@ -76,14 +77,25 @@ def test_calls_go_down(files: Files) -> None:
 
 def test_a_circle_would_be_found(files: Files) -> None:
     """Such as the former circles of picture and neck, and of instance and state."""
-    wrong = {**files, "neck.c": files["neck.c"] + "lb_draw(p);", "state.c": files["state.c"] + "lb_serve(i);"}
+    wrong = {
+        **files,
+        "picture/neck.c": files["picture/neck.c"] + "lb_draw(p);",
+        "instance/state.c": files["instance/state.c"] + "lb_serve(i);",
+    }
     assert broken(wrong) == {("neck", "picture", "lb_draw"), ("state", "instance", "lb_serve")}
 
 
 def test_includes_have_no_circle(files: Files) -> None:
     included = {file: set(re.findall(r'#include "(.*?)"', text)) for file, text in files.items()}
     order = list(graphlib.TopologicalSorter(included).static_order())
-    assert order.index("core.h") < order.index("instance.h") < order.index("clap.c")
+    assert order.index("instance/core.h") < order.index("instance/instance.h") < order.index("shells/clap.c")
+
+
+def test_folders_include_lower_ones(files: Files) -> None:
+    floor = {folder: number for number, folder in enumerate(FOLDERS)}
+    for file, text in files.items():
+        for included in re.findall(r'#include "(\w+)/', text):
+            assert floor[included] <= floor[file.split("/")[0]], (file, included)
 
 
 def test_the_picture_knows_no_host(files: Files) -> None:

@@ -774,8 +774,8 @@ def test_letters_are_those_of_the_font(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "tools"))
     header: Callable[[Path], str] = __import__("glyphs").header
     fonts = Path(matplotlib.get_data_path()) / "fonts/ttf"
-    assert header(fonts / "DejaVuSans.ttf") == (C / "glyphs.h").read_text()
-    assert (C / "DEJAVU.txt").read_text() == (fonts / "LICENSE_DEJAVU").read_text()
+    assert header(fonts / "DejaVuSans.ttf") == (C / "picture/glyphs.h").read_text()
+    assert (C / "picture/DEJAVU.txt").read_text() == (fonts / "LICENSE_DEJAVU").read_text()
     sys.modules.pop("glyphs", None)
 
 

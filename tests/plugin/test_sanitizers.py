@@ -76,7 +76,7 @@ def built(folder: Path, kind: str, host: str, text: str, name: str = "") -> Path
         (folder / f"{kind}.ll").write_text(checked)
         cpu = f"-mcpu={LEVEL.replace('-', '_')}"
         run(*zig, f"-fsanitize={kind}", "-O2", "-Wno-override-module", cpu, "-c", folder / f"{kind}.ll", "-o", code)
-    sources = [*sorted(build.C.glob("*.c")), SUPPORT / f"{host}.c"]
+    sources = [*sorted(build.C.rglob("*.c")), SUPPORT / f"{host}.c"]
     compiler = zig if kind == "thread" else ["gcc"]
     where = (f"-I{folder}", f"-I{build.C}")
     run(*compiler, f"-fsanitize={kind}", *FLAGS, *where, *sources, code, "-o", made, "-lm", "-lpthread")

@@ -1,4 +1,4 @@
-"""A score given to the plugin plays beside the host's notes: as rendered, once or in a loop, in blocks of any length."""
+"""A score given to the plugin plays beside the host's notes: as rendered, once or looped, in blocks of any length."""
 
 from __future__ import annotations
 

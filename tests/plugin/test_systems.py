@@ -24,9 +24,9 @@ def test_the_c_compiles(name: str, tmp_path: Path) -> None:
     system = SYSTEMS[name]
     (tmp_path / "kernels.h").write_text(header(system.levels))
     warnings = [flag for flag in build.FLAGS if flag.startswith(("-W", "-std"))]
-    for source in sorted(build.C.glob("*.c")):
+    for source in sorted(build.C.rglob("*.c")):
         # zig keeps what it compiled by its words, which name no temporary folder
-        command = [*build.zig(system), *warnings, "-O0", "-c", "-I.", source, "-o", "a.o"]
+        command = [*build.zig(system), *warnings, "-O0", "-c", "-I.", f"-I{build.C}", source, "-o", "a.o"]
         done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 0, done.stderr[:2000]
 

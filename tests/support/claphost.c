@@ -9,7 +9,7 @@
 #ifdef COUNT
 #define _GNU_SOURCE
 #endif
-#include "clap_abi.h"
+#include "abi/clap.h"
 
 #include <math.h>
 #include <stdio.h>

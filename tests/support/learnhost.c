@@ -1,6 +1,6 @@
 /* Learns and forgets controllers as a window of the plugin does: learnhost FOLDER, which holds instruments. Prints nothing
    and returns 0, or the line of the first promise that is not kept. */
-#include "instance.h"
+#include "instance/instance.h"
 
 #include <stdlib.h>
 

@@ -1,7 +1,7 @@
 /* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
-#include "instance.h"
-#include "editor.h"
-#include "song.h"
+#include "instance/instance.h"
+#include "window/editor.h"
+#include "instance/song.h"
 
 #include <pthread.h>
 #include <stdio.h>

@@ -79,7 +79,7 @@ def sources(folder: Path, host: str) -> list[str]:
     """The compiler's arguments for the plugins' C, the kernels in `folder` and HOST.c beside this file."""
     system = this_system()
     objects = [folder / build.object_name(build.PLUGIN, level, system) for level in system.levels]
-    files = [*sorted(build.C.glob("*.c")), Path(__file__).with_name(f"{host}.c"), *objects]
+    files = [*sorted(build.C.rglob("*.c")), Path(__file__).with_name(f"{host}.c"), *objects]
     return [f"-I{folder}", f"-I{build.C}", *map(str, files)]
 
 

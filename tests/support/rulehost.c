@@ -1,5 +1,5 @@
 /* Breaks a thread rule: rulehost FOLDER CASE. The plugin's C, built with LB_CHECK_THREADS, says so and aborts. */
-#include "instance.h"
+#include "instance/instance.h"
 
 #include <pthread.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
    that come and go. Each of them rests at random up to RESTS us before it plays a string, if it is not 0, so that
    strings are left to all, and taken late. Prints how many strings the helpers played, and a checksum of the sound,
    which must not depend on them. */
-#include "core.h"
+#include "instance/core.h"
 
 #include <pthread.h>
 #include <stdio.h>

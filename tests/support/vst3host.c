@@ -4,7 +4,7 @@
    float32, the same in every run. The plugin is that with a mono output, or with an output a string for an odd SEED.
    With WINDOW, on Windows, its view is open meanwhile, in a window of the host's own, and closed and opened again now
    and then. Prints the number of blocks and the greatest sample. */
-#include "vst3_abi.h"
+#include "abi/vst3.h"
 
 #include <math.h>
 #include <stdio.h>

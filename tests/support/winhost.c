@@ -8,7 +8,7 @@
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 
-#include "clap_abi.h"
+#include "abi/clap.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,0 +1,165 @@
+/* A host's notes: one table by channel and key, with the host's id of each. [audio thread] */
+#include "instance/instance.h"
+#include "instance/retuning.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { UNKNOWN, LET_GO, HELD };                       /* states of a note */
+enum { NOTE_OFF = 0x80, NOTE_ON = 0x90, MODE = 0xB0 }; /* MIDI, of the first channel */
+enum { ALL_SOUND_OFF = 120, ALL_NOTES_OFF = 123 };    /* first of the controllers that end sounds, and notes */
+
+static int is_channel(int channel) { return channel >= 0 && channel < LB_CHANNELS; }
+
+static void send(lb_instance *i, int64_t offset, int status, int first, int second) {
+    lb_send(i->synth, offset, (const uint8_t[]){(uint8_t)status, (uint8_t)first, (uint8_t)second}, 3);
+}
+
+void lb_forget_notes(lb_instance *i) {
+    memset(i->audio.notes, 0, sizeof i->audio.notes);
+    for (int n = 0; n < LB_NOTES; n++) i->audio.notes[n].id = -1;
+    i->audio.untold = 0;
+}
+
+/* --- expressions --- */
+
+/* Sends an expression of note n; in a flood the synth gets it in the next block. */
+static void express(lb_instance *i, int64_t offset, int n, int what, double amount) {
+    lb_note *note = &i->audio.notes[n];
+    const int bends = what == LB_EXPRESS_BEND;
+    const int told = bends ? lb_bend_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount + note->retuning)
+                                     : lb_vibrate_note(i->synth, offset, n / LB_KEYS, n % LB_KEYS, amount);
+    note->amounts[what] = amount;
+    note->untold[what] = !told;
+    i->audio.untold |= !told;
+}
+
+/* Tunes note n as the master wants it. */
+static void retune(lb_instance *i, int64_t offset, int n) {
+    lb_note *note = &i->audio.notes[n];
+    const double wanted = lb_retuning(n / LB_KEYS, n % LB_KEYS);
+    if (note->state != HELD || wanted == note->retuning) return;
+    note->retuning = wanted;
+    i->audio.retuned = 1;
+    express(i, offset, n, LB_EXPRESS_BEND, note->amounts[LB_EXPRESS_BEND]);
+}
+
+void lb_tell_notes(lb_instance *i) {
+    const int tuned = lb_has_master();
+    for (int n = 0; n < LB_NOTES && (tuned || i->audio.retuned); n++) retune(i, 0, n);
+    i->audio.retuned = tuned;
+    if (!i->audio.untold) return;
+    i->audio.untold = 0;
+    for (int what = 0; what < LB_EXPRESSIONS; what++)
+        for (int n = 0; n < LB_NOTES; n++)
+            if (i->audio.notes[n].untold[what]) express(i, 0, n, what, i->audio.notes[n].amounts[what]);
+}
+
+int lb_is_left_out(const lb_instance *i, int channel, int key) {
+    const int bass = (int)lb_value(i, LB_BASS);
+    if (!lb_leaves_out(channel, key)) return 0;
+    return bass >= lb_shelf_count(i->shelf) || !lb_shelf_switch(i->shelf, bass, key);
+}
+
+/* --- selecting notes --- */
+
+/* Writes the selected notes into `found` and returns their number. An id counts only without a key. If no note with
+   this key or id is held on its channel, selects it on all channels that hold it, or else the released note. */
+static int find(const lb_instance *i, lb_named named, int16_t found[LB_NOTES]) {
+    const int by_id = named.key < 0 && named.id >= 0, attempts = by_id || named.key >= 0 ? 3 : 1;
+    const int low = named.key < 0 ? 0 : named.key, high = named.key < 0 ? LB_KEYS - 1 : named.key;
+    int count = 0;
+    for (int attempt = 0; !count && high < LB_KEYS && attempt < attempts; attempt++) {
+        const int state = attempt < 2 ? HELD : LET_GO, any = by_id || attempt == 1 || !is_channel(named.channel);
+        const int first = any ? 0 : named.channel, last = any ? LB_CHANNELS - 1 : named.channel;
+        for (int channel = first; channel <= last; channel++)
+            for (int key = low; key <= high; key++) {
+                const int n = channel * LB_KEYS + key;
+                const lb_note *note = &i->audio.notes[n];
+                if (note->state == state && (!by_id || note->id == named.id)) found[count++] = (int16_t)n;
+            }
+    }
+    return count;
+}
+
+/* --- notes begin and end --- */
+
+static void begin(lb_instance *i, int channel, int key, int32_t id) {
+    for (int n = 0; n < LB_NOTES && id >= 0; n++)
+        if (i->audio.notes[n].id == id) i->audio.notes[n].id = -1; /* from a finished note */
+    i->audio.notes[channel * LB_KEYS + key] = (lb_note){.id = id, .state = HELD};
+}
+
+static void let_go(lb_instance *i, int n) {
+    if (i->audio.notes[n].state == HELD) i->audio.notes[n].state = LET_GO;
+}
+
+void lb_start_note(lb_instance *i, int64_t offset, int channel, int key, double velocity, int32_t id) {
+    LB_ALONE(i->audio.owner);
+    if (!is_channel(channel)) channel = 0;
+    if (key < 0 || key >= LB_KEYS || lb_is_left_out(i, channel, key)) return;
+    begin(i, channel, key, id);
+    send(i, offset, NOTE_ON | channel, key, (int)fmin(fmax(rint(127 * velocity), 1), 127)); /* 0 would end it */
+    retune(i, offset, channel * LB_KEYS + key);
+}
+
+static void release(lb_instance *i, int64_t offset, int n, double velocity) {
+    let_go(i, n);
+    send(i, offset, NOTE_OFF | n / LB_KEYS, n % LB_KEYS, (int)lrint(fmin(fmax(velocity, 0), 1) * 127));
+}
+
+/* Sends a channel mode message to a channel, or to all channels. */
+static void end_all(lb_instance *i, int64_t offset, int channel, int mode) {
+    for (int n = 0; n < LB_NOTES; n++)
+        if (!is_channel(channel) || n / LB_KEYS == channel) let_go(i, n);
+    if (is_channel(channel)) send(i, offset, MODE | channel, mode, 0);
+    else lb_send_everywhere(i->synth, offset, mode, 0);
+}
+
+void lb_stop_note(lb_instance *i, int64_t offset, lb_named named, double velocity) {
+    LB_ALONE(i->audio.owner);
+    int16_t found[LB_NOTES];
+    if (named.key < 0 && named.id < 0) end_all(i, offset, named.channel, ALL_NOTES_OFF);
+    else
+        for (int k = 0, count = find(i, named, found); k < count; k++) release(i, offset, found[k], velocity);
+}
+
+void lb_choke_note(lb_instance *i, int64_t offset, lb_named named) {
+    LB_ALONE(i->audio.owner);
+    int16_t found[LB_NOTES];
+    if (named.key < 0 && named.id < 0) {
+        end_all(i, offset, named.channel, ALL_SOUND_OFF);
+        return;
+    }
+    for (int k = 0, count = find(i, named, found); k < count; k++) {
+        release(i, offset, found[k], 0.5); /* it may be a switch key */
+        lb_cut_note(i->synth, offset, found[k] / LB_KEYS, found[k] % LB_KEYS);
+    }
+}
+
+void lb_express(lb_instance *i, int64_t offset, lb_named named, int what, double amount) {
+    LB_ALONE(i->audio.owner);
+    int16_t found[LB_NOTES];
+    for (int k = 0, count = find(i, named, found); k < count; k++) express(i, offset, found[k], what, amount);
+}
+
+void lb_express_place(lb_instance *i, int64_t offset, int key, int32_t id, double brightness) {
+    LB_ALONE(i->audio.owner);
+    for (int n = 0; n < LB_NOTES && key < 0 && id >= 0; n++)
+        if (i->audio.notes[n].id == id) key = n % LB_KEYS;
+    if (key < LB_KEYS) lb_place_note(i->synth, offset, key, 1 - 2 * brightness);
+}
+
+void lb_take_midi(lb_instance *i, int64_t offset, const uint8_t *bytes, size_t count) {
+    LB_ALONE(i->audio.owner);
+    if (lb_take_learned(i, offset, bytes, count)) return;
+    const int kind = count == 3 ? bytes[0] & 0xF0 : 0, channel = count ? bytes[0] & 0x0F : 0, first = count > 1 ? bytes[1] & 0x7F : 0;
+    const int starts = kind == NOTE_ON && bytes[2];
+    if (starts && lb_is_left_out(i, channel, first)) return;
+    if (starts) begin(i, channel, first, -1);
+    else if (kind == NOTE_ON || kind == NOTE_OFF) let_go(i, channel * LB_KEYS + first);
+    for (int key = 0; kind == MODE && (first == ALL_SOUND_OFF || first >= ALL_NOTES_OFF) && key < LB_KEYS; key++)
+        let_go(i, channel * LB_KEYS + key);
+    lb_send(i->synth, offset, bytes, count);
+    if (starts) retune(i, offset, channel * LB_KEYS + first);
+}

@@ -1,0 +1,363 @@
+/* Lays out the picture's parts. */
+#include "picture/drawing.h"
+
+#include <stdio.h>
+
+int lb_basses(const lb_picture *p) {
+    char first[MOST_TEXT], second[MOST_TEXT];
+    const int count = (int)most_of(p, LB_BASS) + 1;
+    text_of(p, LB_BASS, 0, first);
+    text_of(p, LB_BASS, 1, second);
+    return count == 2 && !strcmp(first, second) ? 1 : count;
+}
+
+static part *add(lb_picture *p, int kind, int number, double x, double y, double w, double h) {
+    static part none;
+    if (p->count == MOST_PARTS || w <= 0 || h <= 0) return &none;
+    part *q = &p->parts[p->count++];
+    *q = (part){kind, number, x, y, w, h, 0};
+    return q;
+}
+
+/* The parameters' places: a row each, in sections of a page. Any that is left out is on the last page. */
+static const char pages[LB_PAGES][9] = {"Play", "Bench", "Tone", "Settings"};
+enum { STROKE, HANDS, SOUND_OF, NECK, FRETS, STRINGS, PICKUPS, EACH_PICKUP, PLUCKING, TONE, EFFECTS, PROCESSOR, PLAYING,
+       UNEVEN, MORE_OF, SECTIONS };
+static const char sections[SECTIONS][15] = {
+    "Stroke", "Hands", "Sound", "Neck", "Frets and wood", "Strings", "Pickups", "Each pickup", "Plucking", "Tone",
+    "Effects", "Processor", "Playing", "Human", "More",
+};
+static const struct {
+    int page, section, parameter;
+    const char *tip; /* 0: its own help */
+} table[] = {
+    {LB_PLAY, STROKE, LB_TECHNIQUE, "What plucks the strings. The buttons above choose it, too."},
+    {LB_PLAY, STROKE, LB_PLUCK_POSITION, "Where the strings are plucked. Drag the mark over the body, too."},
+    {LB_PLAY, STROKE, LB_DYNAMICS, "Force of every note."},
+    {LB_PLAY, HANDS, LB_PALM_MUTE, "How firmly the palm rests on the strings."},
+    {LB_PLAY, HANDS, LB_VIBRATO, "Depth of the vibrato."},
+    {LB_PLAY, HANDS, LB_HAND_DAMPING, "How fast a finger stops a note."},
+    {LB_PLAY, SOUND_OF, LB_GAIN, "Level. 0 dB is the bass as it is."},
+    {LB_PLAY, SOUND_OF, LB_TONE, "The tone pot: 0 is closed, 10 is open."},
+    {LB_PLAY, SOUND_OF, LB_DRIVE, "A valve stage behind the bass."},
+    {LB_BENCH_PAGE, NECK, LB_ACTION, 0},
+    {LB_BENCH_PAGE, NECK, LB_NECK_RELIEF, 0},
+    {LB_BENCH_PAGE, NECK, LB_NUT_HEIGHT, 0},
+    {LB_BENCH_PAGE, NECK, LB_CONTACT_LOSS, 0},
+    {LB_BENCH_PAGE, FRETS, LB_FRET, 0},
+    {LB_BENCH_PAGE, FRETS, LB_FRET_HEIGHT, 0},
+    {LB_BENCH_PAGE, FRETS, LB_NECK_RESONANCE, 0},
+    {LB_BENCH_PAGE, FRETS, LB_NECK_MASS, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_NAMED_TUNING, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_CONCERT_PITCH, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_GAUGE, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_TENSION, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_WEAR, 0},
+    {LB_BENCH_PAGE, STRINGS, LB_FOAM, 0},
+    {LB_BENCH_PAGE, PICKUPS, LB_PICKUP_PLACE, 0},
+    {LB_BENCH_PAGE, PICKUPS, LB_PICKUP_HEIGHT, 0},
+    {LB_BENCH_PAGE, PICKUPS, LB_CABLE, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_1_PLACE, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_1_HEIGHT, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_2_PLACE, 0},
+    {LB_BENCH_PAGE, EACH_PICKUP, LB_PICKUP_2_HEIGHT, 0},
+    {LB_BENCH_PAGE, PLUCKING, LB_FINGER_WIDTH, 0},
+    {LB_BENCH_PAGE, PLUCKING, LB_PLUCK_ANGLE, 0},
+    {LB_BENCH_PAGE, PLUCKING, LB_HARDEST, 0},
+    {LB_TONE_PAGE, TONE, LB_GAIN, 0},
+    {LB_TONE_PAGE, TONE, LB_TONE, 0},
+    {LB_TONE_PAGE, PICKUPS, LB_BLEND, "From the pickup at the neck to the one at the bridge."},
+    {LB_TONE_PAGE, EFFECTS, LB_COMPRESSION, "A compressor behind the bass."},
+    {LB_TONE_PAGE, EFFECTS, LB_DRIVE, 0},
+    {LB_TONE_PAGE, EFFECTS, LB_PARAMETERS /* the response */, 0},
+    {LB_SETTINGS, PROCESSOR, LB_QUALITY, "Studio plays more modes, at more load."},
+    {LB_SETTINGS, PROCESSOR, LB_CORES, "Threads that play strings side by side."},
+    {LB_SETTINGS, PROCESSOR, LB_RUNNING_AHEAD, "Computes strings ahead in quiet times. The sound stays the same."},
+    {LB_SETTINGS, PROCESSOR, LB_RELIEF, "Simplifies strings for a moment if time runs out. Never in a bounce."},
+    {LB_SETTINGS, PLAYING, LB_BEND_RANGE, "Range of the pitch wheel."},
+    {LB_SETTINGS, PLAYING, LB_VELOCITY_CURVE, "Below 0 a soft touch plays louder, above 0 softer."},
+    {LB_SETTINGS, PLAYING, LB_HAND_POSITION, "The fret near which the left hand plays. At 0 it moves freely."},
+    {LB_SETTINGS, PLAYING, LB_AVOID_OPEN, "Frets notes that open strings have."},
+    {LB_SETTINGS, UNEVEN, LB_UNEVENNESS, "How much notes differ from each other."},
+    {LB_SETTINGS, UNEVEN, LB_HUMANISE_TIME, "How late notes may come."},
+    {LB_SETTINGS, UNEVEN, LB_HUMANISE_FORCE, "How much the force of notes may differ."},
+};
+enum { PLACED = sizeof table / sizeof *table };
+
+const char *lb_tip_of(int parameter) {
+    for (size_t j = 0; j < PLACED; j++)
+        if (table[j].parameter == parameter && table[j].tip) return table[j].tip;
+    return lb_parameters[parameter].help;
+}
+
+/* A parameter without a row; techniques are lamps, and the bass is in the header. */
+static int is_left(int k) {
+    for (size_t j = 0; j < PLACED; j++)
+        if (table[j].parameter == k) return 0;
+    return k != LB_BASS && strcmp(lb_parameters[k].group, "Techniques") != 0;
+}
+
+static void lay_out_header(lb_picture *p, double width) {
+    const double y = px(p, 9), h = px(p, 28), left = px(p, 122), right = width - px(p, EDGE);
+    const double room = right - px(p, 236 + 6 + SAVE_WIDTH + 6) - left, wide = fmin(fmin(px(p, 330), width * 0.36), room);
+    add(p, WORDMARK, 0, px(p, EDGE), y, px(p, 100), h);
+    add(p, PREVIOUS, 0, left, y, h, h);
+    add(p, TITLE, 0, left + h + px(p, 2), y, wide - 2 * h - px(p, 4), h); /* each clears a small margin */
+    add(p, NEXT, 0, left + wide - h, y, h, h);
+    if (p->face.save) add(p, SAVE, 0, left + wide + px(p, 6), y, px(p, SAVE_WIDTH), h);
+    add(p, OVERLOAD, 0, right - px(p, 82), y, px(p, 82), h);
+    add(p, LOAD, 0, right - px(p, 160), y, px(p, 72), h);
+    add(p, QUALITY, LB_QUALITY, right - px(p, 236), y, px(p, 70), h);
+}
+
+/* A page's cells: sections by section, each led by its heading. */
+typedef struct {
+    int count, sections, longest;           /* cells and headings together; the cells of the longest section */
+    int kind[MOST_CELLS], number[MOST_CELLS]; /* HEAD: a section */
+} cells;
+
+static void add_cell(cells *c, int kind, int number) {
+    if (c->count == MOST_CELLS) return;
+    c->kind[c->count] = kind;
+    c->number[c->count++] = number;
+}
+
+static cells cells_of(const lb_picture *p, int page) {
+    cells c = {0, 0, 0, {0}, {0}};
+    for (int section = 0; section < SECTIONS; section++) {
+        const int first = c.count;
+        for (size_t j = 0; j < PLACED + LB_PARAMETERS; j++) {
+            const int k = j < PLACED ? table[j].parameter : (int)(j - PLACED);
+            const int left = section == MORE_OF && j >= PLACED;
+            const int placed = j < PLACED && table[j].page == page && table[j].section == section;
+            if (k == LB_PARAMETERS && !p->face.response) continue;
+            if (!placed && !(left && page == LB_SETTINGS && is_left(k))) continue;
+            if (c.count == first) add_cell(&c, HEAD, section);
+            add_cell(&c, k == LB_PARAMETERS ? RESPONSE : lb_parameters[k].points ? STEPPER : SLIDER, k);
+        }
+        c.sections += c.count > first;
+        if (c.count - first - 1 > c.longest) c.longest = c.count - first - 1;
+    }
+    return c;
+}
+
+const char *lb_section_name(int section) { return sections[section]; }
+
+/* The columns and rows of a page's cells, headings among them: a column for each section, if there is room, or all in
+   a row, one column after the other. */
+typedef struct {
+    int columns, rows, apart;
+    double wide;
+} grid;
+
+static grid grid_of(const lb_picture *p, const cells *c) {
+    const double units = p->sheet.width / p->scale - EDGE;
+    const int fitting = (int)fmin(fmax(floor(units / LEAST_CELL), 1), MOST_COLUMNS);
+    grid g = {c->sections, c->longest + 1, 1, 0};
+    if (fitting < c->sections) {
+        g = (grid){fitting, (c->count + fitting - 1) / fitting, 0, 0};
+        for (int again = 1; again; g.rows += again) { /* a heading at a column's end moves on, and may need a row more */
+            int at = 0, columns = 1;
+            for (int k = 0; k < c->count; k++, at++)
+                if (at == g.rows || (at == g.rows - 1 && c->kind[k] == HEAD)) at = 0, columns++;
+            again = columns > g.columns;
+        }
+    }
+    g.wide = px(p, fmin(units / g.columns, MOST_CELL));
+    return g;
+}
+
+/* The cells of a page, `tall` pixels each. */
+static void lay_out_cells(lb_picture *p, const cells *c, const grid *g, double top, double tall) {
+    int column = 0, row = 0;
+    for (int k = 0; k < c->count; k++, row++) {
+        const int head = c->kind[k] == HEAD;
+        if (k && (g->apart ? head : row == g->rows || (head && row == g->rows - 1))) column++, row = 0;
+        const double x = px(p, EDGE) + column * g->wide, high = px(p, HEADING), above = tall - high;
+        const double y = top + row * tall - (g->apart && row ? above : 0) + (head && !g->apart ? above : 0);
+        add(p, c->kind[k], c->number[k], x, y, g->wide - px(p, EDGE), head ? high : tall);
+    }
+}
+
+int lb_is_outdated(const lb_picture *p) { return p->face.kept && p->face.kept(p->face.owner); }
+
+const char *lb_tab_name(int page) { return pages[page]; }
+
+static void lay_out_tabs(lb_picture *p, double width, double top) {
+    const double h = px(p, TABS - 4), right = width - px(p, EDGE);
+    for (int k = 0; p->face.swap && k < 2; k++)
+        add(p, SIDE, k, right - px(p, 26) * (2 - k), top, px(p, 24), h);
+    if (p->face.copy) add(p, COPY, 0, right - px(p, 104), top, px(p, 48), h);
+    if (p->face.undo) add(p, UNDO, 0, right - px(p, 156), top, px(p, 48), h);
+    if (p->face.paste) add(p, PASTE, 0, right - px(p, 208), top, px(p, 48), h);
+    if (lb_is_outdated(p)) add(p, UPDATE, 0, right - px(p, 268), top, px(p, 56), h);
+    for (int k = 0; k < LB_PAGES; k++) add(p, TAB, k, px(p, EDGE) + px(p, 84) * k, top, px(p, 80), h);
+}
+
+int lb_key_of(const lb_picture *p, int action) {
+    int key = 0;
+    for (const lb_switch *s; key < LB_KEY_COUNT; key++)
+        if ((s = p->face.switched(p->face.owner, key)) && s->action == action) return key;
+    return -1;
+}
+
+const lb_switch *lb_switch_of(int action) {
+    for (int k = 0; k < LB_SWITCHES; k++)
+        if (lb_switches[k].action == action && lb_switches[k].value < 0) return &lb_switches[k];
+    return 0;
+}
+
+/* The strokes, then the techniques: always all, in the same places. */
+static const int lamps[] = {
+    LB_SWITCH_FINGER, LB_SWITCH_PICK, LB_SWITCH_SLAP, LB_SWITCH_THUMB_ON_ALL, LB_SWITCH_POP_ON_ALL, LB_SWITCH_PALM_MUTE,
+    LB_SWITCH_LEGATO, LB_SWITCH_SLIDE, LB_SWITCH_VIBRATO, LB_SWITCH_LET_RING, LB_SWITCH_GHOST, LB_SWITCH_HARMONIC,
+    LB_SWITCH_TAP, LB_SWITCH_DOWN_STROKE, LB_SWITCH_UP_STROKE, LB_SWITCH_LEFT_SLAP, LB_SWITCH_ARTIFICIAL,
+    LB_SWITCH_ARTIFICIAL_12TH, LB_SWITCH_ARTIFICIAL_15TH, LB_SWITCH_PINCH, LB_SWITCH_SLIDE_OFF_DOWN,
+    LB_SWITCH_SLIDE_OFF_UP, LB_SWITCH_DETACH, LB_SWITCH_STOP_ALL,
+};
+enum { LAMP_COUNT = sizeof lamps / sizeof *lamps };
+
+/* True in a window without room for cells and lamps of the usual size. */
+static int is_low(const lb_picture *p) { return p->sheet.height < px(p, LOW); }
+
+static double lamp_height(const lb_picture *p) { return px(p, is_low(p) ? SMALL_LAMP : LAMP_HEIGHT); }
+
+static int lamp_rows(const lb_picture *p) {
+    const double across = floor((p->sheet.width / p->scale - EDGE) / (is_low(p) ? LEAST_SMALL_LAMP : LEAST_LAMP));
+    return (int)ceil(LAMP_COUNT / fmin(fmax(across, 1), LAMP_COUNT));
+}
+
+/* The width of a lamp's name, for a low window; in others lamps stand in columns. */
+static double name_width(const lb_picture *p, int lamp) {
+    return is_low(p) ? lb_text_width(px(p, TINY), lb_switch_of(lamp)->name) : 0;
+}
+
+/* Each lamp is as wide as its name, and its share of what is left. */
+static void lay_out_lamps(lb_picture *p, double width, double top) {
+    const int rows = lamp_rows(p), across = (LAMP_COUNT + rows - 1) / rows;
+    double x = 0, left = 0;
+    for (int k = 0; k < LAMP_COUNT; k++) {
+        const int row = k / across;
+        if (k % across == 0) x = px(p, EDGE), left = width - px(p, 2 * EDGE - 4);
+        for (int j = k; k % across == 0 && j < k + across && j < LAMP_COUNT; j++) left -= name_width(p, lamps[j]);
+        const double wide = name_width(p, lamps[k]) + left / across, tall = lamp_height(p);
+        add(p, LAMP, lamps[k], x, top + row * tall, wide - px(p, 4), tall - px(p, 4));
+        x += wide;
+    }
+}
+
+/* True if a name has the searched text in it, small or large letters alike. */
+static int is_found(const lb_picture *p, const char *name) {
+    if (p->typing != SEARCH || !*p->typed) return 1;
+    for (; *name; name++) {
+        size_t k = 0;
+        for (; p->typed[k]; k++) {
+            const char a = name[k], b = p->typed[k];
+            if ((a >= 'A' && a <= 'Z' ? a | 32 : a) != (b >= 'A' && b <= 'Z' ? b | 32 : b)) break;
+        }
+        if (!p->typed[k]) return 1;
+    }
+    return 0;
+}
+
+static int list_group(lb_picture *p, int group, listed *rows, int count) {
+    const int basses = lb_basses(p), first = count++;
+    char name[MOST_TEXT];
+    rows[first] = (listed){SOUNDS, group};
+    for (int k = 0; k < basses && count < MOST_LISTED; k++) {
+        text_of(p, LB_BASS, k, name);
+        const int of = p->face.group ? p->face.group(p->face.owner, k) : LB_SHIPPED;
+        if (of == group && is_found(p, name)) rows[count++] = (listed){ITEM, k};
+    }
+    for (int k = 0; k < p->sounds && count < MOST_LISTED; k++) {
+        const int of = !p->face.is_own || p->face.is_own(p->face.owner, k) ? LB_MINE : LB_FACTORY;
+        if (of == group && is_found(p, p->face.sound(p->face.owner, k))) rows[count++] = (listed){SOUND, k};
+    }
+    return count == first + 1 ? first : count; /* no heading for nothing */
+}
+
+/* Lays out the search, then group by group, column by column. If not all fit, the last place has the button that
+   scrolls by a column. */
+static void lay_out_list(lb_picture *p, double x, double y, double w, double h) {
+    enum { MOST_PLACES = MOST_PARTS / 2, MOST_ROWS = MOST_PLACES / 2 }; /* parts after the list need places, too */
+    const int rows = (int)fmin(fmax(h / px(p, 24), 1), MOST_ROWS);
+    const int fitting = MOST_PLACES / rows, columns = (int)fmin(fmax(w / px(p, 200), 1), fitting), room = rows * columns;
+    listed *all = p->listed;
+    int count = 1;
+    all[0] = (listed){SEARCHED, 0};
+    for (int group = 0; group < LB_SOUND_GROUPS; group++) count = list_group(p, group, all, count);
+    const int full = count > room;
+    p->columns = full ? (count + rows) / rows - columns : 0;
+    if (p->scrolled > p->columns) p->scrolled = 0;
+    for (int k = 0; k < room; k++) {
+        const int at = k + p->scrolled * rows, column = k / rows, row = k % rows, more = full && k == room - 1;
+        if (at >= count && !more) break;
+        const listed one = more ? (listed){MORE, 0} : all[at];
+        add(p, one.kind, one.number, x + column * w / columns, y + row * px(p, 24), w / columns - px(p, 6), px(p, 22));
+    }
+}
+
+static void lay_out_neck(lb_picture *p, const part *board) {
+    const LB_LOOK *l = look_of(p);
+    const int strings = l->strings ? (int)l->strings : 4;
+    double length = l->strings ? 0 : 1;
+    for (int i = 0; i < l->strings; i++) length = fmax(length, l->string[i].length);
+    p->nut = board->x + px(p, 52);
+    p->saddle = board->x + board->w - px(p, 74);
+    p->metre = (p->saddle - p->nut) / length;
+    p->middle = board->y + px(p, 20) + (board->h - px(p, 38)) / 2;
+    const double lane = fmin((board->h - px(p, 54)) / strings, px(p, 68));
+    p->half[0] = 0.42 * lane * strings;
+    p->half[1] = 0.5 * lane * strings;
+}
+
+void lb_lay_out(lb_picture *p) {
+    const double width = p->sheet.width, height = p->sheet.height, top = px(p, HEADER + TABS);
+    const int bench = p->page == LB_BENCH_PAGE;
+    const cells c = cells_of(p, p->page);
+    const grid g = grid_of(p, &c);
+    const double switches = p->page == LB_PLAY ? lamp_height(p) * lamp_rows(p) + px(p, 2) : 0;
+    const double heads = g.apart ? px(p, HEADING) : 0, room = height - top - px(p, FOOT) - switches - heads;
+    const int rows = g.apart ? g.rows - 1 : g.rows, both = room - rows * px(p, SMALL_CELL) >= px(p, 2 * LEAST_NECK);
+    const int large = room - rows * px(p, CELL) >= px(p, bench ? 2 * LEAST_NECK : LEAST_NECK);
+    const double cell = px(p, large ? CELL : SMALL_CELL), least = px(p, bench && !p->listing ? 0 : 60);
+    const double tall = fmax(room - rows * cell, least), panel = top + tall;
+    const double side = !bench || p->listing ? 0 : both ? fmin(tall * 0.45, px(p, 190)) : tall;
+    p->count = 0;
+    p->hovered = -1;
+    lay_out_header(p, width);
+    if (p->listing) lay_out_list(p, px(p, EDGE), top + px(p, 4), width - 2 * px(p, EDGE), tall - px(p, 8));
+    p->board = p->count;
+    part *board = add(p, BOARD, 0, 0, top, width, p->listing ? 0 : tall - side);
+    lay_out_neck(p, &(part){.x = 0, .y = top, .w = width, .h = fmax(tall - side, 1)});
+    if (board->h <= 0) p->board = -1;
+    else {
+        add(p, PLUCK, LB_PLUCK_POSITION, 0, top, px(p, 16), px(p, 18));
+        add(p, MOTION, 0, p->nut, top + tall - side - px(p, 17), px(p, MOTION_WIDTH), px(p, 15));
+        if (p->face.zoom) add(p, ENLARGED, 0, px(p, EDGE), top + tall - side - px(p, 17), px(p, 36), px(p, 15));
+        for (int i = 0; i < strings_of(p); i++) {
+            const double lane = 2 * p->half[0] / (double)strings_of(p);
+            add(p, NAME, i, p->nut - px(p, 44), lane_at(p, i, p->nut) - lane / 2, px(p, 36), lane);
+        }
+    }
+    if (side > px(p, 40)) add(p, CROWNS, 0, 1, top + tall - side + 1, width - 3, side - 3);
+    lay_out_tabs(p, width, px(p, HEADER));
+    if (switches > 0) lay_out_lamps(p, width, panel);
+    lay_out_cells(p, &c, &g, panel + switches, cell);
+}
+
+uint64_t lb_layout_state(const lb_picture *p) {
+    const LB_LOOK *l = look_of(p);
+    uint64_t hash = 1;
+    mix(&hash, p->sheet.width);
+    mix(&hash, p->sheet.height);
+    mix(&hash, p->scale);
+    mix(&hash, p->t->ground);
+    mix(&hash, p->page * 4 + p->listing * 2 + p->scrolled * 1000);
+    mix(&hash, p->lists);
+    mix(&hash, (double)l->strings);
+    for (int i = 0; i < l->strings; i++) mix(&hash, l->string[i].length);
+    mix(&hash, p->values[LB_BASS]);
+    mix(&hash, lb_is_outdated(p));
+    return hash | 1;
+}

@@ -1,0 +1,60 @@
+/* The hidden parameters: the first channel's controllers, then each channel's own wheel, pressure and place, then the
+   other channels' other controllers. */
+#include "shells/vst3_midi.h"
+
+#include <stdio.h>
+
+enum { CONTROLLERS = 1000 };               /* id of controller 0 of the first channel */
+enum { CHANNELS = 2000 };                  /* id of the first channel's wheel: + channel * LB_OWN + way */
+enum { OTHERS = 3000, EACH = LB_OTHER + 1 }; /* + channel * EACH + controller, except PLACED */
+enum { FIRST_OWN = VST3_CONTROLLERS, FIRST_OTHER = FIRST_OWN + LB_CHANNELS * LB_OWN }; /* indices */
+enum { PLACED = 74 };                      /* MPE's controller for places */
+enum { VOLUME = 7, EXPRESSION = 11, TONE = 17, BLEND = 18 }; /* controllers in the usual key map */
+static const int own[LB_OWN] = {VST3_BEND, VST3_PRESSURE, PLACED};
+static const char *const own_names[LB_OWN] = {"Pitch bend", "Pressure", "Plucking place"};
+
+static double usual_of(int controller) {
+    const double middle = 64.0 / 127;
+    if (controller >= LB_LEARNED && controller < LB_LEARNED + LB_PLAYED_PARAMETERS) {
+        const int parameter = controller - LB_LEARNED;
+        return parameter == LB_GAIN ? 1 : lb_parameters[parameter].least < 0 ? middle : 0;
+    }
+    if (controller == TONE || controller == BLEND) return middle;
+    return controller == VST3_BEND ? 0.5 : controller == VOLUME || controller == EXPRESSION;
+}
+
+lb_hidden lb_hidden_at(int index) {
+    if (index < FIRST_OWN) return (lb_hidden){(uint32_t)(CONTROLLERS + index), 0, index, usual_of(index)};
+    if (index < FIRST_OTHER) {
+        const int k = index - FIRST_OWN, controller = own[k % LB_OWN];
+        const double usual = controller == PLACED ? 64.0 / 127 : usual_of(controller);
+        return (lb_hidden){(uint32_t)(CHANNELS + k), k / LB_OWN, controller, usual};
+    }
+    const int k = index - FIRST_OTHER, channel = 1 + k / LB_OTHER, number = k % LB_OTHER;
+    const int controller = number + (number >= PLACED);
+    return (lb_hidden){(uint32_t)(OTHERS + channel * EACH + controller), channel, controller, usual_of(controller)};
+}
+
+void lb_hidden_name(int index, char name[64]) {
+    const lb_hidden h = lb_hidden_at(index);
+    const int is_own = index >= FIRST_OWN && index < FIRST_OTHER;
+    if (is_own) snprintf(name, 64, "%s, channel %d", own_names[(index - FIRST_OWN) % LB_OWN], h.channel + 1);
+    else if (h.controller == VST3_BEND) snprintf(name, 64, "%s", own_names[0]);
+    else if (h.controller == VST3_PRESSURE) snprintf(name, 64, "%s", own_names[1]);
+    else if (h.channel) snprintf(name, 64, "MIDI CC %d, channel %d", h.controller, h.channel + 1);
+    else snprintf(name, 64, "MIDI CC %d", h.controller);
+}
+
+int lb_find_hidden(uint32_t id) {
+    if (id >= CONTROLLERS && id < CONTROLLERS + VST3_CONTROLLERS) return (int)(id - CONTROLLERS);
+    if (id >= CHANNELS && id < CHANNELS + LB_CHANNELS * LB_OWN) return (int)(FIRST_OWN + id - CHANNELS);
+    const int k = (int)(id - OTHERS), controller = k % EACH;
+    if (id < OTHERS + EACH || id >= OTHERS + LB_CHANNELS * EACH || controller == PLACED) return -1;
+    return FIRST_OTHER + (k / EACH - 1) * LB_OTHER + controller - (controller > PLACED);
+}
+
+uint32_t lb_hidden_id(int channel, int controller) {
+    for (int way = 0; way < LB_OWN && channel >= 0; way++)
+        if (own[way] == controller) return (uint32_t)(CHANNELS + channel * LB_OWN + way);
+    return (uint32_t)(channel > 0 ? OTHERS + channel * EACH + controller : CONTROLLERS + controller);
+}
