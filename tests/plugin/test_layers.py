@@ -17,7 +17,7 @@ LAYERS = (
     {"response"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},
-    {"learn", "layout", "vst3_midi"},
+    {"learn", "layout", "song", "vst3_midi"},
     {"notes", "state", "parts"},
     {"text", "menu", "hand"},
     {"sounds", "session", "picture"},
