@@ -18,6 +18,7 @@ import pytest
 import soundfile
 from support import lv2, vst3
 from support.clap import Plugin, counting_host, function, midi, note_on, struct, value
+from support.drag import dropped
 from support.jack import wait_for
 from support.plugins import PRESETS, written
 from support.screen import Screen, hand, needs_screen, running_screen
@@ -564,3 +565,29 @@ def test_a_cabinet_is_chosen_in_the_window(
         for wanted in (with_file, before):
             hand("mousemove", *UNDO, "click", 1)
             wait_for(lambda wanted=wanted: plugin.save() == wanted)
+
+
+def test_a_cabinet_and_a_sound_are_dropped_on_the_window(
+    screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other drags are refused; a file that cannot be used is told of; Undo brings back what was."""
+    cabinet = own_cabinet(tmp_path, monkeypatch)
+    with opened(folder) as (plugin, window):
+        plugin.block(64)
+        before, bare = plugin.save(), window.picture()
+        assert not dropped(cabinet, *LOWEST_STRING, ("text/plain", "text/html"))
+        assert dropped(cabinet, *LOWEST_STRING, ("text/plain", "text/html", "image/png", "text/uri-list"))
+        wait_for(lambda: b"Old\0" in file_of(plugin.save(), "response"))
+        hand("mousemove", *UNDO, "click", 1)
+        wait_for(lambda: plugin.save() == before)
+        sound = tmp_path / "a + b 100%.toml"
+        sound.write_text(f'like = "{PRESETS[1]}"\n[bench]\naction = -0.5\n')
+        assert dropped(sound, *LOWEST_STRING)
+        heard(plugin, lambda: plugin.value(BASS) == 1)
+        hand("mousemove", *UNDO, "click", 1)
+        heard(plugin, lambda: plugin.value(BASS) == 0)
+        time.sleep(4.2)  # notices go
+        bare = window.picture()
+        assert dropped(tmp_path / "none.wav", *LOWEST_STRING)
+        wait_for(lambda: different(window.picture()[:46], bare[:46]) > 20)
+        assert plugin.save() == before

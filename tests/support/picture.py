@@ -46,7 +46,7 @@ OPTIONAL = {
     "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
     "response": "lb_response_title", "responses": None, "response_name": None, "respond": None,
-    "zoom": None, "paste": "lb_take_text",
+    "zoom": None, "paste": "lb_take_text", "drop": "lb_take_dropped",
 }  # fmt: skip
 
 

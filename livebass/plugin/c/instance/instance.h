@@ -337,6 +337,8 @@ const char *lb_take_sound(lb_instance *, const char *path);
 const char *lb_take_text(lb_instance *, const char *text);
 /* Loads a response from a WAV file, "": none, in the same way. */
 const char *lb_take_response(lb_instance *, const char *path);
+/* Takes a file that is dropped on the window, a path or a list of addresses: a sound or a response, in the same way. */
+const char *lb_take_dropped(lb_instance *, const char *text);
 /* Writes the folder of the factory's sounds beside the instruments, LB_PATH bytes; returns 0 if it does not fit. */
 int lb_factory_sounds(const char *instruments, char *folder);
 /* The rest is for windows. [the window's thread] */

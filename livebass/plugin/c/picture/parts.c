@@ -640,6 +640,11 @@ void lb_paste(lb_picture *p, const char *text) {
     notice(p, why ? "The clipboard " : "Taken from the clipboard", why ? why : "");
 }
 
+void lb_drop(lb_picture *p, const char *text) {
+    const char *why = p->face.drop ? p->face.drop(p->face.owner, text) : "This window takes no files";
+    if (why) notice(p, why, "");
+}
+
 static void close_list(lb_picture *p) {
     p->listing = 0;
     if (p->typing == SEARCH) lb_stop_typing(p);
