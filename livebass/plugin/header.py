@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass import __version__, techniques
+from livebass import __version__, techniques, tracknames
 from livebass.compiling import SMALL, Entry, emitter
 from livebass.formats import FORMATS
 from livebass.kernels.bass import bench, change, check, instrument, kept, pool
@@ -28,7 +28,7 @@ from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.live.thread import ahead, block, desk, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
-from livebass.plugin import state
+from livebass.plugin import names, state
 from livebass.preset.programs import PROGRAMS
 from livebass.techniques import (
     FRETS,
@@ -84,6 +84,8 @@ KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO"
 NUMBERS = {
     **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
     **{f"LB_KIND_{name}": getattr(ring, name) for name in KINDS},
+    **{f"LB_STEP_{name}": number for name, number in names.STEPS.items()},
+    "LB_LEAST_GAME": tracknames.LEAST_GAME,
     "LB_KEY_COUNT": KEYS,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_SLOTS": records.VOICE_SLOTS,
@@ -96,6 +98,12 @@ NUMBERS = {
     "LB_GROUPS": len(GROUPS),
     "LB_RELEASE": json.dumps(__version__),
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
+}
+WORDS = {  # of names of tracks, as programs
+    "bass_words": names.program(tracknames.BASS_WORD),
+    "other_words": names.program(tracknames.OTHER_WORD),
+    "drum_words": names.program(tracknames.DRUM_WORD),
+    "game_track": names.program(tracknames.GAME_TRACK, whole=True),
 }
 TEXTS = ("symbol", "name", "unit", "group")  # of a parameter
 ENTRIES: tuple[Entry, ...] = (
@@ -139,6 +147,8 @@ def header(levels: Iterable[str]) -> str:
     rows = ", ".join(f"{{{number - 1}, {json.dumps(preset)}}}" for number, preset in PROGRAMS.items())
     lines += ["typedef struct {", "    int number;", "    const char *preset;", "} lb_program;"]
     lines += ["#ifdef LB_TABLES", f"static const lb_program lb_programs[] = {{{rows}}};", "#endif"]
+    for name, steps in WORDS.items():
+        lines += _table(f"int32_t lb_{name}[{len(steps)}]", [", ".join(map(str, steps))])
     lines += _switches()
     lines += _parameters()
     for name, record in RECORDS.items():

@@ -14,7 +14,7 @@ from livebass.plugin import build
 # From lowest to highest; files of one layer do not call each other.
 LAYERS = (
     {"thread", "files", "paint", "retuning", "library_win32"},
-    {"response"},
+    {"response", "names"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},
     {"learn", "layout", "song", "vst3_midi"},

@@ -108,6 +108,7 @@ def loaded(product: str, *more: str) -> Any:
         ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
+        ("read_name", whole, [c.c_char_p, c.c_size_t, address]),
         ("note_host", None, [address, whole, whole, real]),
         ("song_host", None, [address, address, address, c.c_int64, c.c_int64]),
         ("roll_host", None, [address, whole, whole]),

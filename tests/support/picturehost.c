@@ -1,6 +1,7 @@
 /* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
 #include "instance/instance.h"
 #include "window/editor.h"
+#include "instance/names.h"
 #include "instance/song.h"
 
 #include <pthread.h>
@@ -77,6 +78,17 @@ void roll_host(host *h, int rolls, int loops) {
 }
 int host_rolls(host *h) { return __atomic_load_n(&h->instance.rolls, __ATOMIC_RELAXED); }
 int host_may_sleep(host *h) { return lb_may_sleep(&h->instance); }
+
+/* --- names of tracks --- */
+
+/* Writes a name as it is shown; returns 1: bass, 2: another low instrument, 4: drums, 8: a game's. */
+int read_name(const uint8_t *bytes, size_t count, char text[LB_NAME_BYTES]) {
+    lb_name name;
+    lb_read_name(&name, bytes, count);
+    lb_write_name(&name, text);
+    return lb_name_has(&name, lb_bass_words) | lb_name_has(&name, lb_other_words) << 1 |
+           lb_name_has(&name, lb_drum_words) << 2 | lb_name_is(&name, lb_game_track) << 3;
+}
 
 /* --- looks without an instance --- */
 
