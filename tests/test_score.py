@@ -17,7 +17,7 @@ from livebass import Quality, load_preset, render_to_array
 from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import Score, note_ends, score_of, single_note
-from livebass.smf import parse_smf
+from livebass.score.smf import parse_smf
 from livebass.tracknames import decode, is_bass
 
 RATE = 48000

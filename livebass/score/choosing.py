@@ -15,8 +15,8 @@ from statistics import median
 
 from livebass import tracknames
 from livebass.score.lines import BASS_PROGRAMS, Lines, Note
+from livebass.score.smf import Smf
 from livebass.score.spread import is_low
-from livebass.smf import Smf
 from livebass.units import note_name
 
 PartKey = tuple[int, int]  # line, track

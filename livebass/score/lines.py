@@ -16,8 +16,8 @@ from typing import NamedTuple
 from livebass import tracknames
 from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, MELODIC, XG_DRUMS
 from livebass.score.score import CHANNELS, CONTROL, LONGEST, NOTE_OFF, NOTE_ON, PROGRAM, RELEASE, Event, note_off
+from livebass.score.smf import Message, Smf, SmfError
 from livebass.score.spread import spread
-from livebass.smf import Message, Smf, SmfError
 from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 
 BASS_PROGRAMS = range(32, 40)  # General MIDI, counted from 0: the eight basses

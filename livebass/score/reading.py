@@ -33,9 +33,9 @@ from livebass.score.score import (
     note_off,
     score_from,
 )
+from livebass.score.smf import SmfError, parse_smf
 from livebass.score.takes import with_basses
 from livebass.score.turns import in_turns
-from livebass.smf import SmfError, parse_smf
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal, within
-from livebass.smf import Message
+from livebass.score.smf import Message
 
 # Kinds of messages
 NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xD0, 0xE0

@@ -14,7 +14,7 @@ from statistics import median
 from typing import NamedTuple
 
 from livebass.score.score import CHANNELS, CONTROL, NOTE_OFF, NOTE_ON, PRESSURE, PROGRAM, WHEEL, Event
-from livebass.smf import Message
+from livebass.score.smf import Message
 
 # A bass's range: most notes of a part lie within, half of them no higher than the middle
 LOWEST, HIGHEST, MIDDLE, MOST = 16, 67, 50, 0.9  # E0, G4, D3; fraction of notes

@@ -15,7 +15,7 @@ import numpy as np
 
 from livebass.formats import FORMATS, KEY
 from livebass.score.score import PROGRAM, Score, TakenBass
-from livebass.smf import MARK
+from livebass.score.smf import MARK
 
 LONGEST = 1 << 16  # characters of a text
 LAST_PROGRAM = 127

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 from livebass.score.lines import BASS_PROGRAMS, Note
 from livebass.score.score import NOTE_OFF, PROGRAM, Event
+from livebass.score.smf import Message
 from livebass.score.spread import OVERLAP
-from livebass.smf import Message
 
 LEAST_TURN = 4  # notes of a turn, on average
 MOST_TOGETHER = 0.1  # of the notes may begin while another bass plays

@@ -19,6 +19,8 @@ from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.effects.response import cut_response
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST_STRINGS, PERFORMER
+from livebass.kernels.score import records as score
+from livebass.kernels.score import smf
 from livebass.kernels.string import frets, records
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
@@ -42,14 +44,16 @@ RECORDS = {
     "FILE": FILE, "POOL": POOL, "BUILDING": BUILDING, "SYNTH": SYNTH, "BASS": BASS, "PERFORMER": PERFORMER,
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
     "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
-    "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL,
+    "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL, "SMF": score.SMF, **score.ROWS,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
     "PARAMETER": PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
-    "CHANNELS": CHANNELS, "ANY": ANY, "BENCH_PLACE": BENCH_PLACE,
+    "CHANNELS": CHANNELS, "ANY": ANY, "BENCH_PLACE": BENCH_PLACE, "NO_CHANNEL": score.NO_CHANNEL,
+    "ROWS": {name: kind for kind, name in enumerate(score.ROWS)},
+    **{name: getattr(smf, name) for name in ("META_TEXT", "META_TRACK_NAME", "META_INSTRUMENT")},
     **{kind: getattr(records, kind) for kind in ("PLUCK", "STRIKE_EVENT", "THROW", "HAMMER", "PULL_OFF")},
 }  # fmt: skip
 # For each way to play: its switch; the performer's field that its controller moves, if any; and whether that
@@ -67,14 +71,15 @@ CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets,
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
     ring.push_message, ring.push_event, block.relieve, sight.see_bass, sight.see_contact, begin_again,
-    run_string, measure_change, make_change, cut_response, *CALLED,
+    run_string, measure_change, make_change, cut_response, smf.measure_smf, smf.fill_smf, *CALLED,
 )  # fmt: skip
 
 
 def layout() -> str:
     """Returns a line of JavaScript that defines LAYOUT.
 
-    Its `ways` are WAYS; its `records` hold their bytes and each field's offset and kind: "i8", "i4", "f8", "f4", "u1".
+    Its `ways` are WAYS; its `records` hold their bytes and the offset and kind of each field: "i8", "i4", "i2", "f8",
+    "f4" or "u1".
     """
     found = {"records": {name: record(of) for name, of in RECORDS.items()}, "numbers": NUMBERS, "ways": WAYS}
     called = [entry.name for entry in CALLED]

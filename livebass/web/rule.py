@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from livebass import kits, smf, techniques, tracknames
-from livebass.score import choosing, lines, low_keys, reading, score, spread
+from livebass import kits, techniques, tracknames
+from livebass.score import choosing, lines, low_keys, reading, score, sentences, smf, spread
 from livebass.units import note_name
 
 RULE = {
@@ -22,9 +22,8 @@ RULE = {
     },
     "encodings": list(tracknames.ENCODINGS.values()),
     "longestName": smf.LONGEST_NAME,
-    "mostBefore": smf.MOST_BEFORE,
-    "smpteRates": smf.SMPTE_RATES,
-    "systemCommon": smf.SYSTEM_COMMON,
+    "errors": sentences.ERRORS,
+    "remarks": sentences.REMARKS,
     "channels": score.CHANNELS,
     "drums": kits.DRUMS,
     "melodic": kits.MELODIC,

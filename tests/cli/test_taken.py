@@ -20,8 +20,8 @@ from livebass.preset.load import kept_text, load_preset
 from livebass.preset.revisions import toml_of
 from livebass.score.reading import TAKE, read_score
 from livebass.score.score import LEAST_RATE
+from livebass.score.smf import MARK
 from livebass.score.takes import LONGEST, text_of
-from livebass.smf import MARK
 
 PRESETS = ["paper-fretless", "jazz-finger", "flatwound", "slap"]  # General MIDI has the second and the fourth
 

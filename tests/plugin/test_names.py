@@ -12,14 +12,19 @@ from support.picture import library
 from livebass import tracknames
 from livebass.plugin import names
 from livebass.plugin.systems import this_system
-from livebass.smf import _shown
+from livebass.score.smf import _shown
 
 pytestmark = pytest.mark.skipif(this_system().ending != "so", reason="C by ctypes")
-PIECES = """bass Bass BASS e-bass e bass2 bassgtr basses bassist bassoon contrabasso kontrabass bas baixo bajo bajos ebas bs
-bss bsgt b.gtr b. guitar basg basová fretless bassdrum bass drum kick trom horn cor anglais chor chorus chord viol drums kit
-kits hats tom toms batterie batería perc snare hi-hat hihat контрабас бас-гитара БАС басс Контр μπάσο ΜΠΆΣΟ ベース コントラバス 贝斯
-低音吉他 베이스 เบส ドラム ударные flûte FLÛTE flöte Ñandú voz vocal voix singer sing lead 1 - _ . , / ( ) x é Ģ bassģit basģitāra İ ı
-ＢＡＳＳ PART BASS PART REAL_GUITAR EVENTS BEAT T1 GEMS sub basszus bassokitara basowa tuba sax subs synth slap""".split()
+PIECES = " ".join(
+    (
+        "bass Bass BASS e-bass e bass2 bassgtr basses bassist bassoon contrabasso kontrabass bas baixo bajo bajos",
+        "ebas bs bss bsgt b.gtr b. guitar basg basová fretless bassdrum bass drum kick trom horn cor anglais chor",
+        "chorus chord viol drums kit kits hats tom toms batterie batería perc snare hi-hat hihat контрабас бас-гитара",
+        "БАС басс Контр μπάσο ΜΠΆΣΟ ベース コントラバス 贝斯 低音吉他 베이스 เบส ドラム ударные flûte FLÛTE flöte",
+        "Ñandú voz vocal voix singer sing lead 1 - _ . , / ( ) x é Ģ bassģit basģitāra İ ı ＢＡＳＳ PART BASS PART",
+        "REAL_GUITAR EVENTS BEAT T1 GEMS sub basszus bassokitara basowa tuba sax subs synth slap",
+    )
+).split()
 
 
 def read(data: bytes) -> tuple[int, str]:

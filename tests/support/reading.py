@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +12,18 @@ from livebass.model.instrument import Instrument
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import LEAST_RATE
-from livebass.web.modules import joined
+from support.node import run
 
 RATE = 48000
 PART = ("port", "channel", "track", "name", "notes", "switches", "chosen", "lowest", "highest", "why")
 PAGE_READS = """
+import {Kernels} from "./kernels.js";
 import {AUTO, Song} from "./song.js";
 
-export const read = (files, bass, rate, coarse, fields) => files.map(file => {
-  const data = Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer;
+export const run = (instance, files, bass, rate, coarse, fields) => files.map(file => {
+  const data = Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer, kernels = new Kernels(instance());
   try {
-    const song = new Song(data, rate), {choice} = song, parts = new Song(data, coarse).partsOn(bass);
+    const song = new Song(data, rate, kernels), {choice} = song, parts = new Song(data, coarse, kernels).partsOn(bass);
     const rows = choice.notes.length ? song.messages(AUTO, bass) : [];
     return {
       refused: choice.notes.length ? "" : "no bass notes", remarks: song.remarks, end: song.lines.end,
@@ -63,12 +65,11 @@ def read_by_python(file: Path, bass: Instrument) -> dict[str, Any]:
     return found
 
 
-def read_by_page(driver: Any, files: list[bytes], bass: Instrument) -> list[dict[str, Any]]:
-    """Reads each file by the page's scripts, in one call, into the form of `read_by_python`."""
+def read_by_page(files: Iterable[bytes], bass: Instrument) -> list[dict[str, Any]]:
+    """Reads each file by the page's scripts, in node, into the form of `read_by_python`."""
     told = {"range": bass.note_range, "switches": sorted(bass.switches)}
     packed = [base64.b64encode(data).decode() for data in files]
-    script = f"const {{read}} = {joined('reads.js', {'reads.js': PAGE_READS})} return read(...arguments)"
-    found: list[dict[str, Any]] = driver.execute_script(script, packed, told, RATE, LEAST_RATE, PART)
+    found: list[dict[str, Any]] = run(PAGE_READS, packed, told, RATE, LEAST_RATE, PART)
     return found
 
 

@@ -201,7 +201,7 @@ def test_javascript_has_the_records_of_the_kernels() -> None:
                 inner, at = inner.fields[part][0], at + inner.fields[part][1]
             assert offsets[name] == at
         kinds = {kind for _, kind in found["fields"].values()}
-        assert kinds <= {"", "i8", "i4", "f8", "f4", "u1", "u8"}  # u8: a checksum, read only by kernels
+        assert kinds <= {"", "i8", "i4", "i2", "f8", "f4", "u1", "u8"}  # u8: a checksum, read only by kernels
 
 
 if __name__ == "__main__":

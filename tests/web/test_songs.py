@@ -5,18 +5,17 @@ from __future__ import annotations
 import base64
 import random
 import struct
-from collections.abc import Callable, Iterator
+import textwrap
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-from support.browser import chromium
+from support.node import run
 from support.reading import differences, read_by_page, read_by_python
 from support.smf import BASS, END, chunk, events, named, note_of, smf, variable
 
 from livebass import load_preset
 from livebass.score.reading import TAKE
-from livebass.web.modules import joined
 
 LINE = [40, 45, 47, 52]
 NAMES = [
@@ -198,12 +197,6 @@ def damaged(seed: int) -> bytes:
     return bytes(data)
 
 
-@pytest.fixture(scope="module")
-def driver(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
-        yield driver
-
-
 SETS: dict[str, Callable[[], dict[str, bytes]]] = {
     "kinds": lambda: KINDS,
     "names": lambda: {repr(n): smf(named(b"Pad", 3, 72), named(n, 2, *LINE), named(b"Voice", 1, 41)) for n in NAMES},
@@ -213,10 +206,10 @@ SETS: dict[str, Callable[[], dict[str, bytes]]] = {
 
 
 @pytest.mark.parametrize("kind", SETS)
-def test_the_page_reads_files_as_render_does(driver: Any, tmp_path: Path, kind: str) -> None:
+def test_the_page_reads_files_as_render_does(tmp_path: Path, kind: str) -> None:
     bass = load_preset("jazz-finger")
     files = SETS[kind]()
-    on_page = read_by_page(driver, list(files.values()), bass)
+    on_page = read_by_page(files.values(), bass)
     path, wrong = tmp_path / "song.mid", []
     for (name, data), found in zip(files.items(), on_page, strict=True):
         path.write_bytes(data)
@@ -224,13 +217,16 @@ def test_the_page_reads_files_as_render_does(driver: Any, tmp_path: Path, kind: 
     assert not wrong
 
 
-def test_each_part_can_be_picked(driver: Any) -> None:
+def test_each_part_can_be_picked() -> None:
     """A chosen part has all its notes, each with its end, and no others; the choice comes first."""
     script = """
-      return arguments[0].map(file => {
+      import {Kernels} from "./kernels.js";
+      import {Song} from "./song.js";
+
+      export const run = (instance, files) => files.map(file => {
         let song;
         try {
-          song = new Song(Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer, 48000);
+          song = new Song(Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer, 48000, new Kernels(instance()));
         } catch (error) {
           return [[], []]; // it has no notes
         }
@@ -241,7 +237,7 @@ def test_each_part_can_be_picked(driver: Any) -> None:
     """
     files = [random_song(seed) for seed in range(30)] + [KINDS["shared by names"], KINDS["string channels"]]
     packed = [base64.b64encode(data).decode() for data in files]
-    found = driver.execute_script(f"const {{Song}} = {joined('song.js')}{script}", packed)
+    found = run(textwrap.dedent(script), packed)
     assert sum(len(parts) for _, parts in found) > 60
     for values, parts in found:
         assert [value for value in values if value != "auto"] == [key for key, *_ in parts if key in values] and len(

@@ -1,30 +1,23 @@
 // A synth and its basses in the memory of the WebAssembly module. Runs in the audio thread and in workers: no DOM.
+import {Kernels, N, RECORDS, lines} from "./kernels.js";
 import {LAYOUT} from "./layout.js";
 
-const PAGE_BYTES = 65536, MESSAGES = 4096;
+const MESSAGES = 4096;
 export const PIECE = 4096; // bytes
 const CONTACTS = 512; // that a string keeps until they are taken
 const EVENTS = 256; // that a string received since it was still
 // Of a string at rest: its clock, and what the player set; all else is the bass's
 const KEPT = ["frame", "step", "still", "bend", "tuned", "tone_wanted", "blend_wanted", "idle"];
-export const RECORDS = LAYOUT.records;
-export const N = LAYOUT.numbers;
-export const lines = bytes => Math.ceil(bytes / N.LINE) * N.LINE;
 export const pieces = bytes => Math.ceil(bytes / PIECE) * PIECE;
 
-export class Engine {
+export class Engine extends Kernels {
   constructor(module) {
-    /** @type {any} */
-    this.x = new WebAssembly.Instance(module).exports;
-    /** @type {WebAssembly.Memory} */
-    this.memory = this.x.memory;
-    this.view = new DataView(this.memory.buffer);
-    this.bytes = new Uint8Array(this.memory.buffer);
+    super(new WebAssembly.Instance(module));
     /** @type {Record<string, number>} */
     this.numbers = {}; // of functions that kernels call by number
     for (const name of LAYOUT.called)
       this.numbers[name] = this.x.__indirect_function_table.grow(1, this.x["lb_" + name]);
-    this.synth = lines(this.x.__heap_base.value);
+    this.synth = this.end;
     this.rings = this.synth + lines(RECORDS.SYNTH.bytes);
     this.sound = this.rings + Number(this.x.lb_ring_bytes(BigInt(MESSAGES)));
     this.sights = lines(this.sound + 8 * N.CHUNK); // drawing data of each string
@@ -33,24 +26,6 @@ export class Engine {
     this.reserve(this.home);
     this.synthAddress = BigInt(this.synth);
     this.soundAddress = BigInt(this.sound);
-  }
-
-  // Extends the memory to the address `end`.
-  reserve(end) {
-    const more = Math.ceil((end - this.memory.buffer.byteLength) / PAGE_BYTES);
-    if (more > 0) this.memory.grow(more);
-    if (this.view.buffer !== this.memory.buffer) {
-      this.view = new DataView(this.memory.buffer);
-      this.bytes = new Uint8Array(this.memory.buffer);
-    }
-  }
-
-  // Adds memory behind what is there; returns its address.
-  add(size) {
-    const at = this.end;
-    this.end = lines(at + size);
-    this.reserve(this.end);
-    return at;
   }
 
   // Empties the memory, as if it were new.
@@ -72,23 +47,6 @@ export class Engine {
     const image = new Uint8Array(PIECE * full.length);
     full.forEach((k, i) => image.set(this.bytes.subarray(at + k * PIECE, at + (k + 1) * PIECE), i * PIECE));
     return {full, image: image.buffer};
-  }
-
-  get(record, address, name, index = 0) {
-    const [offset, kind] = RECORDS[record].fields[name], at = address + offset + 8 * index;
-    if (kind === "i4") return this.view.getInt32(address + offset, true);
-    return kind === "f8" ? this.view.getFloat64(at, true) : Number(this.view.getBigInt64(at, true));
-  }
-
-  set(record, address, name, value, index = 0) {
-    const [offset, kind] = RECORDS[record].fields[name], at = address + offset + 8 * index;
-    if (kind === "f8") this.view.setFloat64(at, value, true);
-    else if (kind === "i4") this.view.setInt32(address + offset, value, true);
-    else this.view.setBigInt64(at, BigInt(value), true);
-  }
-
-  fill(record, address, values) {
-    for (const name in values) this.set(record, address, name, values[name]);
   }
 
   // --- basses ---

@@ -1,6 +1,7 @@
 // The player: an audio thread in this browser. It receives notes, changes and the bass to play, and reports with events
 // (tools/js/page.d.ts lists them as PlayerEvents).
 import {read, workletAddress} from "./files.js";
+import {Kernels} from "./kernels.js";
 import {$, PAGE, bassCalled, saved, say} from "./page.js";
 import {workshop} from "./workshop.js";
 
@@ -93,6 +94,12 @@ export class WorkletPlayer {
     await workshop.open(this.module);
     this.prepare($("bass").value, WARM);
     this.ready = true;
+  }
+
+  // Kernels with a memory of their own.
+  async kernels() {
+    await (this.loading || this.load());
+    return new Kernels(await WebAssembly.instantiate(/** @type {WebAssembly.Module} */ (this.module)));
   }
 
   // Builds the player, whether or not somebody wants to hear it. Browsers that hold the audio thread back until then

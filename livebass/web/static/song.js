@@ -169,10 +169,11 @@ class Parts {
 }
 
 export class Song {
-  // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz). Throws an Error with one line for anything else.
-  constructor(buffer, rate) {
+  // Reads a Standard MIDI File, an ArrayBuffer, for a rate (Hz), by kernels, whose memory it keeps. Throws an Error with
+  // one line for anything else.
+  constructor(buffer, rate, kernels) {
     if (buffer.byteLength > MOST_SONG) throw new Error(`has ${(buffer.byteLength / 1e6).toFixed(1)} MB; a song has at most 4`);
-    const smf = new Smf(new Uint8Array(buffer));
+    const smf = new Smf(kernels, new Uint8Array(buffer));
     if (isGame(smf.names)) throw new Error(RULE.game.refusal);
     this.rate = rate;
     this.take = smf.texts.has(RULE.take);

@@ -10,7 +10,8 @@ import {Transport} from "./transport.js";
 // Opens a MIDI file and chooses its bass part.
 export async function openSong(/** @type {File} */ file) {
   transport.pause(0);
-  const song = state.song = new Song(await file.arrayBuffer(), player.context.sampleRate);
+  const kernels = await player.kernels();
+  const song = state.song = new Song(await file.arrayBuffer(), player.context.sampleRate, kernels);
   showParts();
   $("part").selectedIndex = Math.max(0, [...$("part").options].findIndex(({value}) => value === AUTO));
   $("roll").disabled = $("loop").disabled = $("transport").hidden = false;

@@ -53,19 +53,31 @@ function take(/** @type {TabData} */ data) {
   show();
 }
 
+const isRead = () => song?.rate === player.context.sampleRate;
+
+// Reads the notes, at the rate of the context.
+async function readNotes() {
+  await player.loading;
+  const data = tab;
+  if (!data || isRead()) return;
+  const kernels = await player.kernels(), bytes = Uint8Array.from(atob(data.midi), c => c.charCodeAt(0));
+  if (data === tab) song = new Song(bytes.buffer, player.context.sampleRate, kernels);
+}
+
 function messages() {
-  const {sampleRate} = player.context;
-  if (tab && song?.rate !== sampleRate) song = new Song(Uint8Array.from(atob(tab.midi), c => c.charCodeAt(0)).buffer, sampleRate);
   return (song?.messages(AUTO, chosenBass()) || []).map(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]);
 }
 
 // The usual playing: the controllers as a tablature begins, and one channel for all strings.
-function quiet() {
+async function quiet() {
+  await readNotes();
+  if (transport.rolls) return;
   for (const [frame, ...midi] of messages()) if (frame === 0 && midi[0] >= 0xA0) player.changeBy(midi);
   player.changeBy([CONTROL, ALIKE, 0]);
 }
 
 async function ready() {
+  await readNotes();
   for (let k = 0; player.playing !== $("bass").value && k < LATEST; k++) await new Promise(done => setTimeout(done, 50));
 }
 

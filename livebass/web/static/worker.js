@@ -1,6 +1,7 @@
 // Builds basses in its own memory, each at addresses that are free in the audio thread, and hands over their bytes: the
 // audio thread only copies them.
-import {Engine, N, RECORDS, pieces} from "./engine.js";
+import {Engine, pieces} from "./engine.js";
+import {N, RECORDS} from "./kernels.js";
 
 // The messages of a worker, which go to the page.
 /** @type {(message: object, moved?: Transferable[]) => void} */

@@ -4,7 +4,8 @@
 // From one quantum to the next, hard playing on a board may cost many times the available time; coarse strings cost a
 // tenth of that. If the thread falls behind, it relieves one string at once; if soon again, all sounding strings, and
 // from then on every string as it begins to sound, until the playing has been soft for a while.
-import {Engine, N, PIECE, RECORDS} from "./engine.js";
+import {Engine, PIECE} from "./engine.js";
+import {N, RECORDS} from "./kernels.js";
 import {LAYOUT} from "./layout.js";
 
 const WINDOW = 16; // quanta between reports, 43 ms at 48 kHz

@@ -1,0 +1,188 @@
+"""Standard MIDI Files, as the kernels read them: messages with ticks, names and remarks.
+
+An error names the track and the byte. Kernels find the rows (kernels/score/smf.py); here they get their words and the
+texts their letters.
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass.kernels.score import records
+from livebass.kernels.score.records import MARKED, NO_CHANNEL, SMF
+from livebass.kernels.score.smf import FOREIGN, MARK, META_INSTRUMENT, META_TEXT, META_TRACK_NAME, fill_smf, measure_smf
+from livebass.kinds import HEAD, SCORES, TEXT_TAB, kind_of, kind_of_name
+from livebass.score.sentences import ERRORS, REMARKS, sentence
+from livebass.tracknames import decode
+
+__all__ = ["MARK", "Message", "Smf", "SmfError", "SmfMessage", "SystemExclusive", "parse_smf"]
+LONGEST_NAME = 40  # characters of a track's name that are kept
+WORD = 8  # bytes
+
+
+class SmfError(ValueError):
+    """Bytes are not a Standard MIDI File, or not a playable one. The message names the place."""
+
+
+class Message(NamedTuple):
+    """A channel message."""
+
+    status: int
+    first: int  # data byte: a note, a controller or a program ...
+    second: int = 0  # ... a velocity or a value
+
+    @property
+    def kind(self) -> int:
+        return self.status & 0xF0
+
+    @property
+    def channel(self) -> int:
+        return self.status & 0x0F
+
+
+class SmfMessage(NamedTuple):
+    """A channel message of a file."""
+
+    tick: int
+    message: Message
+    track: int  # from 0
+    port: int  # from 0
+
+
+class SystemExclusive(NamedTuple):
+    """A system exclusive message of a file."""
+
+    tick: int
+    data: bytes  # without F0 and F7
+    port: int  # from 0
+
+
+@dataclass(frozen=True, eq=False)
+class Smf:
+    """The content of a Standard MIDI File. Ticks count from the start of the file."""
+
+    data: bytes  # of the whole file; EXCLUSIVE rows tell places in it
+    ticks_per_quarter: int  # 0 if time is in SMPTE frames
+    ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) if time is in quarter notes
+    end_tick: int  # of the last track to end
+    rows: NDArray[np.void]  # (n,) MESSAGE, by tick, track and place in the track
+    tempo_rows: NDArray[np.void]  # (n,) TEMPO by tick
+    meter_rows: NDArray[np.void]  # (n,) METER by tick
+    exclusive_rows: NDArray[np.void]  # (n,) EXCLUSIVE by tick
+    names: tuple[str, ...]  # of the tracks; "": it has none
+    instruments: tuple[str, ...]  # the tracks' instruments by name; "": it has none
+    channel_names: Mapping[tuple[int, int], str]  # by (track, channel), both from 0, after a channel prefix
+    warnings: tuple[str, ...]  # a line each, about harmless damage
+    texts: frozenset[str]  # at tick 0, beside the names
+    marks: tuple[tuple[int, str], ...]  # (tick, text) of texts that begin with MARK, by tick
+
+    @functools.cached_property
+    def messages(self) -> tuple[SmfMessage, ...]:
+        """The channel messages by tick, track and place in the track."""
+        return tuple(
+            SmfMessage(tick, Message(*message), track, port) for tick, track, port, *message in self.rows.tolist()
+        )
+
+    @functools.cached_property
+    def tempos(self) -> tuple[tuple[int, int], ...]:
+        """(tick, us per quarter note) of each tempo, by tick."""
+        return tuple(self.tempo_rows.tolist())
+
+    @functools.cached_property
+    def exclusive(self) -> tuple[SystemExclusive, ...]:
+        """The system exclusive messages by tick."""
+        return tuple(
+            SystemExclusive(tick, self.data[at : at + size], port)
+            for tick, port, at, size in self.exclusive_rows.tolist()
+        )
+
+
+def parse_smf(data: bytes, name: str = "") -> Smf:
+    """Parses a Standard MIDI File. Raises SmfError, with track and byte, for any other or too damaged bytes.
+
+    name: of the file, for an error about other bytes.
+    """
+    file, rows = _read(data, name)
+    texts = rows[records.TEXTS]
+    named = texts[np.isin(texts["kind"], (META_TRACK_NAME, META_INSTRUMENT))]
+    at_begin = texts[texts["kind"] == META_TEXT]
+    marks = texts[texts["kind"] == MARKED]
+    shown = [_shown(text) for text in decode([_bytes(data, row) for row in (*named, *at_begin)])]
+    called = {
+        (int(row["track"]), int(row["channel"]), int(row["kind"])): text
+        for row, text in zip(named, shown, strict=False)  # the other texts follow
+    }
+    titles, instruments = (
+        tuple(called.get((track, NO_CHANNEL, kind), "") for track in range(int(file["tracks"])))
+        for kind in (META_TRACK_NAME, META_INSTRUMENT)
+    )
+    over, under = file["per_second"].tolist()
+    return Smf(
+        data=data,
+        ticks_per_quarter=int(file["per_quarter"]),
+        ticks_per_second=(over, under),
+        end_tick=int(file["end"]),
+        rows=rows[records.MESSAGES],
+        tempo_rows=rows[records.TEMPOS],
+        meter_rows=rows[records.METERS],
+        exclusive_rows=rows[records.EXCLUSIVES],
+        names=tuple(title or instrument for title, instrument in zip(titles, instruments, strict=True)),
+        instruments=instruments,
+        channel_names={(track, channel): text for (track, channel, _), text in called.items() if channel != NO_CHANNEL},
+        warnings=tuple(sentence(REMARKS[code], numbers) for code, numbers in rows[records.REMARKS].tolist()),
+        texts=frozenset(shown[len(named) :]),
+        marks=tuple(
+            (int(row["tick"]), _bytes(data, row).decode(errors="replace"))
+            for row in marks[np.argsort(marks["tick"], kind="stable")]
+        ),
+    )
+
+
+def _read(data: bytes, name: str) -> tuple[np.void, list[NDArray[np.void]]]:
+    """The FILE of a file, and its rows of each kind. Raises SmfError."""
+    given = np.frombuffer(data, np.uint8)
+    made: NDArray[np.void] = np.zeros(1, SMF)
+    smf, address = made[0], made.ctypes.data
+    smf["data"], smf["size"] = given.ctypes.data, len(given)
+    error = measure_smf(address)
+    if error == FOREIGN:
+        raise SmfError(_other_kind(data[smf["header"] : smf["header"] + smf["length"]], name))
+    if error:
+        raise SmfError(sentence(ERRORS[error], smf["file"]["numbers"].tolist()))
+    memory = np.empty(int(smf["room"]) // WORD, np.int64)
+    smf["memory"] = memory.ctypes.data
+    fill_smf(address)
+    begins = smf["rows"] - memory.ctypes.data
+    return smf["file"], [
+        memory.view(np.uint8)[at : at + count * row.itemsize].view(row)
+        for at, count, row in zip(begins.tolist(), smf["count"].tolist(), records.ROWS.values(), strict=True)
+    ]
+
+
+def _bytes(data: bytes, row: Any) -> bytes:
+    """The bytes of a text."""
+    return data[row["at"] : row["at"] + row["size"]]
+
+
+def _other_kind(data: bytes, name: str) -> str:
+    """Names a file that is not MIDI, and says what to do."""
+    kind = kind_of(data[:HEAD]) or kind_of_name(name)
+    if kind is None:
+        return ERRORS[FOREIGN]
+    if kind == TEXT_TAB:
+        return f"is {kind}, which does not tell the lengths of its notes: livebass reads Guitar Pro and MusicXML files"
+    if kind in SCORES:
+        return f"is {kind}, not a MIDI file: export MIDI or MusicXML from the program that wrote it"
+    return f"is {kind}, not a MIDI file"
+
+
+def _shown(text: str) -> str:
+    """The printable text of a meta event, cut to LONGEST_NAME."""
+    text = "".join(c if c.isprintable() else " " for c in text).strip()
+    return text if len(text) <= LONGEST_NAME else f"{text[: LONGEST_NAME - 3]}..."

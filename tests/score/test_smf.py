@@ -1,0 +1,96 @@
+"""The reader of MIDI files: what it finds in thousands of made-up and damaged ones, compiled and as plain Python."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from support.songs import damaged, digests, made
+
+from livebass.compiling import PLAIN
+from livebass.kernels.score import smf as codes
+from livebass.score.sentences import ERRORS, REMARKS
+from livebass.score.smf import SmfError, parse_smf
+
+MADE, DAMAGED, TOGETHER = 1500, 3000, 250
+FEW = range(12)  # files for plain Python, which is slow
+PINNED = [
+    "b55a4b08", "850c71c7", "62f819fe", "db9980f3", "24f210a3", "cb5807ba", "5a6daa4c", "f115b8c2",
+    "9098f9ad", "a6b8a99f", "71078911", "5573cf86",
+]  # fmt: skip
+RARE = [
+    "track {0} of {1}, byte {2}: system message of {3} bytes, {4} left: the file is truncated or damaged",
+    "track {0} of {1}, byte {2}: system exclusive length longer than 4 bytes",
+]
+
+
+def test_whole_files_have_the_messages_that_were_put_in() -> None:
+    found = 0
+    for seed in range(MADE):
+        data, kind, tracks = made(seed)
+        try:
+            smf = parse_smf(data)
+        except SmfError:
+            continue
+        if data.startswith(b"RIFF") or kind == 2:  # of patterns one plays; the RIFF file may be cut
+            continue
+        found += 1
+        rows = sorted(((track, row) for track, rows in enumerate(tracks) for row in rows), key=lambda r: r[1][0])
+        assert [(m.track, (m.tick, *m.message)) for m in smf.messages] == rows, seed
+    assert found > MADE // 2
+
+
+def test_damaged_files_read_as_they_did() -> None:
+    """The digests are of another reader, in Python, with which this one agreed."""
+    assert digests(map(damaged, range(DAMAGED)), TOGETHER) == PINNED
+
+
+def test_each_error_and_remark_has_a_sentence_and_occurs() -> None:
+    """All but these occur in the made-up and damaged files, in their words."""
+    parts = range(codes.MESSAGE_DATA + 1)
+    assert set(ERRORS) >= {*range(1, codes.NO_STATUS + 1), *(codes.CUT + part for part in parts)}
+    assert set(REMARKS) == set(range(codes.PATTERNS + 1))
+    files = [b"", b"abc", *(made(seed).data for seed in range(MADE)), *map(damaged, range(DAMAGED))]
+    said = "\n".join(line for data in files for line in lines(data))
+    sentences = [text for of in (*ERRORS.values(), *REMARKS.values()) for text in ([of] if isinstance(of, str) else of)]
+    assert [text for text in sentences if not re.search(f"^{pattern(text)}$", said, re.M)] == RARE
+
+
+def lines(data: bytes) -> tuple[str, ...]:
+    """The error or the remarks of a file."""
+    try:
+        return parse_smf(data).warnings
+    except SmfError as error:
+        return (str(error),)
+
+
+def pattern(text: str) -> str:
+    """A pattern for a sentence with any numbers."""
+    return re.sub(r"\\\{\d(:02X)?\\\}", r"[0-9A-F]+", re.escape(text))
+
+
+def test_plain_kernels_read_the_same() -> None:
+    folder = Path(__file__).parent
+    found = subprocess.run(
+        [sys.executable, str(folder / "test_smf.py")],
+        env={**os.environ, "LIVEBASS_PLAIN": "1", "PYTHONPATH": os.pathsep.join([str(folder.parents[1]), *sys.path])},
+        capture_output=True,
+        text=True,
+        timeout=240,
+    )
+    assert found.returncode == 0, found.stderr[-3000:]
+    assert json.loads(found.stdout) == few()
+
+
+def few() -> list[str]:
+    """Digests of some made-up and damaged files."""
+    return digests([file for seed in FEW for file in (made(seed).data, damaged(seed))], 1)
+
+
+if __name__ == "__main__":
+    assert PLAIN
+    print(json.dumps(few()))
