@@ -14,9 +14,10 @@ import pytest
 from support.smf import BASS, END, chunk, events, named, note_of, read, smf, struck
 
 from livebass import Quality, load_preset, render_to_array
+from livebass.kernels.score.memory import TIMED
 from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
-from livebass.score.score import Score, note_ends, score_of, single_note
+from livebass.score.score import Score, cleaned, score_of, single_note
 from livebass.score.smf import parse_smf
 from livebass.tracknames import decode, is_bass
 
@@ -99,6 +100,15 @@ def test_events_of_one_frame_are_ordered(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
+def ends_of(strokes: list[tuple[int, bool, int]], end: int = 9000, rate: int = RATE) -> list[tuple[int, int]]:
+    """(frame, release velocity) of the note-offs of one key, (frame, on, velocity), in a file of `end` frames."""
+    rows = np.zeros(len(strokes), TIMED)
+    for row, (frame, on, velocity) in zip(rows, strokes, strict=True):
+        row["frame"], row["status"], row["first"], row["second"] = frame, 0x90 if on else 0x80, 40, velocity
+    ends = cleaned(rows, rate, end)
+    return [(row["frame"], row["second"]) for row in ends[ends["status"] == 0x80]]
+
+
 ENDS = {
     # name: (strokes of one key as "frame+" on, "frame-" off), ends with 48 frames least and a file of 9000
     "plain": ("0+ 480-", [480]),
@@ -118,7 +128,7 @@ ENDS = {
 @pytest.mark.parametrize("name", ENDS)
 def test_ends_of_one_key(name: str) -> None:
     strokes, expected = ENDS[name]
-    ends = note_ends([(int(s[:-1]), s[-1] == "+", 90) for s in strokes.split()], 9000, 48)
+    ends = ends_of([(int(s[:-1]), s[-1] == "+", 90) for s in strokes.split()])
     assert [frame for frame, _ in ends] == expected
 
 
@@ -137,7 +147,7 @@ def test_a_note_has_the_release_velocity_of_the_note_off_that_ends_it(
     strokes: str, expected: list[tuple[int, int]]
 ) -> None:
     pairs = [(s.replace("+", "-").split("-"), "+" in s) for s in strokes.split()]
-    assert note_ends([(int(frame), on, int(velocity)) for (frame, velocity), on in pairs], 9000, 48) == expected
+    assert ends_of([(int(frame), on, int(velocity)) for (frame, velocity), on in pairs]) == expected
 
 
 @pytest.mark.parametrize("seed", range(50))
@@ -145,7 +155,7 @@ def test_every_note_on_is_ended(seed: int) -> None:
     rng = random.Random(seed)
     strokes = sorted(((rng.randrange(300), rng.random() < 0.5, 64) for _ in range(40)), key=lambda s: s[0])
     strokes.append((300, False, 64))
-    ends = [frame for frame, _ in note_ends(strokes, 300, 5)]
+    ends = [frame for frame, _ in ends_of(strokes, 300, 5000)]
     assert ends == sorted(ends)
     last_on = max((f for f, on, _ in strokes if on), default=None)
     assert last_on is None or ends[-1] > last_on

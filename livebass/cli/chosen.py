@@ -8,11 +8,12 @@ import click
 import numpy as np
 
 from livebass.cli.taken import shown
+from livebass.kernels.player.messages import NOTE_ON
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
 from livebass.score.low_keys import with_low_notes, without_foreign_switches
-from livebass.score.score import NOTE_ON, Score
+from livebass.score.score import Score
 from livebass.units import note_name
 
 

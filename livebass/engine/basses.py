@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from livebass.engine.engine import Block, Engine, Playing, Report, mixed, single
 from livebass.kernels.player.performer import FADE, OVER
+from livebass.kernels.score.memory import PROGRAM
 from livebass.model.instrument import Instrument
-from livebass.score.score import PROGRAM
 
 
 @dataclass

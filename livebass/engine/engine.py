@@ -28,10 +28,11 @@ from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
 from livebass.kernels.player import controls, messages, performer
+from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.string.records import EVENT
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
-from livebass.score.score import LONGEST, Score, checked_rate
+from livebass.score.score import Score, checked_rate
 from livebass.techniques import PARAMETER_ROWS, event
 
 CHUNK = 1.0  # s computed at once

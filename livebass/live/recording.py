@@ -17,13 +17,13 @@ import mido
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
+from livebass.kernels.score.memory import PROGRAM
 from livebass.live.synth import LiveBass, Synth
 from livebass.preset.load import kept_text
 from livebass.preset.programs import program_of
 from livebass.preset.revisions import numbered
 from livebass.preset.source import PresetError, is_path
 from livebass.score.reading import TAKE
-from livebass.score.score import PROGRAM
 from livebass.score.takes import text_of
 
 LOG = logging.getLogger(__name__)

@@ -10,32 +10,18 @@ import functools
 import os
 import stat
 import sys
-from collections import Counter
 from collections.abc import Container
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 from livebass import tracknames
 from livebass.bounds import refusal
-from livebass.score.choosing import Choice, Part, Parts
-from livebass.score.lines import Lines, Note, is_note, lines_of
-from livebass.score.score import (
-    CHANNELS,
-    LEAST_RATE,
-    NOTE_OFF,
-    NOTE_ON,
-    PROGRAM,
-    RELEASE,
-    Event,
-    Score,
-    checked_rate,
-    cleaned,
-    note_off,
-    score_from,
-)
-from livebass.score.smf import SmfError, parse_smf
+from livebass.kernels.score.memory import NONE
+from livebass.score.choosing import Part, Parts
+from livebass.score.found import Found
+from livebass.score.score import LEAST_RATE, Score, checked_rate, messages_of
+from livebass.score.sentences import NO_BASS
+from livebass.score.smf import Smf, SmfError, parse_smf
 from livebass.score.takes import with_basses
-from livebass.score.turns import in_turns
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file
@@ -70,17 +56,23 @@ def read_score(path: str | os.PathLike[str], rate: int, channel: str | int = "au
 
 def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "auto") -> Score:
     """`read_score` for the bytes of a file that `path` names in messages; None: those at `path`."""
-    read = _read(data, path, rate, channel)
-    if not read.choice.notes:
-        raise ScoreError(f"{path}: {_nothing_chosen(channel, read.parts.listed())}")
-    events = read.chosen_events(rate)
-    notes = read.lines.notes(events)
-    program, changes = _programs(events, notes, read.lines.zone)
-    sent = [e for place, e in enumerate(events) if e.message.kind != PROGRAM or place in changes]
-    if not read.take and (turns := in_turns(events, notes, rate)):
-        program, sent = notes[0].program, turns
-    score = score_from(_on_channels(sent, read.lines), path.stem, rate, program, read.remarks)
-    return with_basses(replace(score, file_end=read.lines.end, foreign=not read.take), read.lines.marks)
+    smf, found, parts = _read(data, path, rate, channel)
+    row, played = found.row, found.played
+    if not len(played):
+        raise ScoreError(f"{path}: {_nothing_chosen(channel, parts.listed())}")
+    score = Score(
+        frames=played["frame"].copy(),
+        messages=messages_of(played),
+        end_frame=int(played["frame"][-1]),
+        notes=int(row["notes"]),
+        name=path.stem,
+        rate=rate,
+        program=None if row["program"] == NONE else int(row["program"]),
+        remarks=(*smf.warnings, *parts.remarks()),
+        file_end=int(row["end"]),
+        foreign=not row["take"],
+    )
+    return with_basses(score, [(found.frame(tick), text) for tick, text in smf.marks] if row["take"] else [])
 
 
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
@@ -88,8 +80,7 @@ def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switch
 
     Keys in `switches` are not notes. Raises the same errors, but none for a file without a bass.
     """
-    read = _read(None, Path(path), LEAST_RATE, channel)
-    return list(read.parts.listed(read.choice, switches))
+    return list(_read(None, Path(path), LEAST_RATE, channel)[2].listed(switches))
 
 
 def file_bytes(path: Path) -> bytes:
@@ -123,38 +114,7 @@ def _stdin() -> bytes:
         raise ScoreError(f"{STDIN}: cannot be read: {error.strerror or error}") from None
 
 
-@dataclass
-class _Read:
-    """A file as read, and the parts chosen from it."""
-
-    take: bool
-    lines: Lines
-    events: list[Event]  # cleaned, or a take's
-    parts: Parts
-    choice: Choice
-    remarks: tuple[str, ...]
-
-    def chosen_events(self, rate: int) -> list[Event]:
-        """The events of the chosen notes and of their lines."""
-        chosen = {note.line for note in self.choice.notes}
-        heard = chosen | self.lines.zone if chosen & self.lines.zone else chosen  # controllers and programs
-        if self.choice.alone:  # other parts may share the line: ignore their messages
-            parts = {(note.line, note.track) for note in self.choice.notes}
-            others = {(note.line, note.track) for note in self.parts.notes} - parts
-            own = [e for e in self.lines.events if e.line in heard and (e.line, e.track) not in others]
-            return cleaned(
-                [e for e in own if (e.line, e.track) in parts or not is_note(e.message)], self.lines.end, rate
-            )
-        places = {note.place for note in self.choice.notes}
-        ended = heard if self.take else chosen
-        return [
-            e
-            for place, e in enumerate(self.events)
-            if place in places or (e.line in (ended if is_note(e.message) else heard) and e.message.kind != NOTE_ON)
-        ]
-
-
-def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> _Read:
+def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> tuple[Smf, Found, Parts]:
     """Reads a MIDI file and chooses the notes to play. Raises ScoreError and ValueError as `read_score` does."""
     checked_rate(rate)
     if channel not in ("auto", "all", *range(1, 17)):
@@ -163,78 +123,11 @@ def _read(data: bytes | None, path: Path, rate: int, channel: str | int) -> _Rea
         smf = parse_smf(file_bytes(path) if data is None else data, path.name)
         if tracknames.is_game(smf.names):
             raise SmfError(tracknames.GAME_REFUSAL)
-        take = TAKE in smf.texts
-        lines = lines_of(smf, rate, take)
+        found = Found(smf, rate, TAKE in smf.texts)
     except SmfError as error:
         raise ScoreError(f"{path}: {error}") from None
-    events = _ended(lines.events, lines.end) if take else cleaned(lines.events, lines.end, rate)
-    parts = Parts(smf, lines, lines.notes(events), rate)
-    choice = parts.choose(channel, take)
-    remarks = (*smf.warnings, *lines.remarks, *choice.remarks)
-    return _Read(take, lines, events, parts, choice, remarks)
-
-
-def _ended(events: list[Event], end: int) -> list[Event]:
-    """The events, and at frame `end` a note-off for each key that is still down."""
-    down: set[tuple[int, int]] = set()
-    for event in events:
-        m = event.message
-        if m.kind == NOTE_ON:
-            down.add((m.channel, m.first))
-        elif m.kind == NOTE_OFF:
-            down.discard((m.channel, m.first))
-    end = max([end, *(event.frame for event in events[-1:])])
-    return events + [Event(end, note_off(channel, note, RELEASE), 0, channel) for channel, note in sorted(down)]
-
-
-def _on_channels(events: list[Event], lines: Lines) -> list[Event]:
-    """The events with a channel for each line: its own, or a free one if that is taken."""
-    channels: dict[int, int] = {}
-    for line in sorted({event.line for event in events}, key=lambda line: (line not in lines.zone, line)):
-        own, taken = lines.lines[line].channel, set(channels.values())
-        free = [channel for channel in (own, *range(CHANNELS)) if channel not in taken]
-        channels[line] = free[0] if free else own
-
-    def moved(event: Event) -> Event:
-        m, channel = event.message, channels[event.line]
-        if m.channel == channel:
-            return event
-        return event._replace(message=m._replace(status=m.kind | channel))
-
-    return [moved(event) for event in events]
-
-
-def _programs(events: list[Event], chosen: list[Note], zone: Container[int]) -> tuple[int | None, set[int]]:
-    """The program at the start of the chosen notes, and the places of later changes.
-
-    If lines begin with different programs, the one of most notes counts. Of several changes between two notes the last
-    one counts, if it changes anything.
-    """
-    begun: Counter[int | None] = Counter()  # notes before their line's first change
-    waiting: dict[int, int] = {}  # places of program changes without a note so far, by line, -1: by zone
-    changes: list[int] = []
-    played: set[int] = set()
-    changed: set[int] = set()
-    note_of = {note.place: note for note in chosen}
-    for place, event in enumerate(events):
-        part = -1 if event.line in zone else event.line
-        if event.message.kind == PROGRAM:
-            waiting[part] = place
-        elif place in note_of:
-            change = waiting.pop(part, None)
-            if change is not None and part in played:
-                changes.append(change)
-                changed.add(part)
-            if part not in changed:
-                begun[note_of[place].program] += 1
-            played.add(part)
-    first = program = begun.most_common(1)[0][0]
-    kept = set()
-    for place in sorted(changes):
-        if events[place].message.first != program:
-            program = events[place].message.first
-            kept.add(place)
-    return first, kept
+    found.choose(channel)
+    return smf, found, Parts(smf, found, channel)
 
 
 def _nothing_chosen(channel: str | int, parts: tuple[Part, ...]) -> str:
@@ -245,6 +138,5 @@ def _nothing_chosen(channel: str | int, parts: tuple[Part, ...]) -> str:
     if len(parts) > MOST_NAMED:
         there += f" and {len(parts) - MOST_NAMED} more, see render --list"
     if channel == "auto":
-        why = "no bass notes: no channel has a bass program, 33 to 40, and no track is called bass"
-        return f"{why}; use --channel N or --channel all; there is {there}"
+        return f"no bass notes: {NO_BASS}; use --channel N or --channel all; there is {there}"
     return f"no notes {'but drums' if channel == 'all' else f'on channel {channel}'}; there is {there}"

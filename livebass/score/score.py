@@ -1,42 +1,21 @@
-"""Notes with times: a `Score`, from a list of notes or cleaned events.
-
-A live player ends a key at its first note-off, however often it was struck (kernels/player): it cannot know whether
-another will come. In a file the future is known, so it is cleaned: at one frame, note-offs and controllers come before
-note-ons; every note-on has its end, at least `BRIEF` seconds later; an end without a note is dropped; and if notes of
-one pitch overlap, the end of the earlier one does not cut the later one.
-"""
+"""Notes with times: a `Score`, from a list of notes or the rows of a file."""
 
 from __future__ import annotations
 
-from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from itertools import groupby
 from numbers import Integral
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal, within
-from livebass.score.smf import Message
+from livebass.kernels.player.messages import CONTROL, NOTE_OFF, NOTE_ON, RELEASE, WHEEL
+from livebass.kernels.score.cleaning import CLEANING_TABLES, CLEANING_WORDS, clean_messages
+from livebass.kernels.score.lines import LONGEST
+from livebass.kernels.score.memory import CLEANING, KEYS, PROGRAM, TIMED
 
-# Kinds of messages
-NOTE_OFF, NOTE_ON, CONTROL, PROGRAM, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xC0, 0xD0, 0xE0
-CHANNELS = 16
-RELEASE = 64  # velocity of a note-off without its own
-BRIEF = 1e-3  # s, least length of a note: even a zero-length note sounds
-LONGEST = 24 * 3600  # s, of a score
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
-
-
-class Event(NamedTuple):
-    """A channel message with its time. A line has one channel; its messages belong together."""
-
-    frame: int
-    message: Message
-    track: int = 0  # of the file, from 0
-    line: int = 0  # a note ends by a note-off of its own line
 
 
 @dataclass(frozen=True)
@@ -129,7 +108,7 @@ def score_of(
         (2, 36000)
     """
     checked_rate(rate)
-    events: list[Event] = []
+    events: list[tuple[int, int, int, int]] = []  # frame and message
     for start, length, note, velocity in notes:
         _check_whole("note", note, 0, 127)
         _check_whole("velocity", velocity, 1, 127)
@@ -137,19 +116,21 @@ def score_of(
         within("length of a note", length, 0, LONGEST, "s")
         first = round(start * rate)
         last = round((start + length) * rate)
-        events += [Event(first, Message(NOTE_ON, note, velocity)), Event(last, note_off(0, note, RELEASE))]
+        events += [(first, NOTE_ON, note, velocity), (last, NOTE_OFF, note, RELEASE)]
     for time, position in bends:
         within("time of a bend", time, 0, LONGEST, "s")
         within("bend", position, -1, 1)
         high, low = divmod(round(8192 + 8191 * position), 128)
-        events.append(Event(round(time * rate), Message(WHEEL, low, high)))
+        events.append((round(time * rate), WHEEL, low, high))
     for time, number, value in controls:
         within("time of a controller", time, 0, LONGEST, "s")
         _check_whole("controller", number, 0, 127)
         _check_whole("value of a controller", value, 0, 127)
-        events.append(Event(round(time * rate), Message(CONTROL, number, value)))
-    events.sort(key=lambda e: e.frame)
-    return score_from(cleaned(events, 0, rate), name, rate)
+        events.append((round(time * rate), CONTROL, number, value))
+    rows = np.zeros(len(events), TIMED)
+    for row, event in zip(rows, sorted(events, key=lambda event: event[0]), strict=True):
+        row["frame"], row["status"], row["first"], row["second"] = event
+    return _score_of_rows(cleaned(rows, rate), name, rate)
 
 
 def checked_rate(rate: int) -> None:
@@ -163,74 +144,40 @@ def _check_whole(name: str, number: object, least: int, most: int, unit: str = "
         raise refusal(name, between(least, most, unit, whole=True), f"{number} {unit}".rstrip())
 
 
-def note_off(channel: int, note: int, velocity: int) -> Message:
-    return Message(NOTE_OFF | channel, note, velocity)
+def messages_of(played: NDArray[np.void]) -> NDArray[np.uint8]:
+    """The (n, 3) messages of PLAYED or TIMED rows."""
+    return np.stack([played[name] for name in ("status", "first", "second")], axis=-1)
 
 
-def cleaned(events: list[Event], end: int, rate: int) -> list[Event]:
-    """The events in the order of a `Score`, with exactly one note-off for each note."""
-    keys: dict[tuple[int, int, int], list[tuple[int, bool, int]]] = defaultdict(list)
-    clean: list[Event] = []
-    for event in events:
-        m = event.message
-        if m.kind in (NOTE_ON, NOTE_OFF):
-            keys[event.line, m.channel, m.first].append((event.frame, m.kind == NOTE_ON, m.second))
-        if m.kind != NOTE_OFF:
-            clean.append(event)
-    for (line, channel, note), strokes in keys.items():
-        for frame, velocity in note_ends(strokes, end, max(1, round(BRIEF * rate))):
-            clean.append(Event(frame, note_off(channel, note, velocity), 0, line))
-    # Controllers come first: a pedal pressed as a note ends holds it, and a bend acts before the next note begins.
-    rank = {NOTE_OFF: 1, NOTE_ON: 2}
-    return sorted(clean, key=lambda e: (e.frame, rank.get(e.message.kind, 0)))
+def cleaned(rows: NDArray[np.void], rate: int, end: int = 0) -> NDArray[np.void]:
+    """Messages of one line with exactly one note-off for each note; kernels/score/cleaning.py has the rule.
 
-
-def note_ends(strokes: list[tuple[int, bool, int]], end: int, brief: int) -> list[tuple[int, int]]:
-    """(frame, release velocity) at which the notes of one key end.
-
-    strokes: (frame, True for a note-on, velocity) in file order.
-
-    A note-off ends the oldest note held; at its own frame, earlier notes before new ones. If the key has been struck
-    again since and another note-off will come, the note-off ends nothing, and the new note sounds on. Notes still held
-    end at frame `end`. A note lasts at least `brief` frames, unless its key is struck again sooner.
+    Args:
+        rows: (n,) TIMED by frame.
+        rate: Hz.
+        end: Frame at which notes end that nothing ends.
     """
-    moments: list[tuple[int, int, list[int]]] = []  # (frame, note-ons, velocities of note-offs)
-    for frame, group in groupby(strokes, key=lambda s: s[0]):
-        here = list(group)
-        moments.append((frame, sum(on for _, on, _ in here), [velocity for _, on, velocity in here if not on]))
-    ends: list[tuple[int, int]] = []
-    held, struck = 0, 0
-    for (frame, ons, offs), (_, _, offs_next) in zip(moments, [*moments[1:], (end, 0, [])], strict=True):
-        early = min(len(offs), held)
-        held -= early
-        if early and not (held and (ons or offs_next)):
-            ends.append((max(frame, struck + brief), offs[early - 1]))
-            held = 0
-        if ons:
-            if ends and ends[-1][0] > frame:
-                ends[-1] = (frame, ends[-1][1])
-            late = min(len(offs) - early, held + ons)
-            held, struck = held + ons - late, frame
-            if late and not (held and offs_next):
-                ends.append((frame + brief, offs[early + late - 1]))
-                held = 0
-    return ends + [(max(end, struck + brief), RELEASE)] * bool(held)
+    count = len(rows)
+    out = np.zeros(2 * count, TIMED)
+    tables = np.zeros((CLEANING_TABLES, KEYS), np.int64)
+    words = np.zeros((1 + CLEANING_WORDS, count), np.int64)
+    cleaning = np.zeros(1, CLEANING)
+    cleaning["rate"], cleaning["count"], cleaning["lines"], cleaning["end"] = rate, count, 1, end
+    cleaning["rows"], cleaning["out"] = rows.ctypes.data, out.ctypes.data
+    for name, memory in zip(
+        ("table", "found", "strokes", "frames", "ends", "order", "spare"), (*tables, *words), strict=True
+    ):
+        cleaning[name] = memory.ctypes.data
+    return out[: clean_messages(cleaning.ctypes.data)]
 
 
-def score_from(
-    events: list[Event], name: str, rate: int, program: int | None = None, remarks: tuple[str, ...] = ()
-) -> Score:
-    """The score of cleaned events, or of a take's."""
-    messages = np.zeros((len(events), 3), np.uint8)
-    for row, event in zip(messages, events, strict=True):
-        row[:] = event.message
+def _score_of_rows(rows: NDArray[np.void], name: str, rate: int) -> Score:
+    """The score of cleaned TIMED rows."""
     return Score(
-        frames=np.array([event.frame for event in events], np.int64),
-        messages=messages,
-        end_frame=max((event.frame for event in events), default=0),
-        notes=int(np.count_nonzero(messages[:, 0] & 0xF0 == NOTE_ON)),
+        frames=rows["frame"].copy(),
+        messages=messages_of(rows),
+        end_frame=int(rows["frame"].max(initial=0)),
+        notes=int(np.count_nonzero(rows["status"] & 0xF0 == NOTE_ON)),
         name=name,
         rate=rate,
-        program=program,
-        remarks=remarks,
     )

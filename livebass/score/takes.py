@@ -14,7 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from livebass.formats import FORMATS, KEY
-from livebass.score.score import PROGRAM, Score, TakenBass
+from livebass.kernels.score.memory import PROGRAM
+from livebass.score.score import Score, TakenBass
 from livebass.score.smf import MARK
 
 LONGEST = 1 << 16  # characters of a text

@@ -13,7 +13,7 @@ from itertools import accumulate, zip_longest
 from typing import Any
 
 from livebass import tracknames
-from livebass.score.lines import BASS_PROGRAMS
+from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.tab import model
 from livebass.tab.model import (
     HIGHEST_LOWEST,

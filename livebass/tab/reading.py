@@ -13,12 +13,12 @@ from typing import Any
 
 from livebass import tracknames
 from livebass.bounds import within
+from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.kinds import is_tab, kind_of
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
 from livebass.preset.source import is_path
-from livebass.score.lines import BASS_PROGRAMS
 from livebass.score.reading import ScoreError, file_bytes, score_in
 from livebass.score.score import Score
 from livebass.score.takes import text_of

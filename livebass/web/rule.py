@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 
 from livebass import kits, techniques, tracknames
-from livebass.score import choosing, lines, low_keys, reading, score, sentences, smf, spread
+from livebass.kernels.player import messages
+from livebass.kernels.player.performer import CHANNELS
+from livebass.kernels.score import choosing, cleaning, lines, low_keys, programs, spread, times
+from livebass.score import reading, sentences, smf
 from livebass.units import note_name
 
 RULE = {
@@ -24,11 +27,11 @@ RULE = {
     "longestName": smf.LONGEST_NAME,
     "errors": sentences.ERRORS,
     "remarks": sentences.REMARKS,
-    "channels": score.CHANNELS,
+    "channels": CHANNELS,
     "drums": kits.DRUMS,
     "melodic": kits.MELODIC,
-    "bassPrograms": list(lines.BASS_PROGRAMS),
-    "tempo": lines.DEFAULT_TEMPO,
+    "bassPrograms": list(programs.BASS_PROGRAMS),
+    "tempo": times.DEFAULT_TEMPO,
     "longestRest": lines.LONGEST_REST,
     "lastNote": lines.LAST_NOTE,
     "bank": kits.BANK,
@@ -38,9 +41,9 @@ RULE = {
     "gm2Melodic": kits.GM2_MELODIC,
     "xgDrums": kits.XG_DRUMS,
     "take": reading.TAKE,
-    "release": score.RELEASE,
-    "brief": score.BRIEF,
-    "longest": score.LONGEST,
+    "release": messages.RELEASE,
+    "brief": cleaning.BRIEF,
+    "longest": lines.LONGEST,
     "place": {
         "lowest": spread.LOWEST,
         "highest": spread.HIGHEST,
@@ -56,7 +59,7 @@ RULE = {
         "mostOverlap": spread.MOST_OVERLAP,
         "leastBent": spread.LEAST_BENT,
         "mostStaying": spread.MOST_STAYING,
-        "timbre": spread.TIMBRE,
+        "timbre": messages.BRIGHTNESS,
     },
     "low": {
         "deepest": low_keys.DEEPEST,

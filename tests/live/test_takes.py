@@ -25,6 +25,7 @@ from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
 from livebass.cli.taken import with_loaded
 from livebass.engine.render import mixed, single
+from livebass.kernels.score.memory import PROGRAM
 from livebass.live.fake import FakeDevice
 from livebass.live.parameters import NUMBERS
 from livebass.live.recording import Given, MidiRecorder
@@ -33,7 +34,7 @@ from livebass.model.instrument import Instrument
 from livebass.preset.load import kept_text
 from livebass.preset.revisions import numbered
 from livebass.score.reading import TAKE
-from livebass.score.score import PROGRAM, Score
+from livebass.score.score import Score
 from livebass.techniques import LEARNED
 
 LIGHT = Quality("light", 60, 192e3)

@@ -1,0 +1,151 @@
+"""A MIDI file's lines, parts and notes as the kernels find them (kernels/score/reading.py)."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Container
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from livebass import tracknames
+from livebass.kernels.score.choosing import ALL, AUTO, OF_CHANNEL
+from livebass.kernels.score.lines import LONGEST
+from livebass.kernels.score.memory import (
+    BASS_INSTRUMENT,
+    IS_BASS,
+    IS_DRUMS,
+    IS_OTHER,
+    KEYS,
+    LISTED,
+    NAMED,
+    NAMES,
+    PLAYED,
+    SCORE,
+    TRACK_NAME,
+    WORD,
+)
+from livebass.kernels.score.reading import (
+    choose_notes,
+    describe_part,
+    frame_at_tick,
+    measure_lines,
+    read_lines,
+    read_parts_of,
+)
+from livebass.kernels.score.records import EXCLUSIVE, FILE, MESSAGE, REMARK, TEMPO
+from livebass.score.smf import Smf, SmfError
+
+Rows = NDArray[Any]  # of records
+
+
+class Found:
+    """The notes of a file at a rate (Hz), and those that are chosen. Raises SmfError if it lasts too long."""
+
+    def __init__(self, smf: Smf, rate: int, take: bool) -> None:
+        self._score = np.zeros(1, SCORE)
+        self._kept = [*_rows(smf), _names(smf)]
+        for name, rows in zip(("file", "messages", "tempos", "exclusives", "data", "names"), self._kept, strict=True):
+            self._score[name] = rows.ctypes.data
+        self._score["rate"], self._score["take"] = rate, take
+        measure_lines(self._address)
+        self._give("memory", "bytes")
+        if read_lines(self._address):
+            raise SmfError(f"lasts {int(self.row['last']) / rate / 3600:.1f} hours, more than {LONGEST // 3600}")
+        self._give("more", "more_bytes")
+        self.parts = int(read_parts_of(self._address))
+
+    @property
+    def row(self) -> Any:
+        """The SCORE."""
+        return self._score[0]
+
+    @property
+    def _address(self) -> int:
+        return int(self._score.ctypes.data)
+
+    def _give(self, name: str, size: str) -> None:
+        """Gives the score memory of the size that it needs."""
+        memory = np.empty(int(self.row[size]) // WORD, np.int64)
+        self._kept.append(memory)
+        self._score[name] = memory.ctypes.data
+
+    def choose(self, channel: str | int) -> None:
+        """Chooses the notes to play: "auto", "all" but drums, or a channel's, from 1."""
+        how = {"auto": AUTO, "all": ALL}.get(str(channel), OF_CHANNEL)
+        choose_notes(self._address, how, channel - 1 if isinstance(channel, int) else 0)
+
+    @property
+    def played(self) -> Rows:
+        """The PLAYED messages of the chosen notes."""
+        return self._rows("played", PLAYED, "played_count").copy()
+
+    @property
+    def remarks(self) -> list[tuple[int, list[int]]]:
+        """(code, numbers) of each remark about the file and the choice."""
+        rows: list[tuple[int, list[int]]] = self._rows("remarks", REMARK, "remarks_count").tolist()
+        return rows
+
+    def _rows(self, name: str, kind: np.dtype[Any], count: str) -> Rows:
+        """The rows of a kind at the address `name`."""
+        size = int(self.row[count]) * kind.itemsize
+        memory = next(
+            (m for m in self._kept if 0 <= int(self.row[name]) - m.ctypes.data <= m.nbytes - size),
+            np.zeros(0, np.int64),
+        )
+        start = int(self.row[name]) - memory.ctypes.data
+        return memory.view(np.uint8)[start : start + size].view(kind)
+
+    def part(self, number: int, switches: Container[int] = ()) -> Any:
+        """Part `number` of the last choice, LISTED. Keys in `switches` are not notes."""
+        listed, table = np.zeros(1, LISTED), switch_table(switches)
+        describe_part(self._address, number, table.ctypes.data, listed.ctypes.data)
+        return listed[0]
+
+    def frame(self, tick: int) -> int:
+        """The frame of a tick."""
+        return int(frame_at_tick(self._address, tick))
+
+
+def switch_table(switches: Container[int]) -> NDArray[np.uint8]:
+    """(128,) 1 for each key in `switches`."""
+    return np.array([key in switches for key in range(KEYS)], np.uint8)
+
+
+def _rows(smf: Smf) -> list[Rows]:
+    """The rows of a file: FILE, MESSAGE, TEMPO, EXCLUSIVE, and the bytes of the last."""
+    file = np.zeros(1, FILE)
+    file["tracks"], file["end"], file["per_quarter"] = len(smf.names), smf.end_tick, smf.ticks_per_quarter
+    file["per_second"] = smf.ticks_per_second
+    messages = np.array([(m.tick, m.track, m.port, *m.message) for m in smf.messages], MESSAGE)
+    tempos = np.array(list(smf.tempos), TEMPO)
+    data = b"".join(each.data for each in smf.exclusive)
+    sizes = [len(each.data) for each in smf.exclusive]
+    places = np.cumsum([0, *sizes]).tolist()
+    exclusives = np.array(
+        [(e.tick, e.port, at, len(e.data)) for e, at in zip(smf.exclusive, places, strict=False)], EXCLUSIVE
+    )
+    file["messages"], file["tempos"], file["exclusives"] = len(messages), len(tempos), len(exclusives)
+    return [file, messages, tempos, exclusives, np.frombuffer(data, np.uint8)]
+
+
+def _names(smf: Smf) -> NDArray[np.uint8]:
+    """What the names of tracks and their channels say, (tracks, NAMES)."""
+    table = np.zeros((len(smf.names), NAMES), np.uint8)
+    for track, (name, instrument) in enumerate(zip(smf.names, smf.instruments, strict=True)):
+        table[track, TRACK_NAME] = _says(name) | BASS_INSTRUMENT * tracknames.is_bass(instrument)
+    for (track, channel), name in smf.channel_names.items():
+        if name:
+            table[track, channel] = _says(name) | NAMED
+    return table
+
+
+@functools.lru_cache(4096)
+def _says(name: str) -> int:
+    """What a name says."""
+    return (
+        IS_BASS * tracknames.is_bass(name)
+        | IS_OTHER * tracknames.is_other(name)
+        | IS_DRUMS * tracknames.is_drums(name)
+    )  # fmt: skip
