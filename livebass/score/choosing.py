@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from livebass import tracknames
 from livebass.kernels.score.remarks import CALLED, DOUBLES, LOWEST_PART, ONLY_PART
 from livebass.score.found import Found
-from livebass.score.sentences import CHOICE, REASONS
+from livebass.score.sentences import CHOICE, REASONS, sentence
 from livebass.score.smf import Smf
 from livebass.units import note_name
 
@@ -93,14 +93,12 @@ class Parts:
             f'"{self._bass_name(self.part(numbers[0]))}"' for code, numbers in self._found.remarks if code == CALLED
         )
         for code, numbers in self._found.remarks:
-            text = CHOICE[code]
-            if not isinstance(text, str):
-                if called:
-                    yield text[len(called) > 1].format(", ".join(called))
+            if code == CALLED and called:
+                yield sentence(CHOICE[code], (len(called), ", ".join(called)))
                 called = {}
             elif code in (ONLY_PART, LOWEST_PART):
-                yield text.format(self.part(numbers[0]))
+                yield sentence(CHOICE[code], (self.part(numbers[0]),))
             elif code == DOUBLES:
-                yield text.format(*(number + 1 for number in numbers))
-            else:
-                yield text.format(*numbers)
+                yield sentence(CHOICE[code], [number + 1 for number in numbers])
+            elif code != CALLED:
+                yield sentence(CHOICE[code], numbers)

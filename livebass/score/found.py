@@ -34,7 +34,7 @@ from livebass.kernels.score.reading import (
     read_lines,
     read_parts_of,
 )
-from livebass.kernels.score.records import EXCLUSIVE, FILE, MESSAGE, REMARK, TEMPO
+from livebass.kernels.score.records import FILE, REMARK
 from livebass.score.smf import Smf, SmfError
 
 Rows = NDArray[Any]  # of records
@@ -114,20 +114,12 @@ def switch_table(switches: Container[int]) -> NDArray[np.uint8]:
 
 
 def _rows(smf: Smf) -> list[Rows]:
-    """The rows of a file: FILE, MESSAGE, TEMPO, EXCLUSIVE, and the bytes of the last."""
+    """The rows of a file: FILE, MESSAGE, TEMPO, EXCLUSIVE, and its bytes."""
     file = np.zeros(1, FILE)
     file["tracks"], file["end"], file["per_quarter"] = len(smf.names), smf.end_tick, smf.ticks_per_quarter
     file["per_second"] = smf.ticks_per_second
-    messages = np.array([(m.tick, m.track, m.port, *m.message) for m in smf.messages], MESSAGE)
-    tempos = np.array(list(smf.tempos), TEMPO)
-    data = b"".join(each.data for each in smf.exclusive)
-    sizes = [len(each.data) for each in smf.exclusive]
-    places = np.cumsum([0, *sizes]).tolist()
-    exclusives = np.array(
-        [(e.tick, e.port, at, len(e.data)) for e, at in zip(smf.exclusive, places, strict=False)], EXCLUSIVE
-    )
-    file["messages"], file["tempos"], file["exclusives"] = len(messages), len(tempos), len(exclusives)
-    return [file, messages, tempos, exclusives, np.frombuffer(data, np.uint8)]
+    file["messages"], file["tempos"], file["exclusives"] = len(smf.rows), len(smf.tempo_rows), len(smf.exclusive_rows)
+    return [file, smf.rows, smf.tempo_rows, smf.exclusive_rows, np.frombuffer(smf.data, np.uint8)]
 
 
 def _names(smf: Smf) -> NDArray[np.uint8]:

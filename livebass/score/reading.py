@@ -80,7 +80,12 @@ def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switch
 
     Keys in `switches` are not notes. Raises the same errors, but none for a file without a bass.
     """
-    return list(_read(None, Path(path), LEAST_RATE, channel)[2].listed(switches))
+    return parts_in(None, Path(path), channel, switches)
+
+
+def parts_in(data: bytes | None, path: Path, channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:
+    """`read_parts` for the bytes of a file that `path` names in messages; None: those at `path`."""
+    return list(_read(data, path, LEAST_RATE, channel)[2].listed(switches))
 
 
 def file_bytes(path: Path) -> bytes:

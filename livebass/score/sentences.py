@@ -1,13 +1,15 @@
-"""What kernels find in a file, in words: a sentence for each code, with {0}, {1} ... for its numbers.
+"""What kernels find in a file, in words: a sentence for each code.
 
-The page has the same table. Of two sentences the first is for a number {0} of one, or for one name.
+{0}, {1} ... stand for its numbers, {0:+} for one with its sign.
+The page has the same table. Of two sentences the first is for a number {0} of one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
-from livebass.kernels.score import remarks
+from livebass.kernels.score import remarks as choice
 from livebass.kernels.score import smf as codes
 
 PLACE = "track {0} of {1}, byte {2}"
@@ -18,6 +20,8 @@ _PARTS = {
     codes.META_LENGTH: "meta event length", codes.EXCLUSIVE_LENGTH: "system exclusive length",
     codes.EXCLUSIVE_DATA: "system exclusive", codes.SYSTEM_MESSAGE: "system message", codes.MESSAGE_DATA: "message",
 }  # fmt: skip
+NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass"
+_CALLED = "no channel has a bass program, 33 to 40: plays the track"
 _FRAMES = "24, 25, 29 or 30 frames of 1 to 255 ticks"
 
 ERRORS: dict[int, str] = {
@@ -65,45 +69,40 @@ REMARKS: dict[int, str | tuple[str, str]] = {
     codes.MORE: "has {0} tracks, not {1} as its header says: plays all",
     codes.PATTERNS: "has {0} patterns (type 2): plays number {1}",
 }
-
-
-def sentence(of: str | tuple[str, str], numbers: Sequence[int]) -> str:
-    """Puts `numbers` into a sentence of a table."""
-    text = of if isinstance(of, str) else of[int(numbers[0] > 1)]
-    return text.format(*numbers)
-
-
-NO_BASS = "no channel has a bass program, 33 to 40, and no track is called bass"
-_CALLED = "no channel has a bass program, 33 to 40: plays the track"
-
 CHOICE: dict[int, str | tuple[str, str]] = {
-    remarks.STRING_CHANNELS: "plays channels {0} to {1} as one instrument, a channel a string",
-    remarks.NOTE_CHANNELS: "plays channels {0} to {1} as one instrument, a channel a note",
-    remarks.PORTAMENTO: "ignored controller 5 (portamento time, {0} times): it bends only in takes of livebass",
-    remarks.TUNING: "ignored a master tuning of {0:+} cents (system exclusive); --a4 {1}.{2} tunes the bass so",
-    remarks.TUNINGS: "ignored {0} master tunings (system exclusive), {1:+} to {2:+} cents",
-    remarks.SCALE_TUNING: "ignored a tuning of single notes (system exclusive); --temperament tunes the bass",
-    remarks.CALLED: (f"{_CALLED} called {{0}}", f"{_CALLED}s called {{0}}"),  # names
-    remarks.ONLY_PART: f"{NO_BASS}: plays the only part, {{0}}",  # the part
-    remarks.LOWEST_PART: f"{NO_BASS}: plays the part that lies in a bass's range, {{0}}",
-    remarks.DOUBLES: "track {0} (channel {1}) doubles track {2} (channel {3}) and is left out",
+    choice.STRING_CHANNELS: "plays channels {0} to {1} as one instrument, a channel a string",
+    choice.NOTE_CHANNELS: "plays channels {0} to {1} as one instrument, a channel a note",
+    choice.PORTAMENTO: "ignored controller 5 (portamento time, {0} times): it bends only in takes of livebass",
+    choice.TUNING: "ignored a master tuning of {0:+} cents (system exclusive); --a4 {1}.{2} tunes the bass so",
+    choice.TUNINGS: "ignored {0} master tunings (system exclusive), {1:+} to {2:+} cents",
+    choice.SCALE_TUNING: "ignored a tuning of single notes (system exclusive); --temperament tunes the bass",
+    choice.CALLED: (f"{_CALLED} called {{1}}", f"{_CALLED}s called {{1}}"),  # number of the names; the names
+    choice.ONLY_PART: f"{NO_BASS}: plays the only part, {{0}}",  # the part
+    choice.LOWEST_PART: f"{NO_BASS}: plays the part that lies in a bass's range, {{0}}",
+    choice.DOUBLES: "track {0} (channel {1}) doubles track {2} (channel {3}) and is left out",
 }
 REASONS: dict[int, str] = {
-    remarks.NO_REASON: "",
-    remarks.REQUESTED: "as asked for",
-    remarks.OTHER_CHANNEL: "not channel {0}",  # the one that was requested
-    remarks.OTHER_PART: "not the chosen part",
-    remarks.A_TAKE: "a take of livebass",
-    remarks.DRUMS: "drums",
-    remarks.BASS_PROGRAM: "bass program",
-    remarks.NO_BASS_PROGRAM: "no bass program",
-    remarks.CALLED_BASS: "called bass",
-    remarks.NOT_CALLED_BASS: "not called bass",
-    remarks.CHANNEL_A_STRING: "a channel a string, or MPE",
-    remarks.NOT_OF_INSTRUMENT: "no part of that instrument",
-    remarks.THE_ONLY_PART: "the only part",
-    remarks.LOW_PART: "in a bass's range, the lowest",
-    remarks.HIGHER_PART: "no program, but higher",
-    remarks.NO_BASS: "no bass program, not called bass",
-    remarks.DOUBLE: "doubles another part",
+    choice.NO_REASON: "",
+    choice.REQUESTED: "as asked for",
+    choice.OTHER_CHANNEL: "not channel {0}",  # the one that was requested
+    choice.OTHER_PART: "not the chosen part",
+    choice.A_TAKE: "a take of livebass",
+    choice.DRUMS: "drums",
+    choice.BASS_PROGRAM: "bass program",
+    choice.NO_BASS_PROGRAM: "no bass program",
+    choice.CALLED_BASS: "called bass",
+    choice.NOT_CALLED_BASS: "not called bass",
+    choice.CHANNEL_A_STRING: "a channel a string, or MPE",
+    choice.NOT_OF_INSTRUMENT: "no part of that instrument",
+    choice.THE_ONLY_PART: "the only part",
+    choice.LOW_PART: "in a bass's range, the lowest",
+    choice.HIGHER_PART: "no program, but higher",
+    choice.NO_BASS: "no bass program, not called bass",
+    choice.DOUBLE: "doubles another part",
 }
+
+
+def sentence(of: str | tuple[str, str], numbers: Sequence[Any]) -> str:
+    """Puts `numbers`, or words that stand for them, into a sentence of a table."""
+    text = of if isinstance(of, str) else of[int(numbers[0] > 1)]
+    return text.format(*numbers)

@@ -59,6 +59,7 @@ def test_key_switches_stay_what_they_are(tmp_path: Path, name: str) -> None:
 
 FOREIGN: dict[str, Rows] = {
     "brief, before the notes": [*note_of(0, 24, -40, -10), *note_of(0, 26, 440, 470)],
+    "sent twice": 2 * note_of(0, 24, -40, -10) + 2 * note_of(0, 26, 440, 470),
     "high, at the notes": [*note_of(0, 96, 0, 10), *note_of(0, 97, 720, 730)],
     "high, held": note_of(0, 84, -20, 900),
 }

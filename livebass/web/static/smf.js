@@ -20,7 +20,8 @@ export const plural = count => count > 1 ? "s" : "";
 
 // Puts numbers into a sentence of Python's table; of two, the first is for one.
 export const sentence = (of, numbers) => (typeof of === "string" ? of : of[Number(numbers[0] > 1)])
-  .replace(/\{(\d)(:02X)?\}/g, (_, k, hex) => hex ? numbers[k].toString(16).toUpperCase().padStart(2, "0") : numbers[k]);
+  .replace(/\{(\d)(:02X|:\+)?\}/g, (_, k, form) => form === ":02X" ? numbers[k].toString(16).toUpperCase().padStart(2, "0") :
+    form && numbers[k] >= 0 ? `+${numbers[k]}` : numbers[k]);
 
 const NUMBERS = [0, 1, 2, 3, 4, 5]; // of a remark or an error
 
