@@ -17,9 +17,11 @@ LAYERS = (
     {"response", "names"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},
-    {"learn", "layout", "song", "vst3_midi"},
+    {"learn", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
     {"text", "menu", "hand"},
+    {"score"},
+    {"song"},
     {"sounds", "session", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},

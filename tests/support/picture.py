@@ -24,6 +24,7 @@ from support.plugins import kept, sources
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
+ROLL, LOOP, PUT_AWAY = range(3)
 WIDTH, HEIGHT = 900, 460
 PLAY, BENCH, TONE, SETTINGS = range(4)  # pages
 PAGES = 4
@@ -46,7 +47,8 @@ OPTIONAL = {
     "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
     "response": "lb_response_title", "responses": None, "response_name": None, "respond": None,
-    "zoom": None, "paste": "lb_take_text", "drop": "lb_take_dropped",
+    "zoom": None, "paste": "lb_take_text", "drop": "lb_take_dropped", "song": "lb_view_song",
+    "steer": "lb_steer_song",
 }  # fmt: skip
 
 
@@ -108,6 +110,11 @@ def loaded(product: str, *more: str) -> Any:
         ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
+        ("read_song", whole, [c.c_char_p, c.c_size_t, whole, address, address, c.c_int64, address]),
+        ("view_song", None, [address, address]),
+        ("steer_song", None, [address, whole]),
+        ("restart_host", whole, [address, real]),
+        ("lb_take_dropped", c.c_char_p, [address, c.c_char_p]),
         ("read_name", whole, [c.c_char_p, c.c_size_t, address]),
         ("note_host", None, [address, whole, whole, real]),
         ("song_host", None, [address, address, address, c.c_int64, c.c_int64]),
@@ -157,6 +164,19 @@ class Move(c.Structure):
     _fields_ = [("parameter", c.c_int), ("phase", c.c_int), ("value", c.c_double)]
 
 
+class SongView(c.Structure):
+    """lb_song_view."""
+
+    _fields_ = [
+        *((name, c.c_int) for name in ("there", "rolls", "loops", "part", "wrong")), ("line", c.c_char * 640)
+    ]  # fmt: skip
+
+    @property
+    def text(self) -> str:
+        """The line."""
+        return self.line.decode()
+
+
 class Host:
     """An instance that plays by itself."""
 
@@ -182,6 +202,25 @@ class Host:
     def midi(self, *message: int) -> None:
         """Sends MIDI of three bytes."""
         self.library.lb_take_midi(self.address, 0, bytes(message), 3)
+
+    def drop(self, file: Path) -> str | None:
+        """Drops a file on its window; returns the fault."""
+        why = self.library.lb_take_dropped(self.address, str(file).encode())
+        return None if why is None else why.decode()
+
+    def song(self) -> SongView:
+        """What its window shows of the file that plays."""
+        view = SongView()
+        self.library.view_song(self.address, c.addressof(view))
+        return view
+
+    def steer(self, what: int) -> None:
+        """A hand presses a button of the file: ROLL, LOOP or PUT_AWAY."""
+        self.library.steer_song(self.address, what)
+
+    def restart(self, rate: float) -> None:
+        """The host begins again at another rate."""
+        assert self.library.restart_host(self.address, rate)
 
     def give(self, score: Score, end: int = 0) -> None:
         """Gives it the messages of a score to play, up to the frame `end`, or to the score's end."""

@@ -2,6 +2,7 @@
 #include "instance/instance.h"
 #include "window/editor.h"
 #include "instance/names.h"
+#include "instance/score.h"
 #include "instance/song.h"
 
 #include <pthread.h>
@@ -89,6 +90,40 @@ int read_name(const uint8_t *bytes, size_t count, char text[LB_NAME_BYTES]) {
     return lb_name_has(&name, lb_bass_words) | lb_name_has(&name, lb_other_words) << 1 |
            lb_name_has(&name, lb_drum_words) << 2 | lb_name_is(&name, lb_game_track) << 3;
 }
+
+/* --- MIDI files --- */
+
+typedef struct {
+    int64_t count, end, left_out, raised, parts;
+    char line[4096]; /* what plays, or the fault */
+    char text[64][400]; /* the parts */
+} a_reading;
+
+/* Reads a file for a bass; its messages, at most `room`, are PLAYED. Returns 0 with the fault in the line. */
+int read_song(const uint8_t *bytes, size_t size, int rate, const lb_keys *keys, LB_PLAYED *rows, int64_t room, a_reading *to) {
+    lb_score s;
+    memset(to, 0, sizeof *to);
+    int good = lb_read_score(&s, bytes, size, rate, lb_best_kernels(), to->line, sizeof to->line);
+    if (good) {
+        const int64_t before = s.score.played_count;
+        const LB_PLAYED *played = (const LB_PLAYED *)(intptr_t)s.score.played;
+        to->end = s.score.end > played[before - 1].frame ? s.score.end : played[before - 1].frame;
+        good = lb_fit_score(&s, keys);
+        to->count = s.score.played_count;
+        memcpy(rows, played, (size_t)(to->count < room ? to->count : room) * sizeof *rows);
+        to->left_out = s.left_out;
+        to->raised = s.raised;
+        to->parts = s.score.parts_count;
+        for (int64_t k = 0; k < to->parts && k < 64; k++) lb_describe_part(&s, k, to->text[k], sizeof to->text[k]);
+        lb_describe_score(&s, to->line, sizeof to->line);
+    }
+    lb_free_score(&s);
+    return good;
+}
+void view_song(host *h, lb_song_view *to) { lb_view_song(&h->instance, to); }
+void steer_song(host *h, int what) { lb_steer_song(&h->instance, what); }
+/* Begins again at another rate. */
+int restart_host(host *h, double rate) { return lb_activate_instance(&h->instance, rate); }
 
 /* --- looks without an instance --- */
 

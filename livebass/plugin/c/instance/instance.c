@@ -149,6 +149,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
         lb_begin_looks(&i->look, i->synth);
     } else lb_free_bass(b);
     begin_audio(i);
+    lb_renew_song(i);
     return i->synth != 0;
 }
 
@@ -191,6 +192,7 @@ void lb_serve(lb_instance *i) {
     }
     if (i->synth) see_to_helpers(i);
     leave();
+    lb_renew_song(i);
 }
 
 /* --- playing --- */
@@ -223,7 +225,7 @@ static void change_bass(lb_instance *i) {
     if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
         lb_serve(i); /* always: another thread may be loading the wanted bass */
         if (busy) lb_free_bass(lb_take_faded(s)); /* another has faded since */
-    } else if (busy || __atomic_load_n(&i->old_song, __ATOMIC_RELAXED) || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
+    } else if (busy || __atomic_load_n(&i->old_song, __ATOMIC_RELAXED) || lb_song_is_old(i) || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
         i->ask(i->owner);
     if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
     __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* it would be replaced before it began */

@@ -141,7 +141,8 @@ static int ends_with(const char *path, const char *ending) {
 
 /* Takes a file, by the ending of its name. */
 static const char *take_file(lb_instance *i, const char *path) {
-    if (!ends_with(path, "." LB_SOUND_ENDING)) return lb_take_response(i, path);
+    if (ends_with(path, ".wav")) return lb_take_response(i, path);
+    if (!ends_with(path, "." LB_SOUND_ENDING)) return lb_take_song(i, path);
     const char *why = lb_take_sound(i, path);
     if (!why) return 0;
     char fault[sizeof i->window.why];
@@ -157,10 +158,12 @@ const char *lb_take_dropped(lb_instance *i, const char *text) {
 }
 
 const char *lb_take_text(lb_instance *i, const char *text) {
+    static const char *const files[] = {".wav", ".mid", ".midi", ".kar", ".rmi"};
     char line[LINE], folder[LB_PATH], path[LB_PATH];
     lb_kept kept;
     copy_path(text, path);
-    if (ends_with(path, ".wav")) return take_file(i, path);
+    for (size_t k = 0; k < sizeof files / sizeof *files; k++)
+        if (ends_with(path, files[k])) return take_file(i, path);
     const char *why = lb_parse_text(text, &kept);
     if (lb_users_folder(path) && snprintf(folder, LB_PATH, "%s/", path) < LB_PATH) locate(&kept, folder, strlen(folder));
     why = take(i, why, &kept);

@@ -66,6 +66,9 @@ typedef struct {
     const char *(*paste)(void *owner, const char *text);
     /* Takes a file dropped on the window, by its path or address, likewise. 0: this window takes none. */
     const char *(*drop)(void *owner, const char *text);
+    /* The song, and what a hand does with it: LB_ROLL ... 0: this window has none. */
+    void (*song)(void *owner, lb_song_view *);
+    void (*steer)(void *owner, int what);
 } lb_face;
 enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 
