@@ -28,16 +28,16 @@ void lb_free_score(lb_score *s) {
 
 /* --- sentences --- */
 
-/* Writes a sentence of the table with its numbers, or, for {0}, a text. */
-static size_t add_sentence(char *line, size_t room, size_t end, const char *form, const int64_t *numbers, const char *zero) {
+/* Writes a sentence of the table with its numbers, or with words in their place. */
+static size_t add_sentence(char *line, size_t room, size_t end, const char *form, const int64_t *numbers, const char *words) {
     for (; *form; form++) {
         if (*form != '{') {
             end = lb_append(line, room, end, "%c", *form);
             continue;
         }
         const char *close = strchr(form, '}');
-        const long long number = numbers[form[1] - '0'];
-        if (zero && form[1] == '0') end = lb_append(line, room, end, "%s", zero);
+        const long long number = words ? 0 : numbers[form[1] - '0'];
+        if (words) end = lb_append(line, room, end, "%s", words);
         else end = lb_append(line, room, end, form[2] == '}' ? "%lld" : form[3] == '+' ? "%+lld" : "%02llX", number);
         form = close;
     }
@@ -57,14 +57,21 @@ typedef struct { /* a track's, or one of its channels' */
     lb_name title, instrument;
 } called;
 
-/* Reads the name of a track or of its channel, which may be empty; writes what of it is the instrument's. */
+/* True for the name of a track, its instrument or its channel. */
+static int is_name(const LB_TEXT *t) { return t->kind == LB_META_TRACK_NAME || t->kind == LB_META_INSTRUMENT; }
+
+static void read_text(const lb_score *s, const LB_TEXT *t, lb_name *to) {
+    lb_read_name(to, AT(uint8_t, s->smf.data) + t->at, (size_t)t->size);
+}
+
+/* Reads the names of a track, channel -1, or the last one, as the title, of its channel; they may be empty. */
 static void read_called(const lb_score *s, int64_t track, int64_t channel, called *to) {
     const LB_TEXT *texts = AT(LB_TEXT, s->smf.rows[LB_TEXTS]);
     to->title.count = to->instrument.count = 0;
     for (int64_t k = 0; k < s->smf.count[LB_TEXTS]; k++) {
         const LB_TEXT *t = &texts[k];
-        if (t->track != track || t->channel != channel || (t->kind != LB_META_TRACK_NAME && t->kind != LB_META_INSTRUMENT)) continue;
-        lb_read_name(t->kind == LB_META_INSTRUMENT ? &to->instrument : &to->title, AT(uint8_t, s->smf.data) + t->at, (size_t)t->size);
+        if (t->track == track && t->channel == channel && is_name(t))
+            read_text(s, t, channel < 0 && t->kind == LB_META_INSTRUMENT ? &to->instrument : &to->title);
     }
 }
 
@@ -76,20 +83,21 @@ static int says(const lb_name *n) {
     return LB_IS_BASS * is_bass(n) | LB_IS_OTHER * lb_name_has(n, lb_other_words) | LB_IS_DRUMS * lb_name_has(n, lb_drum_words);
 }
 
-/* Fills the kernels' table of names; returns 0 for a chart of a game. */
+/* Fills the kernels' table of names from the texts, which are in the order of tracks; returns 0 for a chart of a
+   game. */
 static int fill_names(const lb_score *s, uint8_t *table) {
+    const LB_TEXT *t = AT(LB_TEXT, s->smf.rows[LB_TEXTS]), *end = t + s->smf.count[LB_TEXTS];
     int games = 0;
-    for (int64_t k = 0; k < s->smf.count[LB_TEXTS]; k++) { /* channels' names, the last of each */
-        const LB_TEXT *t = &AT(LB_TEXT, s->smf.rows[LB_TEXTS])[k];
-        lb_name name;
-        if (t->channel < 0 || (t->kind != LB_META_TRACK_NAME && t->kind != LB_META_INSTRUMENT)) continue;
-        lb_read_name(&name, AT(uint8_t, s->smf.data) + t->at, (size_t)t->size);
-        table[t->track * LB_NAMES + t->channel] = (uint8_t)(name.count ? says(&name) | LB_NAMED : 0);
-    }
-    for (int64_t track = 0; track < s->smf.file.tracks; track++) {
-        called c;
-        read_called(s, track, -1, &c);
-        table[track * LB_NAMES + LB_TRACK_NAME] = (uint8_t)(says(name_of(&c)) | LB_BASS_INSTRUMENT * is_bass(&c.instrument));
+    for (int64_t track = 0; track < s->smf.file.tracks; track++, table += LB_NAMES) {
+        called c = {0};
+        for (; t < end && t->track == track; t++) {
+            lb_name name;
+            if (!is_name(t)) continue;
+            read_text(s, t, &name);
+            if (t->channel >= 0) table[t->channel] = (uint8_t)(name.count ? says(&name) | LB_NAMED : 0);
+            else *(t->kind == LB_META_INSTRUMENT ? &c.instrument : &c.title) = name;
+        }
+        table[LB_TRACK_NAME] = (uint8_t)(says(name_of(&c)) | LB_BASS_INSTRUMENT * is_bass(&c.instrument));
         games += lb_name_is(name_of(&c), lb_game_track);
     }
     return games < LB_LEAST_GAME;
@@ -102,7 +110,7 @@ static int is_take(const lb_score *s) {
         char text[LB_NAME_BYTES];
         lb_name name;
         if (t->kind != LB_META_TEXT) continue;
-        lb_read_name(&name, AT(uint8_t, s->smf.data) + t->at, (size_t)t->size);
+        read_text(s, t, &name);
         lb_write_name(&name, text);
         if (!strcmp(text, LB_TAKE)) return 1;
     }
@@ -199,12 +207,19 @@ static LB_LISTED listed(const lb_score *s, int64_t number) {
     return part;
 }
 
-/* The name of a part: its channel's, if the file names channels, or its track's. */
+/* Reads the name of a part: its channel's, if the file names channels, or its track's; and its track's instrument. */
+static lb_name read_part_name(const lb_score *s, const LB_LISTED *part, lb_name *instrument) {
+    called of_channel, of_track;
+    read_called(s, part->track, part->channel, &of_channel);
+    read_called(s, part->track, -1, &of_track);
+    *instrument = of_track.instrument;
+    return of_channel.title.count ? of_channel.title : *name_of(&of_track);
+}
+
 static void write_part_name(const lb_score *s, const LB_LISTED *part, char text[LB_NAME_BYTES]) {
-    called c;
-    read_called(s, part->track, part->channel, &c);
-    if (!name_of(&c)->count) read_called(s, part->track, -1, &c);
-    lb_write_name(name_of(&c), text);
+    lb_name instrument;
+    const lb_name name = read_part_name(s, part, &instrument);
+    lb_write_name(&name, text);
 }
 
 static size_t add_note_name(char *line, size_t room, size_t end, int64_t key) {
@@ -250,19 +265,18 @@ static size_t add_parts(const lb_score *s, char *line, size_t room, size_t end) 
 static size_t add_called(const lb_score *s, const LB_REMARK *remarks, char *line, size_t room, size_t end) {
     char names[PART_TEXT] = "";
     int count = 0;
-    for (int64_t k = 0; k < s->score.remarks_count; k++) {
+    for (int64_t k = 0; k < s->score.remarks_count && strlen(names) < sizeof names - LB_NAME_BYTES - 4; k++) {
         char name[LB_NAME_BYTES + 2], text[LB_NAME_BYTES];
-        called c;
+        lb_name instrument;
         if (remarks[k].code != LB_REMARK_CALLED) continue;
         const LB_LISTED part = listed(s, remarks[k].numbers[0]);
-        read_called(s, part.track, part.channel, &c);
-        if (!name_of(&c)->count) read_called(s, part.track, -1, &c);
-        lb_write_name(is_bass(name_of(&c)) || !is_bass(&c.instrument) ? name_of(&c) : &c.instrument, text);
+        const lb_name own = read_part_name(s, &part, &instrument);
+        lb_write_name(!is_bass(&own) && is_bass(&instrument) ? &instrument : &own, text);
         lb_append(name, sizeof name, 0, "\"%s\"", text);
         if (strstr(names, name)) continue;
         lb_append(names, sizeof names, strlen(names), count++ ? ", %s" : "%s", name);
     }
-    return add_sentence(line, room, end, sentence(LB_REMARK_CALLED, count > 1), (const int64_t[]){0}, names);
+    return add_sentence(line, room, end, sentence(LB_REMARK_CALLED, count > 1), 0, names);
 }
 
 /* Adds a remark about the choice or the file. */
