@@ -340,7 +340,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
 
             def give(data: bytes) -> tuple[int, bytes]:
                 """A window's atom as the plugin receives it, with its own type in place of MIDI's."""
-                return int(np.frombuffer(data, "u4")[1]), data[8:]
+                return int(np.frombuffer(data, "u4", 2)[1]), data[8:]
 
             def play_atoms(found: list[bytes]) -> Any:
                 events = b""
@@ -423,6 +423,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
             play_atoms([data for _, form, data in sent if form and np.frombuffer(data, "u4", 2)[1] == number])
             bare, shown = screen.picture(900, 460), list[bytes]()
             for _ in range(200):
+                plugin.work()
                 heard_now = run(512)
                 if np.frombuffer(room, "u4", 8)[7] == number:
                     shown.append(bytes(room)[24 : 32 + c.sizeof(SongView)])
