@@ -178,7 +178,7 @@ print(json.dumps({n: hashlib.sha256(image(load_preset(n))[first:-8]).hexdigest()
 PAGE = """
 import hashlib, json, runpy, sys
 sys.path.insert(0, "tests")
-test = runpy.run_path("tests/web/test_module.py")
+test = runpy.run_path("tests/unit/web/test_module.py")
 songs = {n: test["score_of"](test[n], test["RATE"]) for n in ("HARD", "TECHNIQUES")}
 print(json.dumps({f"{preset} {name}": hashlib.sha256(test["in_wasm"](preset, score).tobytes()).hexdigest()[:16]
                   for preset in ("jazz-finger", "slap") for name, score in songs.items()}))

@@ -26,7 +26,7 @@ LASTING = ("play", "page")  # they run until Ctrl-C
 PLAYED = 12.0  # s until then
 ENDED, LONGEST = 60.0, 1800.0  # s in which a command ends after Ctrl-C; for another one
 LEFT_OUT = {  # what looks like a command, and why nobody runs it here
-    "tools/wheel": "half an hour: tests/test_wheel.py",
+    "tools/wheel": "half an hour: tests/real/programs/test_wheel.py",
     "livebass simulate": "the name of a command, explained further down",
     "livebass help PAGE": "a placeholder",
     "livebass COMMAND --help": "a placeholder",

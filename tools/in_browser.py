@@ -144,7 +144,7 @@ def native(preset: str) -> float:
 
 
 def open_page(driver: Any, address: str) -> None:
-    """Opens the page and makes its modules' exports global (static/inside.js)."""
+    """Opens the page and makes its modules' exports global (static/pages/inside.js)."""
     driver.get(address)
     driver.execute_script("dispatchEvent(new CustomEvent('livebass', {detail: all => Object.assign(globalThis, all)}))")
 

@@ -1,9 +1,9 @@
 """Keeps files of this version that every later one must open: .venv/bin/python tools/keep.py [--api]
 
 Writes tests/kept/VERSION: a project's state in each plugin format, a take, a preset, a key map, a sound, a link, the
-settings of `play` and an instrument file, with digests of what they sound like. tests/test_kept.py opens all of them.
-Run it for each release; it replaces the folder of the same version. With --api it only lists the public interface of
-Python, in tests/kept/api.txt, which tests/test_interface.py compares.
+settings of `play` and an instrument file, with digests of what they sound like. tests/promises/test_kept.py opens all
+of them. Run it for each release; it replaces the folder of the same version. With --api it only lists the public
+interface of Python, in tests/kept/api.txt, which tests/promises/test_interface.py compares.
 """
 
 from __future__ import annotations

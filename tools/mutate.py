@@ -6,8 +6,8 @@
     python tools/mutate.py --only tension.py        change only files with this path ending; may be repeated
     python tools/mutate.py --minutes 20             stop after this time
     python tools/mutate.py --list                   list all possible changes, make none
-    python tools/mutate.py tests/engine/string      choose the tests for pytest
-    python tools/mutate.py tests/engine/test_pinned.py    a sieve: survivors change no pinned sound
+    python tools/mutate.py tests/unit/engine/string      choose the tests for pytest
+    python tools/mutate.py tests/unit/engine/test_pinned.py    a sieve: survivors change no pinned sound
 
 A mutant changes a number, a sign or a comparison: it doubles a float constant or literal, lowers a whole constant by
 one, subtracts an added term (or the reverse), or inverts a comparison. All mutants of a run are compiled at once, each
@@ -47,9 +47,9 @@ TREE = ("livebass", "presets", "tests", "tools", "pyproject.toml", "README.md", 
 DECORATORS = ("jit", "entry", "inlined", "shared", "fast", "ordered", "apart", "maker")
 LEFT = ("records.py", "machine/")  # memory sizes; functions with exact tests of their own
 SIZES = ("MOST_STRINGS", "KEYS", "CONTROLLERS", "CHANNELS", "PARAMETERS", "ACTIONS", "TOUCHES", "MOST_EVENTS")
-TESTS = ["tests/engine", "tests/plugin/test_instrument.py"]
-OWN = {"bass": "tests/plugin/test_instrument.py"}  # tests of a room of kernels outside its room of the engine's tests
-PINNED = "tests/engine/test_pinned.py"
+TESTS = ["tests/unit/engine", "tests/unit/plugin/test_instrument.py"]
+OWN = {"bass": "tests/unit/plugin/test_instrument.py"}  # tests outside the engine's, by room of kernels
+PINNED = "tests/unit/engine/test_pinned.py"
 SWITCH = '''"""The switch of the mutants: the number of the one that is on, 0: none."""
 
 import os
@@ -156,7 +156,7 @@ import livebass.live.synth  # noqa: F401
 from livebass.compiling.library import library
 
 CHOOSE = ctypes.CFUNCTYPE(None, ctypes.c_int64)(library()("choose_mutant"))
-OPTIONS = ["-x", "-q", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
+OPTIONS = ["-x", "-q", "-p", "no:cacheprovider", "-m", "not slow", "--tb=no", "-rfE"]
 PARENT = os.getppid()
 
 
@@ -292,7 +292,7 @@ def run(tree: Path, mutants: list[Mutant], tests: list[str], jobs: int, minutes:
 def room_of(mutant: Mutant) -> list[str]:
     """Returns the paths of the tests for a mutant's room of kernels."""
     room = mutant.file.split("/")[0]
-    return [f"tests/engine/{room}/", *filter(None, [OWN.get(room)])]
+    return [f"tests/unit/engine/{room}/", *filter(None, [OWN.get(room)])]
 
 
 def fates(

@@ -3,7 +3,7 @@
     .venv/bin/python tools/oldest.py                        the oldest, for the Python that runs this
     .venv/bin/python tools/oldest.py --newest --python python3.13 --without pysfizz
     .venv/bin/python tools/oldest.py --no-tests             only the demo and every --help
-    .venv/bin/python tools/oldest.py -- tests/cli           these tests; what follows -- goes to pytest
+    .venv/bin/python tools/oldest.py -- tests/promises/cli           these tests; what follows -- goes to pytest
 
 It makes a virtual environment in build/oldest or build/newest by uv, with wheels only, and an empty cache there, so
 that these packages compile the kernels. Then it renders the demo and compares it with the one that this Python
@@ -25,7 +25,7 @@ from typing import Any
 from run import name_of, project, requirements
 
 ROOT = Path(__file__).parents[1]
-TESTS = ("-n", "2", "--no-loadscope-reorder", "-m", "not slow and not real and not hosted")
+TESTS = ("-n", "2", "-m", "not slow and not real and not hosted")
 DEMOS = ("preset", "techniques")
 HELPS = "from support.helps import main; main()"
 

@@ -224,7 +224,7 @@ def test(arguments: list[str]) -> None:
         say(f"pip cannot install {package} here: tests that need it are skipped (log: {LOG})")
     run(PYTHON, "tests/support/needs.py")
     # Two workers compute and one waits for processes that tests start; real tests have two of their own
-    command = [PYTHON, "-m", "pytest", "-n", workers, "--no-loadscope-reorder", *which, *rest]
+    command = [PYTHON, "-m", "pytest", "-n", workers, *which, *rest]
     say("== pytest " + " ".join(map(str, command[3:])))
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # each process that a test starts would compile the package
     become(*command, MPLBACKEND="Agg")

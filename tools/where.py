@@ -3,8 +3,8 @@
 python tools/where.py [SITE]
 
 Releases, issues and changelog follow from Source. SITE is the address of the site; by default that of the pages of
-GitHub, GitLab or Codeberg, elsewhere the line Site of pyproject.toml. tests/test_project.py checks that the places
-agree.
+GitHub, GitLab or Codeberg, elsewhere the line Site of pyproject.toml. tests/promises/project/test_project.py
+checks that the places agree.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, System, folder_of_plu
 from livebass.web.export import SINGLE
 
 LICENSE = Path(__file__).parents[1] / "LICENSE"
-FONT = LICENSE.parent / "livebass/plugin/c/DEJAVU.txt"  # licence of the window's font
+FONT = LICENSE.parent / "livebass/plugin/c/picture/DEJAVU.txt"  # licence of the window's font
 FORMATS: dict[str, ModuleType] = {"lv2": lv2, "clap": clap, "vst3": vst3}
 PRESETS = "VST3 Presets"  # folder of the factory sounds for VST3 hosts
 UNIVERSAL = "macos"  # one archive for both kinds of processor

@@ -90,7 +90,7 @@ def compare(
 
     \b
     Examples:
-      livebass compare tests/comparison/recordings/growlybass --preset jazz-finger
+      livebass compare tests/recordings/growlybass --preset jazz-finger
       livebass compare my-bass other-bass --preset mine.toml --preset jazz-finger -o compared.html
       livebass compare my-bass --beside renders --json compared.json
       livebass compare --tell --preset jazz-finger

@@ -272,8 +272,8 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     """Write a tablature as a MIDI file.
 
     Each string has its own MIDI channel, the highest string channel 1; key switches call the techniques. The file has
-    the tempos, time signatures and section names of the tablature. `livebass render` plays it as it plays the
-    tablature. In a DAW put it on one track with a livebass plugin, and choose the same bass and tuning there.
+    the tempos, time signatures and section names of the tablature. What the key map has no key for is left out and
+    counted. In a DAW put it on one track with a livebass plugin, and choose the same bass and tuning there.
 
     \b
     Examples:
@@ -284,14 +284,14 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
     from livebass.files import Transaction
 
     wanted = TabOptions.taken(options, options)
-    song = Song(tab, AUTO, preset, wanted, Loader(options)).arranged()
+    data, remark = Song(tab, AUTO, preset, wanted, Loader(options)).arranged().exported()
     output = output or Path(f"{tab.stem}.mid")
     if output.exists() and os.path.samefile(tab, output):
         raise click.UsageError(f"{output}: is the tablature itself; name another file with -o")
     with Transaction() as files:
-        files.write(output, song.midi)
-    say(f"{tab}: {song.remark}")
-    say(f"{output}: {len(song.midi) / 1000:.1f} kB")
+        files.write(output, data)
+    say(f"{tab}: {remark}")
+    say(f"{output}: {len(data) / 1000:.1f} kB")
 
 
 @export.command()

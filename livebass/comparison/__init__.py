@@ -15,7 +15,7 @@ preset:
     note.missing                                                # {"t60_3200": "no partial ..."}: the reason
     measure(sound, 48_000, 65.4, only=["centroid_20"])          # in a fraction of the time
 
-    real = measured(["tests/comparison/recordings/growlybass"]) # the notes of sound files, or folders of them
+    real = measured(["tests/recordings/growlybass"]) # the notes of sound files, or folders of them
     ours = rendered(preset, real, takes=1)                      # the same pitches, velocities over the dynamics
     summary(ours)["hard"]["centroid_20"]                        # median over the hardest notes; "soft", "v78" ...
     (bass,) = basses("mine", ours, rendered=True)               # one for each technique

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from livebass.engine.engine import Block, Engine, Playing, Report, mixed, single
 from livebass.kernels.player.performer import FADE, OVER
+from livebass.kernels.player.words import row_of
 from livebass.kernels.score.memory import PROGRAM
 from livebass.model.instrument import Instrument
 
@@ -49,15 +50,16 @@ class Basses(Playing):
         self._members = [_Member(first, 0)]  # the one that plays first
         self._ended: list[Report] = []
 
-    def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
-        for k, (frame, message) in enumerate(zip(frames.tolist(), messages.tolist(), strict=True)):
-            if message[0] & 0xF0 == PROGRAM:
-                self._change(frame, message[1])
+    def send_words(self, frames: NDArray[np.int64], words: NDArray[np.int64]) -> None:
+        for k, (frame, word) in enumerate(zip(frames.tolist(), words.tolist(), strict=True)):
+            kind, first, _ = row_of(word)
+            if kind & 0xF0 == PROGRAM:
+                self._change(frame, first)
                 continue
             member, *before = self._members
-            told = member.engine.play_messages(frames[k : k + 1] - member.began, messages[k : k + 1])
+            told = member.engine.play_words(frames[k : k + 1] - member.began, words[k : k + 1])
             for other in before:
-                other.engine.ring_on(frame - other.began, message, member.engine, told)
+                other.engine.ring_on(frame - other.began, word, member.engine, told)
 
     def _change(self, frame: int, program: int) -> None:
         """Starts the bass of a program at `frame`, unless it is already playing or does not exist."""

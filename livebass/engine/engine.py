@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Self
@@ -28,11 +28,12 @@ from livebass.kernels.bass.floor import add_floor
 from livebass.kernels.bass.instrument import COARSE, LIVE
 from livebass.kernels.effects.chain import add_effects, still_ring
 from livebass.kernels.player import controls, messages, performer
+from livebass.kernels.player.words import row_of
 from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.string.records import EVENT
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
-from livebass.score.score import Score, checked_rate
+from livebass.score.score import Score, checked_rate, packed
 from livebass.techniques import PARAMETER_ROWS, event
 
 CHUNK = 1.0  # s computed at once
@@ -66,7 +67,6 @@ class Playing(ABC):
     frame: int  # the next to be computed
     floor: NDArray[np.float64] | None = None  # (count,): in the last block; None: the bass has none
 
-    @abstractmethod
     def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
         """Takes channel messages. Call it from one thread at a time.
 
@@ -74,6 +74,11 @@ class Playing(ABC):
             frames: Frame of each message from the start, (n,), in order, none before `frame`.
             messages: Status and two data bytes of each, (n, 3).
         """
+        self.send_words(frames, packed(messages))
+
+    @abstractmethod
+    def send_words(self, frames: NDArray[np.int64], words: NDArray[np.int64]) -> None:
+        """Takes messages and other events as words (kernels/player/words.py), (n,), like `send`."""
 
     @abstractmethod
     def process(self, count: int, pool: ThreadPoolExecutor | None = None) -> NDArray[np.float64]:
@@ -135,7 +140,8 @@ class Playing(ABC):
         """
         chunk = max(1, int(CHUNK * self.rate))
         longest = LONGEST_TAIL if tail is None else tail
-        frames, end = score.frames + self.frame, score.end_frame + self.frame
+        frames, words = score.words
+        frames, end = frames + self.frame, score.end_frame + self.frame
         last = end + int(longest * self.rate)
         sent = 0
 
@@ -143,7 +149,7 @@ class Playing(ABC):
             nonlocal sent
             first, count = self.frame, min(chunk, last - self.frame)
             until = int(np.searchsorted(frames, self.frame + count))
-            self.send(frames[sent:until], score.messages[sent:until])
+            self.send_words(frames[sent:until], words[sent:until])
             sent = until
             return first, process(count, pool)
 
@@ -167,7 +173,7 @@ class Playing(ABC):
                         if mix is not None:
                             mix[-fade:] = single(mix[-fade:] * shape)
                     rest = slice(sent, int(np.searchsorted(frames, self.frame, "right")))
-                    self.send(frames[rest], score.messages[rest])  # notes that end here do not last into the next play
+                    self.send_words(frames[rest], words[rest])  # notes that end here do not last into the next play
                 following = None if ended else ahead.submit(compute)
                 yield block, mix
 
@@ -258,24 +264,28 @@ class Engine(Playing):
         other._begin(seed)
         return other
 
-    def send(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> None:
-        self.play_messages(frames, messages)
+    def send_words(self, frames: NDArray[np.int64], words: NDArray[np.int64]) -> None:
+        self.play_words(frames, words)
 
     def play_messages(self, frames: NDArray[np.int64], messages: NDArray[np.uint8]) -> NDArray[np.void]:
         """Takes messages like `send`, and returns the resulting events (n,). [main thread]"""
+        return self.play_words(frames, packed(messages))
+
+    def play_words(self, frames: NDArray[np.int64], words: NDArray[np.int64]) -> NDArray[np.void]:
+        """`play_messages` for words, as `send_words` takes them."""
         events = np.zeros(performer.MOST_EVENTS * max(1, len(frames)), EVENT)
         count = 0
-        for frame, message in zip(frames.tolist(), messages.tolist(), strict=True):
-            count = take_message(self.performer, self.pool.records, frame, message, events, count)
+        for frame, word in zip(frames.tolist(), words.tolist(), strict=True):
+            count = take_message(self.performer, self.pool.records, frame, row_of(word), events, count)
         self._take(events[:count])
         return events[:count]
 
-    def ring_on(self, frame: int, message: Sequence[int], player: Engine, told: NDArray[np.void]) -> None:
-        """Takes a message at `frame` that `player`, now playing, turned into the events `told`; starts no note."""
+    def ring_on(self, frame: int, word: int, player: Engine, told: NDArray[np.void]) -> None:
+        """Takes a word at `frame` that `player`, now playing, turned into the events `told`; starts no note."""
         p, events = self.performer, np.zeros(performer.MOST_EVENTS, EVENT)
         p["out"], player.performer["out"] = (frame, events.ctypes.data, 0), (frame, told.ctypes.data, len(told))
         places = (p.ctypes.data, self.pool.records.ctypes.data, player.performer.ctypes.data)
-        messages.take_message_ringing(*places, *message)
+        messages.take_word_ringing(*places, word & (1 << 32) - 1, row_of(word)[2])
         self._take(events[: int(p["out"]["count"][0])])
 
     def follow(self, old: Engine) -> None:

@@ -25,6 +25,7 @@ from livebass.kernels.pickup.coil import COIL
 from livebass.kernels.player import controls, messages
 from livebass.kernels.player.constants import PICK, STANDARD
 from livebass.kernels.player.performer import PERFORMER
+from livebass.kernels.player.words import KIND_BIT, STATUS
 from livebass.kernels.string import board, frets, preparing
 from livebass.kernels.string.preparing import FROZEN, NOTE, OVERDAMPED, PREPARING
 from livebass.kernels.string.records import BETWEEN, CONTACT, DOUBLE, MOST_NEAR, OPERATOR, ROW, STRING, VOICE_SLOTS
@@ -268,14 +269,24 @@ def play_frames(
 
 
 def take_message(
-    p: NDArray[np.void], ops: NDArray[np.void], frame: int, message: Sequence[int], events: NDArray[np.void], count: int
+    p: NDArray[np.void],
+    ops: NDArray[np.void],
+    frame: int,
+    message: tuple[int, int, float],
+    events: NDArray[np.void],
+    count: int,
 ) -> int:
-    """Passes a channel message to the performer `p` (1,), `messages.handle_message`; returns the new count.
+    """Passes a message to the performer `p` (1,); returns the new count.
 
-    ops (strings, frets + 1); `message` has three bytes; events (n,) are filled from `count` on.
+    ops (strings, frets + 1); `message`: three bytes of MIDI, or an event's kind, number and value (`words.Row`); events
+    (n,) are filled from `count` on.
     """
     p["out"] = frame, events.ctypes.data, count
-    messages.take_message(p.ctypes.data, ops.ctypes.data, *message)
+    first, second, third = message
+    if first < STATUS:
+        messages.take_event(p.ctypes.data, ops.ctypes.data, first << KIND_BIT | second, third)
+    else:
+        messages.take_message(p.ctypes.data, ops.ctypes.data, first, second, third)
     return int(p["out"]["count"][0])
 
 

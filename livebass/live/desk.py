@@ -50,9 +50,8 @@ class Desk:
 
     def load(self, score: Score) -> None:
         """Loads `score`, LEAD before its beginning; it starts once it is `rolling`. A desk has one score."""
-        data = score.messages.astype(np.int64)
-        words = data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
-        frames, room = np.ascontiguousarray(score.frames), np.zeros(2 * len(words) + 1, np.int64)
+        frames, words = score.words
+        room = np.zeros(2 * len(words) + 1, np.int64)
         self._arrays += [frames, words, room]
         self.score = score
         self.record["position"] = -LEAD * score.rate
@@ -180,8 +179,11 @@ def with_beats(score: Score, count_in: bool) -> Score:
     rows = np.array([(BEAT, begins, 0) for _, begins in beats], np.uint8)
     order = np.argsort(frames, kind="stable")
     messages = np.concatenate([rows, score.messages])[order]
+    strokes = tuple((row[0] + later, *row[1:]) for row in score.strokes)
     end, file_end = score.end_frame + later, score.file_end + later
-    return replace(score, frames=frames[order], messages=messages, end_frame=end, file_end=file_end)
+    return replace(
+        score, frames=frames[order], messages=messages, end_frame=end, file_end=file_end, strokes=strokes
+    )  # fmt: skip
 
 
 def click_sound(rate: int) -> NDArray[np.float32]:

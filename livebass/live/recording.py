@@ -17,6 +17,7 @@ import mido
 
 from livebass.audiofile import AudioWriter, encoding
 from livebass.files import OutputError, Transaction, checked_place
+from livebass.kernels.player.words import STATUS, Row
 from livebass.kernels.score.memory import PROGRAM
 from livebass.live.synth import LiveBass, Synth
 from livebass.preset.load import kept_text
@@ -24,7 +25,7 @@ from livebass.preset.programs import program_of
 from livebass.preset.revisions import numbered
 from livebass.preset.source import PresetError, is_path
 from livebass.score.reading import TAKE
-from livebass.score.takes import text_of
+from livebass.score.takes import text_of, text_of_stroke
 
 LOG = logging.getLogger(__name__)
 
@@ -173,7 +174,7 @@ class MidiRecorder(Take):
         self.kept: Path | None = None  # the file, once in its place
         self.short: str | None = None  # why there is no file
         checked_place(path)
-        self._played: list[tuple[int, int, int, int]] | None = []  # (tick, status, first, second)
+        self._played: list[Row] | None = []  # each at its tick
         self._basses = [(0, preset)]  # (tick, preset)
         self._files = dict[str, str]()  # by path: what preset files held when they were chosen
         self._keep(preset)
@@ -204,7 +205,7 @@ class MidiRecorder(Take):
                     self._coming.remove((preset, bass))
                     self._basses.append((self._tick(bass.began), preset))
             for frame, status, first, second in self.synth.played():
-                if 0x80 <= status < 0xF0 and status & 0xF0 != PROGRAM:
+                if status < 0xF0 and status & 0xF0 != PROGRAM:
                     self._played.append((self._tick(frame), status, first, second))
 
     def choose(self, preset: str, bass: LiveBass) -> None:
@@ -227,14 +228,14 @@ class MidiRecorder(Take):
         self.synth = synth
         synth.keep_messages()
 
-    def _file(self, played: list[tuple[int, int, int, int]]) -> bytes:
+    def _file(self, played: list[Row]) -> bytes:
         """A MIDI file of type 0, with the presets and their programs, on all channels played."""
         beats = 2
         while self.rate // beats > MOST_TICKS or self.rate % beats or MICROSECONDS % beats:
             beats += 1
         track = mido.MidiTrack([mido.MetaMessage("set_tempo", tempo=MICROSECONDS // beats)])
         track.append(mido.MetaMessage("text", text=TAKE))
-        channels = sorted({status & 0x0F for _, status, *_ in played})
+        channels = sorted({status & 0x0F for _, status, *_ in played if status >= STATUS})
         events: list[tuple[int, mido.Message | mido.MetaMessage]] = []
         for tick, preset in self._basses:
             named = os.path.abspath(preset) if is_path(preset) else numbered(preset)
@@ -242,6 +243,9 @@ class MidiRecorder(Take):
             events.append((tick, mido.MetaMessage("text", text=text)))
             events += [(tick, mido.Message("program_change", channel=c, program=_program(preset))) for c in channels]
         for tick, status, first, second in played:
+            if status < STATUS:
+                events.append((tick, mido.MetaMessage("text", text=text_of_stroke(status, first, second))))
+                continue
             data = [status, first] if status & 0xF0 == 0xD0 else [status, first, second]
             events.append((tick, mido.Message.from_bytes(data)))
         last = 0

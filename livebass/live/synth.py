@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from livebass.engine.engine import Engine
 from livebass.kernels.bass.records import WORD
 from livebass.kernels.player.performer import ANY, CHANNEL
+from livebass.kernels.player.words import Row
 from livebass.live.desk import Desk
 from livebass.live.priority import make_realtime
 from livebass.live.thread import ahead, arrival, block, helpers, setup
@@ -372,8 +373,8 @@ class Synth:
         self.record["played_size"] = RING
         self._write("played_ring", self._played.ctypes.data)
 
-    def played(self) -> list[tuple[int, int, int, int]]:
-        """Returns the messages played since the last call: (frame, status, first, second)."""
+    def played(self) -> list[Row]:
+        """Returns the messages and the strokes played since the last call."""
         return pop_messages(self._played) if self._played.size else []
 
     def meters(self) -> Meters:

@@ -20,7 +20,7 @@ from livebass.kernels.bass import setup as bass
 from livebass.kernels.effects import records as effects
 from livebass.kernels.effects import response
 from livebass.kernels.pickup import coil
-from livebass.kernels.player import constants, parameters, performer
+from livebass.kernels.player import constants, parameters, performer, words
 from livebass.kernels.player.touches import KEY_PALM
 from livebass.kernels.score import choosing, lines, low_keys, memory, reading, remarks, smf
 from livebass.kernels.score import records as score_records
@@ -91,15 +91,15 @@ OF_MODULES: tuple[tuple[Any, str], ...] = (
     (preparing, "DONE"), (performer, "FREE CHANNELS"), (constants, "FINGER PICK POP"), (sight, "SEEN"),
     (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
     (effects, "LONGEST LEAST_RATE MOST_RATE"), (priority, "PRIORITY"),
-    (parameters, "MOST_UNEVENNESS"), (ring, "VALUE_BIT NUMBER"),
+    (parameters, "MOST_UNEVENNESS"), (words, "VALUE_BIT NUMBER"),
     (memory, "IS_BASS IS_OTHER IS_DRUMS BASS_INSTRUMENT NAMED TRACK_NAME NAMES"), (choosing, "AUTO"),
     (score_records, "MESSAGES TEMPOS EXCLUSIVES TEXTS REMARKS"), (low_keys, "FITTING_WORDS"),
     (smf, "META_TEXT META_TRACK_NAME META_INSTRUMENT"),
 )  # fmt: skip
-KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in ring.py
+KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in words.py
 NUMBERS = {
     **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
-    **{f"LB_KIND_{name}": getattr(ring, name) for name in KINDS},
+    **{f"LB_KIND_{name}": getattr(words, name) for name in KINDS},
     **{f"LB_STEP_{name}": number for name, number in names.STEPS.items()},
     **{f"LB_REMARK_{name}": getattr(remarks, name) for name in ("CALLED", "ONLY_PART", "LOWEST_PART", "DOUBLES")},
     "LB_LEAST_GAME": tracknames.LEAST_GAME,
@@ -244,11 +244,11 @@ def _parameters() -> list[str]:
     rows, points = list[str](), dict[tuple[str, ...], str]()  # points: their names in C
     for p in PARAMETERS:
         named = points.setdefault(p.points, f"lb_points_{p.symbol}") if p.points else "0"
-        words = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
-        words += f", {json.dumps(SLIDER_ROWS[p.symbol].help)}" if p.symbol in SLIDER_ROWS else ", 0"
+        called = ", ".join(map(json.dumps, (p.symbol, p.name, p.unit, p.group)))
+        called += f", {json.dumps(SLIDER_ROWS[p.symbol].help)}" if p.symbol in SLIDER_ROWS else ", 0"
         kind, number = event(p) or (-1, 0)
         limits = f"{float(p.least)}, {float(p.most)}, {float(p.usual)}, {int(p.whole)}"
-        rows.append(f"    {{{words}, {limits}, {named}, {kind}, {number}}},")
+        rows.append(f"    {{{called}, {limits}, {named}, {kind}, {number}}},")
     sliders = ", ".join(str(row.parameter.number) for row in SLIDER_ROWS.values())
     lines += _table("int lb_sliders[LB_BUILT]", [sliders])  # their parameters
     lists = []

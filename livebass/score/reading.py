@@ -21,7 +21,7 @@ from livebass.score.found import Found
 from livebass.score.score import LEAST_RATE, Score, checked_rate, messages_of
 from livebass.score.sentences import NO_BASS
 from livebass.score.smf import Smf, SmfError, parse_smf
-from livebass.score.takes import with_basses
+from livebass.score.takes import strokes_of, with_basses
 
 TAKE = "as played by livebass"  # text at the beginning of a file: leave it unchanged
 LARGEST = 64 << 20  # bytes of a MIDI file
@@ -58,12 +58,14 @@ def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "au
     """`read_score` for the bytes of a file that `path` names in messages; None: those at `path`."""
     smf, found, parts = _read(data, path, rate, channel)
     row, played = found.row, found.played
-    if not len(played):
+    texts = [(found.frame(tick), text) for tick, text in smf.marks] if row["take"] else []
+    strokes = strokes_of(texts, int(row["end"]))
+    if not (row["chosen"] or strokes):
         raise ScoreError(f"{path}: {_nothing_chosen(channel, parts.listed())}")
     score = Score(
         frames=played["frame"].copy(),
         messages=messages_of(played),
-        end_frame=int(played["frame"][-1]),
+        end_frame=int(played["frame"].max(initial=0)),
         notes=int(row["notes"]),
         name=path.stem,
         rate=rate,
@@ -72,7 +74,7 @@ def score_in(data: bytes | None, path: Path, rate: int, channel: str | int = "au
         file_end=int(row["end"]),
         foreign=not row["take"],
     )
-    return with_basses(score, [(found.frame(tick), text) for tick, text in smf.marks] if row["take"] else [])
+    return with_basses(score.with_strokes(strokes) if strokes else score, texts)
 
 
 def read_parts(path: str | os.PathLike[str], channel: str | int = "auto", switches: Container[int] = ()) -> list[Part]:

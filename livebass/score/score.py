@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal, within
 from livebass.kernels.player.messages import CONTROL, NOTE_OFF, NOTE_ON, RELEASE, WHEEL
+from livebass.kernels.player.words import STROKE, Row, word_of
 from livebass.kernels.score.cleaning import CLEANING_TABLES, CLEANING_WORDS, clean_messages
 from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.score.memory import CLEANING, KEYS, PROGRAM, TIMED
@@ -50,6 +51,21 @@ class Score:
     raised: int = 0  #: notes that were too low and moved up by octaves
     left_out: int = 0  #: key switches of another instrument (low_keys.py)
     beats: tuple[tuple[int, bool], ...] = ()  #: (frame, whether a bar begins) of each beat, if the file has bars
+    strokes: tuple[Row, ...] = ()  #: (frame, kind, number, value) of each event of a tablature (words.py), by frame
+
+    @property
+    def words(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Frames and words (words.py) of all messages and strokes, (n,) each, by frame, messages first."""
+        frames = np.concatenate([self.frames, np.array([frame for frame, *_ in self.strokes], np.int64)])
+        words = np.concatenate([packed(self.messages), np.array([word_of(*row[1:]) for row in self.strokes], np.int64)])
+        order = np.argsort(frames, kind="stable")
+        return frames[order], words[order]
+
+    def with_strokes(self, strokes: tuple[Row, ...]) -> Score:
+        """Returns the score with these strokes and their ends, too."""
+        end = max([self.end_frame, *(frame for frame, *_ in strokes)])
+        notes = self.notes + sum(kind == STROKE for _, kind, *_ in strokes)
+        return replace(self, strokes=strokes, notes=notes, end_frame=end, file_end=max(end, self.file_end))
 
     @property
     def changes(self) -> list[tuple[int, int]]:
@@ -61,6 +77,12 @@ class Score:
         """Returns the score without its program changes and the basses that they choose."""
         kept = self.messages[:, 0] & 0xF0 != PROGRAM
         return replace(self, frames=self.frames[kept], messages=self.messages[kept], basses=())
+
+
+def packed(messages: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """The words, (n,), of channel messages, (n, 3)."""
+    data = messages.astype(np.int64)
+    return np.asarray(data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16)
 
 
 def single_note(note: int, velocity: int, duration: float, rate: int) -> Score:

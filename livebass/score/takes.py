@@ -1,25 +1,31 @@
-"""The basses of a take: texts in its MIDI file, each where its bass starts to play.
+"""The basses and the strokes of a take: texts in its MIDI file, each where its bass or stroke starts to play.
 
-A text is MARK and a JSON object: "format" unless it is 1, "preset", a name or a path, "file", what a preset file held
-when it played, and the options of `livebass play` that changed the bass. This file does not trust the texts: any file
-may contain them.
+A text is MARK and a JSON object. That of a bass has "format" unless it is 1, "preset", a name or a path, "file", what a
+preset file held when it played, and the options of `livebass play` that changed the bass. That of a tablature's event
+has "stroke": its kind, number and value (kernels/player/words.py), whole numbers. This file does not trust the texts:
+any file may contain them.
 """
 
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from livebass.formats import FORMATS, KEY
+from livebass.kernels.player.performer import MOST_STRINGS
+from livebass.kernels.player.words import STRING, STRING_REST, STROKE, STROKE_END, Row, field
 from livebass.kernels.score.memory import PROGRAM
 from livebass.score.score import Score, TakenBass
 from livebass.score.smf import MARK
 
 LONGEST = 1 << 16  # characters of a text
 LAST_PROGRAM = 127
+STROKES = "stroke"
+STROKE_TEXT = re.compile(re.escape(MARK) + rf'{{"{STROKES}": "(1[2-7]) (\d{{1,7}}) (-?\d{{1,8}})"}}')
 
 
 def text_of(preset: str, given: Mapping[str, str], file: str = "") -> str:
@@ -31,6 +37,22 @@ def text_of(preset: str, given: Mapping[str, str], file: str = "") -> str:
     return text if len(text) <= LONGEST or not file else text_of(preset, given)
 
 
+def text_of_stroke(kind: int, number: int, value: float) -> str:
+    """The ASCII text of a tablature's event."""
+    return MARK + json.dumps({STROKES: f"{kind} {number} {round(value)}"})
+
+
+def strokes_of(texts: Iterable[tuple[int, str]], end: int) -> tuple[Row, ...]:
+    """The tablature's events in `texts` (frame, text); strokes that are still held end at frame `end`."""
+    read = ((frame, STROKE_TEXT.fullmatch(text)) for frame, text in texts)
+    found: list[Row] = [(frame, int(match[1]), int(match[2]), int(match[3])) for frame, match in read if match]
+    held = dict.fromkeys(range(MOST_STRINGS), False)
+    for _, kind, number, _ in found:
+        if kind in (STROKE, STROKE_END, STRING_REST):
+            held[field(number, STRING)] = kind == STROKE
+    return (*found, *((end, STROKE_END, string, 0.0) for string, is_held in held.items() if is_held))
+
+
 def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
     """`score`, of a take, with the basses that its `texts` (frame, text) name, instead of its programs.
 
@@ -40,6 +62,8 @@ def with_basses(score: Score, texts: Iterable[tuple[int, str]]) -> Score:
     basses, remarks = list[TakenBass](), list(score.remarks)
     programs: dict[str, int] = {}
     for frame, text in texts:
+        if STROKE_TEXT.fullmatch(text):
+            continue
         told = _told(text)
         program = None if told is None else programs.get(told[0], _program_at(score, frame, set(programs.values())))
         if told is None or program is None:

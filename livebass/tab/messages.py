@@ -1,6 +1,6 @@
-"""From strokes to the messages of MIDI mode 4, a channel for each string, with the key switches of the map `modo`.
+"""Exports strokes as a MIDI file: mode 4, a channel for each string, with the key switches of the bass's key map.
 
-This is the only part of the room that knows what livebass can play; the rest is counted.
+What the map has no key for is left out and counted.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ import io
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import NamedTuple
 
 import mido
@@ -17,6 +16,21 @@ from mido import Message, MetaMessage
 
 from livebass.score.reading import TAKE
 from livebass.tab.model import Bar
+from livebass.tab.moves import (
+    BEGIN,
+    BEND,
+    CONTROL,
+    END,
+    EXPRESSION,
+    LATER,
+    PRESS,
+    VIBRATO,
+    Moves,
+    ending,
+    following,
+    missing,
+    rest_of,
+)
 from livebass.tab.perform import (
     DEAD,
     HAMMER,
@@ -32,7 +46,7 @@ from livebass.tab.perform import (
     Performance,
     Stroke,
 )
-from livebass.tab.tempos import Tempos
+from livebass.tab.tempos import TICKS, Tempos, nearest_tick
 from livebass.techniques import (
     DYNAMICS,
     FUNCTION_ROWS,
@@ -46,11 +60,7 @@ from livebass.techniques import (
     THUMB_ON_TWO,
 )
 
-TICKS = 3840  # in a quarter note
-MODE_4, PRESSURE, WHEEL, FULL = 126, 127, 8191, 127  # a controller; the most of pressure, wheel and expression
-WHEEL_RANGE = 12.0  # semitones of a string's wheel
-STEP = 5e-3  # s of a bend or a fade ...
-MOST_STEPS = 2000  # ... unless it has more steps
+MODE_4 = 126  # a controller
 SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31, 7: 34, 8: 36}  # of natural harmonics over the open string, by partial
 ARTIFICIAL = {2: "artificial", 3: "artificial_12th", 4: "artificial_15th"}  # techniques by partial
 TECHNIQUE_CC, DYNAMICS_CC = LEARNED + TECHNIQUE, LEARNED + DYNAMICS
@@ -60,8 +70,6 @@ PALM_CC, SLIDE_CC, SLIDE_TIME_CC, FADE_CC = (
 PALM = FUNCTION_ROWS["palm_mute"].pressed
 LOW = 2  # strings that a thumb on two strikes
 SWITCH_VELOCITY = RELEASE = 64
-# Order of what happens at once: notes end, controllers move, notes begin, and what a tied note leaves ends
-END, CONTROL, PRESS, BEGIN, LATER = range(5)
 
 
 class Way(NamedTuple):
@@ -101,14 +109,8 @@ def to_midi(
     if dynamics:
         part = (dynamics - LEAST[DYNAMICS]) / (MOST[DYNAMICS] - LEAST[DYNAMICS])
         writer.control(0.0, DYNAMICS_CC, round(127 * part))
-    after: dict[int, Stroke] = {}
-    following: dict[int, Stroke] = {}  # the next stroke on its string, by id
-    for stroke in reversed(performance.strokes):
-        if stroke.string in after:
-            following[id(stroke)] = after[stroke.string]
-        after[stroke.string] = stroke
-    for stroke in performance.strokes:
-        writer.play(stroke, following.get(id(stroke)))
+    for stroke, after in following(performance.strokes):
+        writer.play(stroke, after)
     file = mido.MidiFile(ticks_per_beat=TICKS)
     file.tracks += [_conductor(performance, bars, texts), writer.track()]
     out = io.BytesIO()
@@ -119,23 +121,19 @@ def to_midi(
 def _conductor(performance: Performance, bars: Sequence[Bar], texts: Iterable[str]) -> mido.MidiTrack:
     """The track with texts, tempos, time signatures and names of sections."""
     events = [(0, 0, MetaMessage("text", text=text)) for text in (TAKE, *texts)]
-    events += [(_tick(at), 1, MetaMessage("set_tempo", tempo=us)) for at, us in performance.tempos.steps]
+    events += [(nearest_tick(at), 1, MetaMessage("set_tempo", tempo=us)) for at, us in performance.tempos.steps]
     last: tuple[int, int] | None = None
     for begin, number in performance.bars:
-        bar = bars[number]
+        bar, at = bars[number], nearest_tick(begin)
         ratio = int(bar.length / bar.beat), int(4 / bar.beat)
         power = ratio[1] > 0 and ratio[1] & ratio[1] - 1 == 0  # of two, as MIDI needs it
         if ratio != last and 0 < ratio[0] < 256 and power:
-            events.append((_tick(begin), 1, MetaMessage("time_signature", numerator=ratio[0], denominator=ratio[1])))
+            events.append((at, 1, MetaMessage("time_signature", numerator=ratio[0], denominator=ratio[1])))
             last = ratio
         if bar.name:
-            events.append((_tick(begin), 2, MetaMessage("marker", text=bar.name.encode("ascii", "replace").decode())))
-    end = [(_tick(performance.end), 3, MetaMessage("end_of_track"))]
+            events.append((at, 2, MetaMessage("marker", text=bar.name.encode("ascii", "replace").decode())))
+    end = [(nearest_tick(performance.end), 3, MetaMessage("end_of_track"))]
     return _track([*events, *end])
-
-
-def _tick(quarters: Fraction | float) -> int:
-    return max(round(quarters * TICKS), 0)
 
 
 def _track(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> mido.MidiTrack:
@@ -149,11 +147,10 @@ def _track(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> mido.Mid
 
 class _Writer:
     def __init__(self, tempos: Tempos, strings: Strings) -> None:
-        self.tempos, self.strings = tempos, strings
+        self.tempos, self.strings, self.moves = tempos, strings, Moves(tempos)
         self.events: list[tuple[int, int, Message | MetaMessage]] = []
         self.lacks: Counter[str] = Counter()
         self.striking, self.palm, self.slow = WAYS[PLUCK], False, 0
-        self.values: dict[tuple[str, int], int] = {}  # of what moves on a string: its name, and the string
         self.control(0.0, MODE_4, len(strings.opens))
 
     def track(self) -> mido.MidiTrack:
@@ -162,14 +159,14 @@ class _Writer:
 
     def control(self, time: float, number: int, value: int) -> None:
         """A controller of the whole bass."""
-        self._add(self._tick(time), CONTROL, Message("control_change", control=number, value=value))
+        self._add(self.tempos.tick(time), CONTROL, Message("control_change", control=number, value=value))
 
     def play(self, stroke: Stroke, after: Stroke | None) -> None:
         """Plays a stroke, before `after` on its string."""
-        if stroke.fret > self.strings.frets:
-            self.lacks[f"note beyond fret {self.strings.frets}"] += 1
+        if sign := missing(stroke, self.strings.frets):
+            self.lacks[sign] += 1
             return
-        channel, tick = len(self.strings.opens) - 1 - stroke.string, self._tick(stroke.time)
+        channel, at = len(self.strings.opens) - 1 - stroke.string, self.tempos.tick(stroke.time)
         way, key = self._way(stroke)
         if stroke.kind not in TIED:
             self._strike(way, stroke)
@@ -180,20 +177,18 @@ class _Writer:
         if stroke.kind in (SLIDE, OFF_DOWN, OFF_UP) and slow != self.slow:
             self.slow = slow
             self.control(stroke.time, SLIDE_TIME_CC, slow)
-        self._move("pressure", stroke, channel, [(stroke.time, stroke.vibrato)], PRESSURE)
-        self._move("wheel", stroke, channel, [(time, y / WHEEL_RANGE) for time, y in stroke.bend], WHEEL)
-        self._move("expression", stroke, channel, stroke.fade or [(stroke.time, 1.0)], FULL)
+        for move in self.moves.of(stroke):
+            self._add(move.tick, CONTROL, _moved(move.what, channel, move.value))
         for technique in filter(None, (way.hold, stroke.direction and f"{stroke.direction}_stroke")):
-            self._switch(tick, channel, technique, 2 if stroke.kind in (OFF_DOWN, OFF_UP) else 1)
+            self._switch(at, channel, technique, 2 if stroke.kind in (OFF_DOWN, OFF_UP) else 1)
         if stroke.kind in (OFF_DOWN, OFF_UP):
             return
         if stroke.kind == SLIDE:
-            for at, value in ((tick, 127), (tick + 1, 0)):
-                self._add(at, CONTROL, Message("control_change", control=SLIDE_CC, value=value))
-        self._note(tick, BEGIN, channel, key, stroke.velocity)
-        tied = after is not None and after.kind in TIED and after.fret != stroke.fret and after.time - stroke.end < 1e-3
-        end = self._tick(after.time if tied and after else stroke.end)
-        self._note(max(end, tick + 1) + tied, LATER if tied else END, channel, key)
+            for later, value in ((0, 127), (1, 0)):
+                self._add(at + later, CONTROL, Message("control_change", control=SLIDE_CC, value=value))
+        self._note(at, BEGIN, channel, key, stroke.velocity)
+        end = ending(self.tempos, stroke, after)
+        self._note(end.tick, LATER if end.tied else END, channel, key)
 
     def _way(self, stroke: Stroke) -> tuple[Way, int]:
         """How to play a stroke, and the key of its note. For some harmonics the key tells the partial."""
@@ -219,7 +214,7 @@ class _Writer:
         if stroke.kind == "pop" and key is None and stroke.string < LOW:
             self.lacks["pop on a low string"] += 1
         if key is not None:  # each time: after a jump to another place of the song, too
-            self._press(self._tick(stroke.time), 0, key, 1)
+            self._press(self.tempos.tick(stroke.time), 0, key, 1)
         elif way[1:] != self.striking[1:]:
             self.control(stroke.time, TECHNIQUE_CC, round(127 * way.technique / THUMB_ON_ALL))
         self.striking = way
@@ -236,28 +231,12 @@ class _Writer:
         self._note(tick, PRESS, channel, key, SWITCH_VELOCITY)
         self._note(tick + ticks, LATER, channel, key)
 
-    def _tick(self, time: float) -> int:
-        return _tick(self.tempos.quarters(time))
-
     def _add(self, tick: int, rank: int, message: Message) -> None:
         self.events.append((tick, rank, message))
 
     def _note(self, tick: int, rank: int, channel: int, key: int, velocity: int = 0) -> None:
         kind = "note_on" if velocity else "note_off"
         self._add(tick, rank, Message(kind, channel=channel, note=key, velocity=velocity or RELEASE))
-
-    def _move(self, what: str, stroke: Stroke, channel: int, curve: Sequence[tuple[float, float]], most: int) -> None:
-        """Moves a string's pressure, wheel or expression along a curve (s, -1 to 1), from the beginning of a stroke."""
-        times = [stroke.time]
-        if len(curve) > 1:
-            length = min(curve[-1][0], stroke.end) - stroke.time
-            count = max(min(int(length / STEP), MOST_STEPS), 0)
-            times += [stroke.time + length * (k + 1) / count for k in range(count)]
-        for time in times:
-            value = round(min(max(_at(curve, time), -1.0), 1.0) * most)
-            if value != self.values.get((what, stroke.string), FULL if what == "expression" else 0):
-                self.values[what, stroke.string] = value
-                self._add(self._tick(time), CONTROL, _moved(what, channel, value))
 
 
 def _usual(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tuple[int, int, Message]]:
@@ -268,25 +247,15 @@ def _usual(events: Iterable[tuple[int, int, Message | MetaMessage]]) -> list[tup
             first.setdefault((m.type, m.channel, getattr(m, "control", 0)), (tick, m))
     found = []
     for tick, m in first.values():
-        usual = FULL if getattr(m, "control", 0) == FADE_CC else 0
+        usual = rest_of(EXPRESSION) if getattr(m, "control", 0) == FADE_CC else 0
         if tick > 0:
             found.append((0, CONTROL, m.copy(**{"pitch" if m.type == "pitchwheel" else "value": usual})))
     return found
 
 
 def _moved(what: str, channel: int, value: int) -> Message:
-    if what == "wheel":
+    if what == BEND:
         return Message("pitchwheel", channel=channel, pitch=value)
-    if what == "pressure":
+    if what == VIBRATO:
         return Message("aftertouch", channel=channel, value=value)
     return Message("control_change", channel=channel, control=FADE_CC, value=value)
-
-
-def _at(curve: Sequence[tuple[float, float]], time: float) -> float:
-    """The height of a curve, level before its first and after its last point; 0 without points."""
-    before = None
-    for x, y in curve:
-        if x > time:
-            return y if before is None else before[1] + (y - before[1]) * (time - before[0]) / (x - before[0])
-        before = x, y
-    return before[1] if before else 0.0

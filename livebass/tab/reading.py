@@ -7,29 +7,33 @@ import re
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from livebass import tracknames
 from livebass.bounds import within
+from livebass.kernels.score.lines import LONGEST as LONGEST_SCORE
 from livebass.kernels.score.programs import BASS_PROGRAMS
 from livebass.kinds import is_tab, kind_of
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
 from livebass.preset.source import is_path
-from livebass.score.reading import ScoreError, file_bytes, score_in
-from livebass.score.score import Score
-from livebass.score.takes import text_of
+from livebass.score.reading import ScoreError, file_bytes
+from livebass.score.score import Score, checked_rate, score_of
+from livebass.score.takes import text_of, with_basses
 from livebass.tab.containers import score_in_gpx, score_in_mxl, score_in_zip
 from livebass.tab.context import fill_in
 from livebass.tab.gpif import read_gpif
 from livebass.tab.guitarpro import read_guitarpro
 from livebass.tab.messages import Strings, to_midi
-from livebass.tab.model import HIGHEST_LOWEST, LONGEST, Bar, Tab, Track, UnreadableTab
+from livebass.tab.model import HIGHEST_LOWEST, LONGEST, Tab, Track, UnreadableTab
 from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
+from livebass.tab.rows import Tick, to_rows
+from livebass.tab.tempos import nearest_tick
 from livebass.techniques import DYNAMICS, LEAST, MOST
 from livebass.units import note_name
 
@@ -65,13 +69,46 @@ class Asked:
 class Arrangement:
     """A tablature as livebass plays it."""
 
-    midi: bytes  # a Standard MIDI File, a take of livebass
-    remark: str  # a line for the user
+    path: Path  # of the file, for messages
+    tab: Tab
+    number: int  # of the track that plays, from 0
     performance: Performance
-    bars: list[Bar]
+    rows: list[tuple[int, Tick]]  # tick of each event, and the event
+    lacks: Mapping[str, int]  # signs that are not played
+    dynamics: float  # dB
     preset: str
     given: dict[str, str]  # options of the preset, as a take stores them
     bass: Instrument
+
+    @property
+    def remark(self) -> str:
+        """A line for the user."""
+        return _said(self.tab, self.number, self.performance, self.lacks)
+
+    def score(self, rate: int) -> Score:
+        """The strokes at a rate, with their bass. Raises ScoreError if there are none or they last too long."""
+        if not self.rows:
+            raise ScoreError(f"{self.path}: has no notes")
+        if (hours := float(self.performance.tempos.time(self.rows[-1][0]) / 3600)) > LONGEST_SCORE / 3600:
+            raise ScoreError(f"{self.path}: lasts {hours:.1f} hours, more than {LONGEST_SCORE // 3600}")
+        at, song = partial(self.performance.tempos.frame, rate=rate), self.performance
+        score = replace(
+            score_of([], rate, name=self.path.stem),
+            remarks=(self.remark,),
+            file_end=at(nearest_tick(song.end)),
+            beats=tuple((round(time * rate), begins) for time, begins in song.beats(self.tab.bars)),
+        )
+        strokes = tuple((at(tick), *event) for tick, event in self.rows)
+        return with_basses(score.with_strokes(strokes), [(0, text_of(self.preset, self.given))])
+
+    def exported(self) -> tuple[bytes, str]:
+        """A Standard MIDI File for plugins, a take of livebass, and a line about what it has."""
+        keys, bass = self.bass.player.keys.keys, self.bass
+        switches = {symbol: key for key, symbol, *_ in reversed(keys) if key in bass.switches}
+        strings = Strings([string.open_note for string in bass.strings], bass.frets, switches)
+        texts = [text_of(self.preset, self.given)]
+        midi, lacks = to_midi(self.performance, self.tab.bars, strings, texts, self.dynamics)
+        return midi, _said(self.tab, self.number, self.performance, lacks)
 
 
 def read_tab(
@@ -122,10 +159,8 @@ def score_of_tab(data: bytes, path: Path, rate: int, asked: Asked, load: Callabl
 
     `load` loads a preset with a tuning and a capo. Raises ScoreError, and LookupError without the packages.
     """
-    song = arranged(data, path, asked, load)
-    score = score_in(song.midi, path, rate)
-    frames = tuple((round(time * rate), begins) for time, begins in song.performance.beats(song.bars))
-    return replace(score, remarks=(song.remark, *score.remarks), beats=frames)
+    checked_rate(rate)
+    return arranged(data, path, asked, load).score(rate)
 
 
 def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrument]) -> Arrangement:
@@ -140,12 +175,10 @@ def arranged(data: bytes, path: Path, asked: Asked, load: Callable[..., Instrume
             raise UnreadableTab(f"has {len(tab.bars)} bars, not {asked.bars[-1] + 1}")
         performance = perform(tab, track, asked.bars)
         preset, given, bass = _bass(track, asked, load)
-        switches = {symbol: key for key, symbol, *_ in reversed(bass.player.keys.keys) if key in bass.switches}
-        strings = Strings([string.open_note for string in bass.strings], bass.frets, switches)
-        midi, lacks = to_midi(performance, tab.bars, strings, [text_of(preset, given)], asked.dynamics)
+        rows, lacks = to_rows(performance, bass.frets, asked.dynamics)
     except UnreadableTab as error:
         raise ScoreError(f"{path}: {error}") from None
-    return Arrangement(midi, _said(tab, number, performance, lacks), performance, tab.bars, preset, given, bass)
+    return Arrangement(path, tab, number, performance, rows, lacks, asked.dynamics, preset, given, bass)
 
 
 def parsed(data: bytes) -> Tab:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import cached_property
+from math import floor
 
 from livebass.tab.model import Hold, Tempo
 
+TICKS = 3840  # in a quarter note
 MINUTE = 60_000_000  # us
 USUAL = 120.0  # beats a minute, without a tempo
 SLOWEST, FASTEST = 5.0, 2000.0
@@ -50,7 +53,35 @@ class Tempos:
         k = max(bisect_right(self._at, quarters) - 1, 0)
         return self._times[k] + (float(quarters) - self._at[k]) * self.steps[k][1] / 1e6
 
+    def tick(self, seconds: float) -> int:
+        """The tick nearest to a time."""
+        return nearest_tick(self.quarters(seconds))
+
+    @cached_property
+    def ticks(self) -> list[tuple[int, int, int]]:
+        """(tick, us per quarter note, time in us times TICKS) of each tempo, as a MIDI file has them."""
+        rows, time = list[tuple[int, int, int]](), 0
+        for at, us in self.steps:
+            begin = nearest_tick(at)
+            time += (begin - rows[-1][0]) * rows[-1][1] if rows else 0
+            rows.append((begin, us, time))
+        return rows
+
+    def time(self, at: int) -> Fraction:
+        """The exact time of a tick, s."""
+        begin, us, time = self.ticks[bisect_right(self.ticks, (at, MINUTE)) - 1]
+        return Fraction(time + (at - begin) * us, TICKS * 1_000_000)
+
+    def frame(self, at: int, rate: int) -> int:
+        """The frame nearest to a tick, at `rate` Hz."""
+        return floor(self.time(at) * rate + Fraction(1, 2))
+
     def quarters(self, seconds: float) -> float:
         """The place at a time."""
         k = max(bisect_right(self._times, seconds) - 1, 0)
         return self._at[k] + (seconds - self._times[k]) * 1e6 / self.steps[k][1]
+
+
+def nearest_tick(quarters: Fraction | float) -> int:
+    """The tick nearest to a place in quarter notes."""
+    return max(round(quarters * TICKS), 0)

@@ -17,6 +17,7 @@ from livebass.kernels.bass.pool import POOL, fill_pool, measure_pool
 from livebass.kernels.bass.records import BASS
 from livebass.kernels.bass.setup import BUILDING, fill_bass, measure_bass
 from livebass.kernels.effects.response import cut_response
+from livebass.kernels.player import words
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST_STRINGS, PERFORMER
 from livebass.kernels.score import records as score
@@ -48,7 +49,8 @@ RECORDS = {
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
-    "PARAMETER": PARAMETER, "NOTE_STRING": ring.NOTE_STRING, "MOST_STRINGS": MOST_STRINGS,
+    "PARAMETER": PARAMETER, "NOTE_STRING": words.NOTE_STRING,
+    "STRING_REST": words.STRING_REST, "MOST_STRINGS": MOST_STRINGS,
     "SEEN": sight.SEEN, "FINGER": FINGER, "PICK": PICK, "GAIN_DB": GAIN_DB,
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY, "BENCH_PLACE": BENCH_PLACE, "NO_CHANNEL": score.NO_CHANNEL,

@@ -1,4 +1,4 @@
-"""Checks links before the page is made, by the rules of static/bench.js (`fromLink`), cases.js and story.js."""
+"""Checks links before the page is made, by the rules of static/bench/bench.js (`fromLink`), cases.js and story.js."""
 
 from __future__ import annotations
 

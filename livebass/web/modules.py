@@ -1,12 +1,14 @@
 """Joins the page's JavaScript modules into one script that leaves no name in the global scope.
 
 Each module becomes a function that returns its exports; it runs after the modules that it imports. Modules import with
-lines such as `import {name, ...} from "./file.js";`, `import * as name from "./file.js";` or `import "./file.js";`.
-They export functions, classes and constants at their declarations, and must not import one another in a circle.
+lines such as `import {name, ...} from "./file.js";`, `import * as name from "../folder/file.js";` or
+`import "./file.js";`; a file's name is unique among all folders. They export functions, classes and constants at their
+declarations, and must not import one another in a circle.
 """
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,7 +17,10 @@ from livebass.web.layout import layout
 from livebass.web.rule import rule
 
 STATIC = Path(__file__).parent / "static"
-IMPORT = re.compile(r'^import (?:(?:\* as (?P<all>\w+)|\{(?P<names>[\w$, ]+)\}) from )?"\./(?P<file>[\w.]+)";\n', re.M)
+IMPORT = re.compile(
+    r'^import (?:(?:\* as (?P<all>\w+)|\{(?P<names>[\w$, ]+)\}) from )?"\.{1,2}/(?:\w+/)?(?P<file>[\w.]+)";\n',
+    re.MULTILINE,
+)
 EXPORT = re.compile(r"^export (?=(?:const|class|(?:async )?function\*?) (?P<name>[\w$]+))", re.M)
 UNJOINED = re.compile(r"^(?:import|export)\b.*", re.M)
 MADE = {"layout.js": layout, "rule.js": rule}  # modules made by Python: the kernels' layout, the rules of MIDI files
@@ -53,7 +58,13 @@ def joined(entry: str, more: Mapping[str, str] = NONE) -> str:
 
 def text(name: str) -> str:
     """Reads a file of the page."""
-    return (STATIC / name).read_text("utf-8")
+    return _places()[name].read_text("utf-8")
+
+
+@functools.cache
+def _places() -> dict[str, Path]:
+    """Finds the page's files by name, in all folders."""
+    return {place.name: place for place in STATIC.rglob("*.*")}
 
 
 def _names(found: re.Match[str]) -> list[str]:

@@ -1,8 +1,7 @@
-"""A tablature on the page: the messages that play it, and the strokes that the neck shows."""
+"""A tablature on the page: the rows that play it, and the strokes that the neck shows."""
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -31,12 +30,12 @@ def tab_data(song: Arrangement, title: str, bass: str) -> dict[str, Any]:
         for s in performance.strokes
         if s.fret <= song.bass.frets
     ]  # fmt: skip
-    bars = [[round(seconds(begin), 4), number + 1, song.bars[number].name] for begin, number in performance.bars]
+    bars = [[round(seconds(begin), 4), number + 1, song.tab.bars[number].name] for begin, number in performance.bars]
     return {
         "title": title,
         "said": song.remark,
         "bass": bass,
-        "midi": base64.b64encode(song.midi).decode(),
+        "rows": [[float(performance.tempos.time(tick)), *event] for tick, event in song.rows],
         "strokes": strokes,
         "bars": bars,
         "end": round(seconds(performance.end), 4),

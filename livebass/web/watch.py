@@ -1,8 +1,8 @@
 """The page that watches the bass of `livebass play`: its files, and a stream of the strings' motion.
 
 A message of the stream is two lengths, uint32 little-endian, then that many bytes of JSON and of SIGHTs. The JSON has
-the frame, contacts and notes as static/see.js takes them and, after a change of bass, the page's data for the new bass.
-Messages come 60 times a second while a string sounds, else once a second.
+the frame, contacts and notes as static/neck/see.js takes them and, after a change of bass, the page's data for the new
+bass. Messages come 60 times a second while a string sounds, else once a second.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-# One preset of each kind; tests/engine/test_pinned.py has the sound of every preset
+# One preset of each kind; tests/unit/engine/test_pinned.py has the sound of every preset
 KINDS = {"jazz-finger", "precision-pick", "slap", "fretless", "paper-g"}
 
 

@@ -32,6 +32,7 @@ from support.hosts import FORMATS, HOSTS, Host
 from support.kept import image_made
 from support.picture import Host as Inner
 from support.picture import library
+from support.places import TESTS
 
 DIGESTS = "digests.json"
 SOUNDS = "sounds.json"  # in tests/kept: the digest of the pinned sounds, by the number of the sound
@@ -166,7 +167,7 @@ class Opened:
 
 def sounds_digest() -> str:
     """A digest of the engine's pinned sounds."""
-    return digest((Path(__file__).parents[1] / "engine" / "pinned.json").read_bytes())
+    return digest((TESTS / "unit" / "engine" / "pinned.json").read_bytes())
 
 
 def digest(data: bytes) -> str:

@@ -14,11 +14,12 @@ from livebass import Instrument, Quality, load_preset
 from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
+from livebass.kernels.player.words import Row, word_of
 from livebass.live.fake import FakeDevice
 from livebass.live.session import Session
 from livebass.live.settings import Settings, Summary
 from livebass.live.synth import RING, LiveBass, Synth
-from livebass.live.thread.ring import push_message
+from livebass.live.thread.ring import push_message, unread
 from livebass.score.score import Score
 from support.jack import PATIENCE, wait_for
 
@@ -26,6 +27,7 @@ RATE = 48000
 
 
 QUICK = Quality("quick", 150, 384e3)
+ON, OFF = [0x90, 40, 100], [0x80, 40, 0]  # messages of a note
 
 
 def synth_and_device(
@@ -48,14 +50,14 @@ def feed(synth: Synth, score: Score, first: int = 0) -> int:
 
 def offline(
     preset: str | Instrument,
-    messages: list[tuple[int, int, int, int]],
+    messages: Sequence[Row],
     frames: int,
     quality: Quality = QUICK,
     ceiling: float = 1.0,
 ) -> Floats:
-    """Renders messages (frame, status, first, second) with the engine, (frames,), cut as the synth cuts."""
+    """Renders messages with the engine, (frames,), cut as the synth cuts."""
     engine = Engine(load_preset(preset) if isinstance(preset, str) else preset, quality, RATE)
-    engine.send(np.array([m[0] for m in messages]), np.array([m[1:] for m in messages], np.uint8))
+    engine.send_words(np.array([m[0] for m in messages]), np.array([word_of(*m[1:]) for m in messages]))
     return np.clip(mixed(engine.process(frames).astype(np.float32)), -ceiling, ceiling)
 
 
@@ -154,3 +156,8 @@ def played_on(synth: Synth, seconds: float) -> None:
     """Waits until the synth has played `seconds` more."""
     end = synth.frame + seconds * synth.rate
     wait_for(lambda: synth.frame >= end)
+
+
+def arrived(synth: Synth) -> list[list[int]]:
+    """The messages waiting in the synth's rings of Python and JACK."""
+    return [message for ring in (0, 2) for _, *message in unread(synth.rings[ring])]

@@ -8,7 +8,7 @@ import os
 import re
 import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
@@ -49,6 +49,14 @@ DAMAGES = {
     "of a later format": lambda data: file_of(read_kept(data), "9.1", FORMAT + 1),
     "of an older version": lambda data: b"LIVEBASS" + data[8:],
 }
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_instruments_of_the_user(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Plugins find an empty folder in place of the user's; a folder of tests imports this into its conftest."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_DATA_HOME", str(tmp_path_factory.mktemp("data")))
+        yield
 
 
 def written(plugin: ModuleType, folder: Path) -> Path:

@@ -8,14 +8,47 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
 
 NAMES = ("module", "plugin", "reference")
+# The tests that need a product, and those that need no kernels, by the beginnings of their node ids
+NEEDED = {
+    "plugin": (
+        "tests/unit/plugin/", "tests/hosted/", "tests/real/host/", "tests/real/window/",
+        "tests/promises/cli/test_export.py",
+    ),
+    "module": ("tests/unit/web/", "tests/real/browser/"),
+}  # fmt: skip
+WITHOUT_KERNELS = ("tests/unit/analysis/", "tests/unit/identification/", "tests/unit/reference/")
+
+
+def needed(tests: Sequence[str]) -> list[str]:
+    """The products that `tests` need, by their node ids."""
+    found = [product for product, places in NEEDED.items() if any(test.startswith(places) for test in tests)]
+    return found if all(test.startswith(WITHOUT_KERNELS) for test in tests) else ["kernels", *found]
 
 
 def begin(*names: str) -> subprocess.Popen[bytes]:
     """Starts a process that makes the library of kernels and the products `names`."""
     return subprocess.Popen([sys.executable, __file__, "kernels", *names], stderr=subprocess.DEVNULL)
+
+
+begin_once = cache(begin)
+
+
+@cache
+def have(name: str) -> None:
+    """Makes a product if needed: one of several processes makes it, and the others wait."""
+    from livebass.compiling import library, store
+
+    with suppress(OSError):
+        if name != "kernels":
+            make(name)
+        elif store.kept() and not library.cached():  # in a process of its own, which imports numba
+            begin().wait()
 
 
 def make(name: str) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 
 from livebass.cli.main import livebass as program
+from support.places import ROOT
 
-ROOT = Path(__file__).parents[2]
 README = ROOT / "README.md"
 PAGES = sorted((ROOT / "livebass" / "help").glob("*.md"))
 

@@ -11,7 +11,7 @@ from fractions import Fraction
 from typing import Any
 
 from livebass.tab import model
-from livebass.tab.model import Bar, Beat, Note, Tab, Tempo, Track
+from livebass.tab.model import NATURAL, Bar, Beat, Note, Tab, Tempo, Track
 
 BASS = (28, 33, 38, 43)
 BEAT = Fraction(1)
@@ -490,3 +490,14 @@ WRITERS: dict[str, Callable[[Tab], bytes]] = {
     "gp3": lambda piece: as_gp5(piece, (3, 0, 0)), "gp4": lambda piece: as_gp5(piece, (4, 0, 6)), "gp5": as_gp5,
     "gpx": as_gpx, "gp": as_gp, "musicxml": as_musicxml, "mxl": as_mxl,
 }  # fmt: skip
+
+
+def song() -> Tab:
+    """Four bars; the second has a hammer-on, a pop and a harmonic."""
+    signs = note(3, 7, technique="pop"), note(2, 12, harmonic=NATURAL, node=12.0)
+    piece = tab(
+        beats(note(0, 3), note(0, 5)), beats(note(1, 5, hammer=True), note(1, 7), *signs),
+        beats(note(2, 5)), beats(note(0, 0)), tuning=(26, 33, 38, 43), bpm=240.0,
+    )  # fmt: skip
+    piece.bars[1].name = "Riff"
+    return piece

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,11 +22,12 @@ from livebass.live.thread.records import SYNTH
 from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import CALLED
+from support.places import TESTS
 
 RATE = 48000
 # The score of the pinned sound: hard notes on all strings
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
-PINS = Path(__file__).parents[1] / "web" / "pinned.json"
+PINS = TESTS / "unit" / "web" / "pinned.json"
 PINNED = json.loads(PINS.read_text())  # by preset: length (s), hash of the tests' own bass, and of the shipped one
 QUANTUM, MESSAGES, LINE, PAGE = 128, 4096, 64, 65536
 

@@ -107,7 +107,7 @@ interface TabData {
   title: string;
   said: string;
   bass: string;
-  midi: string; // base64
+  rows: [time: number, kind: number, number: number, value: number][]; // s; kernels/player/words.py
   strokes: TabStroke[];
   bars: [begin: number, number: number, name: string][];
   end: number;
@@ -326,7 +326,7 @@ interface PageState {
   lastLook: number;
   lastSaid: number;
   early: PressedKey[];
-  song?: import("../../livebass/web/static/song.js").Song;
+  song?: import("../../livebass/web/static/score/song.js").Song;
   rolls?: Roll;
   tape?: Float32Array<ArrayBuffer>[];
   responseFile?: ResponseFile;

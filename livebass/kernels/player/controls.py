@@ -231,6 +231,7 @@ def reset_controllers(p, channel):
             controls.string_expression[i] = 1.0
             p.hands.note_bend[i] = 0.0
             p.hands.note_vibrato[i] = 0.0
+            p.hands.string_vibrato[i] = 0.0
 
 
 @jit

@@ -20,8 +20,13 @@ VIBRATO_DEPTH, VIBRATO_RATE = 0.4, 5.6  # semitones at most; Hz
 @jit
 def wheel_of(first, second):
     """Position of a pitch wheel, -1 to 1."""
-    wheel = ((second << 7) | first) - 8192
-    return wheel / 8192.0 if wheel < 0 else wheel / 8191.0
+    return wheel_at(((second << 7) | first) - 8192)
+
+
+@jit
+def wheel_at(steps):
+    """Position, -1 to 1, of a wheel that is `steps` from its middle, -8192 to 8191."""
+    return steps / 8192.0 if steps < 0 else steps / 8191.0
 
 
 @jit

@@ -1,4 +1,4 @@
-"""MIDI messages to the performer: gives channels their meaning and dispatches messages. [audio thread]
+"""Messages to the performer: gives MIDI's channels their meaning, and dispatches MIDI and other events. [audio thread]
 
 The caller sets the frame of the message and the place for its events in `p.out` first.
 """
@@ -18,28 +18,34 @@ from livebass.kernels.player.controls import (
     control,
     is_switch,
     range_with,
+    set_value,
     turn_switch,
 )
 from livebass.kernels.player.events import send_value_to_all, send_vibrato
 from livebass.kernels.player.expression import (
     VIBRATO_DEPTH,
     VIBRATO_RATE,
+    bend_note,
     bend_string,
     express_string,
     follow_wheel,
     send_bends,
     take_channel,
+    vibrate_note,
     wheel_of,
 )
 from livebass.kernels.player.fingering import has_note, natural_harmonic
-from livebass.kernels.player.notes import EVERY_STRING, note_off, note_on, stop_string
+from livebass.kernels.player.notes import EVERY_STRING, cut_note, note_off, note_on, stop_string
+from livebass.kernels.player.parameters import place_note, string_note
 from livebass.kernels.player.performer import (
     ALL_ALIKE,
     ALWAYS,
     ANY,
     CHANNELS,
     FREE,
+    GUITAR_RANGE,
     MOST_STRINGS,
+    MPE_RANGE,
     NEVER,
     NOTE_A_CHANNEL,
     STRING_A_CHANNEL,
@@ -48,12 +54,27 @@ from livebass.kernels.player.performer import (
     operators_at,
     performer_at,
 )
+from livebass.kernels.player.tablature import play_by_string
+from livebass.kernels.player.words import (
+    MIDI,
+    NOTE_BEND,
+    NOTE_CUT,
+    NOTE_PLACE,
+    NOTE_STRING,
+    NOTE_VIBRATO,
+    NUMBER,
+    STRING_BEND,
+    STROKE,
+    key_channel_of,
+    kind_of,
+    plays_strings,
+    unpack,
+)
 from livebass.kernels.string.records import EVENT, IDLE, PLUCK, RING_ON, STRIKE_EVENT, THROW
 from livebass.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
 
-GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of a channel's wheel, until RPN 0 sets another range
 NOTE_OFF, NOTE_ON, CONTROL, PRESSURE, WHEEL = 0x80, 0x90, 0xB0, 0xD0, 0xE0  # kinds of messages
 RELEASE = 64  # velocity of a note-off without one
 BRIGHTNESS = 74  # an MPE channel's controller for the place of its next pluck
@@ -71,12 +92,19 @@ def take_message(p, ops, status, first, second):
     handle_message(performer, operators, status, first, second)
 
 
-@entry("void(int64, int64, int64, int64, int64, int64)", SMALL)
-def take_message_ringing(p, ops, player, status, first, second):
+@entry("void(int64, int64, int64, float64)", SMALL)
+def take_event(p, ops, word, value):
+    """C function: `handle_event` for addresses."""
+    performer = performer_at(p)
+    handle_event(performer, operators_at(ops, performer.strings, performer.frets + 1), word, value)
+
+
+@entry("void(int64, int64, int64, int64, float64)", SMALL)
+def take_word_ringing(p, ops, player, word, value):
     """C function: `ring_on` for addresses, with all of `player`'s events."""
     performer = performer_at(p)
     operators = operators_at(ops, performer.strings, performer.frets + 1)
-    ring_on(performer, operators, performer_at(player), np.int64(0), status, first, second)
+    ring_on(performer, operators, performer_at(player), np.int64(0), word, value)
 
 
 @jit
@@ -94,15 +122,48 @@ def handle_message(p, ops, status, first, second):
 
 
 @jit
-def ring_on(p, ops, player, before, status, first, second):
-    """`handle_message` for a bass that rings out while `player` plays: it starts no notes.
+def handle_event(p, ops, word, value):
+    """Handles an event other than MIDI (words.py): writes at most MOST_EVENTS events to `p.out`."""
+    kind, number = kind_of(word), word & NUMBER
+    if kind == STRING_BEND:
+        bend_string(p, number, value)
+    elif kind == NOTE_BEND:
+        bend_note(p, key_channel_of(word), number, value)
+    elif kind == NOTE_VIBRATO:
+        vibrate_note(p, key_channel_of(word), number, value)
+    elif kind == NOTE_CUT:
+        cut_note(p, key_channel_of(word), number)
+    elif kind == NOTE_PLACE:
+        place_note(p, number, value)
+    elif kind == NOTE_STRING:
+        string_note(p, number, value)
+    elif plays_strings(kind):
+        play_by_string(p, ops, kind, word, value)
+        update_idle(p)
+    else:
+        set_value(p, ops, kind, number, value)
 
-    `player` has turned the message into its events from `before` on. If they pluck or strike a string, the string
-    of the same tuning is damped here.
+
+@jit
+def ring_on(p, ops, player, before, word, value):
+    """Handles a word and its value for a bass that rings out while `player` plays: it starts no notes.
+
+    `player` has turned the word into its events from `before` on. If it is a note's and they pluck or strike a string,
+    the string of the same tuning is damped here.
     """
-    if not (status & 0xF0 == NOTE_ON and second > 0):
+    status, first, second = unpack(word)
+    kind = kind_of(word)
+    if kind == STROKE or (kind == MIDI and status & 0xF0 == NOTE_ON and second > 0):
+        damp_replaced(p, player, before)
+    elif kind == MIDI:
         handle_message(p, ops, status, first, second)
-        return
+    else:
+        handle_event(p, ops, word, value)
+
+
+@jit
+def damp_replaced(p, player, before):
+    """Damps each string with the tuning of one that `player` plucks or strikes in its events from `before` on."""
     events = events_at(player.out.events, player.out.count)
     for k in range(before, player.out.count):
         event = events[k]

@@ -73,8 +73,9 @@ def note_on(p, ops, channel, key, velocity):
         return
     if note != key:
         p.transposed += 1
-    fret, before = 0 if node > 0 else note - p.open[i], hands.fret[i]
+    fret, before = 0 if node > 0 else note - p.open[i], np.int64(-1)
     if tied:
+        before = stopped_at(p, i, hands.fret[i])
         stack_key(p, i)
     else:
         hands.stacked[i] = 0
@@ -84,12 +85,21 @@ def note_on(p, ops, channel, key, velocity):
         stop_elsewhere(p, i, channel, key)
     take_string_for(p, i, fret, key)
     end_note_expression(p, i)
-    before = stopped_at(p, i, before)
     take_channel(p, i, channel)
-    part, stop = part_at(p, velocity), stopped_at(p, i, fret)
+    sound_string(p, ops, i, before, node, velocity, own_place)
+
+
+@jit
+def sound_string(p, ops, i, before, node, velocity, own_place):
+    """Sounds string `i` at its fret: with the left hand, if it comes from another fret `before`, else by a stroke.
+
+    `before` is -1 for a note that begins. `node`, `own_place`: as in `play_stroke`.
+    """
+    part, fret = part_at(p, velocity), p.hands.fret[i]
+    stop = stopped_at(p, i, fret)
     if p.switched[TAP] > 0 and fret > 0:
         tap_string(p, ops, i, stop, part)
-    elif tied and stop != before:
+    elif before >= 0 and stop != before:
         go_to_fret(p, ops, i, before, stop, part)
     else:
         ghost = p.switched[GHOST] > 0 or velocity < p.player.ghost_below
@@ -247,15 +257,21 @@ def note_off(p, ops, channel, key, velocity, own_string):
     for i in range(p.strings):
         mine = (own_string < 0 or i == own_string) and follows(p, i, channel)
         if hands.state[i] == HELD and hands.key[i] == key and mine:
-            if p.switched[DETACH] > 0:
-                stop_string(p, i)
-            elif p.switched[SLIDE_OFF_DOWN] + p.switched[SLIDE_OFF_UP] > 0 and hands.fret[i] > 0:
-                slide_off(p, i)
-            elif hands.stacked[i] > 0:
-                go_back_to_key(p, ops, i, velocity)
-            else:
-                release_string(p, i)
+            end_held(p, ops, i, velocity)
     unstack_key(p, channel, key, own_string)
+
+
+@jit
+def end_held(p, ops, i, velocity):
+    """Ends the held note of string `i`, whose key is released at `velocity`, as the player's techniques ask."""
+    if p.switched[DETACH] > 0:
+        stop_string(p, i)
+    elif p.switched[SLIDE_OFF_DOWN] + p.switched[SLIDE_OFF_UP] > 0 and p.hands.fret[i] > 0:
+        slide_off(p, i)
+    elif p.hands.stacked[i] > 0:
+        go_back_to_key(p, ops, i, velocity)
+    else:
+        release_string(p, i)
 
 
 @jit

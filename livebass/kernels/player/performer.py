@@ -15,6 +15,7 @@ from livebass.techniques import ACTIONS, PARAMETERS, SETTINGS
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2
 MOST_EVENTS = 8 * MOST_STRINGS  # per message at most: reset-controllers
+GUITAR_RANGE, MPE_RANGE = 12.0, 48.0  # semitones of the wheel of a string or a channel, until RPN 0 sets another
 MOST_RANGE = 96  # semitones of pitch bend; the fine part of the range comes on top ...
 # Meaning of the channels: none; one per string (MIDI mode 4); one per note (MPE)
 ALL_ALIKE, STRING_A_CHANNEL, NOTE_A_CHANNEL = range(3)
@@ -101,6 +102,10 @@ HANDS = np.dtype(
         ("late", "f8"),  # s, by which the present stroke waits
         ("stroked", "i8"),  # the string of the last stroke ...
         ("stroked_at", "i8"),  # ... and its frame
+        # of a tablature's strokes
+        ("struck_at", "i8", (MOST_STRINGS,)),  # frame of the last one
+        ("palmed", "i8"),  # strings on which their palm lies, a bit each
+        ("string_vibrato", "f8", (MOST_STRINGS,)),  # 0 to 127
     ],
     align=True,
 )

@@ -216,12 +216,12 @@ def end_take(score):
 def choose_notes(address, how, number):
     """Chooses notes of the SCORE at an address: AUTO, ALL, OF_CHANNEL or OF_PART `number`, from 0.
 
-    Returns how many are chosen; if there are any, `played` has what to play.
+    Returns how many are chosen; if there are any, or in a take, `played` has what to play.
     """
     score = score_at(address)
     choose(score, how, number)
     score.played_count, score.notes, score.program = 0, 0, NONE
-    if score.chosen > 0:
+    if score.chosen > 0 or score.take == 1:  # a take may have strokes without notes
         hear_lines(score)
         if score.alone == 1:
             mark_alone(score)
@@ -239,7 +239,7 @@ def choose_notes(address, how, number):
 @jit
 def hear_lines(score):
     """Finds the lines of the chosen notes, and those whose controllers and programs are for them."""
-    lines, parts, zone = lines_of(score), parts_of(score), 0
+    lines, parts, zone = lines_of(score), parts_of(score), score.take
     for k in range(score.lines_count):
         lines[k].chosen = 0
     for k in range(score.parts_count):

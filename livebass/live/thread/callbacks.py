@@ -27,10 +27,11 @@ MOST_CHANNELS = 2
 MIDI_PORTS = 2  # of a client that only hears MIDI
 MOST_FRAMES, SAMPLE = 8192, 4  # frames that a sheet holds: JACK's longest period; bytes of a sample
 
+HEAD = [("synth", "i8"), ("desk", "i8")]  # addresses of a SYNTH and a DESK; desk 0: none
+PORT_CALLS = [("get_buffer", "i8"), ("event_count", "i8"), ("event_get", "i8")]  # addresses of C functions of JACK
 PORTAUDIO = np.dtype(
     [
-        ("synth", "i8"),
-        ("desk", "i8"),  # address of a DESK, 0: none
+        *HEAD,
         ("channels", "i8"),
         ("mono", "i8"),  # address of float32 (CHUNK,)
         ("thread", "i8"),  # number of the calling thread, after its first call
@@ -40,11 +41,8 @@ PORTAUDIO = np.dtype(
 )
 JACK = np.dtype(
     [
-        ("synth", "i8"),
-        ("desk", "i8"),  # address of a DESK, 0: none
-        ("get_buffer", "i8"),  # addresses of C functions
-        ("event_count", "i8"),
-        ("event_get", "i8"),
+        *HEAD,
+        *PORT_CALLS,
         ("outputs", "i8"),
         ("output", "i8", (MOST_CHANNELS,)),  # ports
         ("strings", "i8"),
@@ -59,12 +57,9 @@ JACK = np.dtype(
 # A client that only hears MIDI
 JACK_MIDI = np.dtype(
     [
-        ("synth", "i8"),
-        ("desk", "i8"),  # address of a DESK, 0: none
-        ("get_buffer", "i8"),  # addresses of C functions
-        ("event_count", "i8"),
-        ("event_get", "i8"),
-        ("frames_since", "i8"),  # ... of `client`: frames since the cycle began
+        *HEAD,
+        *PORT_CALLS,
+        ("frames_since", "i8"),  # address of a C function of `client`: frames since the cycle began
         ("client", "i8"),
         ("rate", "f8"),  # of the server, Hz
         ("delay", "i8"),  # frames of the synth

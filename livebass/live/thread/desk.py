@@ -33,9 +33,10 @@ from livebass.kernels.player.controls import (
     rpn_with,
 )
 from livebass.kernels.player.parameters import value_at
-from livebass.kernels.player.performer import CHANNELS, IN_TUNE, NO_RPN
+from livebass.kernels.player.performer import CHANNELS, IN_TUNE, MOST_STRINGS, NO_RPN
+from livebass.kernels.player.words import KIND_BIT, STRING, STRING_REST, field, kind_of, plays_strings, unpack
 from livebass.live.thread.records import field_offset, performer_of, synth_at
-from livebass.live.thread.ring import WORD, push_learned, push_midi, unpack
+from livebass.live.thread.ring import WORD, push_learned, push_midi, push_whole
 from livebass.techniques import CHANNEL_MODES, PARAMETERS, RESERVED
 
 WHEEL = CONTROLLERS  # index of the pitch bend after the controllers
@@ -57,7 +58,7 @@ DESK = np.dtype(
         # the score
         ("rate", "f8"),  # frame rate, Hz
         ("frames", "i8"),  # address: int64 (count,), ascending
-        ("words", "i8"),  # address: int64 (count,), packed messages
+        ("words", "i8"),  # address: int64 (count,), messages and events (kernels/player/words.py)
         ("count", "i8"),
         ("next", "i8"),  # first unplayed message
         ("position", "f8"),  # score frame at the start of the next block; below 0 before the score begins
@@ -75,6 +76,7 @@ DESK = np.dtype(
         ("loop_to", "f8"),  # 0: no loop
         ("once", "i8"),  # 1: it stops at loop_to, and goes to loop_from
         ("held", "i8", (CHANNELS, KEYS)),  # 1 for notes of the score that have not ended
+        ("moved_strings", "i8"),  # that strokes of the score may have left sounding or bent, a bit each
         ("pedal", "i8", (CHANNELS,)),  # 1 if the score holds it down
         ("bent", "i8", (CHANNELS,)),  # 1 if the score has left the channel's pitch wheel off-centre
         ("met", "i8", (CHANNELS, CONTROLLERS + 1)),  # workspace
@@ -106,7 +108,7 @@ desk_at = record_at(DESK)
 
 @entry("void(int64, int64, int64, int64, int64, int64, float64)", SMALL)
 def load_desk(address, frames, words, count, room, program, rate):
-    """Gives the DESK at `address`, which has none, a score: `count` packed messages with their `frames` of `rate` Hz.
+    """Gives the DESK at `address`, which has none, a score: `count` words with their `frames` of `rate` Hz.
 
     All but `program`, from 0, which plays first (-1: none), are addresses of int64, which the desk keeps: `frames` and
     `words`, (count,), and `room` for 2 * count + 1. [not the audio thread]
@@ -159,7 +161,14 @@ def send_message(synth, frame, status, first, second):
 
 @jit
 def release_score(desk, synth, frame):
-    """Ends the score's held notes, pedals and bends. The player's stay."""
+    """Ends the score's held notes, pedals and bends, and its strokes. The player's stay."""
+    for i in range(MOST_STRINGS):
+        if (desk.moved_strings >> i) & 1:
+            push_whole(
+                synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame,
+                i | np.int64(STRING_REST) << KIND_BIT,
+            )  # fmt: skip
+    desk.moved_strings = 0
     for channel in range(CHANNELS):
         for key in range(KEYS):
             if desk.held[channel, key]:
@@ -210,8 +219,7 @@ def send_settings(desk, synth, low, frame):
         reset_settings(desk, synth, frame)
         desk.told = 0
     for k in range(max(desk.told, wanted - CHASED), wanted):
-        status, first, second = unpack(words[settings[k]])
-        send_message(synth, frame, status, first, second)
+        push_whole(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, words[settings[k]])
     desk.told = wanted
 
 
@@ -386,9 +394,12 @@ def play_until(desk, synth, until, end):
                 desk.click_level = 1.0 if first != 0 else WEAK
             desk.next = k + 1
             continue
-        if not push_midi(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, status, first, second):
+        if not push_whole(synth.midi_ring[SCORE_RING], synth.midi_ring_size[SCORE_RING], frame, words[k]):
             return  # in the next block
-        note_message(desk, status, first, second)
+        if plays_strings(kind_of(words[k])):
+            desk.moved_strings |= 1 << field(words[k], STRING)
+        else:
+            note_message(desk, status, first, second)
         if desk.told < desk.setting_count and words_at(desk.settings, desk.setting_count)[desk.told] == k:
             desk.told += 1
         desk.next = k + 1

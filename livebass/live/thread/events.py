@@ -9,28 +9,21 @@ from livebass.kernels.effects.records import KNOBS
 from livebass.kernels.machine.elementary import power
 from livebass.kernels.machine.native import load_acquire, record_address, store_release
 from livebass.kernels.pickup import tone
-from livebass.kernels.player import controls, expression, messages, notes, parameters
+from livebass.kernels.player import controls, expression, messages, parameters
 from livebass.kernels.player.performer import ALL_ALIKE, CHANNELS, MOST_EVENTS
-from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
-from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
-from livebass.live.thread.ring import (
+from livebass.kernels.player.words import (
     CHANNEL_BIT,
-    KIND_BIT,
     MIDI,
-    NOTE_BEND,
-    NOTE_CUT,
-    NOTE_PLACE,
-    NOTE_STRING,
-    NOTE_VIBRATO,
-    NOW,
-    STRING_BEND,
+    NUMBER,
     controller_of,
-    key_channel_of,
-    next_frame,
-    pop,
-    push_midi,
+    kind_of,
+    pack,
+    plays_strings,
     unpack,
 )
+from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
+from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
+from livebass.live.thread.ring import NOW, next_frame, pop, push_midi, push_word
 from livebass.techniques import EFFECT, GAIN_DB, LEARNED, LEAST, PARAMETER, PARAMETERS, TECHNIQUE
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
@@ -41,6 +34,14 @@ def keep_message(synth, frame, status, first, second):
     """Hands a played message to the recorder, if there is one."""
     played = load_acquire(record_address(synth) + PLAYED_RING)
     if played != 0 and not push_midi(played, synth.played_size, frame, status, first, second):
+        synth.played_lost += 1
+
+
+@jit
+def keep_event(synth, frame, word, value):
+    """Hands a tablature's event to the recorder, if there is one."""
+    played = load_acquire(record_address(synth) + PLAYED_RING)
+    if played != 0 and not push_word(played, synth.played_size, frame, word & (1 << 32) - 1, np.float32(value)):
         synth.played_lost += 1
 
 
@@ -104,7 +105,9 @@ def extend_knobs(synth, until):
 @jit
 def play_event(synth, b, frame, word, value):
     """Handles an event other than MIDI for synth frame `frame`."""
-    kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
+    kind, number = kind_of(word), word & NUMBER
+    if plays_strings(kind):
+        keep_event(synth, frame, word, value)
     if kind == EFFECT and number < KNOBS:
         extend_knobs(synth, frame - synth.frame)
         synth.effects[number] = min(max(value, 0.0), 1.0) if not np.isnan(value) else 0.0
@@ -119,7 +122,7 @@ def play_event(synth, b, frame, word, value):
             if frame == 0:
                 synth.gain = synth.gain_target
             return
-    send_event(synth, b, frame, word, value)
+    messages.handle_event(performer_for(b, frame), operators_of(b, 0), word, value)
 
 
 @jit
@@ -129,33 +132,12 @@ def set_gain(synth, value):
 
 
 @jit
-def send_event(synth, b, frame, word, value):
-    """Hands an event other than MIDI to the performer of `b`."""
-    p = performer_for(b, frame)
-    kind, number = (word >> KIND_BIT) & 0xFF, word & 0xFF
-    if kind == STRING_BEND:
-        expression.bend_string(p, number, value)
-    elif kind == NOTE_BEND:
-        expression.bend_note(p, key_channel_of(word), number, value)
-    elif kind == NOTE_VIBRATO:
-        expression.vibrate_note(p, key_channel_of(word), number, value)
-    elif kind == NOTE_CUT:
-        notes.cut_note(p, key_channel_of(word), number)
-    elif kind == NOTE_PLACE:
-        parameters.place_note(p, number, value)
-    elif kind == NOTE_STRING:
-        parameters.string_note(p, number, value)
-    else:
-        controls.set_value(p, operators_of(b, 0), kind, number, value)
-
-
-@jit
-def ring_on(synth, b, before, frame, status, first, second):
-    """Hands a message, which became the events of `b` from `before` on, to the bass that rings out, if any."""
+def ring_on(synth, b, before, frame, word, value):
+    """Hands a word, which became the events of `b` from `before` on, to the bass that rings out, if any."""
     if synth.old_bass != 0:
         old = bass_at(synth.old_bass)
         p = performer_for(old, frame)
-        messages.ring_on(p, operators_of(old, 0), performer_of(b), before, status, first, second)
+        messages.ring_on(p, operators_of(old, 0), performer_of(b), before, word, value)
 
 
 @jit
@@ -174,7 +156,7 @@ def collect_events(synth, b, n):
             for channel in range(CHANNELS):
                 control = np.int64(0xB0 | channel)
                 play_message(synth, b, synth.frame, control, number, np.int64(0))
-                ring_on(synth, b, out.count, synth.frame, control, number, np.int64(0))
+                ring_on(synth, b, out.count, synth.frame, pack(control, number, np.int64(0)), 0.0)
     last = synth.frame
     for _ in range(MOST_MESSAGES):  # a flood of messages must wait, the sound must not
         if max(out.count, old_out.count) + MOST_EVENTS > EVENT_ROOM:
@@ -192,15 +174,13 @@ def collect_events(synth, b, n):
             break
         last = max(last, best)
         word, value = pop(synth.midi_ring[ring], synth.midi_ring_size[ring])
-        if (word >> KIND_BIT) & 0xFF != MIDI:
-            play_event(synth, b, last, word, value)
-            if synth.old_bass != 0:
-                send_event(synth, bass_at(synth.old_bass), last, word, value)
-            continue
-        status, first, second = unpack(word)
         before = out.count
-        play_message(synth, b, last, status, first, second)
-        ring_on(synth, b, before, last, status, first, second)
+        if kind_of(word) == MIDI:
+            status, first, second = unpack(word)
+            play_message(synth, b, last, status, first, second)
+        else:
+            play_event(synth, b, last, word, value)
+        ring_on(synth, b, before, last, word, value)
 
 
 @jit

@@ -1,0 +1,45 @@
+// The worker that builds basses in the background.
+import {workerAddress} from "../pages/files.js";
+
+class Workshop {
+  constructor() {
+    this.worker = /** @type {Worker | undefined} */ (undefined);
+    this.asked = 0;
+    /** @type {Map<number, {resolve: (built: any) => void, reject: (error: Error) => void}>} */
+    this.waiting = new Map(); // for answers, by their numbers
+  }
+
+  // Begins, with the compiled kernels.
+  async open(/** @type {WebAssembly.Module} */ module) {
+    const worker = this.worker = new Worker(await workerAddress("worker.js"));
+    worker.onmessage = ({data: {id, built, error}}) => {
+      const waiting = this.waiting.get(id);
+      this.waiting.delete(id);
+      if (error) waiting?.reject(new Error(error));
+      else waiting?.resolve(built);
+    };
+    worker.onerror = ({message}) => {
+      for (const {reject} of this.waiting.values()) reject(new Error(`worker.js: ${message || "it cannot be loaded"}`));
+      this.waiting.clear();
+    };
+    await this.ask({module});
+  }
+
+  /**
+   * Sends a message, and transfers `moved` to the worker; the promise is for its answer.
+   * @param {object} message
+   * @param {Transferable[]} moved
+   * @returns {Promise<any>}
+   */
+  ask(message, moved = []) {
+    const id = this.asked++;
+    const answer = new Promise((resolve, reject) => this.waiting.set(id, {resolve, reject}));
+    this.worker?.postMessage({id, ...message}, moved);
+    return answer;
+  }
+
+  // Frees the memory of a bass, by its address in the audio thread.
+  free(/** @type {number} */ bass) { this.worker?.postMessage({free: bass}); }
+}
+
+export const workshop = new Workshop();

@@ -1,0 +1,95 @@
+// Reads Standard MIDI Files by the kernels: messages with ticks, names and remarks. JavaScript has the words and the texts.
+import {N, RECORDS} from "../audio/kernels.js";
+import {decodeTexts, shownName} from "./names.js";
+import {RULE} from "../rule.js";
+
+export const NOTE_OFF = 0x80;
+export const NOTE_ON = 0x90;
+export const CONTROL = 0xb0;
+export const PROGRAM = 0xc0;
+export const PRESSURE = 0xd0;
+export const WHEEL = 0xe0;
+
+// A Map's list for a key; a new one if it has none.
+export function listOf(map, key) {
+  if (!map.has(key)) map.set(key, []);
+  return map.get(key);
+}
+
+export const plural = count => count > 1 ? "s" : "";
+
+// Puts numbers into a sentence of Python's table; of two, the first is for one.
+export const sentence = (of, numbers) => (typeof of === "string" ? of : of[Number(numbers[0] > 1)])
+  .replace(/\{(\d)(:02X|:\+)?\}/g, (_, k, form) => form === ":02X" ? numbers[k].toString(16).toUpperCase().padStart(2, "0") :
+    form && numbers[k] >= 0 ? `+${numbers[k]}` : numbers[k]);
+
+const NUMBERS = [0, 1, 2, 3, 4, 5]; // of a remark or an error
+
+// The content of a Standard MIDI File, a Uint8Array. Ticks count from the file's start. Throws an Error with one line,
+// which names track and byte, for any other or too damaged bytes.
+export class Smf {
+  constructor(kernels, data) {
+    const given = kernels.add(data.length), at = kernels.add(RECORDS.SMF.bytes);
+    this.kernels = kernels;
+    this.at = at; // of its SMF
+    kernels.bytes.set(data, given);
+    kernels.fill("SMF", at, {data: given, size: data.length});
+    const error = Number(kernels.x.lb_measure_smf(BigInt(at)));
+    if (error) throw new Error(sentence(RULE.errors[error], NUMBERS.map(k => kernels.get("SMF", at, "file.numbers", k))));
+    kernels.set("SMF", at, "memory", kernels.add(kernels.get("SMF", at, "room")));
+    kernels.x.lb_fill_smf(BigInt(at));
+    this.ticksPerQuarter = this.told("per_quarter"); // or 0 and ticksPerSecond [numerator, denominator]
+    this.ticksPerSecond = [this.told("per_second"), this.told("per_second", 1)];
+    this.endTick = this.told("end");
+    this.warnings = this.rows("REMARK", get => sentence(RULE.remarks[get("code")], NUMBERS.map(k => get("numbers", k))));
+    this.tempos = this.rows("TEMPO", get => ({tick: get("tick"), tempo: get("us")}));
+    this.metres = this.rows("METER", get => ({tick: get("tick"), quarters: 4 * get("over") / get("under")}));
+    this.exclusive = this.rows("EXCLUSIVE", get => ({tick: get("tick"), port: get("port"), data: this.bytes(get)}));
+    this.messages = this.rows("MESSAGE", get => this.message(get)); // by tick, track and place in the track
+    this.instruments = /** @type {string[]} */ ([]); // of the tracks by name; "": it has none
+    this.names = /** @type {string[]} */ ([]); // the instrument's if a track has no own
+    this.channelNames = new Map(); // by "track channel", both from 0, from channel prefixes
+    this.texts = new Set(); // at tick 0, beside the names
+    this.takeNames();
+  }
+
+  told(name, k = 0) { return this.kernels.get("SMF", this.at, `file.${name}`, k); }
+
+  // What `make` makes of each row of a kind; its argument returns a field of the row.
+  rows(record, make) {
+    const {kernels} = this, kind = N.ROWS[record], begin = kernels.get("SMF", this.at, "rows", kind);
+    return Array.from({length: kernels.get("SMF", this.at, "count", kind)}, (_, row) =>
+      make((name, k) => kernels.get(record, begin + row * RECORDS[record].bytes, name, k)));
+  }
+
+  // A copy of the bytes of a row.
+  bytes(get) {
+    const from = this.kernels.get("SMF", this.at, "data") + get("at");
+    return this.kernels.bytes.slice(from, from + get("size"));
+  }
+
+  // {tick, frame, track, port, line, kind, channel, a, b}; lines.js sets frame and line; no b: one byte of data.
+  message(get) {
+    const status = get("status"), kind = status & 0xf0, one = kind === PROGRAM || kind === PRESSURE;
+    return {
+      tick: get("tick"), frame: 0, track: get("track"), port: get("port"), line: 0, kind, channel: status & 0x0f,
+      a: get("first"), b: one ? undefined : get("second"),
+    };
+  }
+
+  takeNames() {
+    const rows = this.rows("TEXT", get => ({track: get("track"), channel: get("channel"), kind: get("kind"), bytes: this.bytes(get)}));
+    const names = rows.filter(({kind}) => kind === N.META_TRACK_NAME || kind === N.META_INSTRUMENT);
+    const texts = rows.filter(({kind}) => kind === N.META_TEXT), count = this.told("tracks");
+    const decoded = decodeTexts([...names, ...texts].map(({bytes}) => bytes)).map(shownName);
+    const titles = kind => {
+      const found = Array(count).fill("");
+      names.forEach((name, k) => { if (name.kind === kind && name.channel === N.NO_CHANNEL) found[name.track] = decoded[k]; });
+      return found;
+    };
+    this.instruments = titles(N.META_INSTRUMENT);
+    this.names = titles(N.META_TRACK_NAME).map((title, track) => title || this.instruments[track]);
+    names.forEach(({track, channel}, k) => { if (channel !== N.NO_CHANNEL) this.channelNames.set(`${track} ${channel}`, decoded[k]); });
+    this.texts = new Set(decoded.slice(names.length));
+  }
+}

@@ -1,0 +1,64 @@
+// A song from a MIDI file, played on the page's bass.
+import {$, busy, chosenBass} from "../pages/page.js";
+import {PRESET, benches, takePreset} from "../bench/benchview.js";
+import {player} from "../audio/player.js";
+import {AUTO, Song} from "./song.js";
+import {state} from "../pages/state.js";
+import {isTab, openTab} from "./tab.js";
+import {Transport} from "./transport.js";
+
+// Opens a MIDI file and chooses its bass part.
+export async function openSong(/** @type {File} */ file) {
+  transport.pause(0);
+  const kernels = await player.kernels();
+  const song = state.song = new Song(await file.arrayBuffer(), player.context.sampleRate, kernels);
+  showParts();
+  $("part").selectedIndex = Math.max(0, [...$("part").options].findIndex(({value}) => value === AUTO));
+  $("roll").disabled = $("loop").disabled = $("transport").hidden = false;
+  transport.open(song.bars(), song.length);
+  const minutes = Math.floor(song.length / 60), seconds = String(Math.floor(song.length % 60)).padStart(2, "0");
+  const lines = [`${file.name}, ${minutes}:${seconds}: ${song.says()}`, ...song.remarks];
+  $("song-text").textContent = lines.map(line => `${line}.`).join("\n");
+}
+
+// Opens a MIDI file or a tablature, or a preset if there is a bench for it.
+function tryToOpen(/** @type {File} */ file) {
+  if (PRESET.test(file.name) && benches.size) takePreset(file);
+  else busy($("open"), (isTab(file) ? openTab : openSong)(file)).catch(error => { $("song-text").textContent = `${file.name}: ${error.message}`; });
+}
+
+// Lists the song's parts for the present bass; its key switches are not notes.
+export function showParts() {
+  if (!state.song) return;
+  const chosen = $("part").value;
+  $("part").replaceChildren(...state.song.choices(chosenBass()).map(([value, text]) => new Option(text, value)));
+  if ([...$("part").options].some(({value}) => value === chosen)) $("part").value = chosen;
+  $("parts").hidden = $("part").options.length < 2;
+}
+
+// The chosen part's messages for the present bass: switch keys of another may be notes on it.
+const messages = () => Int32Array.from((state.song?.messages($("part").value, chosenBass()) || [])
+  .flatMap(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]));
+
+const transport = new Transport({messages, quiet: () => player.change({panic: true})}, $("roll"), $("loop"));
+$("transport").append(transport.back, transport.next, transport.where, ...transport.labels);
+
+export const putPart = () => transport.replace();
+
+$("open").onclick = () => $("song-file").click();
+$("song-file").onchange = () => {
+  const [file] = $("song-file").files || [];
+  if (file) tryToOpen(file);
+  $("song-file").value = "";
+};
+$("part").onchange = () => {
+  if (state.rolls) player.change({panic: true});
+  putPart();
+};
+addEventListener("dragover", e => e.preventDefault());
+addEventListener("drop", e => {
+  e.preventDefault();
+  const [file] = e.dataTransfer?.files || [];
+  if (file) tryToOpen(file);
+});
+player.on("sight", ({notes}) => { if (state.rolls && notes.length) player.emit("struck"); });

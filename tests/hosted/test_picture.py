@@ -1,0 +1,991 @@
+"""The plugin window's picture shows the looks and parameters, and the pointer changes the parameters."""
+
+from __future__ import annotations
+
+import ctypes as c
+import random
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from support.picture import (
+    BEGIN,
+    BENCH,
+    DOUBLE,
+    DOWN,
+    END,
+    HEIGHT,
+    LEAVE,
+    MOVE,
+    MOVED,
+    PLAY,
+    PRESS,
+    RELEASE,
+    SETTINGS,
+    TONE,
+    UP,
+    WIDTH,
+    Host,
+    Picture,
+    Pixels,
+    library,
+    made_look,
+    number,
+    shelf,
+)
+from support.plugins import RATE
+
+from livebass import load_preset
+from livebass.arrays import Floats
+from livebass.kernels.player.performer import HELD
+from livebass.live.parameters import PARAMETERS
+from livebass.live.thread.look import LOOK
+from livebass.plugin.instrument import write_instrument
+from livebass.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
+
+NAMES = ("slap", "five-string", "six-string", "fretless")
+STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}
+NUT, SADDLE, TOP = 52, 74, 74  # pixels from the picture's left, right and upper edge ...
+MIDDLE, HALF_NECK = 218, 116  # ... of the neck at its saddle, on the page Tone; at scale 1
+LENGTH = 0.86  # m
+ACROSS, BY_HAND = 2, 1  # shapes of the pointer
+ZOOM = 8  # magnification of motion
+SLOWER = 4  # times the usual, for a busy machine
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return shelf(tmp_path_factory.mktemp("picture"), NAMES)
+
+
+@pytest.fixture
+def host(folder: Path) -> Iterator[Host]:
+    made = Host(folder)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def picture() -> Iterator[Picture]:
+    made = Picture()
+    made.show(made_look())
+    made.draw()
+    made.turn_to(TONE)
+    yield made
+    made.close()
+
+
+def bright(pixels: Pixels) -> NDArray[Any]:
+    """The sum of red, green and blue."""
+    return (pixels >> 16 & 255).astype(int) + (pixels >> 8 & 255) + (pixels & 255)
+
+
+def x_of(metres: Any, picture: Picture) -> Any:
+    """The place along the neck of a point, m from the nut."""
+    scale, width = picture.scale, picture.pixels.shape[1]
+    return scale * NUT + metres * (width - scale * (NUT + SADDLE)) / LENGTH
+
+
+def lane(picture: Picture, string: int, strings: int, x: Any) -> Any:
+    """The height of a string at rest, lowest first; or between two of them."""
+    scale, part = picture.scale, (x - x_of(0, picture)) / (x_of(LENGTH, picture) - x_of(0, picture))
+    half = scale * HALF_NECK * (0.84 + 0.16 * part)
+    return scale * MIDDLE - half * ((2 * string + 1) / strings - 1)
+
+
+def played(string: int, fret: int, amplitudes: list[float]) -> NDArray[Any]:
+    """A look at one sounding string."""
+    look = made_look()
+    stop = float(look["place"][0, fret])
+    seen = look["string"][0, string]
+    seen["state"], seen["fret"] = HELD, fret
+    slot = seen["sight"]["slot"][1]
+    slot["on"], slot["fret"], slot["modes"], slot["length"] = 1, fret, len(amplitudes), LENGTH - stop
+    slot["u"][: len(amplitudes)] = amplitudes
+    return look
+
+
+@pytest.mark.parametrize("strings", STRINGS)
+@pytest.mark.parametrize(("scale", "dark"), [(1.0, True), (2.0, False)])
+def test_the_neck_is_drawn_to_scale(strings: int, scale: float, dark: bool) -> None:
+    """Frets are in their places, none on a fretless neck; the string count is right."""
+    for fretless in (False, True):
+        picture = Picture(size=(int(WIDTH * scale), int(HEIGHT * scale)), scale=scale)
+        picture.dark = dark
+        look = made_look(STRINGS[strings], fretless)
+        picture.show(look)
+        assert picture.draw() == (0, 0, int(WIDTH * scale), int(HEIGHT * scale))
+        picture.turn_to(TONE)
+        frets, light = x_of(look["place"][0, 1:21], picture), bright(picture.pixels)
+        columns = np.arange(int(x_of(0.01, picture)), int(frets[-1] + 6 * scale))
+        rows = np.rint(lane(picture, 0, strings, columns) + 0.32 * 2 * scale * HALF_NECK / strings).astype(int)
+        lit = np.flatnonzero(light[rows, columns] > 400)
+        runs = [run.mean() + columns[0] for run in np.split(lit, np.flatnonzero(np.diff(lit) > 2) + 1) if len(run)]
+        assert len(runs) == (0 if fretless else 20)
+        assert fretless or np.allclose(runs, frets, atol=1.5 * scale)
+        x = int(x_of(0.03, picture))
+        for string in range(strings):
+            y = int(lane(picture, string, strings, x))
+            assert light[y - 2 : y + 3, x].max() > 400, string
+        picture.close()
+
+
+def height_of(picture: Picture, string: int, x: int) -> float:
+    """The height of a string in a column: the middle of the bright pixels around its place at rest."""
+    middle = int(lane(picture, string, 4, x + 0.5))
+    rows = np.arange(middle - 26, middle + 27)
+    light = np.clip(bright(picture.pixels)[rows, x] - 340.0, 0, None)
+    return float((light * (rows + 0.5)).sum() / light.sum())
+
+
+@pytest.mark.parametrize(("string", "fret"), [(1, 0), (2, 7), (0, 2)])
+def test_a_string_is_drawn_as_the_look_has_it(picture: Picture, string: int, fret: int) -> None:
+    """Magnified by ZOOM, from its stop to the saddle, over the neck at rest."""
+    picture.draw()
+    look = played(string, fret, [1.2e-3, 0.0, -0.5e-3])
+    places, stop = look["place"][0, :21], float(look["place"][0, fret])
+    dots = [(places[k - 1] + places[k]) / 2 for k in (3, 5, 7, 9, 12, 15, 17, 19)]
+    columns = [x for x in range(70, 570) if min(abs(x + 0.5 - x_of(np.array([*places, *dots]), picture))) > 7]
+    rest = [height_of(picture, string, x) for x in columns]
+    look["bass"] = 2  # another one: no blur of the last picture
+    picture.show(look)
+    dirty = picture.draw()
+    assert dirty[1] >= TOP - 1 and dirty[1] + dirty[3] < 368
+    metre, compared = (WIDTH - NUT - SADDLE) / LENGTH, 0
+    for x, before in zip(columns, rest, strict=True):
+        t = ((x + 0.5 - NUT) / metre - stop) / (LENGTH - stop)
+        if fret and -0.08 < t < 0.03:
+            continue  # the name of the note is there
+        shape = sum(a * np.sin((j + 1) * np.pi * t) for j, a in enumerate([1.2e-3, 0.0, -0.5e-3]))
+        wanted = ZOOM * metre * np.sqrt(2 / (LENGTH - stop)) * shape if t > 0 else 0
+        assert abs(before - height_of(picture, string, x) - wanted) < 0.6, x
+        compared += abs(wanted) > 3
+    assert compared > 10
+
+
+def test_looks_in_between_are_a_blur(picture: Picture) -> None:
+    """The string's path since the last picture is lighter than the wood, but not as light as the string."""
+    picture.draw()
+    rest = bright(picture.pixels)
+    for amplitude in (-2e-3, 0.0, 2e-3):
+        picture.show(played(1, 0, [amplitude]))
+    picture.draw()
+    x, light = 300, bright(picture.pixels)
+    middle = int(lane(picture, 1, 4, x))
+    below, above = light[middle + 8, x] - rest[middle + 8, x], light[middle - 8, x] - rest[middle - 8, x]
+    assert 30 < below < 350 and 30 < above < 350
+    assert (light[middle + 60, x], light[middle - 60, x]) == (rest[middle + 60, x], rest[middle - 60, x])
+
+
+@pytest.mark.parametrize("fretless", [False, True])
+def test_a_contact_lights_its_fret(fretless: bool) -> None:
+    """Harder is brighter, on its string, and nothing else lights up."""
+    picture = Picture()
+    picture.show(made_look(fretless=fretless))
+    picture.draw()
+    picture.turn_to(TONE)
+    rest, gained = bright(picture.pixels), []
+    for hard in (0.3, 1.0):
+        look = made_look(fretless=fretless)
+        look["string"][0, 2]["light"][5] = hard
+        picture.show(look)
+        picture.draw()
+        more = bright(picture.pixels) - rest
+        x = float(x_of(look["place"][0, 5], picture))
+        rows, columns = np.nonzero(more)
+        assert abs(columns - x).max() < 20 and abs(rows - lane(picture, 2, 4, x)).max() < 45
+        gained.append(more.sum())
+    picture.show(made_look(fretless=fretless))
+    picture.draw()
+    assert 0 < 2 * gained[0] < gained[1] and (bright(picture.pixels) == rest).all()
+    picture.close()
+
+
+def test_names_of_notes_are_where_they_are_held(picture: Picture) -> None:
+    picture.draw()
+    rest = bright(picture.pixels)
+    look = made_look()
+    look["string"][0, 3]["state"], look["string"][0, 3]["fret"] = HELD, 9
+    look["string"][0, 0]["state"] = HELD
+    picture.show(look)
+    picture.draw()
+    rows, columns = np.nonzero(bright(picture.pixels) - rest)
+    held = columns > 60
+    assert abs(columns[held] - x_of(look["place"][0, 9], picture)).max() < 35
+    assert abs(rows[held] - lane(picture, 3, 4, 350)).max() < 12
+    assert len(columns[~held]) > 100 and abs(rows[~held] - lane(picture, 0, 4, NUT)).max() < 12
+
+
+def test_lamps_and_overload(picture: Picture) -> None:
+    """Each state lights its own lamp."""
+    picture.turn_to(PLAY)
+    lit = []
+    for name, value in (("palm", 0.5), ("legato", 1), ("pedal", 1), ("overload", 2), ("slapped", 2)):
+        picture.show(made_look())
+        picture.draw()
+        dark = picture.pixels.copy()
+        look = made_look()
+        look[name] = value
+        picture.show(look)
+        assert picture.draw() != (0, 0, 0, 0), name
+        rows, columns = np.nonzero(picture.pixels != dark)
+        lit.append((columns.min(), rows.min()))
+        assert name == "overload" or (rows.min() > 240 and rows.max() < 330)
+        assert name != "overload" or rows.max() < TOP
+    assert len(set(lit)) == len(lit)
+    look = made_look()
+    picture.show(look)
+    picture.draw()
+    dark = picture.pixels.copy()
+    look["switched"] = 1 << PALM
+    picture.show(look)
+    picture.draw()
+    assert np.nonzero(picture.pixels != dark)[1].min() == lit[0][0]
+
+
+# --- the pointer ---
+
+
+def sliders(picture: Picture) -> dict[int, tuple[int, int, int]]:
+    """Row, first and last column of the track of each visible slider, by parameter, found by the pointer."""
+    found = {}
+    for y in range(330, HEIGHT, 6):
+        x = 0
+        while x < WIDTH:
+            if picture.point(MOVE, x, y) != ACROSS:
+                x += 4
+                continue
+            picture.sets.clear()
+            picture.point(PRESS, x, y)
+            k = picture.sets[0][0]
+            picture.point(RELEASE, x, y)
+            first = x
+            while picture.point(MOVE, x, y) == ACROSS:
+                x += 1
+            found[k] = (y, next(c for c in range(first, 0, -1) if picture.point(MOVE, c, y) != ACROSS) + 6, x - 6)
+    picture.sets.clear()
+    return found
+
+
+def test_dragging_a_slider_sets_its_parameter(picture: Picture) -> None:
+    picture.draw()
+    for page, symbol, part in (
+        (TONE, "tone", 0.25), (TONE, "gain", 0.5), (PLAY, "palm_mute", 1.0), (SETTINGS, "bend_range", 0.5),
+    ):  # fmt: skip
+        picture.turn_to(page)
+        places = sliders(picture)
+        assert number("technique") not in places
+        p = PARAMETERS[number(symbol)]
+        y, first, last = places[p.number]
+        before = picture.values[p.number] = p.most  # its knob is elsewhere
+        picture.point(PRESS, first, y)
+        picture.point(MOVE, (first + last) / 2, y)
+        picture.point(MOVE, first + part * (last - first), y + 100)
+        picture.point(RELEASE, 0, 0)
+        picture.point(MOVE, first, y)
+        phases = [phase for _, _, phase in picture.sets]
+        assert phases == [BEGIN, MOVED, MOVED, MOVED, END] and {k for k, *_ in picture.sets} == {p.number}
+        wanted = p.least + part * (p.most - p.least)
+        values = [value for _, value, _ in picture.sets]
+        assert values[0] == before and values[1] == pytest.approx(p.least, abs=0.02 * (p.most - p.least))
+        assert abs(values[3] - wanted) <= 0.02 * (p.most - p.least) and values[4] == values[3]
+        assert not p.whole or values[3] == round(values[3])
+        assert picture.draw() != (0, 0, 0, 0)
+        picture.sets.clear()
+        picture.point(DOUBLE, first + 9, y)
+        assert picture.sets == [(p.number, values[4], BEGIN), (p.number, p.usual, MOVED), (p.number, p.usual, END)]
+        picture.sets.clear()
+
+
+def test_a_press_on_a_name_or_on_a_knob_changes_nothing(picture: Picture) -> None:
+    """A drag from there moves the value by as much as the pointer."""
+    picture.draw()
+    y, first, last = sliders(picture)[number("tone")]
+    for x, row in ((first + 3, y - 20), ((first + last) / 2 + 4, y)):
+        picture.values[number("tone")] = 0.0
+        picture.draw()
+        picture.sets.clear()
+        picture.point(PRESS, x, row)
+        assert [phase for *_, phase in picture.sets] == [BEGIN] and picture.values[number("tone")] == 0
+        picture.point(MOVE, x + 0.25 * (last - first), row)
+        assert picture.values[number("tone")] == pytest.approx(0.5, abs=0.03)
+        picture.point(RELEASE, x, row)
+
+
+def test_wheel_and_fine_steps(picture: Picture) -> None:
+    picture.draw()
+    y, first, last = sliders(picture)[number("tone")]
+    picture.values[number("tone")] = 0.0
+    picture.point(UP, first, y)
+    assert picture.values[number("tone")] == pytest.approx(0.05)
+    picture.point(DOWN, first, y, 1)  # shift
+    assert picture.values[number("tone")] == pytest.approx(0.04)
+    picture.point(PRESS, first + 20, y, 1)
+    picture.point(MOVE, first + 20 + (last - first) / 2, y, 1)
+    picture.point(LEAVE, 0, 0)
+    assert picture.values[number("tone")] == pytest.approx(0.14, abs=0.01)
+    assert picture.sets[-1][2] == END
+
+
+def test_the_pluck_point_is_dragged(picture: Picture) -> None:
+    """It is at the look's place, and requests the value with which the performer plucks at the pointer."""
+    picture.draw()
+    x, y = float(x_of(0.74 * LENGTH, picture)), TOP + 10
+    assert picture.point(MOVE, x, y) == ACROSS
+    picture.point(PRESS, x, y)
+    for place in (0.80, 0.60, 0.99, 0.2):
+        picture.point(MOVE, float(x_of(place * LENGTH, picture)), y)
+    picture.point(RELEASE, x, y)
+    values = [value for k, value, phase in picture.sets if phase == MOVED and k == number("pluck_position")]
+    assert np.allclose(values, [-0.06 / 0.19, 0.14 / 0.19, -1, 1], atol=0.01)
+    assert (picture.sets[0][2], picture.sets[-1][2]) == (BEGIN, END)
+
+
+def test_strings_are_played_by_the_pointer(picture: Picture) -> None:
+    """A note behind each fret; the next one begins before the last ends. Leaving ends it."""
+    picture.draw()
+    places = made_look()["place"][0]
+    x = [float(x_of(places[fret] - 0.01, picture)) for fret in (3, 4)]
+    y = float(lane(picture, 1, 4, x[0]))
+    picture.point(PRESS, x[0], y)
+    picture.point(MOVE, x[1], y)
+    picture.point(MOVE, x[1] + 1, y)
+    picture.point(LEAVE, 0, 0)
+    assert picture.notes == [(1, 1, 36), (1, 1, 37), (0, 1, 36), (0, 1, 37)]
+    picture.notes.clear()
+    picture.point(PRESS, float(x_of(0.7, picture)), float(lane(picture, 3, 4, 680)))
+    picture.point(RELEASE, 0, 0)
+    assert picture.notes == [(1, 3, 43), (0, 3, 43)]
+
+
+def test_basses_are_chosen(folder: Path, host: Host) -> None:
+    """By the arrows, in a circle, and from a list; the neck follows."""
+    picture = Picture(host)
+    picture.draw()
+    before = picture.pixels.copy()
+    picture.point(PRESS, 432, 23)
+    picture.point(RELEASE, 432, 23)
+    assert picture.sets == [(8, 0.0, BEGIN), (8, 1.0, MOVED), (8, 1.0, END)]
+    host.play(RATE // 100)
+    picture.draw()
+    assert (picture.pixels != before)[TOP:260].any()
+    for _ in range(3):
+        picture.point(PRESS, 432, 23)
+    assert picture.values[8] == 0
+    picture.point(PRESS, 136, 23)
+    picture.point(RELEASE, 136, 23)
+    assert picture.values[8] == len(NAMES) - 1
+    picture.point(PRESS, 300, 23)
+    picture.point(RELEASE, 300, 23)
+    picture.draw()
+    assert picture.point(MOVE, 60, 137) == BY_HAND
+    picture.point(PRESS, 60, 137 + 24)
+    assert picture.values[8] == 1
+    picture.draw()
+    assert picture.point(MOVE, 300, 88) != BY_HAND
+    picture.close()
+
+
+@pytest.fixture
+def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The user's folder, created on the first write."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    return tmp_path / "data" / "livebass"
+
+
+def press(picture: Picture, x: float, y: float, modifiers: int = 0) -> None:
+    picture.point(PRESS, x, y, modifiers)
+    picture.point(RELEASE, x, y, modifiers)
+    picture.draw()
+
+
+def seen(picture: Picture, x: int, y: int, w: int, h: int) -> Pixels:
+    scale = round(picture.scale)
+    return picture.pixels[y * scale : (y + h) * scale, x * scale : (x + w) * scale].copy()
+
+
+def asks(picture: Picture) -> bool:
+    """True if it asks whether to delete a sound, in the warning colour."""
+    return int((picture.pixels & 0xFFFFFF == 0xFF6B57).sum()) > 1000
+
+
+@pytest.mark.parametrize(("size", "scale"), [((WIDTH, HEIGHT), 1.0), ((640, 320), 1.0), ((1800, 920), 2.0)])
+def test_sounds_are_saved_listed_loaded_and_deleted(host: Host, own: Path, size: tuple[int, int], scale: float) -> None:
+    """Listed beside the basses in their own column; deleted by two presses of the right button."""
+    picture = Picture(host, size, scale, ["list", "sound", "save", "load", "remove"])
+    width = round(size[0] / scale)
+    save_at, title = (width - 14 - 236 - 30, 23) if width < WIDTH else (474, 23), (200, 23)
+
+    def click(x: float, y: float, modifiers: int = 0) -> None:
+        press(picture, x * scale, y * scale, modifiers)
+
+    picture.draw()
+    named = seen(picture, 155, 10, 180, 26)
+    for gain in (-6.0, -3.0):
+        host.set("gain", gain)
+        click(*save_at)  # it asks for a name
+        click(*save_at)
+    assert sorted(file.name for file in own.iterdir()) == ["Slap 1.toml", "Slap 2.toml"]
+    assert (seen(picture, 155, 10, 180, 26) != named).any(), "it says that it is saved"
+    picture.draw(seconds=10)
+    assert (seen(picture, 155, 10, 180, 26) == named).all()
+    click(*title)
+    column = 14 + ((width - 28) // 4 if width >= WIDTH else 2 * (width - 28) // 3) + 30
+    first, second = (column, TOP + 4 + 24 + 11), (column, TOP + 4 + 48 + 11)
+    assert (
+        picture.point(MOVE, *(scale * at for at in first)) == picture.point(MOVE, *(scale * at for at in second)) == 1
+    )
+    host.set("gain", 0.0)
+    host.set("bass", 1.0)
+    host.set("quality", 1.0)
+    click(*first)
+    assert (host.value("gain"), host.value("bass"), host.value("quality")) == (-6, 0, 1)
+    click(*title)
+    click(*second)
+    assert host.value("gain") == -3
+    library().lb_undo(host.address)
+    assert host.value("gain") == -6
+    library().lb_undo(host.address)
+    assert (host.value("gain"), host.value("bass")) == (0, 1)
+    click(*title)
+    for cancel in (second, None):
+        assert not asks(picture)
+        click(*first, 8)
+        assert asks(picture)
+        picture.point(MOVE, *(scale * at for at in cancel or first))
+        picture.draw()
+        if not cancel:
+            click(*first)  # the left button
+        assert len(list(own.iterdir())) == 2 and host.value("gain") == 0
+    click(*first, 8)
+    click(*first, 8)
+    assert [file.name for file in own.iterdir()] == ["Slap 2.toml"]
+    click(*first, 8)
+    assert len(list(own.iterdir())) == 1, "the one behind it is asked for again"
+    picture.point(MOVE, 0, 0)
+    click(*save_at)
+    click(*save_at)
+    assert len(list(own.iterdir())) == 2 and picture.point(MOVE, *(scale * at for at in second)) == 1
+    picture.close()
+
+
+def test_a_long_list_goes_on(host: Host, own: Path) -> None:
+    """The button in the last place, and the wheel, reach everything."""
+    picture = Picture(host, (640, 320), optional=["list", "sound", "save", "load", "remove"])
+    for k in range(30):
+        host.set("gain", -float(k))
+        assert host.save_sound() == f"Slap {k + 1}"
+    picture.draw()
+    more = 600, TOP + 4 + 2 * 24 + 11
+    press(picture, 200, 23)
+    for way in ("button", "wheel"):
+        loaded = set()
+        for _ in range(14 if way == "wheel" else 0):
+            picture.point(UP, 30, 88)
+            picture.draw()
+        for _ in range(12):
+            for k in range(8):
+                x, y = 30 + k // 3 * 204, TOP + 4 + k % 3 * 24 + 11
+                if picture.point(MOVE, x, y) == BY_HAND:
+                    picture.point(PRESS, x, y)
+                    loaded.add(host.value("gain"))
+                    press(picture, 200, 23)  # it is listed again in its old place
+            if way == "button":
+                press(picture, *more)
+            else:
+                picture.point(DOWN, 30, 88)
+            picture.draw()
+        assert loaded == {-float(k) for k in range(30)}, way
+    picture.close()
+
+
+def test_a_long_list_leaves_the_panel_in_a_large_window(host: Host, own: Path) -> None:
+    """However many sounds there are, lamps, tabs and sliders below stay visible; the last place leads on."""
+    assert host.save_sound() == "Slap 1"
+    for k in range(2, 400):
+        (own / f"Slap {k}.toml").write_bytes((own / "Slap 1.toml").read_bytes())
+    picture = Picture(host, (1920, 1080), optional=["list", "sound", "save", "load", "remove"])
+    picture.draw()
+    before = seen(picture, 0, 900, 1920, 180)
+    press(picture, 200, 23)
+    listed = seen(picture, 0, 78, 1920, 700)
+    assert np.array_equal(seen(picture, 0, 900, 1920, 180), before)
+    picture.point(DOWN, 30, 88)
+    picture.draw()
+    assert not np.array_equal(seen(picture, 0, 78, 1920, 700), listed)
+    picture.close()
+
+
+def test_lamps_move_parameters(host: Host) -> None:
+    """A press chooses a stroke, or switches a technique; the next press switches it off. Stop presses its key."""
+    picture = Picture(host)
+    picture.draw()
+    moved: dict[int, list[float]] = {}
+    for x, y in ((x, y) for y in range(252, 320, 26) for x in range(20, WIDTH, 36)):
+        if picture.point(MOVE, x, y) != BY_HAND:
+            continue
+        before = {p.number: host.value(p.symbol) for p in PARAMETERS}
+        picture.point(PRESS, x, y)
+        picture.point(RELEASE, x, y)
+        for k, value in before.items():
+            if host.value(PARAMETERS[k].symbol) != value:
+                moved.setdefault(k, []).append(host.value(PARAMETERS[k].symbol))
+    assert {FINGERS, PICKED, THUMB} <= {*moved.pop(TECHNIQUE)}
+    assert {"palm_mute", "vibrato", "legato", "slide", "let_ring", "ghost"} <= {PARAMETERS[k].symbol for k in moved}
+    for values in moved.values():
+        assert len(values) > 1 and min(values) == 0 < max(values) and len({*values}) == 2
+    assert {key for _, _, key in picture.notes} == {8}
+    picture.close()
+
+
+def test_nothing_is_written_beyond_the_array(picture: Picture) -> None:
+    """At any size and for any pointer action; regions reported unchanged are unchanged."""
+    chance = random.Random(1)
+    for _ in range(40):
+        picture.resize(chance.randrange(1, 900), chance.randrange(1, 500))
+        picture.scale, picture.dark = chance.choice((1.0, 1.5, 3.0)), chance.random() < 0.5
+        for _ in range(8):
+            height, width = picture.pixels.shape
+            kind = chance.randrange(7)
+            picture.point(kind, chance.uniform(-20, width + 20), chance.uniform(-20, height + 20), chance.randrange(16))
+            if chance.random() < 0.5:
+                look = played(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(20)])
+                look["string"]["light"] = chance.random()
+                picture.show(look)
+            before = picture.pixels.copy()
+            x, y, w, h = picture.draw()
+            assert 0 <= x <= x + w <= width and 0 <= y <= y + h <= height
+            for left, top, wide, tall in picture.drawn_areas():
+                assert x <= left <= left + wide <= x + w and y <= top <= top + tall <= y + h
+                before[top : top + tall, left : left + wide] = picture.pixels[top : top + tall, left : left + wide]
+            assert (before == picture.pixels).all()
+    held: dict[int, int] = {}
+    picture.point(LEAVE, 0, 0)
+    for k, value, phase in picture.sets:
+        p = PARAMETERS[k]
+        held[k] = held.get(k, 0) + (phase == BEGIN) - (phase == END)
+        assert held[k] in (0, 1) and p.least <= value <= p.most
+    assert not any(held.values())
+
+
+def test_drawing_is_cheap(host: Host) -> None:
+    """Processor time: about 0.6 ms a picture while all strings move, 20 ms for the first one."""
+    picture = Picture(host)
+    host.watch(True)
+    start = time.process_time()
+    picture.draw()
+    assert time.process_time() - start < 0.05 * SLOWER
+    spent = 0.0
+    for k in range(45):
+        if k % 9 == 0:
+            host.note(True, 28 + 6 * (k // 9), 0.9)
+        host.play(RATE // 30)
+        start = time.process_time()
+        picture.draw()
+        spent += time.process_time() - start
+    assert spent / 45 < 0.02 / 30 * SLOWER
+    for _ in range(3):
+        picture.draw(seconds=5)
+    assert picture.draw() == (0, 0, 0, 0)
+    picture.close()
+
+
+def test_strips_leave_what_a_whole_picture_shows(picture: Picture) -> None:
+    """Whatever moved before: resting strings, moving ones, and names, over the neck at rest."""
+    chance = random.Random(2)
+    apart = 0
+    for _ in range(12):
+        look = played(chance.randrange(4), chance.randrange(20), [chance.gauss(0, 3e-3) for _ in range(8)])
+        look["string"][0, 0]["light"][5] = chance.random() < 0.2
+        for amplitude in (1.0, 0.1, 1.0, 1.0, 1.0):  # smaller, then the same until no blur is left
+            look["string"]["sight"]["slot"]["u"] *= amplitude
+            picture.show(look)
+            picture.draw()
+        areas = picture.drawn_areas()
+        apart += len(areas) > 1 or (len(areas) == 1 and areas[0][3] < 100)
+        strips = picture.pixels.copy()
+        picture.resize(WIDTH, HEIGHT)
+        picture.draw()
+        assert np.array_equal(picture.pixels, strips)
+    assert apart > 3
+
+
+def test_little_motion_is_drawn_half_as_often(picture: Picture) -> None:
+    picture.draw()
+    for amplitude, drawn in ((3e-3, 12), (1e-6, 6)):
+        found = 0
+        for k in range(12):
+            picture.show(played(1, 5, [amplitude * (1 + k % 3)]))
+            found += picture.draw() != (0, 0, 0, 0)
+        assert found == drawn
+    picture.show(made_look())
+    picture.draw()
+    picture.draw()
+    assert picture.draw() == (0, 0, 0, 0)
+
+
+def test_a_tap_on_a_string_is_heard(folder: Path) -> None:
+    """However short: as a note of 50 ms. A longer one ends with the hand, and so does one struck again."""
+    fifty = RATE // 20
+
+    def played(
+        touches: dict[int, list[tuple[bool, int]]], by_hand: bool = True, bound: bool = False, keyboard: bool = False
+    ) -> Floats:
+        host, sound = Host(folder), []
+        host.set("relief", 0.0)  # tests do not run in real time
+        if bound:
+            host.midi(0xB0, 68, 127)
+        for block in range(60):
+            for on, key in touches.get(block, ()):
+                if by_hand:
+                    host.touch(on, -1 if keyboard else (key - 28) // 5, key)
+                else:
+                    host.note(on, key, 95 / 127)
+            sound.append(host.play(240, 240))
+        host.close()
+        return np.concatenate(sound)
+
+    wanted = played({0: [(True, 28)], fifty // 240: [(False, 28)]}, by_hand=False)
+    assert abs(wanted).max() > 0.01
+    for end in (0, 1, fifty // 240 - 1, fifty // 240):
+        touched = {0: [(True, 28)]}
+        touched.setdefault(end, []).append((False, 28))
+        assert np.array_equal(played(touched), wanted), end
+        assert np.array_equal(played(touched, keyboard=True), wanted), end
+    longer = {0: [(True, 28)], 30: [(False, 28)]}
+    assert np.array_equal(played(longer), played(longer, by_hand=False))
+    twice = played({0: [(True, 28), (False, 28)], 3: [(True, 28)], 30: [(False, 28)]})
+    held = played({0: [(True, 28)], 3: [(False, 28), (True, 28)], 30: [(False, 28)]}, by_hand=False)
+    assert np.array_equal(twice, held)
+    glide = [(True, 32), (True, 31), (False, 32), (True, 30), (False, 31), (False, 30)]
+    apart = {0: [step for step in glide if step[0]], fifty // 240: [step for step in glide if not step[0]]}
+    for bound in (False, True):
+        assert np.array_equal(played({0: glide}, bound=bound), played(apart, by_hand=False, bound=bound))
+
+
+def test_a_tap_outlives_no_reset(host: Host) -> None:
+    """Frame counts restart: an earlier note delays no end of a later one."""
+    host.play(RATE)
+    host.touch(True, 1, 33)
+    host.play(64)
+    library().lb_reset_instance(host.address)
+    host.touch(False, 1, 33)
+    host.touch(True, 0, 28)
+    host.touch(False, 0, 28)
+    first = host.play(RATE // 20, 240)
+    tail = host.play(RATE, 240)
+    assert abs(first).max() > 0.01 and abs(tail[RATE // 2 :]).max() < abs(first).max() / 30
+
+
+def test_the_quality_follows_a_bass_that_is_chosen_in_the_window(tmp_path: Path) -> None:
+    """The host hears of both changes: an LV2 host has no other source."""
+    for name in ("slap", "five-string"):
+        write_instrument(load_preset(name), tmp_path / f"{name}.lbass")
+    (tmp_path / "instruments.txt").write_text("slap\nfive-string studio\n")
+    host = Host(tmp_path)
+    bass, quality = number("bass"), number("quality")
+    for phase in (BEGIN, MOVED, END):
+        library().lb_move_value(host.address, bass, 1.0, phase)
+    assert [(k, phase) for k, phase, _ in host.moves()] == [
+        (bass, BEGIN), (bass, MOVED), (quality, BEGIN), (quality, MOVED), (quality, END), (bass, END),
+    ]  # fmt: skip
+    assert host.value("quality") == 1
+    host.close()
+
+
+# --- looks ---
+
+
+def phrase(host: Host, block: int) -> Floats:
+    """Hard notes on several strings, and one that ends."""
+    sound = []
+    for key in (28, 45, 35, 52, 31):
+        host.note(True, key, 0.95)
+        sound.append(host.play(3000, block))
+    host.note(False, 31)
+    sound.append(host.play(9000, block))
+    return np.concatenate(sound)
+
+
+@pytest.mark.parametrize("block", [64, 1024])
+def test_who_watches_changes_nothing(folder: Path, block: int) -> None:
+    """With a window the sound is the same bit for bit; without one only the first look is taken."""
+    sounds = []
+    for watched in (False, True):
+        host = Host(folder)
+        host.set("relief", 0.0)
+        if watched:
+            host.watch(True)
+        sounds.append(phrase(host, block))
+        taken = library().lb_looks_taken(host.look)
+        assert taken == 1 if not watched else 20 < taken <= 24000 / block + 2, taken
+        host.close()
+    assert abs(sounds[0]).max() > 0.05 and (sounds[0] == sounds[1]).all()
+
+
+def test_looks_of_a_bass_that_plays(host: Host) -> None:
+    """Playing strings, shapes, and hit frets, which fade."""
+    assert library().size_of_look() == LOOK.itemsize
+    look = np.zeros(1, LOOK)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)  # a look exists before the first block
+    first = look[0]
+    assert (first["strings"], first["frets"], first["fretless"]) == (4, 20, 0) and list(
+        first["string"]["open"][:4]
+    ) == [28, 33, 38, 43]
+    assert np.allclose(first["place"][:13], first["string"]["length"][0] * (1 - 2 ** (-np.arange(13) / 12)), atol=1e-3)
+    host.watch(True)
+    host.note(True, 31, 1.0)
+    host.play(4800)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)
+    now = look[0]
+    string = now["string"][0]
+    assert (string["state"], string["key"], string["fret"]) == (HELD, 31, 3) and now["peak"] > 0.01
+    assert max(abs(slot["u"]).max() for slot in string["sight"]["slot"] if slot["on"]) > 1e-4
+    lit = np.flatnonzero(string["light"] > 0.1)
+    assert len(lit) and lit.min() > 3 and lit.max() <= 20
+    assert not now["string"][1]["light"].any()
+    host.note(False, 31)
+    host.play(RATE)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data)
+    assert look[0]["string"][0]["state"] != HELD and look[0]["string"][0]["light"].max() < 0.01
+    host.set("bass", float(NAMES.index("six-string")))
+    host.play(RATE // 10)
+    assert library().lb_read_look(host.look, 0, look.ctypes.data) and look[0]["strings"] == 6
+
+
+def test_a_look_is_never_torn() -> None:
+    """One thread writes as fast as it can while another reads."""
+    assert library().race(20_000) > 100
+
+
+# --- letters ---
+
+
+# --- the pages, the bench's side view, the keyboard ---
+
+WHOLE = ("undo", "swap", "side", "copy", "title", "playing", "group", "list", "sound", "save", "load", "remove")
+ESCAPE, ENTER, TAB, RIGHT_KEY, RIGHT_BUTTON, LISTED = 27, 13, 9, 0x110002, 8, (280, 23)
+
+
+def slider_of(picture: Picture, symbol: str) -> tuple[float, float]:
+    """The place of a slider's name on the present page, found by its menu."""
+    height, width = picture.pixels.shape
+    for y in range(300, height, 5):
+        for x in range(16, width, 16):
+            if picture.point(MOVE, x, y) == ACROSS:
+                picture.sets.clear()
+                picture.point(PRESS, x, y)
+                picture.point(RELEASE, x, y)
+                picture.key(ESCAPE)
+                if picture.sets and picture.sets[0][0] == number(symbol):
+                    return x + 8, y + 3
+    raise AssertionError(symbol)
+
+
+def test_every_parameter_is_on_a_page_at_its_place_whatever_the_bass(host: Host, folder: Path) -> None:
+    """On the keyboard's way through a page. The bass is in the header; techniques are lamps."""
+    picture = Picture(host)
+    ways = []
+    for name in ("slap", "fretless"):
+        host.set("bass", float(NAMES.index(name)))
+        host.play(RATE // 10)
+        picture.draw()
+        seen_on: dict[int, set[int]] = {}
+        for page in range(4):
+            picture.turn_to(page)
+            for _ in range(60):
+                picture.sets.clear()
+                assert picture.key(TAB) and picture.key(RIGHT_KEY)
+                seen_on.setdefault(page, set()).add(picture.sets[0][0])
+        ways.append(seen_on)
+    found = set().union(*ways[0].values())
+    assert ways[0] == ways[1]
+    assert found == {p.number for p in PARAMETERS if p.group != "Techniques" and p.symbol != "bass"}
+    picture.close()
+
+
+def action_of(host: Host) -> tuple[Picture, float, float]:
+    """A picture of the bench, and the place of the slider Action in it."""
+    picture = Picture(host)
+    picture.draw()
+    picture.turn_to(BENCH)
+    return picture, *slider_of(picture, "action")
+
+
+def test_a_value_is_typed_in_the_units_that_it_shows(host: Host) -> None:
+    """After a press on the focused control, or by its menu; Escape leaves it, and what is no number changes nothing."""
+    picture, x, y = action_of(host)
+    host.set("action", 0.0)
+    picture.draw()
+    assert not picture.key("1"), "no control is marked yet: keys are the host's"
+    own = -1e3 * load_preset("slap").necks[0].fret_heights[11]
+    for keys, wanted in (("1.4\r", 1.4 - own), ("9\x1b", 1.4 - own), ("x\r", 1.4 - own), ("1.99\x08\r", 1.9 - own)):
+        picture.point(PRESS, x, y, RIGHT_BUTTON)
+        picture.point(RELEASE, x, y, RIGHT_BUTTON)
+        picture.draw()
+        picture.key(0x110003, 0x0D)  # the first line of the menu
+        assert library().lb_wants_keys(picture.address)
+        assert picture.key(keys) and not library().lb_wants_keys(picture.address)
+        picture.draw()
+        assert host.value("action") == pytest.approx(wanted, abs=0.006), keys
+    picture.close()
+
+
+def test_menus_and_tips_leave_no_trace(host: Host) -> None:
+    picture, x, y = action_of(host)
+    picture.point(MOVE, 0, 0)
+    picture.draw()
+    before = picture.pixels.copy()
+    picture.point(MOVE, x, y)
+    picture.draw()
+    hovered = picture.pixels.copy()
+    picture.draw(1.0)
+    assert (picture.pixels != hovered).sum() > 2000, "a tip"
+    picture.point(PRESS, x, y, RIGHT_BUTTON)
+    picture.draw()
+    assert (picture.pixels != hovered).sum() > 2000, "a menu"
+    assert picture.key(ESCAPE)
+    picture.point(MOVE, 0, 0)
+    picture.draw()
+    assert np.array_equal(picture.pixels, before)
+    picture.close()
+
+
+def test_the_side_view_moves_with_the_bench(host: Host) -> None:
+    """Action and relief lower the crowns, gauge thickens the string; a wheel's reset brings the picture back."""
+    picture = Picture(host, (1200, 800))
+    picture.draw()
+    picture.turn_to(BENCH)
+    before = seen(picture, 60, 60, 1000, 560)
+    for symbol, value in (("action", 1.0), ("neck_relief", 0.5), ("nut_height", 0.5), ("gauge", 20.0)):
+        host.set(symbol, value)
+        picture.draw()
+        assert (seen(picture, 60, 60, 1000, 560) != before).sum() > 300, symbol
+        host.set(symbol, 0.0)
+        picture.draw()
+        assert np.array_equal(seen(picture, 60, 60, 1000, 560), before), symbol
+    picture.close()
+
+
+def test_a_changed_bass_leaves_nothing_out(picture: Picture) -> None:
+    """After a pickup has moved, the picture is the one that a new window shows, names of strings and all."""
+    look = made_look()
+    look["string"]["saddle"] += 0.02
+    picture.show(look)
+    picture.draw()
+    new = Picture()
+    new.show(look)
+    new.draw()
+    new.turn_to(TONE)
+    assert np.array_equal(picture.pixels, new.pixels)
+    new.close()
+
+
+def test_the_smallest_window_cuts_nothing_off() -> None:
+    """Every page ends above the lower edge."""
+    picture = Picture(size=(640, 320))
+    picture.show(made_look())
+    picture.draw()
+    for page in range(4):
+        picture.turn_to(page)
+        assert len(np.unique(picture.pixels[-3:])) == 1, page
+    picture.close()
+
+
+def test_in_the_smallest_window_lamps_have_room_for_their_names() -> None:
+    """The row with the longest ones."""
+    names = "Artificial harmonics,Artificial 12ths,Artificial 15ths,Pinch harmonics,Slide off down,Slide off up,"
+    names += "Stop on release,Stop all strings"
+    picture = Picture(size=(640, 320))
+    picture.show(made_look())
+    picture.draw()
+    picture.turn_to(PLAY)
+    over = np.array([picture.point(MOVE, x + 0.5, 206) == 1 for x in range(640)])
+    begin, end = (np.flatnonzero(np.diff(over.astype(int)) == step) for step in (1, -1))
+    room = [library().lb_text_width(9.0, name.encode()) + 6 for name in names.split(",")]  # with 3 on each side
+    assert len(begin) == len(room) and (end - begin >= np.floor(room)).all()
+    picture.close()
+
+
+def test_a_search_ends_with_the_first_found(host: Host) -> None:
+    """Return takes it, even before it is drawn; if nothing is found, it lists everything."""
+    picture = Picture(host, optional=WHOLE)
+    picture.draw()
+    press(picture, *LISTED)
+    assert picture.key("fretl\r") and host.value("bass") == 3 and not library().lb_wants_keys(picture.address)
+    press(picture, *LISTED)
+    everything = seen(picture, 0, TOP, WIDTH, 150).copy()
+    assert picture.key("xyzzy")
+    picture.draw()
+    assert (seen(picture, 0, TOP, WIDTH, 150) != everything).sum() > 1000
+    picture.key("\r")
+    picture.draw()
+    assert np.array_equal(seen(picture, 0, TOP + 30, WIDTH, 120), everything[30:])
+    picture.close()
+
+
+def test_the_list_marks_what_plays(host: Host, own: Path) -> None:
+    """A sound, or the bass; never both."""
+    accent, first, sound = 0xFFF0A93B, TOP + 4 + 2 * 24 + 2, TOP + 4 + 7 * 24 + 2
+    picture = Picture(host, optional=WHOLE)
+    picture.draw()
+    picture.turn_to(TONE)
+    for saved in (False, True):
+        assert not saved or host.save_sound()
+        press(picture, *LISTED)
+        assert [picture.pixels[y, 100] == accent for y in (first, sound)] == [not saved, saved]
+        press(picture, *LISTED)
+    picture.close()
+
+
+def test_many_choices_open_as_a_menu(host: Host) -> None:
+    """One press of the button shows them all; a press on one takes it."""
+    picture = Picture(host)
+    picture.draw()
+    press(picture, 60, 364)  # the stroke
+    assert not picture.sets
+    picture.point(PRESS, 70, 260)
+    assert {k for k, *_ in picture.sets} == {TECHNIQUE}
+    picture.close()
+
+
+def test_a_sound_has_the_name_that_is_typed(host: Host, own: Path) -> None:
+    """Its name, with * once it has changed, is the title; a search finds it; a second one of the name gets a number."""
+    picture = Picture(host, optional=WHOLE)
+    picture.draw()
+    for wanted in ("Verse", "Verse 2"):
+        picture.point(PRESS, 474, 23)
+        assert picture.key("Verxx\b\bse\r")
+        assert title_of(host) == wanted and (own / f"{wanted}.toml").exists()
+    host.set("gain", -6.0)
+    assert title_of(host) == "Verse 2 *"
+    picture.point(PRESS, 136, 23)  # the one before
+    assert title_of(host) == "Verse" and host.value("gain") == 0
+    picture.draw()
+    press(picture, *LISTED)
+    assert picture.key("RSE 2") and library().lb_wants_keys(picture.address)
+    picture.draw()
+    press(picture, 60, TOP + 4 + 2 * 24 + 11)
+    assert title_of(host) == "Verse 2" and not library().lb_wants_keys(picture.address)
+    picture.close()
+
+
+def title_of(host: Host) -> str:
+    room = c.create_string_buffer(200)
+    library().lb_title(host.address, c.addressof(room), 200)
+    return room.value.decode()
+
+
+def test_a_is_copied_to_b(host: Host) -> None:
+    host.set("gain", -6.0)
+    library().lb_copy_side(host.address)
+    library().lb_swap_sides(host.address)
+    assert host.value("gain") == -6
+    library().lb_undo(host.address)
+    library().lb_undo(host.address)
+    library().lb_swap_sides(host.address)
+    assert host.value("gain") == 0, "the copy is undone"

@@ -1,0 +1,20 @@
+"""Sound without physics for the commands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from support.engine import FakeEngine
+
+from livebass.engine import render
+
+
+@pytest.fixture
+def fake(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> type[FakeEngine]:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(render, "Engine", FakeEngine)
+    monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
+    monkeypatch.setattr(FakeEngine, "peak", 0.1)
+    monkeypatch.setattr(FakeEngine, "weakened", 0)
+    return FakeEngine

@@ -1,0 +1,145 @@
+"""A page on a public server: its address in all that others get, its use offline, and its element for articles."""
+
+from __future__ import annotations
+
+import functools
+import http.server
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.browser import COPIED, MADE_HERE, chromium, open_page, wait
+
+from livebass import load_preset
+from livebass.web.bench import Source
+from livebass.web.export import export_page, is_page
+from livebass.web.modules import text
+from livebass.web.public import ELEMENT
+
+ADDRESS = "https://example.org/bass/"
+
+
+def exported(folder: Path, single: bool, **more: Any) -> Path:
+    return export_page({"slap": load_preset("slap")}, folder, single, sources={"slap": Source("slap")}, more=more)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
+        yield driver
+
+
+class Server:
+    """A server that can be switched off."""
+
+    def __init__(self, folder: Path, port: int = 0) -> None:
+        class Quiet(http.server.SimpleHTTPRequestHandler):
+            def log_message(self, *_: Any) -> None:
+                pass
+
+        self.server = http.server.ThreadingHTTPServer(
+            ("127.0.0.1", port), functools.partial(Quiet, directory=str(folder))
+        )
+        threading.Thread(target=self.server.serve_forever, daemon=True).start()
+        self.address = f"http://127.0.0.1:{self.server.server_port}"
+
+    def close(self) -> None:
+        self.server.shutdown()
+        self.server.server_close()
+
+
+def copied_link(driver: Any, page: str) -> str:
+    open_page(driver, page)
+    driver.execute_script(f"{COPIED}; navigator.share = undefined; onBench(() => bench().setAll({{action: -0.5}}));")
+    driver.execute_script("$('link').click()")
+    return str(wait(lambda: driver.execute_script("return window.copied")))
+
+
+def test_a_public_address_is_in_link_poster_and_previews(browser: Any, tmp_path: Path) -> None:
+    page = exported(tmp_path / "page", True, address=ADDRESS)
+    html = page.read_text("utf-8")
+    for tag in (
+        '<meta property="og:url" content="https://example.org/bass/">',
+        '<meta name="description" content="An ',
+    ):
+        assert html.count(tag) == 1
+    link = copied_link(browser, page.as_uri())
+    assert link == f"{ADDRESS}#like=slap&action=-0.5&" + browser.execute_script(MADE_HERE)
+    assert browser.find_element("id", "said").text == "The link is copied."
+    browser.execute_script(
+        "window.drawn = []; pictures.poster = (sheet, title, foot) => { drawn.push(foot); };"
+        "$('picture').disabled = false; see.note ||= {string: 0, fret: 3}; $('picture').click()"
+    )
+    assert browser.execute_script("return drawn[0]").endswith(f"not recorded. {ADDRESS}")
+
+
+def test_without_one_a_link_is_a_fragment_with_words_how_to_open_it(browser: Any, tmp_path: Path) -> None:
+    page = exported(tmp_path / "page", True)
+    assert "og:" not in page.read_text("utf-8")
+    link = copied_link(browser, page.as_uri())
+    assert link.startswith("like=slap&action=-0.5&made=")
+    assert f'others open the link with livebass page --link "{link}"' in browser.find_element("id", "said").text
+
+
+def test_what_other_sites_add_to_an_address_is_ignored_and_told(browser: Any, tmp_path: Path) -> None:
+    page = exported(tmp_path / "page", True)
+    browser.get("about:blank")
+    open_page(browser, f"{page.as_uri()}?fbclid=IwAR&utm_medium=x#like=slap&action=-0.5&utm_source=mail")
+    assert browser.execute_script("return bench().values.action") == -0.5
+    said = browser.find_element("id", "said").text
+    assert said == "The bass is as the link says. Ignored: utm_source, fbclid, utm_medium."
+
+
+def test_an_export_plays_offline_once_it_was_open(browser: Any, tmp_path: Path) -> None:
+    exported(tmp_path / "page", False)
+    server = Server(tmp_path / "page")
+    open_page(browser, f"{server.address}/?fbclid=1")
+    wait(lambda: browser.execute_async_script("navigator.serviceWorker.ready.then(() => arguments[0](true))"))
+    server.close()
+    browser.get("about:blank")
+    open_page(browser, f"{server.address}/#like=slap&action=-0.5")
+    assert browser.execute_script("return bench().values.action") == -0.5
+    browser.find_element("css selector", "h1").click()
+    browser.execute_script("player.sound()")
+    wait(lambda: browser.execute_script("return player.playing") == "slap")
+    exported(tmp_path / "page", False, address=ADDRESS)
+    again = Server(tmp_path / "page", int(server.address.rpartition(":")[2]))
+    open_page(browser, f"{again.address}/")
+    assert browser.execute_script("return PAGE.address") == ADDRESS, "a newer export is seen at once"
+    again.close()
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_an_article_shows_the_page_by_an_element(browser: Any, tmp_path: Path, single: bool) -> None:
+    exported(tmp_path / "bass", single)
+    (tmp_path / "bass" / ELEMENT).write_text(text(ELEMENT))
+    assert is_page(list((tmp_path / "bass").iterdir()))
+    name = "livebass.html" if single else ""
+    (tmp_path / "article.html").write_text(
+        '<!doctype html><title>a</title><script src="bass/embed.js"></script>'
+        f'<live-bass page="{name}" link="like=slap&amp;action=-0.5"></live-bass>'
+    )
+    server = Server(tmp_path)
+    browser.get(f"{server.address}/article.html")
+    browser.switch_to.frame(browser.find_element("css selector", "live-bass iframe"))
+    wait(lambda: browser.execute_script("return document.body.classList.contains('embed')"))
+    assert browser.execute_script("return location.href") == f"{server.address}/bass/{name}?embed#like=slap&action=-0.5"
+    assert browser.execute_script("return document.documentElement.clientHeight") == 340
+    browser.switch_to.default_content()
+    server.close()
+
+
+def test_a_chosen_bass_without_a_bench_is_there_again_after_a_reload(browser: Any, tmp_path: Path) -> None:
+    capo = load_preset("slap", capo=2)
+    page = export_page({"slap": load_preset("slap"), "mine": capo, "other": capo}, tmp_path / "page", True).as_uri()
+    open_page(browser, page)
+    browser.execute_script("chooseBass('other')")
+    browser.refresh()
+    open_page(browser, page)
+    assert browser.execute_script("return [$('bass').value, see.bass.name]") == ["other", "other"]
+    browser.execute_script("chooseBass('slap')")
+    browser.refresh()
+    open_page(browser, page)
+    assert browser.execute_script("return $('bass').value") == "slap"

@@ -1,0 +1,87 @@
+"""A shared link holds the last notes that somebody played; whoever opens it can hear them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from support.browser import COPIED, MADE_HERE, chromium, open_page, wait
+
+from livebass import load_preset
+from livebass.web.bench import Source
+from livebass.web.link import check_link
+
+DRAWN = """const done = arguments[0];
+see.needed = true;
+requestAnimationFrame(() => requestAnimationFrame(() => done([see.moment, [...see.shapes.u].map(x => 1e3 * x)])));"""
+PLAYED = [(0, 28, 90, 300), (400, 33, 60, 200), (700, 35, 127, 500)]  # ms, key, velocity, ms
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
+        yield driver
+        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+
+
+def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) -> None:
+    open_page(browser, whole)
+    browser.find_element("css selector", "h1").click()
+    browser.execute_script(f"{COPIED}; player.sound()")
+    wait(lambda: browser.execute_script("return player.playing"))
+    browser.execute_script(
+        "pluckWith(STROKES.find(({symbol}) => symbol === 'pick')); const now = performance.now();"
+        "for (const [begin, key, velocity, length] of arguments[0]) {"
+        "  player.send(now + begin, [0x90, key, velocity]); player.send(now + begin + length, [0x80, key, 0]);"
+        "} onBench(() => bench().setAll({action: -0.5})); $('link').click()",
+        PLAYED,
+    )
+    link = wait(lambda: browser.execute_script("return window.copied"))
+    riff = "_".join(".".join(map(str, note)) for note in PLAYED)
+    made = browser.execute_script(MADE_HERE)
+    assert link == f"like=jazz-finger&action=-0.5&riff={riff}&stroke=pick&{made}"
+    check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
+    browser.get("about:blank")
+    open_page(browser, f"{whole}#{link}")
+    assert browser.execute_script("return [bench().values.action, state.stroke.symbol]") == [-0.5, "pick"]
+    browser.execute_script("window.heard = []; player.on('sight', ({notes}) => heard.push(...notes))")
+    browser.find_element("id", "riff").click()
+    wait(lambda: browser.execute_script("return heard.length") == 9)
+    frames = np.array(browser.execute_script("return heard")).reshape(-1, 3)[:, 2]
+    rate = browser.execute_script("return player.context.sampleRate")
+    assert np.allclose((frames - frames[0]) / rate, [0, 0.4, 0.7], atol=1e-3)
+
+
+def test_a_link_shows_the_moment_of_the_last_note(browser: Any, whole: str) -> None:
+    browser.get("about:blank")
+    open_page(browser, whole)
+    browser.find_element("css selector", "h1").click()
+    browser.execute_script(f"{COPIED}; player.sound()")
+    wait(lambda: browser.execute_script("return player.playing"))
+    browser.execute_script("press('test', 31, 127, performance.now())")
+    wait(lambda: browser.execute_script("return kept.note"))
+    browser.execute_script("release('test'); $('again').click()")
+    wait(lambda: browser.execute_script("return kept.replay && see.replay === kept.replay"))
+    browser.execute_script("state.rolling = false; goTo(700); $('link').click()")
+    moment, before = browser.execute_async_script(DRAWN)
+    link = wait(lambda: browser.execute_script("return window.copied"))
+    assert f"&moment=0.31.127.{1000 * moment:.0f}" in link
+    check_link(link, {"jazz-finger": load_preset("jazz-finger")}, {"jazz-finger": Source("jazz-finger")})
+    browser.get("about:blank")
+    open_page(browser, f"{whole}#{link}")
+    wait(lambda: browser.execute_script("return see.replay && !state.rolling"))
+    shown, after = browser.execute_async_script(DRAWN)
+    assert shown == pytest.approx(moment, abs=0.03)  # ms: a frame
+    assert np.abs(np.subtract(before, after)).max() < 0.02 < np.abs(before).max()  # mm
+    browser.get("about:blank")
+    open_page(browser, f"{whole}#like=jazz-finger&moment=9.31.127.5")
+    wait(lambda: "the link's moment is not shown" in browser.find_element("id", "said").text.lower())
+
+
+def test_a_bad_riff_is_told_and_not_offered(browser: Any, whole: str) -> None:
+    browser.get("about:blank")
+    open_page(browser, f"{whole}#like=jazz-finger&riff=0.28.90")
+    assert "the link's riff cannot be read" in browser.find_element("id", "said").text
+    assert not browser.find_element("id", "riff").is_displayed()

@@ -1,0 +1,87 @@
+"""Sweeps in processes of their own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+
+from support.needs import processes
+
+PATIENCE = 120  # s until a test gives up
+COUNT = 8
+THREADS = "OPENBLAS_NUM_THREADS"
+SWEEP = (
+    "study", "sweep", "--vary", "pluck.apex=2mm:5mm:4", "--vary", "neck.contact_stiffness=1e9:1e13:2:log",
+    "--modes", "60", "--contact-rate", "192kHz", "--duration", "1s", "--no-picture",
+)  # fmt: skip
+
+
+@contextmanager
+def sweeping(directory: Path, *more: str) -> Iterator[subprocess.Popen[str]]:
+    """The running command; its process and workers are gone in the end. Skips the test if processes share no memory.
+
+    The sweep limits the threads of linear algebra itself, whatever tests/conftest.py sets.
+    """
+    processes()
+    environment = {name: value for name, value in os.environ.items() if name != THREADS}
+    line = [sys.executable, "-m", "livebass", *SWEEP, *more, "-o", str(directory)]
+    process = subprocess.Popen(
+        line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, env=environment
+    )
+    children: list[psutil.Process] = []
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            children = psutil.Process(process.pid).children(recursive=True)
+            process.kill()
+        process.communicate(timeout=PATIENCE)
+        for child in psutil.wait_procs(children, timeout=10)[1]:
+            child.kill()
+
+
+def until(what: Callable[[], bool]) -> None:
+    end = time.monotonic() + PATIENCE
+    while not what():
+        assert time.monotonic() < end, "never came"
+        time.sleep(0.005)
+
+
+def gone(process: psutil.Process) -> bool:
+    """True once a process has ended, collected by its parent or not."""
+    try:
+        return not process.is_running() or process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:  # ended between the two calls
+        return True
+
+
+def kept(directory: Path) -> dict[str, int]:
+    """The existing points, and their write times, ns."""
+    return {file.name: file.stat().st_mtime_ns for file in (directory / "points").glob("[!.]*.json")}
+
+
+def finished(process: subprocess.Popen[str]) -> str:
+    out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0 and not out, err
+    return err
+
+
+def swept(directory: Path) -> Path:
+    """The whole table, in `directory`."""
+    with sweeping(directory) as process:
+        finished(process)
+    assert len(kept(directory)) == COUNT
+    return directory
+
+
+def same(directory: Path, other: Path) -> None:
+    assert (directory / "sweep.csv").read_bytes() == (other / "sweep.csv").read_bytes()
+    assert kept(directory).keys() == kept(other).keys()
+    assert not list(directory.rglob(".*"))

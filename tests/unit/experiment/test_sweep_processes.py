@@ -1,0 +1,103 @@
+"""A sweep's processes, real ones: killed, interrupted, on a Dask cluster; the table is the same to the byte."""
+
+from __future__ import annotations
+
+import os
+import signal
+from dataclasses import replace
+from pathlib import Path
+
+import psutil
+import pytest
+from support.command import assert_one_clear_line
+from support.needs import processes
+from support.sweeps import (
+    COUNT,
+    PATIENCE,
+    THREADS,
+    finished,
+    gone,
+    kept,
+    same,
+    sweeping,
+    swept,
+    until,
+)
+
+from livebass.experiment.grid import Settings, axis, grid
+from livebass.experiment.workers import computed
+from livebass.model.quality import quality_with
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return swept(tmp_path_factory.mktemp("sweep") / "undisturbed")
+
+
+def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_path: Path) -> None:
+    directory = tmp_path / "d"
+    with sweeping(directory, "--workers", "1") as process:
+        until(lambda: len(kept(directory)) >= 3)
+        workers = psutil.Process(process.pid).children()
+        process.send_signal(signal.SIGKILL)
+        process.wait(PATIENCE)
+        until(lambda: all(map(gone, workers)))
+    before = kept(directory)
+    assert 3 <= len(before) < COUNT and not (directory / "sweep.csv").exists()
+    (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as left by a kill during a write
+    for left in (directory / "points").glob(".*"):
+        os.utime(left, (1, 1))  # some time ago
+    with sweeping(directory) as process:
+        assert f"{COUNT} points, {len(before)} found in" in finished(process)
+    after = kept(directory)
+    assert {name: after[name] for name in before} == before
+    same(directory, undisturbed)
+
+
+@pytest.mark.slow
+def test_a_worker_that_is_killed_loses_nothing(undisturbed: Path, tmp_path: Path) -> None:
+    directory = tmp_path / "d"
+    with sweeping(directory, "--workers", "2") as process:
+        until(lambda: len(kept(directory)) >= 2)
+        workers = [c for c in psutil.Process(process.pid).children() if "spawn_main" in " ".join(c.cmdline())]
+        assert len(workers) == 2
+        workers[0].kill()
+        assert "lost with a process that died" in finished(process)
+    same(directory, undisturbed)
+
+
+def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> None:
+    directory = tmp_path / "d"
+    with sweeping(directory, "--workers", "1") as process:
+        until(lambda: len(kept(directory)) >= 1)
+        workers = psutil.Process(process.pid).children()
+        os.killpg(process.pid, signal.SIGINT)
+        _, err = process.communicate(timeout=PATIENCE)
+        until(lambda: all(map(gone, workers)))
+    said, *error = err.splitlines(keepends=True)
+    assert f"{COUNT} to compute with 1 process" in said
+    assert_one_clear_line(process.returncode, "".join(error), (130,))
+    assert f"{len(kept(directory))} of {COUNT} points are kept" in err
+    assert not (directory / "sweep.csv").exists()
+
+
+class Deadly:
+    """Ends any process that unpickles it."""
+
+    def __reduce__(self) -> object:
+        return os._exit, (3,)
+
+
+def test_a_point_that_kills_its_process_is_named_and_the_others_are_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    processes()
+    monkeypatch.delenv(THREADS)
+    quality = quality_with("live", 20, 192e3)
+    settings = Settings(apex=3e-3, duration=0.01, quality=quality, modes=20)
+    good = grid(settings, [axis("pluck.apex=1mm:2mm:3")])
+    bad = replace(good[1], work=Deadly(), name="pluck.apex = 1.5 mm")  # type: ignore[arg-type]
+    said: list[str] = []
+    done = []
+    with pytest.raises(ChildProcessError, match=r"^pluck\.apex = 1\.5 mm: .* died 3 times$"):
+        for point, _ in computed([good[0], bad, good[2]], 2, said.append):
+            done.append(point)
+    assert good[0] in done and bad not in done and said

@@ -1,0 +1,248 @@
+"""`livebass export web`: the files of a page, and the inputs it refuses."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+from support.command import Run, assert_one_clear_line
+from support.needs import CLOSED
+
+from livebass import load_preset
+from livebass.compiling import store
+from livebass.kernels.player.performer import CHANNEL, CONTROLS
+from livebass.techniques import BUTTONS, GHOST, LET_RING, PALM
+from livebass.web.bench import Source
+from livebass.web.export import export_page, is_page, shown
+from livebass.web.layout import WAYS
+from livebass.web.link import check_link
+
+FOUR = ("jazz-finger", "slap", "precision-finger", "fretless")
+MOST_BYTES = 3_000_000
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(file.relative_to(folder).as_posix() for file in folder.rglob("*") if file.is_file())
+
+
+def size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
+def test_ways_to_play_are_switches_and_fields_of_the_performer() -> None:
+    assert (
+        list(WAYS)
+        == [button.symbol for button in BUTTONS if not button.strikes]
+        == [button.symbol for button in BUTTONS[3:]]
+    )
+    for action, field, of_channel in WAYS.values():
+        assert (action or field) and (not field or field in (CHANNEL if of_channel else CONTROLS).names)
+    wanted = (PALM, "palm", False), (GHOST, "", False), (LET_RING, "pedal", True)
+    assert (WAYS["palm_mute"], WAYS["ghost"], WAYS["let_ring"]) == wanted
+
+
+def test_one_file_or_a_folder_of_four_basses(run: Run, tmp_path: Path) -> None:
+    basses = sorted(f"basses/{name}{end}" for name in FOUR for end in (".lbass",))
+    for single, wanted in (
+        (["--single"], ["livebass.html"]),
+        (
+            [],
+            [
+                "app.js", *basses, "embed.js", "index.html", "livebass.wasm", "manifest.webmanifest", "offline.js",
+                "recorded/LICENSE.txt", "recorded/note.flac", "style.css", "worker.js", "worklet.js",
+            ],
+        ),
+    ):  # fmt: skip
+        folder = tmp_path / f"page{len(single)}"
+        status, out, err = run("export", "web", "-p", *FOUR, "-o", folder, *single)
+        assert status == 0 and out == "" and "4 basses" in err and ("livebass.html" if single else "index.html") in err
+        assert names(folder) == wanted
+        assert size(folder) < MOST_BYTES
+
+
+def test_the_same_again_is_the_same_and_replaces_the_older_one(tmp_path: Path) -> None:
+    bass, folder = load_preset("slap"), tmp_path / "page"
+    first = export_page({"slap": bass}, folder).read_bytes()
+    assert export_page({"slap": bass}, folder).read_bytes() == first
+    export_page({"one": bass, "two": bass}, folder, quality="studio")
+    assert [name for name in names(folder) if name.startswith("basses")] == ["basses/one.lbass", "basses/two.lbass"]
+    export_page({"slap": bass}, folder, single=True, element=True)
+    assert names(folder) == ["embed.js", "livebass.html"]
+    export_page({"slap": bass}, folder, single=True)
+    assert names(folder) == ["livebass.html"]
+
+
+def test_another_page_of_that_name_stays(run: Run, tmp_path: Path) -> None:
+    mine = tmp_path / "livebass.html"
+    for text in ("", "<!doctype html><title>livebass</title><p>My notes on it.", "livebass " * 20_000):
+        mine.write_text(text)
+        for single in ([], ["--single"]):
+            status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, *single)
+            assert_one_clear_line(status, err, (1,))
+            assert "holds other files, such as livebass.html" in err and mine.read_text() == text
+    mine.unlink()
+    mine.mkdir()
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path, "--single")
+    assert_one_clear_line(status, err, (1,))
+    assert mine.is_dir()
+
+
+def test_every_file_of_a_folder_is_asked_for_with_the_digest_of_all(tmp_path: Path) -> None:
+    bass, digests = load_preset("slap"), []
+    for basses in (["slap"], ["slap", "other"], ["slap"]):
+        html = export_page(dict.fromkeys(basses, bass), tmp_path / "page").read_text("utf-8")
+        digests.append(json.loads(html.split('id="page">')[1].split("</script>")[0])["digest"])
+        asked = re.findall(r"""(?:src|href)=["'](?!data:)([^"']*)""", html)
+        assert sorted(asked) == [f"app.js?v={digests[-1]}", "manifest.webmanifest", f"style.css?v={digests[-1]}"]
+    assert digests[0] == digests[2] != digests[1]
+
+
+def test_the_page_loads_nothing_from_elsewhere(tmp_path: Path) -> None:
+    html = export_page({"slap": load_preset("slap")}, tmp_path / "page", single=True).read_text("utf-8")
+    policy = re.findall(r'Content-Security-Policy" content="([^"]*)"', html)
+    assert len(policy) == 1 and "default-src 'none'" in policy[0] and "connect-src" not in policy[0]
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", html.split("<script>")[0])
+    assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", html)
+
+
+def test_the_neck_of_a_page_has_all_strings_and_begins_at_the_capo() -> None:
+    bass = shown("mine", load_preset("six-string", tuning="drop-a", capo=2))
+    assert [string["name"] for string in bass["strings"]] == list("BEADGC")
+    assert [string["note"] for string in bass["strings"]] == [23, 30, 35, 40, 45, 50] and bass["frets"] == 22
+    assert bass["capo"] == 2 and shown("mine", load_preset("fretless"))["capo"] == 0
+
+
+def test_names_and_texts_are_no_markup(tmp_path: Path) -> None:
+    text = Path("presets/slap.toml").read_text() if Path("presets/slap.toml").exists() else ""
+    text = text or (store.PACKAGE.parent / "presets" / "slap.toml").read_text()
+    mine = tmp_path / "mine.toml"
+    mine.write_text(re.sub(r"^name = .*$", 'name = "</script><b>mine"', text, count=1, flags=re.MULTILINE))
+    html = export_page({"mine": load_preset(mine)}, tmp_path / "page").read_text("utf-8")
+    assert "</script><b>" not in html
+    page = json.loads(html.split('id="page">')[1].split("</script>")[0])
+    assert page["basses"][0]["title"] == "</script><b>mine"
+
+
+@pytest.mark.parametrize(
+    "arguments, says, allowed",
+    [
+        (["-p", "sla", "-o", "page"], "sla", (1, 2)),
+        (["-p", "slap"], "'-o'", (2,)),
+        (["slap", "-o", "page"], "name presets with -p", (2,)),
+        (["-p", "slap", "slap", "-o", "page"], "two basses called slap", (2,)),
+        (["-p", "slap", "-o", "page", "-q", "reference"], "'live', 'studio'", (2,)),
+        (["-p", "slap", "-o", "file"], "file: is not a directory", (1,)),
+        (["-p", "slap", "-o", "file/page"], "file", (1,)),
+        (["-p", "slap", "-o", "other"], "other: holds other files, such as mine.txt", (1,)),
+    ],
+)
+def test_bad_input(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], says: str, allowed: tuple[int, ...]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "mine.txt").touch()
+    status, _, err = run("export", "web", *arguments)
+    assert_one_clear_line(status, err, allowed)
+    assert says in err
+    assert names(tmp_path) == ["file", "other/mine.txt"]
+
+
+def test_files_of_others_among_the_basses_stay(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    export_page({"slap": load_preset("slap")}, folder)
+    (folder / "basses" / "mine.wav").touch()
+    status, _, err = run("export", "web", "-p", "slap", "-o", folder)
+    assert_one_clear_line(status, err, (1,))
+    assert (folder / "basses" / "mine.wav").exists()
+
+
+def test_a_folder_whose_basses_are_a_file_is_no_page(run: Run, tmp_path: Path) -> None:
+    folder = tmp_path / "page"
+    export_page({"slap": load_preset("slap")}, folder)
+    shutil.rmtree(folder / "basses")
+    (folder / "basses").touch()
+    status, _, err = run("export", "web", "-p", "slap", "-o", folder)
+    assert_one_clear_line(status, err, (1,))
+    assert "holds other files" in err and (folder / "basses").is_file()
+
+
+def test_a_folder_that_cannot_be_written(run: Run) -> None:
+    status, _, err = run("export", "web", "-p", "slap", "-o", CLOSED / "page")
+    assert_one_clear_line(status, err, (1,))
+    assert "cannot be written" in err
+
+
+def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("livebass.files.os.fsync", full)
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
+    assert_one_clear_line(status, err, (1,))
+    assert names(tmp_path) == []
+
+
+def page_of(html: Path) -> dict[str, Any]:
+    """The data of a page."""
+    found: dict[str, Any] = json.loads(html.read_text("utf-8").split('id="page">')[1].split("</script>")[0])
+    return found
+
+
+def test_a_bass_of_ones_own_and_a_tuned_one_have_their_bench(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text('like = "jazz-finger"\n[neck]\naction = "1.9 mm"\n')
+    page = tmp_path / "page"
+    status, _, err = run("export", "web", "-p", tmp_path / "mine.toml", "slap", "--tuning", "drop-d", "-o", page)
+    assert status == 0, err
+    mine, slap = (bass["bench"] for bass in page_of(page / "index.html")["basses"])
+    (action,) = (slider for slider in mine["sliders"] if slider["symbol"] == "action")
+    assert mine["like"] == "mine.toml" and action["own"] == pytest.approx(1.9)
+    assert slap["like"] == "slap" and slap["head"] == {"": {"tuning": '"drop-d"'}} == mine["head"]
+    assert names(page / "basses") == ["mine.lbass", "slap.lbass"]
+
+
+def test_a_bass_that_is_no_preset_has_no_bench(tmp_path: Path) -> None:
+    bass = load_preset("slap", capo=2)
+    page = export_page({"slap": bass, "mine": bass}, tmp_path / "page")
+    assert [bass["bench"] for bass in page_of(page)["basses"]] == [None, None]
+    assert names(page.parent / "basses") == ["mine.lbass", "slap.lbass"]
+    assert is_page(list(page.parent.iterdir()))
+
+
+ADDRESS = "https://example.org/bass/"
+
+
+@pytest.mark.parametrize("address", ["example.org", "ftp://example.org", "https://", "https://a b", '">', ""])
+def test_a_wrong_address_is_refused(run: Run, tmp_path: Path, address: str) -> None:
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", address)
+    assert_one_clear_line(status, err, (2,))
+    assert "https://example.org/bass/" in err and not (tmp_path / "page").exists()
+
+
+def test_the_command_takes_an_address(run: Run, tmp_path: Path) -> None:
+    status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page", "--address", f"{ADDRESS}#case=b")
+    assert status == 0, err
+    assert json.loads((tmp_path / "page" / "manifest.webmanifest").read_text("utf-8"))["start_url"] == "./"
+    assert is_page(list((tmp_path / "page").iterdir()))
+    assert f'<link rel="canonical" href="{ADDRESS}">' in (tmp_path / "page" / "index.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize("name, number", [("slap", "2"), ("slap", "0"), ("slap", "x"), ("mine", "1")])
+def test_the_command_refuses_revisions_that_are_not_there(name: str, number: str) -> None:
+    bass, source = load_preset("slap"), Source("slap")
+    basses, sources = {name: bass}, {name: source}
+    check_link(f"like={name}&tone=0", basses, sources)
+    has = "has revisions up to 1" if name == "slap" else "has no revisions"
+    with pytest.raises(ValueError, match=f"of revision {number} of {name}, which {has} on this page"):
+        check_link(f"like={name}&revision={number}", basses, sources)
+    with pytest.raises(ValueError, match="made for a later livebass"):
+        check_link(f"like={name}&format=2", basses, sources)
+
+
+def test_the_command_takes_those_that_are() -> None:
+    check_link("like=slap&revision=1&format=1", {"slap": load_preset("slap")}, {"slap": Source("slap")})
