@@ -154,6 +154,23 @@ def test_a_loop_comes_round_at_its_frame(size: int) -> None:
     assert [key for _, key in notes_of(synth)][-2:] == [33, 34]
 
 
+@pytest.mark.parametrize("size", [64, 1000])
+def test_played_once_a_score_stops_at_its_end_and_waits_at_its_beginning(size: int) -> None:
+    """It ends its pedal and held notes at that frame, whatever the blocks; then it can roll again."""
+    score = score_of([(0.0, 5.0, 33, 100), (0.05, 0.02, 40, 100)], RATE, controls=[(0.01, 64, 127)])
+    desk, synth, device = desk_and_device(score)
+    desk.loop = (0.0, 0.2)
+    desk.record["once"] = 1
+    play(device, LEADING + round(0.5 * RATE), size)
+    end = LEADING + round(0.2 * RATE)
+    last = [m for m in synth.played() if m[0] >= end]
+    assert last == [(end, 0x80, 33, 0), (end, 0xB0, 64, 0)]
+    assert not desk.rolling and desk.position == 0
+    desk.rolling = True
+    play(device, 64)
+    assert [key for _, key in notes_of(synth)] == [33]
+
+
 def test_a_loop_at_another_tempo_keeps_its_time() -> None:
     """A hundred turns of a fractional number of frames, in blocks of any length."""
     heard = []
