@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from livebass import tracknames
 from livebass.kernels.score.choosing import ALL, AUTO, OF_CHANNEL
-from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.score.memory import (
     BASS_INSTRUMENT,
     IS_BASS,
@@ -34,7 +33,8 @@ from livebass.kernels.score.reading import (
     read_lines,
     read_parts_of,
 )
-from livebass.kernels.score.records import FILE, REMARK
+from livebass.kernels.score.records import REMARK
+from livebass.score.sentences import TOO_LONG
 from livebass.score.smf import Smf, SmfError
 
 Rows = NDArray[Any]  # of records
@@ -45,14 +45,15 @@ class Found:
 
     def __init__(self, smf: Smf, rate: int, take: bool) -> None:
         self._score = np.zeros(1, SCORE)
-        self._kept = [*_rows(smf), _names(smf)]
+        data = np.frombuffer(smf.data, np.uint8)
+        self._kept = [smf.file, smf.rows, smf.tempo_rows, smf.exclusive_rows, data, _names(smf)]
         for name, rows in zip(("file", "messages", "tempos", "exclusives", "data", "names"), self._kept, strict=True):
             self._score[name] = rows.ctypes.data
         self._score["rate"], self._score["take"] = rate, take
         measure_lines(self._address)
         self._give("memory", "bytes")
         if read_lines(self._address):
-            raise SmfError(f"lasts {int(self.row['last']) / rate / 3600:.1f} hours, more than {LONGEST // 3600}")
+            raise SmfError(TOO_LONG.format(f"{int(self.row['last']) / rate / 3600:.1f}"))
         self._give("more", "more_bytes")
         self.parts = int(read_parts_of(self._address))
 
@@ -111,15 +112,6 @@ class Found:
 def switch_table(switches: Container[int]) -> NDArray[np.uint8]:
     """(128,) 1 for each key in `switches`."""
     return np.array([key in switches for key in range(KEYS)], np.uint8)
-
-
-def _rows(smf: Smf) -> list[Rows]:
-    """The rows of a file: FILE, MESSAGE, TEMPO, EXCLUSIVE, and its bytes."""
-    file = np.zeros(1, FILE)
-    file["tracks"], file["end"], file["per_quarter"] = len(smf.names), smf.end_tick, smf.ticks_per_quarter
-    file["per_second"] = smf.ticks_per_second
-    file["messages"], file["tempos"], file["exclusives"] = len(smf.rows), len(smf.tempo_rows), len(smf.exclusive_rows)
-    return [file, smf.rows, smf.tempo_rows, smf.exclusive_rows, np.frombuffer(smf.data, np.uint8)]
 
 
 def _names(smf: Smf) -> NDArray[np.uint8]:

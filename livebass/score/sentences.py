@@ -11,6 +11,7 @@ from typing import Any
 
 from livebass.kernels.score import remarks as choice
 from livebass.kernels.score import smf as codes
+from livebass.kernels.score.lines import LONGEST
 
 PLACE = "track {0} of {1}, byte {2}"
 _IN_HEADER = (codes.HEADER_LENGTH, codes.HEADER)
@@ -100,6 +101,7 @@ REASONS: dict[int, str] = {
     choice.NO_BASS: "no bass program, not called bass",
     choice.DOUBLE: "doubles another part",
 }
+TOO_LONG = f"lasts {{0}} hours, more than {LONGEST // 3600}"
 
 
 def sentence(of: str | tuple[str, str], numbers: Sequence[Any]) -> str:

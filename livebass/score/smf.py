@@ -6,10 +6,9 @@ texts their letters.
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from livebass.kinds import HEAD, SCORES, TEXT_TAB, kind_of, kind_of_name
 from livebass.score.sentences import ERRORS, REMARKS, sentence
 from livebass.tracknames import decode
 
-__all__ = ["MARK", "Message", "Smf", "SmfError", "SmfMessage", "SystemExclusive", "parse_smf"]
+__all__ = ["MARK", "Smf", "SmfError", "parse_smf"]
 LONGEST_NAME = 40  # characters of a track's name that are kept
 WORD = 8  # bytes
 
@@ -30,47 +29,12 @@ class SmfError(ValueError):
     """Bytes are not a Standard MIDI File, or not a playable one. The message names the place."""
 
 
-class Message(NamedTuple):
-    """A channel message."""
-
-    status: int
-    first: int  # data byte: a note, a controller or a program ...
-    second: int = 0  # ... a velocity or a value
-
-    @property
-    def kind(self) -> int:
-        return self.status & 0xF0
-
-    @property
-    def channel(self) -> int:
-        return self.status & 0x0F
-
-
-class SmfMessage(NamedTuple):
-    """A channel message of a file."""
-
-    tick: int
-    message: Message
-    track: int  # from 0
-    port: int  # from 0
-
-
-class SystemExclusive(NamedTuple):
-    """A system exclusive message of a file."""
-
-    tick: int
-    data: bytes  # without F0 and F7
-    port: int  # from 0
-
-
 @dataclass(frozen=True, eq=False)
 class Smf:
     """The content of a Standard MIDI File. Ticks count from the start of the file."""
 
     data: bytes  # of the whole file; EXCLUSIVE rows tell places in it
-    ticks_per_quarter: int  # 0 if time is in SMPTE frames
-    ticks_per_second: tuple[int, int]  # numerator, denominator; (0, 1) if time is in quarter notes
-    end_tick: int  # of the last track to end
+    file: NDArray[np.void]  # (1,) FILE
     rows: NDArray[np.void]  # (n,) MESSAGE, by tick, track and place in the track
     tempo_rows: NDArray[np.void]  # (n,) TEMPO by tick
     meter_rows: NDArray[np.void]  # (n,) METER by tick
@@ -81,26 +45,6 @@ class Smf:
     warnings: tuple[str, ...]  # a line each, about harmless damage
     texts: frozenset[str]  # at tick 0, beside the names
     marks: tuple[tuple[int, str], ...]  # (tick, text) of texts that begin with MARK, by tick
-
-    @functools.cached_property
-    def messages(self) -> tuple[SmfMessage, ...]:
-        """The channel messages by tick, track and place in the track."""
-        return tuple(
-            SmfMessage(tick, Message(*message), track, port) for tick, track, port, *message in self.rows.tolist()
-        )
-
-    @functools.cached_property
-    def tempos(self) -> tuple[tuple[int, int], ...]:
-        """(tick, us per quarter note) of each tempo, by tick."""
-        return tuple(self.tempo_rows.tolist())
-
-    @functools.cached_property
-    def exclusive(self) -> tuple[SystemExclusive, ...]:
-        """The system exclusive messages by tick."""
-        return tuple(
-            SystemExclusive(tick, self.data[at : at + size], port)
-            for tick, port, at, size in self.exclusive_rows.tolist()
-        )
 
 
 def parse_smf(data: bytes, name: str = "") -> Smf:
@@ -119,15 +63,12 @@ def parse_smf(data: bytes, name: str = "") -> Smf:
         for row, text in zip(named, shown, strict=False)  # the other texts follow
     }
     titles, instruments = (
-        tuple(called.get((track, NO_CHANNEL, kind), "") for track in range(int(file["tracks"])))
+        tuple(called.get((track, NO_CHANNEL, kind), "") for track in range(int(file["tracks"][0])))
         for kind in (META_TRACK_NAME, META_INSTRUMENT)
     )
-    over, under = file["per_second"].tolist()
     return Smf(
         data=data,
-        ticks_per_quarter=int(file["per_quarter"]),
-        ticks_per_second=(over, under),
-        end_tick=int(file["end"]),
+        file=file,
         rows=rows[records.MESSAGES],
         tempo_rows=rows[records.TEMPOS],
         meter_rows=rows[records.METERS],
@@ -144,8 +85,8 @@ def parse_smf(data: bytes, name: str = "") -> Smf:
     )
 
 
-def _read(data: bytes, name: str) -> tuple[np.void, list[NDArray[np.void]]]:
-    """The FILE of a file, and its rows of each kind. Raises SmfError."""
+def _read(data: bytes, name: str) -> tuple[NDArray[np.void], list[NDArray[np.void]]]:
+    """(1,) FILE of a file, and its rows of each kind. Raises SmfError."""
     given = np.frombuffer(data, np.uint8)
     made: NDArray[np.void] = np.zeros(1, SMF)
     smf, address = made[0], made.ctypes.data
@@ -159,7 +100,7 @@ def _read(data: bytes, name: str) -> tuple[np.void, list[NDArray[np.void]]]:
     smf["memory"] = memory.ctypes.data
     fill_smf(address)
     begins = smf["rows"] - memory.ctypes.data
-    return smf["file"], [
+    return made["file"], [
         memory.view(np.uint8)[at : at + count * row.itemsize].view(row)
         for at, count, row in zip(begins.tolist(), smf["count"].tolist(), records.ROWS.values(), strict=True)
     ]

@@ -20,8 +20,8 @@ from livebass.kernels.effects.response import cut_response
 from livebass.kernels.player import words
 from livebass.kernels.player.constants import CONTROLLERS, FINGER, PICK
 from livebass.kernels.player.performer import ANY, CHANNEL, CHANNELS, FREE, MOST_STRINGS, PERFORMER
+from livebass.kernels.score import choosing, low_keys, memory, reading, remarks, smf
 from livebass.kernels.score import records as score
-from livebass.kernels.score import smf
 from livebass.kernels.string import frets, records
 from livebass.kernels.string.board import over_board
 from livebass.kernels.string.note import CROWN_ABOVE, MADE
@@ -46,6 +46,7 @@ RECORDS = {
     "SIGHT": sight.SIGHT, "SLOT_SIGHT": sight.SLOT_SIGHT, "STRING": STRING, "VOICE": VOICE, "CONTACT": CONTACT,
     "TOLD": TOLD, "EVENT": EVENT, "BENCH": BENCH, "BENCH_STRING": BENCH_STRING,
     "CHANGE": CHANGE, "OPERATOR": OPERATOR, "CHANNEL": CHANNEL, "SMF": score.SMF, **score.ROWS,
+    "SCORE": memory.SCORE, "LISTED": memory.LISTED, "PLAYED": memory.PLAYED, "FITTING": low_keys.FITTING,
 }  # fmt: skip
 NUMBERS = {
     "COARSE": COARSE, "GOOD": GOOD, "DONE": DONE, "LINE": LINE, "CHUNK": CHUNK, "NOW": ring.NOW, "FREE": FREE,
@@ -55,7 +56,14 @@ NUMBERS = {
     "CC_PARAMETER": CC_PARAMETER, "CONTROLLERS": CONTROLLERS, "MADE": MADE, "CROWN_ABOVE": CROWN_ABOVE,
     "CHANNELS": CHANNELS, "ANY": ANY, "BENCH_PLACE": BENCH_PLACE, "NO_CHANNEL": score.NO_CHANNEL,
     "ROWS": {name: kind for kind, name in enumerate(score.ROWS)},
+    "FITTING_WORDS": low_keys.FITTING_WORDS,
     **{name: getattr(smf, name) for name in ("META_TEXT", "META_TRACK_NAME", "META_INSTRUMENT")},
+    **{name: getattr(choosing, name) for name in ("AUTO", "OF_PART")},
+    **{name: getattr(remarks, name) for name in ("CALLED", "ONLY_PART", "LOWEST_PART", "DOUBLES")},
+    **{
+        name: getattr(memory, name)
+        for name in ("IS_BASS", "IS_OTHER", "IS_DRUMS", "BASS_INSTRUMENT", "NAMED", "NAMES", "TRACK_NAME")
+    },
     **{kind: getattr(records, kind) for kind in ("PLUCK", "STRIKE_EVENT", "THROW", "HAMMER", "PULL_OFF")},
 }  # fmt: skip
 # For each way to play: its switch; the performer's field that its controller moves, if any; and whether that
@@ -73,7 +81,9 @@ CALLED: tuple[Entry, ...] = (block.process, ahead.play_string, frets.over_frets,
 ENTRIES: tuple[Entry, ...] = (
     check_file, measure_pool, fill_pool, measure_bass, fill_bass, setup.ring_bytes, setup.fill_synth,
     ring.push_message, ring.push_event, block.relieve, sight.see_bass, sight.see_contact, begin_again,
-    run_string, measure_change, make_change, cut_response, smf.measure_smf, smf.fill_smf, *CALLED,
+    run_string, measure_change, make_change, cut_response, smf.measure_smf, smf.fill_smf,
+    reading.measure_lines, reading.read_lines, reading.read_parts_of, reading.choose_notes, reading.describe_part,
+    reading.frame_at_tick, low_keys.leave_switches, low_keys.raise_notes, *CALLED,
 )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from livebass.web.layout import layout
-from livebass.web.rule import rule
+from livebass.web.words import words
 
 STATIC = Path(__file__).parent / "static"
 IMPORT = re.compile(
@@ -23,7 +23,7 @@ IMPORT = re.compile(
 )
 EXPORT = re.compile(r"^export (?=(?:const|class|(?:async )?function\*?) (?P<name>[\w$]+))", re.M)
 UNJOINED = re.compile(r"^(?:import|export)\b.*", re.M)
-MADE = {"layout.js": layout, "rule.js": rule}  # modules made by Python: the kernels' layout, the rules of MIDI files
+MADE = {"layout.js": layout, "words.js": words}  # modules made by Python: the kernels' layout, words about MIDI files
 NONE: Mapping[str, str] = {}
 
 

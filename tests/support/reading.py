@@ -23,11 +23,11 @@ import {AUTO, Song} from "./song.js";
 export const run = (instance, files, bass, rate, coarse, fields) => files.map(file => {
   const data = Uint8Array.from(atob(file), c => c.charCodeAt(0)).buffer, kernels = new Kernels(instance());
   try {
-    const song = new Song(data, rate, kernels), {choice} = song, parts = new Song(data, coarse, kernels).partsOn(bass);
-    const rows = choice.notes.length ? song.messages(AUTO, bass) : [];
+    const song = new Song(data, rate, kernels), rows = song.messages(AUTO, bass);
+    const parts = new Song(data, coarse, kernels).partsOn(bass);
     return {
-      refused: choice.notes.length ? "" : "no bass notes", remarks: song.remarks, end: song.lines.end,
-      messages: rows.map(({frame, midi: [a, b, c]}) => [frame, a, b, c ?? 0]),
+      refused: rows.length ? "" : "no bass notes", remarks: song.remarks, end: song.found("end"),
+      messages: Array.from({length: rows.length / 4}, (_, k) => [...rows.subarray(4 * k, 4 * k + 4)]),
       parts: parts.map(({drums, programs, banks, ...part}) =>
         [...fields.map(name => part[name]), drums, programs.join(), banks.join()]),
     };

@@ -168,10 +168,13 @@ def content(data: bytes) -> list[Any]:
     except SmfError as error:
         return [str(error)]
     tables = (smf.rows, smf.tempo_rows, smf.meter_rows, smf.exclusive_rows)
-    names, exclusive = [*smf.channel_names.items()], [data.hex() for _, data, _ in smf.exclusive]
+    names = [*smf.channel_names.items()]
+    exclusive = [data[at : at + size].hex() for _, _, at, size in smf.exclusive_rows.tolist()]
+    file = smf.file[0]
     return [
-        smf.ticks_per_quarter, smf.ticks_per_second, smf.end_tick, *(rows.tolist() for rows in tables), smf.names,
-        smf.instruments, names, smf.warnings, sorted(smf.texts), smf.marks, exclusive,
+        int(file["per_quarter"]), file["per_second"].tolist(), int(file["end"]),
+        *(rows.tolist() for rows in tables), smf.names, smf.instruments, names,
+        smf.warnings, sorted(smf.texts), smf.marks, exclusive,
     ]  # fmt: skip
 
 

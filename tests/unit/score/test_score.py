@@ -288,7 +288,7 @@ def test_agrees_with_another_reader() -> None:
             expected.append((tick, (*message.bytes(), 0)[:3], channel))
     buffer = io.BytesIO()
     file.save(file=buffer)
-    read = [(m.tick, tuple(m.message), m.track) for m in parse_smf(buffer.getvalue()).messages]
+    read = [(tick, tuple(data), track) for tick, track, _, *data in parse_smf(buffer.getvalue()).rows.tolist()]
     assert read == sorted(expected, key=lambda e: e[0])
 
 

@@ -1,17 +1,17 @@
 // Track names, as livebass/tracknames.py reads them: their text, and whether they name a bass.
-import {RULE} from "../rule.js";
+import {WORDS} from "../words.js";
 
-const WORDS = Object.fromEntries(Object.entries(RULE.words).map(([kind, words]) => [kind, new RegExp(words, "iu")]));
+const PATTERNS = Object.fromEntries(Object.entries(WORDS.names).map(([kind, words]) => [kind, new RegExp(words, "iu")]));
 const LATIN_LETTERS = /^[\x20-\x7e]/;
 const CONTROLS_OF_C1 = /[\x80-\x9f]/; // browsers' reading of bytes that these encodings do not have
 
 const plainName = name => name.normalize("NFKC").replaceAll("İ", "I").replaceAll("ı", "i");
-const GAME_TRACK = new RegExp(`^(?:${RULE.game.track})$`, "u");
+const GAME_TRACK = new RegExp(`^(?:${WORDS.game.track})$`, "u");
 // True if tracks of these names are a chart for a music game.
-export const isGame = names => names.filter(name => GAME_TRACK.test(name)).length >= RULE.game.least;
-export const isOther = name => WORDS.other.test(plainName(name));
-export const isDrums = name => WORDS.drums.test(plainName(name));
-export const isBass = name => WORDS.bass.test(plainName(name)) && !isOther(name);
+export const isGame = names => names.filter(name => GAME_TRACK.test(name)).length >= WORDS.game.least;
+export const isOther = name => PATTERNS.other.test(plainName(name));
+export const isDrums = name => PATTERNS.drums.test(plainName(name));
+export const isBass = name => PATTERNS.bass.test(plainName(name)) && !isOther(name);
 
 // The text of bytes in an encoding; undefined if they are invalid in it.
 function textIn(bytes, encoding) {
@@ -28,15 +28,15 @@ const latin1 = bytes => Array.from(bytes, byte => String.fromCharCode(byte)).joi
 function tells(bytes, encoding) {
   const text = textIn(bytes, encoding);
   if (text === undefined || CONTROLS_OF_C1.test(text)) return false;
-  const name = plainName(text), found = name.match(WORDS.bass);
-  return WORDS.telling.test(name) || (found !== null && !LATIN_LETTERS.test(found[0]));
+  const name = plainName(text), found = name.match(PATTERNS.bass);
+  return PATTERNS.telling.test(name) || (found !== null && !LATIN_LETTERS.test(found[0]));
 }
 
 // Decodes all texts of a file in one encoding: UTF-8, one in which a text names an instrument, or Latin-1.
 export function decodeTexts(all) {
   const texts = all.map(bytes => textIn(bytes, "utf-8"));
   const doubtful = all.filter((_, k) => texts[k] === undefined);
-  const encoding = RULE.encodings.find(one => doubtful.some(bytes => tells(bytes, one)));
+  const encoding = WORDS.encodings.find(one => doubtful.some(bytes => tells(bytes, one)));
   const decoder = encoding && new TextDecoder(encoding, {ignoreBOM: true});
   return texts.map((text, k) => text ?? (decoder ? decoder.decode(all[k]) : latin1(all[k])));
 }
@@ -44,5 +44,5 @@ export function decodeTexts(all) {
 // A meta event's printable text, cut to the longest name.
 export function shownName(text) {
   const letters = [...text.replace(/[\p{C}\p{Z}]/gu, " ").trim()];
-  return letters.length <= RULE.longestName ? letters.join("") : `${letters.slice(0, RULE.longestName - 3).join("")}...`;
+  return letters.length <= WORDS.longestName ? letters.join("") : `${letters.slice(0, WORDS.longestName - 3).join("")}...`;
 }

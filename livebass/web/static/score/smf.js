@@ -1,29 +1,8 @@
-// Reads Standard MIDI Files by the kernels: messages with ticks, names and remarks. JavaScript has the words and the texts.
+// Reads Standard MIDI Files by the kernels, in whose memory their rows stay; names and remarks become texts.
 import {N, RECORDS} from "../audio/kernels.js";
 import {decodeTexts, shownName} from "./names.js";
-import {RULE} from "../rule.js";
-
-export const NOTE_OFF = 0x80;
-export const NOTE_ON = 0x90;
-export const CONTROL = 0xb0;
-export const PROGRAM = 0xc0;
-export const PRESSURE = 0xd0;
-export const WHEEL = 0xe0;
-
-// A Map's list for a key; a new one if it has none.
-export function listOf(map, key) {
-  if (!map.has(key)) map.set(key, []);
-  return map.get(key);
-}
-
-export const plural = count => count > 1 ? "s" : "";
-
-// Puts numbers into a sentence of Python's table; of two, the first is for one.
-export const sentence = (of, numbers) => (typeof of === "string" ? of : of[Number(numbers[0] > 1)])
-  .replace(/\{(\d)(:02X|:\+)?\}/g, (_, k, form) => form === ":02X" ? numbers[k].toString(16).toUpperCase().padStart(2, "0") :
-    form && numbers[k] >= 0 ? `+${numbers[k]}` : numbers[k]);
-
-const NUMBERS = [0, 1, 2, 3, 4, 5]; // of a remark or an error
+import {NUMBERS, sentence} from "./sentences.js";
+import {WORDS} from "../words.js";
 
 // The content of a Standard MIDI File, a Uint8Array. Ticks count from the file's start. Throws an Error with one line,
 // which names track and byte, for any other or too damaged bytes.
@@ -35,17 +14,14 @@ export class Smf {
     kernels.bytes.set(data, given);
     kernels.fill("SMF", at, {data: given, size: data.length});
     const error = Number(kernels.x.lb_measure_smf(BigInt(at)));
-    if (error) throw new Error(sentence(RULE.errors[error], NUMBERS.map(k => kernels.get("SMF", at, "file.numbers", k))));
+    if (error) throw new Error(sentence(WORDS.errors[error], NUMBERS.map(k => kernels.get("SMF", at, "file.numbers", k))));
     kernels.set("SMF", at, "memory", kernels.add(kernels.get("SMF", at, "room")));
     kernels.x.lb_fill_smf(BigInt(at));
     this.ticksPerQuarter = this.told("per_quarter"); // or 0 and ticksPerSecond [numerator, denominator]
     this.ticksPerSecond = [this.told("per_second"), this.told("per_second", 1)];
     this.endTick = this.told("end");
-    this.warnings = this.rows("REMARK", get => sentence(RULE.remarks[get("code")], NUMBERS.map(k => get("numbers", k))));
-    this.tempos = this.rows("TEMPO", get => ({tick: get("tick"), tempo: get("us")}));
+    this.warnings = this.rows("REMARK", get => sentence(WORDS.remarks[get("code")], NUMBERS.map(k => get("numbers", k))));
     this.metres = this.rows("METER", get => ({tick: get("tick"), quarters: 4 * get("over") / get("under")}));
-    this.exclusive = this.rows("EXCLUSIVE", get => ({tick: get("tick"), port: get("port"), data: this.bytes(get)}));
-    this.messages = this.rows("MESSAGE", get => this.message(get)); // by tick, track and place in the track
     this.instruments = /** @type {string[]} */ ([]); // of the tracks by name; "": it has none
     this.names = /** @type {string[]} */ ([]); // the instrument's if a track has no own
     this.channelNames = new Map(); // by "track channel", both from 0, from channel prefixes
@@ -66,15 +42,6 @@ export class Smf {
   bytes(get) {
     const from = this.kernels.get("SMF", this.at, "data") + get("at");
     return this.kernels.bytes.slice(from, from + get("size"));
-  }
-
-  // {tick, frame, track, port, line, kind, channel, a, b}; lines.js sets frame and line; no b: one byte of data.
-  message(get) {
-    const status = get("status"), kind = status & 0xf0, one = kind === PROGRAM || kind === PRESSURE;
-    return {
-      tick: get("tick"), frame: 0, track: get("track"), port: get("port"), line: 0, kind, channel: status & 0x0f,
-      a: get("first"), b: one ? undefined : get("second"),
-    };
   }
 
   takeNames() {

@@ -37,8 +37,7 @@ export function showParts() {
 }
 
 // The chosen part's messages for the present bass: switch keys of another may be notes on it.
-const messages = () => Int32Array.from((state.song?.messages($("part").value, chosenBass()) || [])
-  .flatMap(({frame, midi: [status, first = 0, second = 0]}) => [frame, status, first, second]));
+const messages = () => state.song?.messages($("part").value, chosenBass()) ?? new Int32Array();
 
 const transport = new Transport({messages, quiet: () => player.change({panic: true})}, $("roll"), $("loop"));
 $("transport").append(transport.back, transport.next, transport.where, ...transport.labels);

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import random
 import struct
 import textwrap
 from collections.abc import Callable
@@ -12,7 +11,8 @@ from pathlib import Path
 import pytest
 from support.node import run
 from support.reading import differences, read_by_page, read_by_python
-from support.smf import BASS, END, chunk, events, named, note_of, smf, variable
+from support.smf import BASS, END, chunk, events, named, note_of, smf
+from support.songs import damaged, made
 
 from livebass import load_preset
 from livebass.score.reading import TAKE
@@ -24,7 +24,7 @@ NAMES = [
     "бас-гитара".encode("koi8_r"), "低音吉他".encode("big5"), "베이스".encode("cp949"), b"Bas", "ベース".encode(),
     "\ufeffＢａｓｓ １\u2028".encode(), "BASSLİNE".encode(), "bası".encode(), ("é" * 50).encode(), b"cor de basse",
 ]  # fmt: skip
-KEYS = [24, 26, 28, 33, 35, 40, 43, 45, 52, 60, 72]
+MANY = 2500  # files of each set
 
 
 def sysex(*data: int) -> tuple[int, ...]:
@@ -44,7 +44,6 @@ def with_rows(*rows: tuple[int, tuple[int, ...]], channel: int = 0) -> bytes:
     return smf(events(*by_tick(*rows, *line_of(channel))))
 
 
-UNNAMED = smf(BASS + events(*line_of(0)), events((0, (0xC3, 5)), *line_of(3)), events(*line_of(9, [36, 38])))
 WELL_FORMED = smf(named(b"Bass", 2, *LINE), named(b"Drums", 9, 36, 38), BASS + named(b"", 0, 33, 35))
 
 
@@ -153,55 +152,11 @@ KINDS: dict[str, bytes] = {
 }  # fmt: skip
 
 
-def random_song(seed: int) -> bytes:
-    """Tracks of random channels, ports, names, programs and messages, with note-offs left to chance."""
-    rng = random.Random(seed)
-    tracks = [random_track(rng) for _ in range(rng.randint(1, 5))]
-    tempos = events(*((tick, (0xFF, 0x51, 3, *rng.randbytes(3))) for tick in range(0, 900, 300)))
-    return smf(tempos, *tracks, division=rng.choice([24, 480, 960, 0xE728]))
-
-
-def random_track(rng: random.Random) -> bytes:
-    channels = rng.choices([0, 1, 2, 9], k=rng.randint(1, 2))
-    head, rows, tick = b"", [], 0
-    if rng.random() < 0.8:
-        name = rng.choice(NAMES)
-        head += b"\x00\xff" + rng.choice([b"\x03", b"\x04"]) + variable(len(name)) + name
-    if rng.random() < 0.3:
-        head += bytes([0, 0xFF, 0x21, 1, rng.randint(0, 1)])
-    setting = [(0xC0, rng.choice([0, 25, 33, 36]))] * (rng.random() < 0.6) + [(0xB0, 126, 3)] * (rng.random() < 0.1)
-    for _ in range(rng.randint(0, 60)):
-        tick += rng.choice([0, 0, 10, 40, 120])
-        key = rng.choice(KEYS)
-        message = rng.choice([
-            (0x90, key, rng.randint(0, 127)), (0x90, key, 80), (0x80, key, 50), (0x80, key, 0), (0xD0, 40),
-            (0xE0, 0, 70), (0xB0, rng.choice([0, 1, 5, 7, 64, 121]), rng.choice([0, 1, 64, 120, 127])),
-            (0xA0, key, 9),
-        ] + [(0xC0, 34)] * (rng.random() < 0.05))  # fmt: skip
-        rows.append((tick, (message[0] | rng.choice(channels), *message[1:])))
-    first = [(0, (message[0] | channels[0], *message[1:])) for message in setting]
-    return head + events(*first, *rows)
-
-
-def damaged(seed: int) -> bytes:
-    """A file with bytes overwritten, removed or doubled. It has no names: Python would guess a damaged one."""
-    rng = random.Random(seed)
-    data = bytearray(UNNAMED)
-    for _ in range(rng.randint(1, 3)):
-        at = rng.randrange(8, len(data))
-        rng.choice([
-            lambda at=at: data.__setitem__(at, rng.randrange(256)),
-            lambda at=at: data.__delitem__(slice(at, at + rng.randint(1, 5))),
-            lambda at=at: data.__setitem__(slice(at, at), data[at : at + rng.randint(1, 30)]),
-        ])()  # fmt: skip
-    return bytes(data)
-
-
 SETS: dict[str, Callable[[], dict[str, bytes]]] = {
     "kinds": lambda: KINDS,
     "names": lambda: {repr(n): smf(named(b"Pad", 3, 72), named(n, 2, *LINE), named(b"Voice", 1, 41)) for n in NAMES},
-    "random": lambda: {str(seed): random_song(seed) for seed in range(40)},
-    "damaged": lambda: {str(seed): damaged(seed) for seed in range(40)},
+    "made up": lambda: {str(seed): made(seed).data for seed in range(MANY)},
+    "damaged": lambda: {str(seed): damaged(seed) for seed in range(MANY)},
 }
 
 
@@ -231,11 +186,11 @@ def test_each_part_can_be_picked() -> None:
           return [[], []]; // it has no notes
         }
         const bass = {range: [0, 127], switches: []};
-        return [song.choices(bass).map(([value]) => value), song.parts.listed(song.choice, []).map(part =>
-          [part.key, part.notes, song.messages(part.key, bass).map(({midi}) => midi)])];
+        return [song.choices(bass).map(([value]) => value), song.parts().map(({key, notes}) =>
+          [key, notes, [...song.messages(key, bass)]])];
       });
     """
-    files = [random_song(seed) for seed in range(30)] + [KINDS["shared by names"], KINDS["string channels"]]
+    files = [made(seed).data for seed in range(60)] + [KINDS["shared by names"], KINDS["string channels"]]
     packed = [base64.b64encode(data).decode() for data in files]
     found = run(textwrap.dedent(script), packed)
     assert sum(len(parts) for _, parts in found) > 60
@@ -243,7 +198,8 @@ def test_each_part_can_be_picked() -> None:
         assert [value for value in values if value != "auto"] == [key for key, *_ in parts if key in values] and len(
             values
         ) in (len(parts), len(parts) + 1)
-        for _, notes, messages in parts:
+        for _, notes, numbers in parts:
+            messages = [numbers[k + 1 : k + 4] for k in range(0, len(numbers), 4)]
             struck = [m[0] & 0xF0 for m in messages]
             assert struck.count(0x90) == notes and 0 < struck.count(0x80) <= notes
             down: set[tuple[int, int]] = set()

@@ -1,0 +1,37 @@
+"""Gives the page the words and encodings of Python's reader of MIDI files, and the sentences for what kernels find."""
+
+from __future__ import annotations
+
+import json
+
+from livebass import tracknames
+from livebass.score import reading, sentences, smf
+from livebass.units import note_name
+
+WORDS = {
+    "names": {
+        "bass": tracknames.BASS_WORD,
+        "other": tracknames.OTHER_WORD,
+        "drums": tracknames.DRUM_WORD,
+        "telling": tracknames.TELLING_WORD,
+    },
+    "game": {
+        "track": tracknames.GAME_TRACK,
+        "least": tracknames.LEAST_GAME,
+        "refusal": tracknames.GAME_REFUSAL,
+    },
+    "encodings": list(tracknames.ENCODINGS.values()),
+    "longestName": smf.LONGEST_NAME,
+    "take": reading.TAKE,
+    "errors": sentences.ERRORS,
+    "remarks": {**sentences.REMARKS, **sentences.CHOICE},
+    "reasons": sentences.REASONS,
+    "noBass": sentences.NO_BASS,
+    "tooLong": sentences.TOO_LONG,
+    "notes": [note_name(note) for note in range(128)],
+}
+
+
+def words() -> str:
+    """Returns a line of JavaScript that defines WORDS."""
+    return f"const WORDS = {json.dumps(WORDS, separators=(',', ':'))};\n"
