@@ -107,6 +107,7 @@ def play_event(synth, b, frame, word, value):
     """Handles an event other than MIDI for synth frame `frame`."""
     kind, number = kind_of(word), word & NUMBER
     if plays_strings(kind):
+        synth.messages += 1
         keep_event(synth, frame, word, value)
     if kind == EFFECT and number < KNOBS:
         extend_knobs(synth, frame - synth.frame)
