@@ -23,11 +23,7 @@ import support.images  # noqa: F401, keeps the basses of engines
 from support import kinds, products
 from support.command import Run
 from support.jack import leave_nothing
-from support.needs import (  # noqa: F401, hooks
-    pytest_pyfunc_call,
-    pytest_setup_without_compiler,
-    pytest_terminal_summary,
-)
+from support.needs import pytest_pyfunc_call, pytest_setup_without_compiler, pytest_terminal_summary  # noqa: F401, hooks
 
 from livebass.cli import main as cli
 

@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from livebass.bounds import between, refusal
 from livebass.kernels.player.constants import CONTROLLERS
-from livebass.kernels.player.words import KIND_BIT, MIDI
-from livebass.kernels.score.memory import PROGRAM
 from livebass.live.parameters import NUMBERS, PARAMETERS
-from livebass.live.thread.desk import BEAT, BY_SCORE, DESK, MOVED_BITS
+from livebass.live.thread.desk import BEAT, BY_SCORE, DESK, MOVED_BITS, load_desk
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
 from livebass.score.score import Score
@@ -30,7 +28,6 @@ TEMPOS = (0.1, 4.0)  # parts of the score's own tempo
 BEATS = (20.0, 400.0)  # of the metronome, per minute
 FILE = -1.0  # beats of a metronome that clicks at those of the score
 CLICK_LENGTH, CLICK_PITCH, CLICK_LEVEL, CLICK_DECAY = 0.03, 1500.0, 0.25, 0.006  # s, Hz, of full scale, s
-MODES = (126, 127)  # controllers that change what channels mean
 
 
 class Desk:
@@ -54,18 +51,13 @@ class Desk:
     def load(self, score: Score) -> None:
         """Loads `score`, LEAD before its beginning; it starts once it is `rolling`. A desk has one score."""
         frames, words = score.words
-        status, first = np.where(words >> KIND_BIT & 0xFF == MIDI, words & 0xFF, 0), words >> 8 & 0x7F
-        settings = np.flatnonzero((status & 0xF0 == 0xB0) & np.isin(first, RESERVED + MODES)).astype(np.int64)
-        programs = np.full(len(words) + 1, -1 if score.program is None else score.program, np.int64)
-        for k in np.flatnonzero(status & 0xF0 == PROGRAM).tolist():
-            programs[k + 1 :] = first[k]
-        self._arrays += [frames, words, settings, programs]
-        self.score, r = score, self.record
-        r["rate"], r["frames"], r["words"] = score.rate, frames.ctypes.data, words.ctypes.data
-        r["settings"], r["setting_count"] = settings.ctypes.data, len(settings)
-        r["programs"], r["program"] = programs.ctypes.data, programs[0]
-        r["position"] = -LEAD * score.rate
-        self._write("count", len(words))
+        room = np.zeros(2 * len(words) + 1, np.int64)
+        self._arrays += [frames, words, room]
+        self.score = score
+        self.record["position"] = -LEAD * score.rate
+        program = -1 if score.program is None else score.program
+        addresses = [each.ctypes.data for each in (frames, words, room)]
+        load_desk(self.address, addresses[0], addresses[1], len(words), addresses[2], program, score.rate)
 
     def _write(self, field: str, value: int) -> None:
         write_word(self.address + field_offset(DESK, field), value)

@@ -47,7 +47,8 @@ LINKING = {
         "-lpthread",
     ),
     "dylib": ("-fPIC", *NAMED),
-    "dll": ("-lgdi32", "-D__USE_MINGW_ANSI_STDIO=0"),  # the system's library formats numbers, not MinGW's own
+    # The system's library formats numbers, not MinGW's own
+    "dll": ("-lgdi32", "-lshell32", "-D__USE_MINGW_ANSI_STDIO=0"),
 }
 CLOSER = (
     "-Wl,-z,noseparate-code",  # sections share pages, which saves 8 kB; ziglang does so by itself

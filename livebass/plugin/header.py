@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass import __version__, techniques
+from livebass import __version__, techniques, tracknames
 from livebass.compiling import SMALL, Entry, emitter
 from livebass.formats import FORMATS
 from livebass.kernels.bass import bench, change, check, instrument, kept, pool
@@ -22,14 +22,18 @@ from livebass.kernels.effects import response
 from livebass.kernels.pickup import coil
 from livebass.kernels.player import constants, parameters, performer, words
 from livebass.kernels.player.touches import KEY_PALM
+from livebass.kernels.score import choosing, lines, low_keys, memory, reading, remarks, smf
+from livebass.kernels.score import records as score_records
 from livebass.kernels.string import board, frets, note, preparing, records
 from livebass.live import priority
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
-from livebass.live.thread import ahead, block, helpers, look, ring, setup, sight
+from livebass.live.thread import ahead, block, desk, helpers, look, ring, setup, sight
 from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
-from livebass.plugin import state
+from livebass.plugin import names, state
 from livebass.preset.programs import PROGRAMS
+from livebass.score.reading import TAKE
+from livebass.score.sentences import CHOICE, ERRORS, NO_BASS, REMARKS
 from livebass.techniques import (
     FRETS,
     HAND_AT,
@@ -71,6 +75,16 @@ RECORDS = {
     "LB_SIGHT": sight.SIGHT,
     "LB_STRING_LOOK": look.STRING_LOOK,
     "LB_LOOK": look.LOOK,
+    "LB_DESK": desk.DESK,
+    "LB_SCORE_FILE": score_records.FILE,
+    "LB_TEXT": score_records.TEXT,
+    "LB_REMARK": score_records.REMARK,
+    "LB_SMF": score_records.SMF,
+    "LB_CLEANING": memory.CLEANING,
+    "LB_SCORE": memory.SCORE,
+    "LB_LISTED": memory.LISTED,
+    "LB_PLAYED": memory.PLAYED,
+    "LB_FITTING": low_keys.FITTING,
 }
 OF_MODULES: tuple[tuple[Any, str], ...] = (
     (instrument, "TIERS LIVE STUDIO COARSE"), (check, "GOOD FOREIGN DAMAGED LATER"), (note, "MADE"),
@@ -78,11 +92,22 @@ OF_MODULES: tuple[tuple[Any, str], ...] = (
     (look, "PLACES LOGGED"), (live, "RINGS CHUNK MOST_MESSAGES"), (techniques, "MOST_BASSES LEARNED"),
     (effects, "LONGEST LEAST_RATE MOST_RATE"), (priority, "PRIORITY"),
     (parameters, "MOST_UNEVENNESS"), (words, "VALUE_BIT NUMBER"),
+    (memory, "IS_BASS IS_OTHER IS_DRUMS BASS_INSTRUMENT NAMED TRACK_NAME NAMES"), (choosing, "AUTO"),
+    (score_records, "MESSAGES TEMPOS EXCLUSIVES TEXTS REMARKS"), (low_keys, "FITTING_WORDS"),
+    (smf, "META_TEXT META_TRACK_NAME META_INSTRUMENT"),
 )  # fmt: skip
 KINDS = ("STRING_BEND", "NOTE_PLACE", "NOTE_STRING", "NOTE_BEND", "NOTE_VIBRATO", "NOTE_CUT")  # of events in words.py
 NUMBERS = {
     **{f"LB_{name}": getattr(module, name) for module, names in OF_MODULES for name in names.split()},
     **{f"LB_KIND_{name}": getattr(words, name) for name in KINDS},
+    **{f"LB_STEP_{name}": number for name, number in names.STEPS.items()},
+    **{f"LB_REMARK_{name}": getattr(remarks, name) for name in ("CALLED", "ONLY_PART", "LOWEST_PART", "DOUBLES")},
+    "LB_LEAST_GAME": tracknames.LEAST_GAME,
+    "LB_GAME_REFUSAL": json.dumps(tracknames.GAME_REFUSAL),
+    "LB_TAKE": json.dumps(TAKE),
+    "LB_NO_BASS": json.dumps(NO_BASS),
+    "LB_MOST_HOURS": lines.LONGEST // 3600,
+    "LB_TOP_KEYS": techniques.TOP_KEYS,
     "LB_KEY_COUNT": KEYS,
     "LB_STRINGS": performer.MOST_STRINGS,
     "LB_SLOTS": records.VOICE_SLOTS,
@@ -96,13 +121,21 @@ NUMBERS = {
     "LB_RELEASE": json.dumps(__version__),
     "LB_MOST_BYTES": preparing.MOST_WORDS * instrument.WORD,
 }
+WORDS = {  # of names of tracks, as programs
+    "bass_words": names.program(tracknames.BASS_WORD),
+    "other_words": names.program(tracknames.OTHER_WORD),
+    "drum_words": names.program(tracknames.DRUM_WORD),
+    "game_track": names.program(tracknames.GAME_TRACK, whole=True),
+}
 TEXTS = ("symbol", "name", "unit", "group")  # of a parameter
 ENTRIES: tuple[Entry, ...] = (
     check.check_file, check.checksum, pool.measure_pool, pool.fill_pool, bass.measure_bass,
     bass.fill_bass, setup.ring_bytes, setup.fill_synth, ring.push_message, ring.push_event, block.process,
     block.return_to_clock, block.is_still, ahead.play_string, helpers.help_now, helpers.help_out, frets.over_frets,
     board.over_board, look.see_synth, change.measure_change, change.make_change,
-    response.cut_response,
+    response.cut_response, desk.load_desk, desk.play_desk, smf.measure_smf, smf.fill_smf, reading.measure_lines,
+    reading.read_lines, reading.read_parts_of, reading.choose_notes, reading.describe_part, low_keys.leave_switches,
+    low_keys.raise_notes,
 )  # fmt: skip
 C_TYPES = {"i8": "int64_t", "u8": "uint64_t", "f8": "double", "f4": "float", "i4": "int32_t", "u1": "uint8_t"}
 C_RESULTS = {"void": "void", "int64": "int64_t", "uint64": "uint64_t", "float64": "double"}
@@ -138,6 +171,9 @@ def header(levels: Iterable[str]) -> str:
     rows = ", ".join(f"{{{number - 1}, {json.dumps(preset)}}}" for number, preset in PROGRAMS.items())
     lines += ["typedef struct {", "    int number;", "    const char *preset;", "} lb_program;"]
     lines += ["#ifdef LB_TABLES", f"static const lb_program lb_programs[] = {{{rows}}};", "#endif"]
+    for name, steps in WORDS.items():
+        lines += _table(f"int32_t lb_{name}[{len(steps)}]", [", ".join(map(str, steps))])
+    lines += _sentences()
     lines += _switches()
     lines += _parameters()
     for name, record in RECORDS.items():
@@ -149,6 +185,20 @@ def header(levels: Iterable[str]) -> str:
         members = ", ".join(f"lb_{e.name}{end if e in own else suffix(lowest(level))}" for e in ENTRIES)
         lines += ["#ifdef LB_TABLES", f"static const lb_kernels kernels{end} = {{{members}}};", "#endif"]
     return "\n".join([*lines, "#endif", ""])
+
+
+def _sentences() -> list[str]:
+    """Returns the table of what a MIDI file is, and what of it plays, in words: of two, one for one and for several."""
+    rows = []
+    for code, form in ({-code: form for code, form in ERRORS.items()} | REMARKS | CHOICE).items():
+        one, several = (form, None) if isinstance(form, str) else form
+        rows.append(f"    {{{code}, {json.dumps(one)}, {json.dumps(several) if several else 0}}},")
+    return [
+        f"enum {{ LB_SENTENCES = {len(rows)} }};",
+        "typedef struct {", "    int code; /* of a remark; of an error, negative */",
+        "    const char *one, *several;", "} lb_sentence;",
+        *_table("lb_sentence lb_sentences[LB_SENTENCES]", rows),
+    ]  # fmt: skip
 
 
 def _switches() -> list[str]:

@@ -33,15 +33,7 @@ from support.clap import (
     tuning,
     value,
 )
-from support.plugins import (
-    NO_THREADS,
-    PRESETS,
-    RATE,
-    hard_score,
-    helpers,
-    mono,
-    written,
-)
+from support.plugins import NO_THREADS, PRESETS, RATE, hard_score, helpers, mono, written
 from support.states import bass_of, read, with_fewer, without_instrument
 from support.states import written as state_written
 

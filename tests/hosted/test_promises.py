@@ -15,17 +15,7 @@ import numpy as np
 import pytest
 from support.costs import quick
 from support.hosts import FORMATS, HOSTS, PLACE, TUNING, VIBRATO, Event, Expression, Host
-from support.plugins import (
-    DAMAGES,
-    NO_THREADS,
-    PRESETS,
-    RATE,
-    hard_score,
-    helpers,
-    midi_score,
-    mono,
-    rendered,
-)
+from support.plugins import DAMAGES, NO_THREADS, PRESETS, RATE, hard_score, helpers, midi_score, mono, rendered
 from support.scores import SWITCH_KEYS
 from support.states import bass_of, without_instrument
 from support.tabs import as_gp, hard_tab

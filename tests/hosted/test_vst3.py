@@ -15,14 +15,7 @@ import pytest
 from support import states
 from support import vst3 as low
 from support.needs import pedalboard
-from support.plugins import (
-    PRESETS,
-    RATE,
-    hard_score,
-    midi_score,
-    mono,
-    written,
-)
+from support.plugins import PRESETS, RATE, hard_score, midi_score, mono, written
 
 from livebass import load_preset
 from livebass.arrays import Floats

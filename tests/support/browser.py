@@ -146,6 +146,11 @@ def served(folder: Path) -> Iterator[str]:
         server.shutdown()
 
 
+def errors(driver: Any) -> list[dict[str, Any]]:
+    """The errors that pages of Chromium have logged since the last look at its log."""
+    return [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+
+
 def open_page(driver: Any, address: str) -> None:
     """Opens the page of an export, ready to start and open to scripts."""
     driver.get(address)

@@ -7,8 +7,7 @@ import pytest
 from support.products import WITHOUT_KERNELS
 
 KINDS = ("unit", "promises", "hosted", "real")
-REAL = "tests/real/"
-IN_REAL_TIME = "tests/real/jack/"  # one worker has a JACK server, and no other test plays in real time meanwhile
+REAL = ("tests/real/browser/", "tests/real/")  # what one worker each takes whole
 # The files that take longest go first, so that no worker is left with one at the end
 LONGEST = (
     "unit/compiling/test_compiling.py", "unit/live/test_play.py", "unit/fitting/test_fit.py",
@@ -35,15 +34,15 @@ def marks(test: str) -> list[str]:
 
 
 def group(test: str) -> str:
-    """What one worker takes whole: the tests of a file, those in real time, or all other real ones.
+    """What one worker takes whole: the tests of a file, those in browsers, or all other real ones.
 
-    So at most two workers have real tests, and browsers and servers do not wait for each other.
+    So at most two workers have real tests, one of them those in real time, and only one has a JACK server.
     """
-    return next((place for place in (IN_REAL_TIME, REAL) if test.startswith(place)), file_of(test))
+    return next((place for place in REAL if test.startswith(place)), file_of(test))
 
 
 def turn(test: str) -> tuple[int, int]:
     """The place of a test's file in the overall order: real ones, others while kernels compile, the longest."""
-    first = next(k for k, begins in enumerate((IN_REAL_TIME, REAL, WITHOUT_KERNELS, "")) if test.startswith(begins))
+    first = next(k for k, begins in enumerate((*REAL, WITHOUT_KERNELS, "")) if test.startswith(begins))
     file = file_of(test).removeprefix("tests/")
     return first, LONGEST.index(file) if file in LONGEST else len(LONGEST)

@@ -19,10 +19,12 @@ from livebass.live.thread.look import LOOK, PLACES
 from livebass.plugin import build
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
+from livebass.score.score import Score
 from support.plugins import kept, sources
 
 MOVE, PRESS, RELEASE, LEAVE, DOUBLE, UP, DOWN = range(7)
 BEGIN, MOVED, END = range(3)
+ROLL, LOOP, PUT_AWAY = range(3)
 WIDTH, HEIGHT = 900, 460
 PLAY, BENCH, TONE, SETTINGS = range(4)  # pages
 PAGES = 4
@@ -45,7 +47,8 @@ OPTIONAL = {
     "list": "lb_list_sounds", "sound": "lb_sound_name", "is_own": "lb_sound_is_own",
     "save": "lb_save_sound", "load": "lb_load_sound", "remove": "lb_remove_sound",
     "response": "lb_response_title", "responses": None, "response_name": None, "respond": None,
-    "zoom": None, "paste": "lb_take_text",
+    "zoom": None, "paste": "lb_take_text", "drop": "lb_take_dropped", "song": "lb_view_song",
+    "steer": "lb_steer_song",
 }  # fmt: skip
 
 
@@ -107,7 +110,17 @@ def loaded(product: str, *more: str) -> Any:
         ("host_text", None, [address, whole, real, c.POINTER(c.c_char), c.c_size_t]),
         ("host_switched", address, [address, whole]),
         ("play_host", None, [address, address, c.c_int64]),
+        ("read_song", whole, [c.c_char_p, c.c_size_t, whole, address, address, c.c_int64, address]),
+        ("view_song", None, [address, address]),
+        ("steer_song", None, [address, whole]),
+        ("restart_host", whole, [address, real]),
+        ("lb_take_dropped", c.c_char_p, [address, c.c_char_p]),
+        ("read_name", whole, [c.c_char_p, c.c_size_t, address]),
         ("note_host", None, [address, whole, whole, real]),
+        ("song_host", None, [address, address, address, c.c_int64, c.c_int64]),
+        ("roll_host", None, [address, whole, whole]),
+        ("host_rolls", whole, [address]),
+        ("host_may_sleep", whole, [address]),
         ("touch_host", None, [address, whole, whole, whole]),
         ("move_host", whole, [address, address]),
         ("lb_move_value", None, [address, whole, real, whole]),
@@ -151,6 +164,19 @@ class Move(c.Structure):
     _fields_ = [("parameter", c.c_int), ("phase", c.c_int), ("value", c.c_double)]
 
 
+class SongView(c.Structure):
+    """lb_song_view."""
+
+    _fields_ = [
+        *((name, c.c_int) for name in ("there", "rolls", "loops", "part", "wrong")), ("line", c.c_char * 640)
+    ]  # fmt: skip
+
+    @property
+    def text(self) -> str:
+        """The line."""
+        return self.line.decode()
+
+
 class Host:
     """An instance that plays by itself."""
 
@@ -176,6 +202,44 @@ class Host:
     def midi(self, *message: int) -> None:
         """Sends MIDI of three bytes."""
         self.library.lb_take_midi(self.address, 0, bytes(message), 3)
+
+    def drop(self, file: Path) -> str | None:
+        """Drops a file on its window; returns the fault."""
+        why = self.library.lb_take_dropped(self.address, str(file).encode())
+        return None if why is None else why.decode()
+
+    def song(self) -> SongView:
+        """What its window shows of the file that plays."""
+        view = SongView()
+        self.library.view_song(self.address, c.addressof(view))
+        return view
+
+    def steer(self, what: int) -> None:
+        """A hand presses a button of the file: ROLL, LOOP or PUT_AWAY."""
+        self.library.steer_song(self.address, what)
+
+    def restart(self, rate: float) -> None:
+        """The host begins again at another rate."""
+        assert self.library.restart_host(self.address, rate)
+
+    def give(self, score: Score, end: int = 0) -> None:
+        """Gives it the messages of a score to play, up to the frame `end`, or to the score's end."""
+        data = score.messages.astype(np.int64)
+        frames, words = np.ascontiguousarray(score.frames), data[:, 0] | data[:, 1] << 8 | data[:, 2] << 16
+        addresses = frames.ctypes.data, words.ctypes.data
+        self.library.song_host(self.address, *addresses, len(words), end or score.end_frame)
+
+    def roll(self, on: bool = True, loops: bool = False) -> None:
+        """Starts or stops what it was given."""
+        self.library.roll_host(self.address, on, loops)
+
+    def rolls(self) -> bool:
+        """True while that plays."""
+        return bool(self.library.host_rolls(self.address))
+
+    def may_sleep(self) -> bool:
+        """True if the host need not call it until it sends something."""
+        return bool(self.library.host_may_sleep(self.address))
 
     def touch(self, on: bool, string: int, key: int) -> None:
         """A hand in the window presses a string, or releases it."""

@@ -1,6 +1,9 @@
 /* An instance of the plugin without a host, for tests of the picture: plays notes into blocks, and is looked at. */
 #include "instance/instance.h"
 #include "window/editor.h"
+#include "instance/names.h"
+#include "instance/score.h"
+#include "instance/song.h"
 
 #include <pthread.h>
 #include <stdio.h>
@@ -60,6 +63,67 @@ void note_host(host *h, int on, int key, double velocity) {
 
 void touch_host(host *h, int on, int string, int key) { lb_put_touch(&h->instance.touches, on, string, key, 0.75); }
 int move_host(host *h, lb_move *to) { return lb_take_move(&h->instance.moves, to); }
+
+/* Plays `count` messages, packed as for rings, from the next block on. */
+void song_host(host *h, const int64_t *frames, const int64_t *words, int64_t count, int64_t end) {
+    int64_t *at, *packed;
+    lb_song *s = lb_new_song(count, &at, &packed);
+    memcpy(at, frames, (size_t)count * sizeof *at);
+    memcpy(packed, words, (size_t)count * sizeof *packed);
+    lb_load_song(s, h->instance.rate, end, h->instance.kernels);
+    lb_put_song(&h->instance, s);
+}
+void roll_host(host *h, int rolls, int loops) {
+    __atomic_store_n(&h->instance.loops, loops, __ATOMIC_RELAXED);
+    __atomic_store_n(&h->instance.rolls, rolls, __ATOMIC_RELAXED);
+}
+int host_rolls(host *h) { return __atomic_load_n(&h->instance.rolls, __ATOMIC_RELAXED); }
+int host_may_sleep(host *h) { return lb_may_sleep(&h->instance); }
+
+/* --- names of tracks --- */
+
+/* Writes a name as it is shown; returns 1: bass, 2: another low instrument, 4: drums, 8: a game's. */
+int read_name(const uint8_t *bytes, size_t count, char text[LB_NAME_BYTES]) {
+    lb_name name;
+    lb_read_name(&name, bytes, count);
+    lb_write_name(&name, text);
+    return lb_name_has(&name, lb_bass_words) | lb_name_has(&name, lb_other_words) << 1 |
+           lb_name_has(&name, lb_drum_words) << 2 | lb_name_is(&name, lb_game_track) << 3;
+}
+
+/* --- MIDI files --- */
+
+typedef struct {
+    int64_t count, end, left_out, raised, parts;
+    char line[4096]; /* what plays, or the fault */
+    char text[64][400]; /* the parts */
+} a_reading;
+
+/* Reads a file for a bass; its messages, at most `room`, are PLAYED. Returns 0 with the fault in the line. */
+int read_song(const uint8_t *bytes, size_t size, int rate, const lb_keys *keys, LB_PLAYED *rows, int64_t room, a_reading *to) {
+    lb_score s;
+    memset(to, 0, sizeof *to);
+    int good = lb_read_score(&s, bytes, size, rate, lb_best_kernels(), to->line, sizeof to->line);
+    if (good) {
+        const int64_t before = s.score.played_count;
+        const LB_PLAYED *played = (const LB_PLAYED *)(intptr_t)s.score.played;
+        to->end = s.score.end > played[before - 1].frame ? s.score.end : played[before - 1].frame;
+        good = lb_fit_score(&s, keys);
+        to->count = s.score.played_count;
+        memcpy(rows, played, (size_t)(to->count < room ? to->count : room) * sizeof *rows);
+        to->left_out = s.left_out;
+        to->raised = s.raised;
+        to->parts = s.score.parts_count;
+        for (int64_t k = 0; k < to->parts && k < 64; k++) lb_describe_part(&s, k, to->text[k], sizeof to->text[k]);
+        lb_describe_score(&s, to->line, sizeof to->line);
+    }
+    lb_free_score(&s);
+    return good;
+}
+void view_song(host *h, lb_song_view *to) { lb_view_song(&h->instance, to); }
+void steer_song(host *h, int what) { lb_steer_song(&h->instance, what); }
+/* Begins again at another rate. */
+int restart_host(host *h, double rate) { return lb_activate_instance(&h->instance, rate); }
 
 /* --- looks without an instance --- */
 

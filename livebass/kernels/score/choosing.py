@@ -15,6 +15,7 @@ from livebass.kernels.score.memory import (
     IS_DRUMS,
     IS_OTHER,
     KEYS,
+    MOST_BASSES,
     NAMED,
     NONE,
     TRACK_NAME,
@@ -58,7 +59,6 @@ from livebass.kernels.score.spread import is_low
 jit = compiled(attributes=SMALL)
 
 AUTO, ALL, OF_CHANNEL, OF_PART = range(4)  # what to choose: by the rule, everything but drums, a channel or a part
-MOST_BASSES = 16  # parts that are compared
 # Notes of two parts are the same if they begin so close together; parts are, if so many of their notes are
 TOGETHER, SAME, LEAST = 0.03, 0.9, 4  # s; fraction of notes; notes of a part that doubles another
 

@@ -78,7 +78,7 @@ def make_lines(score):
 def set_line(lines, k, port, channel):
     """Sets line `k` to all of a channel."""
     line = lines[k]
-    line.port, line.channel, line.root, line.home, line.track = port, channel, k, k - channel, NONE
+    line.port, line.channel, line.root, line.home = port, channel, k, k - channel
     line.first_part, line.parts, line.moved, line.program, line.bank = 0, 0, 0, NONE, NONE
     line.high, line.low, line.zone, line.split, line.programmed, line.ready = 127, 127, 0, 0, 0, 0
 
@@ -271,7 +271,7 @@ def find_programs(score):
 def set_apart(score):
     """Gives tracks that share a channel but have programs of their own a line each; counts the messages then."""
     rows, lines = events_of(score), lines_of(score)
-    score.lines_count = score.most_lines - score.most_parts
+    score.lines_count = score.max_lines - score.max_parts
     score.splits, score.copies, base = 0, 0, score.lines_count
     for k in range(base):
         if lines[k].zone == 0 and lines[k].parts > 1 and programs_differ(score, lines[k]):
@@ -306,7 +306,7 @@ def split_line(score, line):
     for k in range(line.first_part, line.first_part + line.parts):
         own = lines[score.lines_count]
         set_line(lines, score.lines_count, np.int64(line.port), np.int64(line.channel))
-        own.root, own.home, own.track = line.root, line.home, parts[k].track
+        own.root, own.home = line.root, line.home
         parts[k].line = score.lines_count
         score.lines_count += 1
 

@@ -19,6 +19,7 @@ KEYS = 128
 PORTS = 256
 NONE = -1  # instead of a program, a bank, a part, a track or a place
 WORD = 8  # bytes
+MOST_BASSES = 16  # parts that are compared
 SET = 4  # words of a set of numbers from 0 to 127, 32 in each
 # What names say, in a table of bytes: one row a track; a column for each channel's name, and the last for the track's
 IS_BASS, IS_OTHER, IS_DRUMS, BASS_INSTRUMENT, NAMED = 1, 2, 4, 8, 16
@@ -64,7 +65,6 @@ LINE = np.dtype(
         ("channel", "i4"),
         ("root", "i4"),  # the line of its channel, its own number unless it is one track's
         ("home", "i4"),  # first line of its port
-        ("track", "i4"),  # NONE: all tracks
         ("first_part", "i4"),  # its parts have consecutive numbers
         ("parts", "i4"),
         ("moved", "i4"),  # messages that bend or colour its notes
@@ -167,9 +167,9 @@ SCORE = np.dtype(
         ("end", "i8"),  # frame of the end of the file
         ("has_zone", "i8"),
         ("lines_count", "i8"),
-        ("most_lines", "i8"),
+        ("max_lines", "i8"),
         ("parts_count", "i8"),
-        ("most_parts", "i8"),
+        ("max_parts", "i8"),
         ("events_count", "i8"),
         ("exclusives_count", "i8"),
         ("clean_count", "i8"),
@@ -213,7 +213,7 @@ SCORE = np.dtype(
         ("ranks", "i8", (PORTS,)),  # of the ports with messages; NONE: it has none
         ("heads", "i8", (KEYS + 1,)),
         ("counts", "i8", (KEYS + 1,)),
-        ("ranked", "i8", (CHANNELS,)),
+        ("ranked", "i8", (MOST_BASSES,)),  # parts
     ],
     align=True,
 )
@@ -280,7 +280,7 @@ def place_of(row):
 @inlined
 def lines_of(score):
     """The lines, and one for all of the zone."""
-    return lines_at(score.lines, score.most_lines + 1)
+    return lines_at(score.lines, score.max_lines + 1)
 
 
 @inlined

@@ -97,11 +97,11 @@ def choose_programs(score, rows, count, notes, notes_count):
     lines, ranked, n = lines_of(score), 0, 0
     score.counts[:] = 0
     order = score.heads  # programs by their first note
-    for k in range(score.most_lines + 1):
+    for k in range(score.max_lines + 1):
         lines[k].waiting, lines[k].played, lines[k].changed = NONE, 0, 0
     for k in range(count):
         rows[k].mark = 0
-        line = lines[score.most_lines if lines[rows[k].line].zone == 1 else np.int64(rows[k].line)]
+        line = lines[score.max_lines if lines[rows[k].line].zone == 1 else np.int64(rows[k].line)]
         if kind_of(rows[k]) == PROGRAM:
             line.waiting = k
         elif kind_of(rows[k]) == NOTE_ON:

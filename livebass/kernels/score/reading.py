@@ -5,6 +5,9 @@
 3. `read_parts_of` cleans the messages and finds the parts, `parts_count` of them.
 4. `choose_notes` chooses notes, as often as wanted: `played_count` PLAYED at `played`, `program`, `end`, and
    `remarks_count` REMARK at `remarks`. `describe_part` lists a part of the last choice.
+
+`memory` and `more` together take about 150 bytes a message. If tracks share a channel but have programs of their own, a
+message of another track there counts once for each of them.
 """
 
 import numpy as np
@@ -14,7 +17,7 @@ from livebass.kernels.machine.native import copy_record, words_at
 from livebass.kernels.player.messages import NOTE_OFF, NOTE_ON, RELEASE
 from livebass.kernels.player.performer import CHANNELS
 from livebass.kernels.score.apart import copy_events, end_by_others
-from livebass.kernels.score.choosing import MOST_BASSES, choose, group_notes, list_part
+from livebass.kernels.score.choosing import choose, group_notes, list_part
 from livebass.kernels.score.cleaning import clean
 from livebass.kernels.score.lines import (
     count_notes,
@@ -32,6 +35,7 @@ from livebass.kernels.score.lines import (
 from livebass.kernels.score.memory import (
     KEYS,
     LINE,
+    MOST_BASSES,
     NONE,
     NOTE,
     PART,
@@ -79,8 +83,8 @@ def measure_lines(address):
     score = score_at(address)
     ports, score.note_ons = rank_ports(score)
     score.lines_count = CHANNELS * ports
-    score.most_parts = min(score.note_ons, score.lines_count * file_at(score.file).tracks)
-    score.most_lines = score.lines_count + score.most_parts
+    score.max_parts = min(score.note_ons, score.lines_count * file_at(score.file).tracks)
+    score.max_lines = score.lines_count + score.max_parts
     score.memory = 0
     lay_out_lines(score)
     score.bytes = score.free
@@ -95,10 +99,10 @@ def lay_out_lines(score):
     score.segments = take_memory(score, SEGMENT_SIZE * (file.tempos + 1))
     score.events = take_memory(score, TIMED_SIZE * (MODE_MESSAGES + file.messages)) + TIMED_SIZE * MODE_MESSAGES
     score.sent_exclusives = take_memory(score, SENT_SIZE * file.exclusives)
-    score.lines = take_memory(score, LINE_SIZE * (score.most_lines + 1))
-    score.parts = take_memory(score, PART_SIZE * score.most_parts)
+    score.lines = take_memory(score, LINE_SIZE * (score.max_lines + 1))
+    score.parts = take_memory(score, PART_SIZE * score.max_parts)
     score.tracks = take_memory(score, TRACK_SIZE * file.tracks)
-    score.remarks = take_memory(score, REMARK_SIZE * (LINE_REMARKS + score.most_parts + MOST_BASSES))
+    score.remarks = take_memory(score, REMARK_SIZE * (LINE_REMARKS + score.max_parts + MOST_BASSES))
     score.tables[0] = take_memory(score, WORD * KEYS * score.lines_count)
     for k in range(len(score.words)):
         score.words[k] = take_memory(score, WORD * max(score.note_ons, file.exclusives))

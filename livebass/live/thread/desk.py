@@ -8,9 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from livebass.compiling import entry, jit
+from livebass.compiling import SMALL, entry, jit
 from livebass.kernels.bass.records import bass_at
-from livebass.kernels.machine.native import load_acquire, record_address, record_at, samples_at, status_from, words_at
+from livebass.kernels.machine.native import (
+    load_acquire,
+    record_address,
+    record_at,
+    samples_at,
+    status_from,
+    store_release,
+    words_at,
+)
 from livebass.kernels.player.constants import CONTROLLERS, KEYS
 from livebass.kernels.player.controls import (
     BEND_RANGE_RPN,
@@ -27,11 +35,12 @@ from livebass.kernels.player.controls import (
 from livebass.kernels.player.parameters import value_at
 from livebass.kernels.player.performer import CHANNELS, IN_TUNE, MOST_STRINGS, NO_RPN
 from livebass.kernels.player.words import KIND_BIT, STRING, STRING_REST, field, kind_of, plays_strings, unpack
-from livebass.live.thread.records import field_offset, performer_of
-from livebass.live.thread.ring import push_learned, push_midi, push_whole
-from livebass.techniques import CHANNEL_MODES, PARAMETERS
+from livebass.live.thread.records import field_offset, performer_of, synth_at
+from livebass.live.thread.ring import WORD, push_learned, push_midi, push_whole
+from livebass.techniques import CHANNEL_MODES, PARAMETERS, RESERVED
 
 WHEEL = CONTROLLERS  # index of the pitch bend after the controllers
+SETTINGS = (*RESERVED, 126, 127)  # controllers that change what channels mean, or come in sequences
 SCORE_RING = 1
 CHASED = 1024  # messages before a place that are searched for controllers
 MISSED = 0.1  # s that JACK's transport may advance while this client misses periods; their notes are then played late
@@ -65,6 +74,7 @@ DESK = np.dtype(
         ("seek_seen", "i8"),  # ... above the last value seen
         ("loop_from", "f8"),  # frames; the loop ends before loop_to
         ("loop_to", "f8"),  # 0: no loop
+        ("once", "i8"),  # 1: it stops at loop_to, and goes to loop_from
         ("held", "i8", (CHANNELS, KEYS)),  # 1 for notes of the score that have not ended
         ("moved_strings", "i8"),  # that strokes of the score may have left sounding or bent, a bit each
         ("pedal", "i8", (CHANNELS,)),  # 1 if the score holds it down
@@ -92,8 +102,34 @@ DESK = np.dtype(
     align=True,
 )
 MOVED_BITS = 8  # for each, the value lowest
-SEEK_COUNT, TRANSPORT = field_offset(DESK, "seek_count"), field_offset(DESK, "transport")
+COUNT, SEEK_COUNT, TRANSPORT = (field_offset(DESK, name) for name in ("count", "seek_count", "transport"))
 desk_at = record_at(DESK)
+
+
+@entry("void(int64, int64, int64, int64, int64, int64, float64)", SMALL)
+def load_desk(address, frames, words, count, room, program, rate):
+    """Gives the DESK at `address`, which has none, a score: `count` words with their `frames` of `rate` Hz.
+
+    All but `program`, from 0, which plays first (-1: none), are addresses of int64, which the desk keeps: `frames` and
+    `words`, (count,), and `room` for 2 * count + 1. [not the audio thread]
+    """
+    desk, messages = desk_at(address), words_at(words, count)
+    programs, settings = words_at(room, count + 1), words_at(room + WORD * (count + 1), count)
+    now: Any = np.int64(program)
+    found: Any = np.int64(0)
+    programs[0] = now
+    for k in range(count):
+        status, first, _ = unpack(messages[k])
+        if status & 0xF0 == 0xC0:
+            now = first
+        if status & 0xF0 == 0xB0 and first in SETTINGS:
+            settings[found] = k
+            found += 1
+        programs[k + 1] = now
+    desk.frames, desk.words, desk.rate = frames, words, rate
+    desk.programs, desk.program = room, program
+    desk.settings, desk.setting_count = room + WORD * (count + 1), found
+    store_release(address + COUNT, count)
 
 
 @jit
@@ -325,10 +361,20 @@ def play_score(desk, synth, n):
         play_until(desk, synth, turn, desk.loop_to)
         place = desk.loop_from + (turn - desk.anchor_frame) * step + desk.anchor - desk.loop_to
         go_to(desk, synth, desk.loop_from, turn)
+        if desk.once:
+            desk.rolling = 0
+            desk.running = 0
+            return
         desk.due = synth.frame + n
         set_anchor(desk, place, turn)
     play_until(desk, synth, desk.due, np.inf)
     desk.position = desk.anchor + (desk.due - desk.anchor_frame) * step
+
+
+@entry("void(int64, int64, int64)", SMALL)
+def play_desk(address, synth, n):
+    """C function: `play_score` for the addresses of a DESK and a SYNTH."""
+    play_score(desk_at(address), synth_at(synth), n)
 
 
 @jit

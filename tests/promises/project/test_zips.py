@@ -6,16 +6,13 @@ import io
 import struct
 import zipfile
 from pathlib import Path
-from types import ModuleType
 
 import pytest
+from support.archives import PAGE, archive, zips
 from support.places import ROOT
-from support.programs import load
 
-from livebass import load_preset
 from livebass.model.keymap import COUNTING
 from livebass.plugin import clap, lv2, vst3
-from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import FOLDERS, SYSTEMS
 from livebass.preset.sounds import sound_title, sounds_of
 
@@ -26,23 +23,9 @@ MAC = {
     "macos-arm64": struct.pack("<III", 0xFEEDFACF, ARM, 0) + b"a" * 9,
 }
 BINARIES = {"linux-x86_64": b"\x7fELF", "linux-aarch64": b"\x7fELF arm", **MAC, "windows-x86_64": b"MZ"}
-PAGE = b"<!DOCTYPE html>"
 
 
-@pytest.fixture(scope="module")
-def zips() -> ModuleType:
-    return load("zips")
-
-
-def archive(zips: ModuleType, name: str, binaries: dict[str, bytes]) -> bytes:
-    """An archive of one bass."""
-    basses = {"slap": load_preset("slap")}
-    made = zips.archive(name, binaries, basses, instrument_files(basses), PAGE)
-    assert isinstance(made, bytes)
-    return made
-
-
-def test_each_system_has_an_archive_and_macos_one_for_both_processors(zips: ModuleType) -> None:
+def test_each_system_has_an_archive_and_macos_one_for_both_processors() -> None:
     assert zips.archives(BINARIES) == {
         **{name: {name: BINARIES[name]} for name in ("linux-x86_64", "linux-aarch64", "windows-x86_64")},
         "macos": MAC,
@@ -51,10 +34,10 @@ def test_each_system_has_an_archive_and_macos_one_for_both_processors(zips: Modu
 
 
 @pytest.mark.parametrize("name", ["linux-x86_64", "linux-aarch64", "windows-x86_64", "macos"])
-def test_an_archive_holds_plugins_page_licence_and_three_lines(zips: ModuleType, name: str, tmp_path: Path) -> None:
+def test_an_archive_holds_plugins_page_licence_and_three_lines(name: str, tmp_path: Path) -> None:
     of = zips.archives(BINARIES)[name]
-    data = archive(zips, name, of)
-    assert data == archive(zips, name, of), "two builds give the same bytes"
+    data = archive(name, of)
+    assert data == archive(name, of), "two builds give the same bytes"
     with zipfile.ZipFile(io.BytesIO(data)) as packed:
         entries = packed.infolist()
         packed.extractall(tmp_path)
@@ -87,7 +70,7 @@ def test_an_archive_holds_plugins_page_licence_and_three_lines(zips: ModuleType,
     assert "Play MIDI notes from E1 (28) up" in lines[2] and COUNTING in lines[2]
 
 
-def test_a_binary_for_two_processors(zips: ModuleType) -> None:
+def test_a_binary_for_two_processors() -> None:
     """Checked against <mach-o/fat.h>: numbers big-endian, each part at a multiple of its alignment."""
     made = zips.universal(list(MAC.values()))
     magic, count = struct.unpack_from(">II", made)
@@ -101,5 +84,5 @@ def test_a_binary_for_two_processors(zips: ModuleType) -> None:
     assert len(made) == end
 
 
-def test_each_system_is_known(zips: ModuleType) -> None:
+def test_each_system_is_known() -> None:
     assert set(SYSTEMS) == set(BINARIES)

@@ -1,16 +1,25 @@
-"""The page in both its forms, made once."""
+"""A browser for the tests of a file; the page in both its forms, made once."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from support.browser import chromium
 from support.wasm import PINNED
 
 from livebass import load_preset
 from livebass.paper.cases import PRESET
 from livebass.web.bench import Source
 from livebass.web.export import export_page
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
+        yield driver
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import INSIDE, chromium, wait
+from support.browser import INSIDE, chromium, errors, wait
 
 from livebass import load_preset
 from livebass.engine.solve import solve_trial
@@ -28,12 +28,11 @@ SOUNDS = "return player.sounding && hearing.sources[0]?.buffer.length > player.c
 
 
 @pytest.fixture(scope="module")
-def page(whole: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
-        driver.get(f"{whole}#case=b")
-        driver.execute_script(INSIDE)
-        yield driver
-        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+def page(browser: Any, whole: str) -> Iterator[Any]:
+    browser.get(f"{whole}#case=b")
+    browser.execute_script(INSIDE)
+    yield browser
+    assert not errors(browser)
 
 
 def replayed(page: Any, says: str) -> dict[str, Any]:

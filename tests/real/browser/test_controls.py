@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 import pytest
-from support.browser import PATIENCE, chromium, open_page, wait
+from support.browser import PATIENCE, chromium, errors, open_page, wait
 from support.song import midi_file, song_of
 
 # `snapshot` is everything visible except meters, all choices, and counts of invisible actions: messages to the audio
@@ -136,7 +136,7 @@ def opened(driver: Any, address: str, width: int, height: int, touch: bool) -> I
         open_page(driver, address)
         wait(lambda: driver.execute_script("return !!player.node && player.next === undefined"))
         yield
-        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+        assert not errors(driver)
     finally:
         driver.execute_cdp_cmd("Emulation.setTouchEmulationEnabled", {"enabled": False})
         driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})

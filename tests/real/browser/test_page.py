@@ -16,7 +16,20 @@ import mido
 import numpy as np
 import pytest
 import soundfile
-from support.browser import INSIDE, OFFLINE, SAVED, chromium, firefox, open_page, saved, seen_by, served, sized, wait
+from support.browser import (
+    INSIDE,
+    OFFLINE,
+    SAVED,
+    chromium,
+    errors,
+    firefox,
+    open_page,
+    saved,
+    seen_by,
+    served,
+    sized,
+    wait,
+)
 from support.costs import quick
 from support.smf import named, smf
 from support.song import midi_file, song_of
@@ -52,7 +65,7 @@ def page(browser: Any, addresses: dict[str, str]) -> Iterator[Any]:
     """The page from disk, ready to start; any error in it fails the test."""
     open_page(browser, addresses["disk"])
     yield browser
-    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    assert not errors(browser)
 
 
 def text(driver: Any, name: str) -> str:
@@ -161,7 +174,7 @@ def test_it_plays_keys_and_changes_the_bass_while_it_sounds(
     version = "?v=" + browser.execute_script("return PAGE.digest")
     others = {home, *(f"{home}{name}" for name in PUBLIC)}
     assert all(url.endswith(version) or url in others for url in asked[1:]), asked
-    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    assert not errors(browser)
 
 
 # Keeps place and size of every bass built for the audio thread in `places`
@@ -581,7 +594,7 @@ def test_what_comes_by_midi_moves_chips_and_sliders(browser: Any, addresses: dic
         shows("Fingers", "Vibrato")  # a report after the slider moved
         assert slider("gain") == (-3, "-3 dB")
         tap(browser, "a")
-        assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+        assert not errors(browser)
 
 
 def test_a_keyboard_that_is_unplugged_leaves_no_note(browser: Any, addresses: dict[str, str]) -> None:
@@ -1383,22 +1396,6 @@ def test_another_part_and_what_is_odd_about_a_file(page: Any) -> None:
     wait(lambda: page.execute_script("return songs.length"))
     found = np.array(page.execute_script("return [...songs[0].messages]")).reshape(-1, 4)
     assert found[found[:, 1] == 0x94, 1:].tolist() == [[0x94, 72, 100], [0x94, 74, 100], [0x94, 76, 100]]
-
-
-def test_a_song_loops_until_it_is_stopped(page: Any) -> None:
-    open_file(page, "song.mid", midi_file(song_of([28, 40], 480)))
-    wait(lambda: page.find_element("id", "roll").is_enabled())
-    page.execute_script(
-        "window.notes = []; const take = see.take.bind(see);see.take = m => { notes.push(...m.notes); return take(m); }"
-    )
-    page.find_element("id", "loop").click()
-    page.find_element("id", "roll").click()
-    wait(lambda: page.execute_script("return notes.length") >= 3 * 5)
-    page.find_element("id", "roll").click()
-    wait(lambda: text_of(page, "level-text") == "silent")
-    played = page.execute_script("return notes.length")
-    time.sleep(1.2)
-    assert page.execute_script("return notes.length") == played
 
 
 def test_a_double_click_on_play_stops_the_song_and_a_third_click_plays_it_once(page: Any) -> None:

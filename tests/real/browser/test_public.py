@@ -5,12 +5,11 @@ from __future__ import annotations
 import functools
 import http.server
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from support.browser import COPIED, MADE_HERE, chromium, open_page, wait
+from support.browser import COPIED, MADE_HERE, open_page, wait
 
 from livebass import load_preset
 from livebass.web.bench import Source
@@ -23,12 +22,6 @@ ADDRESS = "https://example.org/bass/"
 
 def exported(folder: Path, single: bool, **more: Any) -> Path:
     return export_page({"slap": load_preset("slap")}, folder, single, sources={"slap": Source("slap")}, more=more)
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
-        yield driver
 
 
 class Server:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import chromium, open_page, wait
+from support.browser import open_page, wait
 
 # How many px of the drawn picture are blue, and how many amber, in a dark page
 DRAWN = """
@@ -23,10 +22,9 @@ return found;
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory, pages: dict[bool, Path]) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile") as driver:
-        open_page(driver, pages[True].as_uri())
-        yield driver
+def page(browser: Any, pages: dict[bool, Path]) -> Any:
+    open_page(browser, pages[True].as_uri())
+    return browser
 
 
 def test_both_notes_are_heard_equally_loud_and_both_spectra_are_seen(page: Any) -> None:

@@ -7,17 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import SAVED, chromium, open_page, saved, wait
+from support.browser import SAVED, errors, open_page, saved, wait
 
 # The replay's contacts, [fret, frame, speed], from the release on
 HITS = "return see.replay.hits.filter(h => h.frame >= see.replay.frame).map(h => [h.fret, h.frame, h.speed])"
 STRING, FRET = 0, 3
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
-        yield driver
 
 
 @pytest.fixture
@@ -36,7 +30,7 @@ def page(browser: Any, whole: str) -> Iterator[Any]:
     wait(lambda: browser.execute_script("return kept.note !== undefined && see.note.wasTold"))
     browser.execute_script("release('test')")
     yield browser
-    assert not [line for line in browser.get_log("browser") if line["level"] == "SEVERE"]
+    assert not errors(browser)
 
 
 def show(page: Any, button: str) -> list[list[float]]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import COPIED, MADE_HERE, chromium, open_page, wait
+from support.browser import COPIED, MADE_HERE, errors, open_page, wait
 
 from livebass import load_preset
 from livebass.web.bench import Source
@@ -19,11 +19,10 @@ requestAnimationFrame(() => requestAnimationFrame(() => done([see.moment, [...se
 PLAYED = [(0, 28, 90, 300), (400, 33, 60, 200), (700, 35, 127, 500)]  # ms, key, velocity, ms
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
-        yield driver
-        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+@pytest.fixture(scope="module", autouse=True)
+def no_errors(browser: Any) -> Iterator[None]:
+    yield
+    assert not errors(browser)
 
 
 def test_a_link_holds_the_last_notes_and_plays_them(browser: Any, whole: str) -> None:

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import base64
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from support.browser import INSIDE, chromium, open_page, seen_by, sized, wait
+from support.browser import INSIDE, open_page, seen_by, sized, wait
 from support.song import midi_file, song_of
 
 MOVES = "return [see.replay !== undefined, see.replay?.at ?? 0, player.context.state, $('seen').textContent]"
 ONE_VIEW = (1280, 800)  # px
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
-        yield driver
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.browser import chromium, open_page, wait
+from support.browser import errors, open_page, wait
 
 SHOWN = (
     "return [$('story-at').textContent, $('seen').textContent, see.replay?.hits.map(h => h.fret) ?? [], location.hash]"
@@ -15,10 +15,9 @@ SHOWN = (
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with chromium(tmp_path_factory.mktemp("chromium") / "profile", loggingPrefs={"browser": "ALL"}) as driver:
-        yield driver
-        assert not [line for line in driver.get_log("browser") if line["level"] == "SEVERE"]
+def page(browser: Any) -> Iterator[Any]:
+    yield browser
+    assert not errors(browser)
 
 
 def step(page: Any, count: int) -> tuple[str, list[int]]:

@@ -9,47 +9,29 @@ import sys
 import zipfile
 from contextlib import closing
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 import pytest
+from support.archives import archive
 from support.clap import Library, Plugin, midi, note_on, value
 from support.jack import wait_for
 from support.plugins import hard_score, mono
-from support.programs import load
 from support.screen import needs_screen, running_screen
 from support.window import Window, different
 
-from livebass import load_preset
 from livebass.arrays import Floats
 from livebass.plugin.build import binary
-from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import this_system
 from livebass.techniques import SLIDER_ROWS
 
-PAGE = b"<!DOCTYPE html>"
-
-
-@pytest.fixture(scope="module")
-def zips() -> ModuleType:
-    return load("zips")
-
-
-def archive(zips: ModuleType, name: str, binaries: dict[str, bytes]) -> bytes:
-    """An archive of one bass."""
-    basses = {"slap": load_preset("slap")}
-    made = zips.archive(name, binaries, basses, instrument_files(basses), PAGE)
-    assert isinstance(made, bytes)
-    return made
-
 
 @pytest.mark.skipif(sys.platform != "linux", reason="this system's archive is unpacked on Linux")
-def test_a_producers_first_ten_minutes(zips: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_producers_first_ten_minutes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Unpack, copy as the text says, find, load, look, play, change the action, save, load, automate, bounce."""
     needs_screen()
     name, home = this_system().name, tmp_path / "home"
-    data, score = archive(zips, name, {name: binary(this_system())}), hard_score(notes=2)
+    data, score = archive(name, {name: binary(this_system())}), hard_score(notes=2)
     sound = mono("slap", score)
     monkeypatch.setenv("HOME", str(home))
     with zipfile.ZipFile(io.BytesIO(data)) as packed:

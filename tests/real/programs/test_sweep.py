@@ -8,16 +8,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from support.sweeps import (
-    COUNT,
-    finished,
-    gone,
-    kept,
-    same,
-    sweeping,
-    swept,
-    until,
-)
+from support.sweeps import COUNT, finished, gone, kept, same, sweeping, swept, until
 
 
 @pytest.fixture(scope="module")

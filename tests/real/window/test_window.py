@@ -13,13 +13,16 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
+import mido
 import numpy as np
 import pytest
 import soundfile
 from support import lv2, vst3
-from support.clap import Plugin, counting_host, function, midi, note_on, struct, value
+from support.clap import RELIEF, Plugin, counting_host, function, midi, note_on, struct, value
+from support.drag import dropped
 from support.jack import wait_for
-from support.plugins import PRESETS, written
+from support.picture import SongView
+from support.plugins import PRESETS, RATE, mono, written
 from support.screen import Screen, hand, needs_screen, running_screen
 from support.states import file_of
 from support.window import GUI, WINDOW, Window, different
@@ -31,6 +34,7 @@ from livebass.plugin import clap
 from livebass.plugin import lv2 as lv2_plugin
 from livebass.plugin import vst3 as vst3_plugin
 from livebass.plugin.systems import this_system
+from livebass.score.reading import read_score
 from livebass.techniques import PICKED, TECHNIQUE
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
@@ -47,6 +51,7 @@ UNDO, SIDE_A, SIDE_B, SLIDER, LOWEST_STRING = (754, 59), (846, 59), (872, 59), (
 DRAG = ("mousemove", *SLIDER, "mousedown", 1, "mousemove", 629, SLIDER[1], "mousemove", 639, SLIDER[1], "mouseup", 1)
 LEARN = ("mousemove", *SLIDER, "click", 3, "mousemove", SLIDER[0] + 20, SLIDER[1] + 70, "click", 1)  # or forget
 ZOOM = (24, 232)
+SONG_PLAY, SONG_CROSS = (38, 84), (876, 84)  # in the bar of a file
 TONE_PAGE = ("mousemove", 222, 58, "click", 1, "sleep", 0.2)
 CABINETS = ("mousemove", 600, 440, "click", 1, "sleep", 0.2, "mousemove")  # opens their menu on that page
 FIRST_SOUND = (300, 89)  # in the list: the first of the second column
@@ -335,7 +340,7 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
 
             def give(data: bytes) -> tuple[int, bytes]:
                 """A window's atom as the plugin receives it, with its own type in place of MIDI's."""
-                return int(np.frombuffer(data, "u4")[1]), data[8:]
+                return int(np.frombuffer(data, "u4", 2)[1]), data[8:]
 
             def play_atoms(found: list[bytes]) -> Any:
                 events = b""
@@ -410,6 +415,23 @@ def test_the_lv2_window_knows_the_plugin_by_its_ports_alone(
             wait_for(lambda: idle.idle(handle) == 0 and told("response") == [f"{file}\0".encode()])
             hand("mousemove", *UNDO, "click", 1)
             wait_for(lambda: idle.idle(handle) == 0 and told("response")[1:] == [b":Of the session\0"])
+            file = song(tmp_path)
+            assert dropped(file, *LOWEST_STRING)
+            wait_for(lambda: idle.idle(handle) == 0 and told("song"))
+            assert told("song") == [(3).to_bytes(4, "little") + f"{file}\0".encode()]
+            number = plugin.number("urn:livebass:bass#song")
+            play_atoms([data for _, form, data in sent if form and np.frombuffer(data, "u4", 2)[1] == number])
+            bare, shown = screen.picture(900, 460), list[bytes]()
+            for _ in range(200):
+                plugin.work()
+                heard_now = run(512)
+                if np.frombuffer(room, "u4", 8)[7] == number:
+                    shown.append(bytes(room)[24 : 32 + c.sizeof(SongView)])
+            assert shown and np.abs(heard_now).max() < 1
+            view = SongView.from_buffer_copy(shown[-1][8:])
+            assert view.there and view.text.startswith("A song.mid: plays track 1 called Bass, 4 notes")
+            ui.port_event(handle, LOOK_PORT, len(shown[-1]), transfer, shown[-1])
+            wait_for(lambda: different(screen.picture(900, 460)[74:98], bare[74:98]) > 100)
             screen.resize(1300, 800)  # the host resizes the plugin's window itself
             wait_for(lambda: len(np.unique(screen.picture(1300, 800)[500:, 1000:].reshape(-1, 3), axis=0)) > 5)
             ui.cleanup(handle)
@@ -564,3 +586,63 @@ def test_a_cabinet_is_chosen_in_the_window(
         for wanted in (with_file, before):
             hand("mousemove", *UNDO, "click", 1)
             wait_for(lambda wanted=wanted: plugin.save() == wanted)
+
+
+def test_a_cabinet_and_a_sound_are_dropped_on_the_window(
+    screen_name: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other drags are refused; a file that cannot be used is told of; Undo brings back what was."""
+    cabinet = own_cabinet(tmp_path, monkeypatch)
+    with opened(folder) as (plugin, window):
+        plugin.block(64)
+        before, bare = plugin.save(), window.picture()
+        assert not dropped(cabinet, *LOWEST_STRING, ("text/plain", "text/html"))
+        assert dropped(cabinet, *LOWEST_STRING, ("text/plain", "text/html", "image/png", "text/uri-list"))
+        wait_for(lambda: b"Old\0" in file_of(plugin.save(), "response"))
+        hand("mousemove", *UNDO, "click", 1)
+        wait_for(lambda: plugin.save() == before)
+        sound = tmp_path / "a + b 100%.toml"
+        sound.write_text(f'like = "{PRESETS[1]}"\n[bench]\naction = -0.5\n')
+        assert dropped(sound, *LOWEST_STRING)
+        heard(plugin, lambda: plugin.value(BASS) == 1)
+        hand("mousemove", *UNDO, "click", 1)
+        heard(plugin, lambda: plugin.value(BASS) == 0)
+        time.sleep(4.2)  # notices go
+        bare = window.picture()
+        assert dropped(tmp_path / "none.wav", *LOWEST_STRING)
+        wait_for(lambda: different(window.picture()[:46], bare[:46]) > 20)
+        assert plugin.save() == before
+
+
+def song(folder: Path) -> Path:
+    """A MIDI file with a track called Bass."""
+    file = folder / "A song.mid"
+    events = [
+        mido.Message(kind, note=key, velocity=90, time=time)
+        for key in (28, 33, 35, 38)
+        for kind, time in (("note_on", 0), ("note_off", 200))
+    ]
+    mido.MidiFile(tracks=[mido.MidiTrack([mido.MetaMessage("track_name", name="Bass"), *events])]).save(file)
+    return file
+
+
+def test_a_midi_file_dropped_on_the_window_plays_as_rendered(screen_name: str, folder: Path, tmp_path: Path) -> None:
+    """At its own tempo from the next block on, until a hand stops it; the cross puts it away."""
+    file = song(tmp_path)
+    score = read_score(file, RATE)
+    wanted = mono(PRESETS[0], score)[: score.end_frame]
+    with opened(folder) as (plugin, window):
+        plugin.set(RELIEF, 0.0)
+        bare = window.picture()
+        assert dropped(file, *LOWEST_STRING)
+        wait_for(lambda: different(window.picture()[74:98], bare[74:98]) > 100)
+        sound = np.concatenate([plugin.block(512) for _ in range(len(wanted) // 512)])
+        assert np.abs(wanted).max() > 0.01 and np.array_equal(sound, wanted[: len(sound)])
+        plugin.block(4096)
+        plugin.block(4096)
+        for press in ("click", "click"):  # again, and stop
+            hand("mousemove", *SONG_PLAY, press, 1)
+            heard(plugin, lambda: True)
+            time.sleep(0.2)
+        hand("mousemove", *SONG_CROSS, "click", 1)
+        wait_for(lambda: different(window.picture()[74:98], bare[74:98]) < 100)

@@ -40,12 +40,7 @@ from livebass.bench.fidelity import (
     waveforms,
     with_stroke,
 )
-from livebass.bench.live import (
-    EDGES,
-    Extent,
-    block_figures,
-    most_that_fit,
-)
+from livebass.bench.live import EDGES, Extent, block_figures, most_that_fit
 from livebass.bench.measure import OtherLoad
 from livebass.cores import core_count
 from livebass.engine.engine import Engine

@@ -1,4 +1,4 @@
-"""A sweep's processes, real ones: killed, interrupted, on a Dask cluster; the table is the same to the byte."""
+"""A sweep's processes, real ones: killed and interrupted; the table is the same to the byte."""
 
 from __future__ import annotations
 
@@ -11,18 +11,7 @@ import psutil
 import pytest
 from support.command import assert_one_clear_line
 from support.needs import processes
-from support.sweeps import (
-    COUNT,
-    PATIENCE,
-    THREADS,
-    finished,
-    gone,
-    kept,
-    same,
-    sweeping,
-    swept,
-    until,
-)
+from support.sweeps import COUNT, PATIENCE, THREADS, finished, gone, kept, same, sweeping, swept, until
 
 from livebass.experiment.grid import Settings, axis, grid
 from livebass.experiment.workers import computed

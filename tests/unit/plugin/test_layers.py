@@ -14,12 +14,14 @@ from livebass.plugin import build
 # From lowest to highest; files of one layer do not call each other.
 LAYERS = (
     {"thread", "files", "paint", "retuning", "library_win32"},
-    {"response"},
+    {"response", "names"},
     {"core", "look", "drawing"},  # basses and synths; the windows' view of them
     {"values", "neck", "crowns"},
     {"learn", "layout", "vst3_midi"},
     {"notes", "state", "parts"},
     {"text", "menu", "hand"},
+    {"score"},
+    {"song"},
     {"sounds", "session", "picture"},
     {"instance", "window"},  # all that a shell needs
     {"editor"},

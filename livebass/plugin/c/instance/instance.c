@@ -3,6 +3,7 @@
 #include "system/lock.h"
 #include "instance/response.h"
 #include "instance/retuning.h"
+#include "instance/song.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,6 +19,7 @@ static void begin_audio(lb_instance *i) {
     lb_forget_notes(i);
     memset(&i->audio.taps, 0, sizeof i->audio.taps);
     i->audio.programs = 0;
+    lb_stop_song(i);
     i->audio.stroke = lb_value(i, LB_TECHNIQUE);
     __atomic_store_n(&i->changed, ~0ull, __ATOMIC_RELEASE); /* a window may be moving values */
 }
@@ -49,6 +51,7 @@ void lb_close_instance(lb_instance *i) {
     if (i->joined) lb_leave_master();
     i->joined = 0;
     lb_set_response(i, 0);
+    lb_close_song(i);
     lb_forget_kept(i);
     lb_forget_sounds(i);
     free(i->unknown);
@@ -146,6 +149,7 @@ int lb_activate_instance(lb_instance *i, double rate) {
         lb_begin_looks(&i->look, i->synth);
     } else lb_free_bass(b);
     begin_audio(i);
+    lb_renew_song(i);
     return i->synth != 0;
 }
 
@@ -181,12 +185,14 @@ void lb_rest_instance(lb_instance *i) {
 void lb_serve(lb_instance *i) {
     enter(); /* the main thread may be here while the host renders offline in another */
     lb_free_bass(__atomic_exchange_n(&i->done, 0, __ATOMIC_ACQ_REL));
+    lb_free_songs(i);
     if (i->synth && wants_other(i)) {
         lb_bass *b = load(i);
         if (b) lb_free_bass(__atomic_exchange_n(&i->ready, b, __ATOMIC_ACQ_REL));
     }
     if (i->synth) see_to_helpers(i);
     leave();
+    lb_renew_song(i);
 }
 
 /* --- playing --- */
@@ -219,7 +225,7 @@ static void change_bass(lb_instance *i) {
     if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
         lb_serve(i); /* always: another thread may be loading the wanted bass */
         if (busy) lb_free_bass(lb_take_faded(s)); /* another has faded since */
-    } else if (busy || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
+    } else if (busy || __atomic_load_n(&i->old_song, __ATOMIC_RELAXED) || lb_song_is_old(i) || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
         i->ask(i->owner);
     if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
     __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* it would be replaced before it began */
@@ -230,7 +236,7 @@ static void change_bass(lb_instance *i) {
 int lb_may_sleep(const lb_instance *i) {
     if (__atomic_load_n(&i->changed, __ATOMIC_RELAXED) || __atomic_load_n(&i->ready, __ATOMIC_RELAXED)) return 0;
     if (__atomic_load_n(&i->done, __ATOMIC_RELAXED) || wants_other(i)) return 0;
-    if (lb_waiting(&i->touches.ring) || i->audio.taps.count) return 0;
+    if (lb_waiting(&i->touches.ring) || i->audio.taps.count || lb_song_waits(i)) return 0;
     return lb_is_still(i->synth);
 }
 
@@ -257,6 +263,7 @@ static void play(lb_instance *i, int apart, float *const outs[LB_STRINGS], int64
     float *at[LB_STRINGS];
     for (int k = 0; k < LB_STRINGS; k++) at[k] = outs[k] ? outs[k] + from : 0;
     change_bass(i);
+    lb_play_song(i, end - from);
     if (at[0] && !apart) lb_play(i->synth, at[0], end - from);
     else lb_play_strings(i->synth, at, end - from);
 }

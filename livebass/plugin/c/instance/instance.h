@@ -46,6 +46,22 @@ typedef struct { /* offline: a slider's value, from a frame of a block on */
     double value;
 } lb_turn;
 typedef struct lb_sound lb_sound;
+typedef struct lb_song lb_song; /* of song.h */
+typedef struct lb_song_file lb_song_file;
+enum { LB_SONG_LINE = 640 };
+enum { LB_ROLL, LB_LOOP, LB_PUT_AWAY, LB_GIVE }; /* what a hand does with a song: starts or stops it, ... gives a file */
+typedef struct { /* what a window shows of the song */
+    int there;         /* 1: there is one, which can play ... */
+    int rolls, loops;  /* ... now, and again and again */
+    int part;          /* how much of it has played, thousandths */
+    int wrong;         /* 1: the line tells why the last file cannot play */
+    char line[LB_SONG_LINE]; /* what of the file plays; "": there is nothing to show */
+} lb_song_view;
+typedef struct { /* in a window whose plugin is in another process, under the lock of song.c: */
+    lb_song_view view;  /* what that plays ... */
+    int wants;          /* ... and what a hand wants of it: a bit each of LB_ROLL ... */
+    char path[LB_PATH]; /* LB_GIVE: this file */
+} lb_song_there;
 typedef struct {
     int wanted;                 /* 1 + the next controller's parameter; 0: none */
     uint8_t of[LB_CONTROLLERS]; /* 1 + the parameter that a controller moves; 0: as in the key map */
@@ -77,6 +93,7 @@ typedef struct { /* the audio thread's side: no other thread touches it while th
     lb_taps taps;
     lb_turn turns[LB_TURNS]; /* of the next block to play */
     int turn_count;
+    lb_song *song; /* that plays beside the host's notes; 0: none */
 } lb_audio_side;
 
 typedef struct { /* what lb_undo restores */
@@ -131,6 +148,13 @@ typedef struct {
     lb_look look;          /* for windows ... */
     lb_moves moves;        /* ... and the changes made in them */
     lb_touches touches;
+    lb_song *next_song, *old_song; /* for the audio thread to play; from it, to free */
+    int rolls, loops, song_part;   /* the song plays; it begins again at its end; how much has played, thousandths */
+    uint32_t song_range;           /* the lowest and highest key of the bass that plays; 0: not known */
+    uint64_t song_for;             /* the rate and the bass that it is prepared for; 0: there is none */
+    lb_song_file *song_file;       /* under the lock of song.c, with its words: */
+    char song_line[LB_SONG_LINE], song_fault[LB_SONG_LINE];
+    lb_song_there *there; /* 0: this instance plays */
     lb_learned learned;
     uint32_t responses;    /* set so far */
     uint64_t response_sum; /* of the response; 0: the bass's own plays */
@@ -256,6 +280,26 @@ void lb_end_taps(lb_instance *);                     /* ends due ones; before th
 /* Sets a value by hand, in the window, and tells the host. [the window's thread] */
 void lb_move_value(lb_instance *, int parameter, double value, int phase);
 
+/* --- of song.c --- */
+
+/* Reads a MIDI file and plays its bass; returns the fault, which the view has, too. [the window's thread] */
+const char *lb_take_song(lb_instance *, const char *path);
+void lb_steer_song(lb_instance *, int what);             /* LB_ROLL ... [the window's thread] */
+void lb_turn_song(lb_instance *, int what);              /* LB_ROLL or LB_LOOP. [any thread] */
+int lb_take_wants(lb_instance *, char path[LB_PATH]);    /* of lb_song_there. [one thread] */
+void lb_show_song(lb_instance *, const lb_song_view *);  /* likewise */
+void lb_view_song(lb_instance *, lb_song_view *);        /* [not the audio thread] */
+/* Prepares the song again if the rate or the bass has changed. [not the audio thread but offline] */
+void lb_renew_song(lb_instance *);
+int lb_song_is_old(const lb_instance *); /* that is necessary. [any thread] */
+/* The rest is for the audio thread. */
+
+/* Sends the song's messages for the next n frames. */
+void lb_play_song(lb_instance *, int64_t n);
+int lb_song_waits(const lb_instance *); /* it plays, or is about to */
+void lb_stop_song(lb_instance *);       /* at its beginning; the synth is new. [not while it plays] */
+void lb_close_song(lb_instance *);      /* frees all songs. [no thread plays] */
+
 /* --- of state.c --- */
 
 /* The bass and the processor's parameters belong to no side. */
@@ -325,6 +369,8 @@ const char *lb_take_sound(lb_instance *, const char *path);
 const char *lb_take_text(lb_instance *, const char *text);
 /* Loads a response from a WAV file, "": none, in the same way. */
 const char *lb_take_response(lb_instance *, const char *path);
+/* Takes a file that is dropped on the window, a path or a list of addresses: a sound or a response, in the same way. */
+const char *lb_take_dropped(lb_instance *, const char *text);
 /* Writes the folder of the factory's sounds beside the instruments, LB_PATH bytes; returns 0 if it does not fit. */
 int lb_factory_sounds(const char *instruments, char *folder);
 /* The rest is for windows. [the window's thread] */

@@ -118,26 +118,52 @@ const char *lb_take_response(lb_instance *i, const char *path) {
     return 0;
 }
 
-/* Takes a WAV file's path, as file managers copy it; returns 0 if the text is none. */
-static int take_path(lb_instance *i, const char *text, const char **why) {
-    char path[LB_PATH];
-    while (*text == ' ' || *text == '"') text++;
+/* Copies the first path in a text, as file managers copy and drop it. */
+static void copy_path(const char *text, char path[LB_PATH]) {
+    text += strspn(text, " \"");
     const char *file = strncmp(text, "file://", 7) ? text : text + 7;
-    snprintf(path, sizeof path, "%s", file);
+    if (file != text && *file && *file != '/' && strchr(file, '/')) file = strchr(file, '/'); /* of a host, this one */
+    snprintf(path, LB_PATH, "%s", file);
     path[strcspn(path, "\r\n\"")] = 0;
     if (file != text) lb_decode(path, 0);
-    const size_t length = strlen(path);
-    if (length < 4 || (strcmp(path + length - 4, ".wav") && strcmp(path + length - 4, ".WAV"))) return 0;
-    *why = lb_take_response(i, path);
+#ifdef _WIN32
+    if (path[0] == '/' && path[1] && path[2] == ':') memmove(path, path + 1, strlen(path)); /* file:///C:/ */
+#endif
+}
+
+static int ends_with(const char *path, const char *ending) {
+    const size_t length = strlen(path), count = strlen(ending);
+    if (length < count) return 0;
+    for (size_t k = 0; k < count; k++)
+        if ((path[length - count + k] | 32) != ending[k]) return 0;
     return 1;
 }
 
+/* Takes a file, by the ending of its name. */
+static const char *take_file(lb_instance *i, const char *path) {
+    if (ends_with(path, ".wav")) return lb_take_response(i, path);
+    if (!ends_with(path, "." LB_SOUND_ENDING)) return lb_take_song(i, path);
+    const char *why = lb_take_sound(i, path);
+    if (!why) return 0;
+    char fault[sizeof i->window.why];
+    snprintf(fault, sizeof fault, "%s", why);
+    snprintf(i->window.why, sizeof i->window.why, "%.60s %.130s", lb_file_name(path), fault);
+    return i->window.why;
+}
+
+const char *lb_take_dropped(lb_instance *i, const char *text) {
+    char path[LB_PATH];
+    copy_path(text, path);
+    return take_file(i, path);
+}
+
 const char *lb_take_text(lb_instance *i, const char *text) {
-    char line[LINE];
-    const char *fault;
-    if (take_path(i, text, &fault)) return fault;
-    char folder[LB_PATH], path[LB_PATH];
+    static const char *const files[] = {".wav", ".mid", ".midi", ".kar", ".rmi"};
+    char line[LINE], folder[LB_PATH], path[LB_PATH];
     lb_kept kept;
+    copy_path(text, path);
+    for (size_t k = 0; k < sizeof files / sizeof *files; k++)
+        if (ends_with(path, files[k])) return take_file(i, path);
     const char *why = lb_parse_text(text, &kept);
     if (lb_users_folder(path) && snprintf(folder, LB_PATH, "%s/", path) < LB_PATH) locate(&kept, folder, strlen(folder));
     why = take(i, why, &kept);

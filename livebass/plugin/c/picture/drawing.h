@@ -13,7 +13,7 @@ typedef struct {
 enum { BLACK = 0xFF100D0B, STRING = 0xFFE3DCCF };
 
 /* Pixels at scale 1. */
-enum { EDGE = 14, HEADER = 46, TABS = 28, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
+enum { EDGE = 14, HEADER = 46, TABS = 28, SONG_BAR = 24, HEADING = 16, CELL = 38, SMALL_CELL = 25, FOOT = 8 };
 enum { SAVE_WIDTH = 44, MOTION_WIDTH = 76 };
 enum { LEAST_CELL = 144, MOST_CELL = 260, LEAST_LAMP = 100, LEAST_SMALL_LAMP = 76 }; /* widths */
 enum { LAMP_HEIGHT = 26, SMALL_LAMP = 21, LOW = 400 };
@@ -32,7 +32,8 @@ static const double zooms[] = {4, 8, 16, 32};
 typedef float quad __attribute__((vector_size(16)));
 
 enum { NOTHING, WORDMARK, PREVIOUS, NEXT, TITLE, QUALITY, LOAD, OVERLOAD, LAMP, TAB, HEAD, SLIDER, STEPPER, ITEM,
-       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, UPDATE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE, KINDS };
+       BOARD, PLUCK, MOTION, NAME, UNDO, SIDE, SAVE, SOUND, SOUNDS, MORE, PASTE, UPDATE, CROWNS, COPY, SEARCHED, ENLARGED, RESPONSE,
+       SONG_BUTTON, SONG_LINE, SONG_CROSS, KINDS };
 typedef struct {
     int kind, number;
     double x, y, w, h; /* pixels of the array */
@@ -72,6 +73,7 @@ struct lb_picture {
     int columns;                   /* at the list's end, without room */
     int sounds, doomed, lists;     /* how many; the one the next press deletes, -1: none; lists read so far */
     listed listed[MOST_LISTED + LB_SOUND_GROUPS];
+    lb_song_view song;
     int pasting;                   /* the clipboard's text is wanted */
     char notice[MOST_TEXT];        /* replaces the title ... */
     double noticed;                /* ... and since when */

@@ -183,6 +183,15 @@ int lb_is_outdated(const lb_picture *p) { return p->face.kept && p->face.kept(p-
 
 const char *lb_tab_name(int page) { return pages[page]; }
 
+/* The song's bar: its buttons, what plays, and the cross that puts it away. */
+static void lay_out_song(lb_picture *p, double width, double top) {
+    const double h = px(p, SONG_BAR - 4), right = width - px(p, EDGE), wide = px(p, 48);
+    double x = px(p, EDGE);
+    for (int k = LB_ROLL; p->song.there && k <= LB_LOOP; k++, x += wide + px(p, 4)) add(p, SONG_BUTTON, k, x, top, wide, h);
+    add(p, SONG_LINE, 0, x + px(p, 4), top, right - h - x - px(p, 12), h);
+    add(p, SONG_CROSS, LB_PUT_AWAY, right - h, top, h, h);
+}
+
 static void lay_out_tabs(lb_picture *p, double width, double top) {
     const double h = px(p, TABS - 4), right = width - px(p, EDGE);
     for (int k = 0; p->face.swap && k < 2; k++)
@@ -312,7 +321,8 @@ static void lay_out_neck(lb_picture *p, const part *board) {
 }
 
 void lb_lay_out(lb_picture *p) {
-    const double width = p->sheet.width, height = p->sheet.height, top = px(p, HEADER + TABS);
+    const double width = p->sheet.width, height = p->sheet.height, bar = *p->song.line ? px(p, SONG_BAR) : 0;
+    const double top = px(p, HEADER + TABS) + bar;
     const int bench = p->page == LB_BENCH_PAGE;
     const cells c = cells_of(p, p->page);
     const grid g = grid_of(p, &c);
@@ -342,6 +352,7 @@ void lb_lay_out(lb_picture *p) {
     }
     if (side > px(p, 40)) add(p, CROWNS, 0, 1, top + tall - side + 1, width - 3, side - 3);
     lay_out_tabs(p, width, px(p, HEADER));
+    if (bar > 0) lay_out_song(p, width, top - bar);
     if (switches > 0) lay_out_lamps(p, width, panel);
     lay_out_cells(p, &c, &g, panel + switches, cell);
 }
@@ -359,5 +370,6 @@ uint64_t lb_layout_state(const lb_picture *p) {
     for (int i = 0; i < l->strings; i++) mix(&hash, l->string[i].length);
     mix(&hash, p->values[LB_BASS]);
     mix(&hash, lb_is_outdated(p));
+    mix(&hash, 2 * p->song.there + (*p->song.line != 0));
     return hash | 1;
 }

@@ -125,6 +125,7 @@ static void make_tip(lb_picture *p) {
     if (!tip && !is_value) return;
     p->cover = (lb_cover){.kind = TIP, .number = p->hovered, .lit = -1};
     if (is_value) add_value(p, q->number);
+    if (q->kind == SONG_LINE) add_wrapped(p, p->song.line);
     if (q->kind == LAMP) {
         char text[MOST_TEXT], key[16];
         lb_note_name(lb_key_of(p, q->number), key);

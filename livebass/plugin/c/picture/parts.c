@@ -640,6 +640,40 @@ void lb_paste(lb_picture *p, const char *text) {
     notice(p, why ? "The clipboard " : "Taken from the clipboard", why ? why : "");
 }
 
+void lb_drop(lb_picture *p, const char *text) {
+    const char *why = p->face.drop ? p->face.drop(p->face.owner, text) : "This window takes no files";
+    if (why) notice(p, why, "");
+}
+
+/* --- the song --- */
+
+static void draw_song_button(lb_picture *p, const part *q) {
+    const int lit = q->number == LB_ROLL ? p->song.rolls : p->song.loops;
+    draw_button(p, q, q->number == LB_LOOP ? "Loop" : p->song.rolls ? "Stop" : "Play", lit, is_hot(p, q));
+}
+
+static void mix_song_button(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, 2 * p->song.rolls + p->song.loops); }
+
+static void press_song(lb_picture *p, const part *q, const hand *h) { p->face.steer(p->face.owner, q->number); }
+
+static void draw_song_line(lb_picture *p, const part *q) {
+    const double low = q->y + q->h - px(p, 1.5), played = q->w * p->song.part / 1000;
+    lb_label(p, &p->ground, q, SMALL, p->song.wrong ? p->t->hot : p->t->ink, p->song.line, 0);
+    if (p->song.there) lb_box(&p->ground, q->x, low, q->w, px(p, 1.5), p->t->trough);
+    if (p->song.there) lb_box(&p->ground, q->x, low, played, px(p, 1.5), p->t->accent);
+}
+
+static void mix_song_line(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix(hash, 2 * p->song.part + p->song.wrong);
+    for (const char *c = p->song.line; *c; c++) mix(hash, *c);
+}
+
+static void draw_song_cross(lb_picture *p, const part *q) {
+    const double x = q->x + q->w / 2, y = q->y + q->h / 2, r = px(p, 3.5);
+    button(p, q, 0, is_hot(p, q));
+    for (int side = -1; side < 2; side += 2) lb_line(&p->ground, x - r, y - side * r, x + r, y + side * r, px(p, 1.5), p->t->ink);
+}
+
 static void close_list(lb_picture *p) {
     p->listing = 0;
     if (p->typing == SEARCH) lb_stop_typing(p);
@@ -773,5 +807,8 @@ const lb_kind lb_kinds[KINDS] = {
                   "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
     [UPDATE] = {draw_update, 0, press_update, 0, 0, HAND,
                 "The bass has changed since your session was saved, and plays as it did. Press to take the new one."},
+    [SONG_BUTTON] = {draw_song_button, mix_song_button, press_song, 0, 0, HAND, "Play or stop the file, or play it again and again."},
+    [SONG_LINE] = {.draw = draw_song_line, .state = mix_song_line, .tip = "Your session does not keep the file."},
+    [SONG_CROSS] = {draw_song_cross, 0, press_song, 0, 0, HAND, "Put the file away."},
     [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},
 };

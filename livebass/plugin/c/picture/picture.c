@@ -106,6 +106,7 @@ void lb_draw(lb_picture *p, uint32_t *pixels, int width, int height, double scal
     tell_load(p);
     for (int k = 0; k < LB_PARAMETERS; k++) p->values[k] = value_of(p, k);
     p->own = p->face.own ? p->face.own(p->face.owner) : 0;
+    if (p->face.song) p->face.song(p->face.owner, &p->song);
     lb_area changed = {0, 0, 0, 0};
     int all = 0;
     if (p->laid_out != lb_layout_state(p)) {
@@ -165,7 +166,7 @@ static int hit(const lb_picture *p, double x, double y) {
     for (int k = p->count - 1; k >= 0; k--) {
         const part *q = &p->parts[k];
         const lb_kind *kind = &lb_kinds[q->kind];
-        if ((kind->press || kind->wheel) && x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
+        if ((kind->press || kind->wheel || kind->tip) && x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
     }
     return -1;
 }

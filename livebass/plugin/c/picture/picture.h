@@ -64,6 +64,11 @@ typedef struct {
     double (*zoom)(void *owner, double to);
     /* Loads a text, a page's link or a sound; returns its fault, 0: none. 0: this window has no clipboard. */
     const char *(*paste)(void *owner, const char *text);
+    /* Takes a file dropped on the window, by its path or address, likewise. 0: this window takes none. */
+    const char *(*drop)(void *owner, const char *text);
+    /* The song, and what a hand does with it: LB_ROLL ... 0: this window has none. */
+    void (*song)(void *owner, lb_song_view *);
+    void (*steer)(void *owner, int what);
 } lb_face;
 enum { LB_NO_CONTROLLER = -1, LB_WAITS = -2 };
 
@@ -90,4 +95,6 @@ int lb_wants_keys(const lb_picture *);
 /* True, once, after a press that asks for the clipboard's text; pass that, or 0 if there is none, to lb_paste. */
 int lb_wants_text(lb_picture *);
 void lb_paste(lb_picture *, const char *text);
+/* Takes a dropped file: a path, or a list of addresses in lines, of which the first counts. */
+void lb_drop(lb_picture *, const char *text);
 #endif

@@ -44,10 +44,12 @@ typedef struct {
     int title_at, title_asked;
     int update_asked, kept_asked; /* by a window; send it whether a kept bass plays */
     char wanted[LB_PATH], path[LB_PATH]; /* the response that a window wants ... */
-    int is_wanted, path_full; /* ... and on its way to the worker */
+    int is_wanted, path_full; /* ... and on its way to the worker; 1 + LB_GIVE or LB_PUT_AWAY: of a song instead */
+    lb_song_view songs[2];    /* the present and the next view of the song, and what a window knows of it */
+    int song_at, song_asked, song_told;
     lb_response *earlier[LB_UNDONE]; /* that its Undo may bring back, and how many there were: under the lock */
     uint32_t replaced;
-    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, update_atom, chunk;
+    uint32_t sequence, look_atom, watch_atom, touch_atom, sides_atom, response_atom, update_atom, song_atom, chunk;
     uint32_t midi_event, string, whole, real, error, key_bass, key_quality, key_seed, key_side, key_stroke;
     uint32_t key_format, key_made, key_instrument;
     uint32_t key_aside[LB_PARAMETERS]; /* for the other side's values; 0: it has none of its own */
@@ -71,6 +73,8 @@ static void ask(void *owner) {
     if (p->worker->schedule(p->worker->handle, sizeof job, &job) != LV2_SUCCESS)
         __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
 }
+
+static void nothing(void *owner) {}
 
 static void cleanup(void *handle) {
     plugin *p = handle;
@@ -98,7 +102,8 @@ static void map_names(plugin *p, const lv2_map *map) {
         {&p->key_format, URI "#format"},  {&p->key_made, URI "#made"},
         {&p->key_instrument, URI "#instrument"},
         {&p->key_seed, URI "#seed"},      {&p->key_side, URI "#side"},
-        {&p->key_stroke, URI "#technique"}, {&p->response_atom, RESPONSE_ATOM}, {&p->update_atom, UPDATE_ATOM}, {&p->chunk, LV2_CHUNK},
+        {&p->key_stroke, URI "#technique"}, {&p->response_atom, RESPONSE_ATOM}, {&p->update_atom, UPDATE_ATOM}, {&p->song_atom, SONG_ATOM},
+        {&p->chunk, LV2_CHUNK},
     };
     for (size_t k = 0; k < sizeof all / sizeof *all; k++) *all[k].number = map->map(map->handle, all[k].uri);
     for (int k = 0; k < LB_PARAMETERS; k++) {
@@ -123,6 +128,7 @@ static void *instantiate(const lv2_plugin *d, double rate, const char *folder, c
     p->instance.owner = p;
     p->instance.complain = complain;
     p->instance.ask = ask;
+    p->instance.moved = nothing; /* its window is elsewhere */
     p->instance.quality_stays = 1;
     if (!map || !lb_open_instance(&p->instance, folder) || !lb_activate_instance(&p->instance, rate)) {
         cleanup(p);
@@ -210,6 +216,7 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         if (asks) p->sides_asked = 1;
         if (asks) __atomic_store_n(&p->title_asked, 1, __ATOMIC_RELAXED);
         if (asks) __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELAXED);
+        if (asks) __atomic_store_n(&p->song_asked, 1, __ATOMIC_RELAXED);
         p->watched = WATCHED;
     }
     if (atom->type == p->sides_atom && atom->size == sizeof sides) {
@@ -220,6 +227,16 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         memcpy(p->wanted, atom + 1, atom->size);
         p->wanted[atom->size - 1] = 0;
         p->is_wanted = 1;
+    }
+    if (atom->type == p->song_atom && atom->size > sizeof(int32_t) && atom->size <= sizeof(int32_t) + sizeof p->wanted) {
+        int32_t what;
+        memcpy(&what, atom + 1, sizeof what);
+        if (what == LB_ROLL || what == LB_LOOP) lb_turn_song(&p->instance, what);
+        else if (what == LB_GIVE || what == LB_PUT_AWAY) {
+            memcpy(p->wanted, (const char *)(atom + 1) + sizeof what, atom->size - sizeof what);
+            p->wanted[atom->size - sizeof what - 1] = 0;
+            p->is_wanted = 1 + what;
+        }
     }
     if (atom->type == p->update_atom) {
         __atomic_store_n(&p->update_asked, 1, __ATOMIC_RELEASE);
@@ -234,8 +251,8 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
 static void pass_path(plugin *p) {
     if (!p->is_wanted || __atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE)) return;
     memcpy(p->path, p->wanted, sizeof p->path);
+    __atomic_store_n(&p->path_full, p->is_wanted, __ATOMIC_RELEASE);
     p->is_wanted = 0;
-    __atomic_store_n(&p->path_full, 1, __ATOMIC_RELEASE);
     ask(p);
 }
 
@@ -261,6 +278,20 @@ static int bass_of(const plugin *p) {
     return bass < lb_shelf_count(p->instance.shelf) ? bass : 0;
 }
 
+/* A word for all of the song that a window shows and that this thread moves. */
+static int song_word(const lb_instance *i) {
+    const int rolls = __atomic_load_n(&i->rolls, __ATOMIC_RELAXED), loops = __atomic_load_n(&i->loops, __ATOMIC_RELAXED);
+    return __atomic_load_n(&i->song_part, __ATOMIC_RELAXED) << 2 | rolls << 1 | loops;
+}
+
+static void fill_song(const plugin *p, lb_song_view *to) {
+    const int word = song_word(&p->instance);
+    memcpy(to, &p->songs[__atomic_load_n(&p->song_at, __ATOMIC_ACQUIRE)], sizeof *to);
+    to->part = word >> 2;
+    to->rolls = word >> 1 & 1;
+    to->loops = word & 1;
+}
+
 /* Sends an open window the newest look, or A and B if it asks for them. */
 static void send_look(plugin *p) {
     const lb_look *look = &p->instance.look;
@@ -268,21 +299,29 @@ static void send_look(plugin *p) {
     const uint32_t room = p->shown->atom.size, head = clear_looks(p);
     const int sides = p->sides_asked, title = !sides && __atomic_load_n(&p->title_asked, __ATOMIC_ACQUIRE);
     const int kept = !sides && !title && __atomic_load_n(&p->kept_asked, __ATOMIC_ACQUIRE);
+    const int word = song_word(&p->instance), other = sides || title || kept;
+    const int song = !other && (__atomic_load_n(&p->song_asked, __ATOMIC_ACQUIRE) || word != p->song_told);
     const int32_t outdated = lb_is_kept(p->instance.shelf, bass_of(p));
     const lv2_atom body = sides   ? (lv2_atom){sizeof(lb_sides), p->sides_atom}
                           : title ? (lv2_atom){LB_STATE_NAME, p->response_atom}
                           : kept  ? (lv2_atom){sizeof outdated, p->update_atom}
+                          : song  ? (lv2_atom){sizeof(lb_song_view), p->song_atom}
                                   : (lv2_atom){sizeof(LB_LOOK), p->look_atom};
     const uint32_t size = (uint32_t)sizeof(lv2_event) + (body.size + 7) / 8 * 8;
     lv2_event *e = (lv2_event *)(p->shown + 1);
-    if (!look->watchers || room < head + size || (!sides && !title && !kept && p->looks == lb_looks_taken(look))) return;
+    if (!look->watchers || room < head + size || (!other && !song && p->looks == lb_looks_taken(look))) return;
     if (sides) memcpy(e + 1, &p->sides[p->sides_at], sizeof(lb_sides));
     else if (title) memcpy(e + 1, p->titles[__atomic_load_n(&p->title_at, __ATOMIC_ACQUIRE)], LB_STATE_NAME);
     else if (kept) memcpy(e + 1, &outdated, sizeof outdated);
+    else if (song) fill_song(p, (lb_song_view *)(e + 1));
     else if (!lb_read_look(look, 0, (LB_LOOK *)(e + 1))) return;
     if (sides) p->sides_asked = 0;
     else if (title) __atomic_store_n(&p->title_asked, 0, __ATOMIC_RELAXED);
     else if (kept) __atomic_store_n(&p->kept_asked, 0, __ATOMIC_RELAXED);
+    else if (song) {
+        p->song_told = word;
+        __atomic_store_n(&p->song_asked, 0, __ATOMIC_RELAXED);
+    }
     else p->looks = lb_looks_taken(look);
     e->frame = 0;
     e->body = body;
@@ -381,15 +420,35 @@ static void read_response(plugin *p) {
     tell_title(p);
 }
 
+/* Tells a window what plays. [not the audio thread] */
+static void tell_song(plugin *p) {
+    const int other = !p->song_at;
+    const lb_song_view *now = &p->songs[p->song_at], *next = &p->songs[other];
+    lb_view_song(&p->instance, &p->songs[other]);
+    if (now->there == next->there && !strcmp(now->line, next->line)) return;
+    __atomic_store_n(&p->song_at, other, __ATOMIC_RELEASE);
+    __atomic_store_n(&p->song_asked, 1, __ATOMIC_RELEASE);
+}
+
+/* Plays the song that a window gives, or none. */
+static void take_song(plugin *p, int give) {
+    if (give) lb_take_song(&p->instance, p->path);
+    else lb_steer_song(&p->instance, LB_PUT_AWAY);
+    __atomic_store_n(&p->path_full, 0, __ATOMIC_RELEASE);
+}
+
 static int work(void *handle, lv2_respond respond, void *to, uint32_t size, const void *data) {
     plugin *p = handle;
     __atomic_store_n(&p->asked, 0, __ATOMIC_RELEASE);
-    if (__atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE)) read_response(p);
+    const int full = __atomic_load_n(&p->path_full, __ATOMIC_ACQUIRE);
+    if (full > 1) take_song(p, full == 1 + LB_GIVE);
+    else if (full) read_response(p);
     if (__atomic_exchange_n(&p->update_asked, 0, __ATOMIC_ACQ_REL)) {
         lb_update_bass(p->instance.shelf, bass_of(p));
         __atomic_store_n(&p->kept_asked, 1, __ATOMIC_RELEASE);
     }
     lb_serve(&p->instance);
+    tell_song(p);
     return LV2_SUCCESS;
 }
 

@@ -13,6 +13,9 @@ enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
    path of a response's file, "": none, or EARLIER and the name of one that the plugin had before; to it the response's
    name; with its final zero. UPDATE_ATOM: an int32; from a window: play the present bass in place of one that the
    session kept; to it: 1 if such a one plays. */
+/* SONG_ATOM: from a window an int32, what a hand does with the song (LB_ROLL ...), and a path, with its final zero; to
+   it an lb_song_view. */
+#define SONG_ATOM URI "#song"
 #define LOOK_ATOM URI "#look"
 #define WATCH_ATOM URI "#watch"
 #define TOUCH_ATOM URI "#touch"
@@ -22,4 +25,5 @@ enum { MIDI, FIRST_OUT, FREEWHEELING = LB_PARAMETERS, CONTROLS };
 enum { WATCHED = 3 /* s */ };
 enum { EARLIER = ':' }; /* no path and no name begins with it */
 _Static_assert(sizeof(lb_sides) <= LB_PATH && LB_PATH <= sizeof(LB_LOOK), "a port for looks has room for it");
+_Static_assert(sizeof(lb_song_view) <= sizeof(LB_LOOK), "a port for looks has room for it");
 #endif

@@ -14,7 +14,8 @@ typedef struct {
     void *controller;
     const lv2_ui_touch *touch;
     double scale;
-    uint32_t outputs, event_transfer, look, watch, touched, sides_atom, response, update;
+    uint32_t outputs, event_transfer, look, watch, touched, sides_atom, response, update, song;
+    lb_song_there there;
     time_t told;    /* when it last told the plugin that it is open */
     double stroke;  /* the plugin's, as last seen */
     uint32_t responses; /* told of those set */
@@ -51,6 +52,8 @@ static void *instantiate(const lv2_ui *d, const char *plugin, const char *folder
     u->sides_atom = map->map(map->handle, SIDES_ATOM);
     u->response = map->map(map->handle, RESPONSE_ATOM);
     u->update = map->map(map->handle, UPDATE_ATOM);
+    u->song = map->map(map->handle, SONG_ATOM);
+    u->instance.there = &u->there;
     u->asks = 1;
     u->instance.owner = u;
     u->instance.complain = lb_complain;
@@ -121,6 +124,11 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
         memcpy(&kept, atom + 1, sizeof kept);
         __atomic_store_n(&u->instance.kept_there, kept != 0, __ATOMIC_RELAXED);
     }
+    if (atom->type == u->song && atom->size == sizeof(lb_song_view)) {
+        lb_song_view view;
+        memcpy(&view, atom + 1, sizeof view);
+        lb_show_song(&u->instance, &view);
+    }
     if (atom->type == u->sides_atom && atom->size == sizeof u->sides) {
         memcpy(&u->sides, atom + 1, sizeof u->sides);
         lb_write_sides(&u->instance, &u->sides);
@@ -133,10 +141,21 @@ static void port_event(void *handle, uint32_t port, uint32_t size, uint32_t form
 static void send(const ui *u, uint32_t type, const void *body, uint32_t size) {
     struct {
         lv2_atom atom;
-        uint8_t body[LB_PATH];
+        uint8_t body[LB_PATH + sizeof(int32_t)];
     } message = {{size, type}, {0}};
     memcpy(message.body, body, size);
     u->write(u->controller, MIDI, (uint32_t)sizeof message.atom + size, u->event_transfer, &message);
+}
+
+/* Sends what a hand wants of the song. */
+static void send_song(ui *u) {
+    struct {
+        int32_t what;
+        char path[LB_PATH];
+    } body;
+    const int wants = lb_take_wants(&u->instance, body.path);
+    for (body.what = LB_ROLL; body.what <= LB_GIVE; body.what++)
+        if (wants >> body.what & 1) send(u, u->song, &body, (uint32_t)(sizeof body.what + strlen(body.path) + 1));
 }
 
 static int idle(void *handle) {
@@ -168,6 +187,7 @@ static int idle(void *handle) {
     u->responses = responses;
     if (u->updates != u->instance.updates) send(u, u->update, &u->asks, sizeof u->asks);
     u->updates = u->instance.updates;
+    send_song(u);
     if (now != u->told) send(u, u->watch, &u->asks, sizeof u->asks);
     u->told = now;
     return 0;

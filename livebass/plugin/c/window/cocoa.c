@@ -249,6 +249,19 @@ static void on_wheel(id view, SEL name, id event) {
 static BOOL yes(id view, SEL name) { return 1; }
 static BOOL yes_to(id view, SEL name, id event) { return yes(view, name); }
 
+/* A drag over the view may copy its files (NSDragOperationCopy). */
+static unsigned long on_drag(id view, SEL name, id drag) { return 1; }
+
+/* Takes the first of the dropped files. */
+static BOOL on_drop(id view, SEL name, id drag) {
+    lb_window *w = of(view);
+    id url = ((id(*)(id, SEL, id))(void *)c.send)(kind("NSURL"), c.selector("URLFromPasteboard:"), get(drag, "draggingPasteboard"));
+    id path = url ? get(get(url, "filePathURL"), "path") : (id)0;
+    if (!w || !path) return 0;
+    lb_drop(w->picture, ((const char *(*)(id, SEL))(void *)c.send)(path, c.selector("UTF8String")));
+    return 1;
+}
+
 /* Makes a class with a name that no other version of the plugin in this process uses. */
 static int make_class(void) {
     static const struct {
@@ -268,6 +281,8 @@ static int make_class(void) {
         {"mouseExited:", (IMP)on_leave, "v@:@"},
         {"scrollWheel:", (IMP)on_wheel, "v@:@"},
         {"keyDown:", (IMP)on_key, "v@:@"},
+        {"draggingEntered:", (IMP)on_drag, "Q@:@"},
+        {"performDragOperation:", (IMP)on_drop, "c@:@"},
         {"acceptsFirstResponder", (IMP)yes, "c@:"},
         {"isFlipped", (IMP)yes, "c@:"},
         {"isOpaque", (IMP)yes, "c@:"},
@@ -302,6 +317,8 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
     tell(w->view, "addTrackingArea:", area);
     get(area, "release");
     tell((id)parent, "addSubview:", w->view);
+    tell(w->view, "registerForDraggedTypes:",
+         ((id(*)(id, SEL, id))(void *)c.send)(kind("NSArray"), c.selector("arrayWithObject:"), new_text("public.file-url")));
     next_picture(w);
     w->timer = ((id(*)(id, SEL, double, id, SEL, id, BOOL))(void *)c.send)(
         kind("NSTimer"), c.selector("scheduledTimerWithTimeInterval:target:selector:userInfo:repeats:"),

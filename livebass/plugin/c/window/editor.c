@@ -169,13 +169,18 @@ static const char *respond(void *i, int file) {
     char path[LB_PATH] = "";
     return file < 0 || lb_response_path(response_names[file], path) ? lb_take_response(i, path) : "The path is too long";
 }
-static const char *paste(void *i, const char *text) {
+/* Takes a text by a function, and tells the host what has changed. */
+static const char *take(lb_instance *i, const char *(*by)(lb_instance *, const char *), const char *text) {
     double before[LB_PARAMETERS];
     note_values(i, before);
-    const char *why = lb_take_text(i, text);
+    const char *why = by(i, text);
     if (!why) tell_changes(i, before);
     return why;
 }
+static const char *paste(void *i, const char *text) { return take(i, lb_take_text, text); }
+static const char *drop(void *i, const char *text) { return take(i, lb_take_dropped, text); }
+static void song(void *i, lb_song_view *to) { lb_view_song(i, to); }
+static void steer(void *i, int what) { lb_steer_song(i, what); }
 static void discard(void *i, int k) { lb_remove_sound(i, k); }
 static int controller(void *i, int parameter) {
     if (lb_learning(i) == parameter) return LB_WAITS;
@@ -195,7 +200,8 @@ lb_face lb_face_of(lb_instance *i) {
                      .kept = kept, .update = update, .copy = copy, .read = read, .title = title, .playing = playing, .group = group, .zoom = zoom,
                      .learn = i->learns ? learn : 0, .controller = controller, .list = list, .sound = sound,
                      .is_own = is_own, .save = save, .load = load, .remove = discard, .paste = paste, .response = response,
-                     .responses = responses, .response_name = response_name, .respond = respond};
+                     .responses = responses, .response_name = response_name, .respond = respond, .drop = drop,
+                     .song = song, .steer = steer};
 }
 
 lb_editor *lb_edit_instance(lb_instance *i, uintptr_t parent, int width, int height, double scale) {

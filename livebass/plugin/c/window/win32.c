@@ -3,6 +3,7 @@
 #define WIN32_LEAN_AND_MEAN
 #include <windows.h>
 #include <windowsx.h>
+#include <shellapi.h>
 
 #include "window/window.h"
 
@@ -75,6 +76,15 @@ static void follow_focus(lb_window *w) {
     SetFocus(wanted ? w->window : w->before);
 }
 
+/* Takes the first of the dropped files. */
+static void take_files(const lb_window *w, HDROP files) {
+    WCHAR wide[LB_PATH];
+    char path[LB_PATH];
+    const UINT length = DragQueryFileW(files, 0, wide, LB_PATH);
+    if (length && WideCharToMultiByte(CP_UTF8, 0, wide, -1, path, sizeof path, 0, 0)) lb_drop(w->picture, path);
+    DragFinish(files);
+}
+
 static int modifiers_now(void) {
     return (GetKeyState(VK_SHIFT) < 0 ? LB_SHIFT : 0) | (GetKeyState(VK_CONTROL) < 0 ? LB_CONTROL : 0) |
            (GetKeyState(VK_MENU) < 0 ? LB_ALT : 0);
@@ -121,6 +131,7 @@ static LRESULT CALLBACK take(HWND window, UINT message, WPARAM first, LPARAM sec
     if (!w) return DefWindowProcW(window, message, first, second);
     switch (message) {
     case WM_TIMER: draw(w); return 0;
+    case WM_DROPFILES: take_files(w, (HDROP)first); return 0;
     case WM_PAINT: {
         PAINTSTRUCT paint;
         BeginPaint(window, &paint);
@@ -195,7 +206,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
         GetModuleHandleExW(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
                            (LPCWSTR)(void *)&windows, &module);
     if (make_room(w, width, height) && (windows || register_class())) {
-        w->window = CreateWindowExW(0, CLASS, L"livebass", (parent ? WS_CHILD : WS_OVERLAPPEDWINDOW) | WS_VISIBLE, 0, 0,
+        w->window = CreateWindowExW(WS_EX_ACCEPTFILES, CLASS, L"livebass", (parent ? WS_CHILD : WS_OVERLAPPEDWINDOW) | WS_VISIBLE, 0, 0,
                                     width, height, (HWND)parent, 0, module, 0);
         if (w->window) {
             windows++;

@@ -72,6 +72,12 @@ typedef struct {
     xid window;
     int mode, detail;
 } xfocus;
+typedef struct { /* a message between windows */
+    xhead head;
+    xid window, kind;
+    int format;
+    long data[5];
+} xmessage;
 typedef union {
     int type;
     xpointer pointer;
@@ -79,11 +85,12 @@ typedef union {
     xconfigure configure;
     xselection selection;
     xfocus focus;
+    xmessage message;
     long room[24];
 } xevent;
 typedef int (*handler)(display *, void *event, void *wire);
 
-enum { KEY = 2, PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, FOCUSED = 9, UNFOCUSED = 10, EXPOSE = 12, DESTROYED = 17, CONFIGURED = 22, SELECTION = 31 };
+enum { KEY = 2, PRESS = 4, RELEASE = 5, MOTION = 6, LEAVE = 8, FOCUSED = 9, UNFOCUSED = 10, EXPOSE = 12, DESTROYED = 17, CONFIGURED = 22, SELECTION = 31, MESSAGE = 33 };
 enum { INPUT_OUTPUT = 1, Z_PIXMAP = 2, LSB_FIRST = 0, REPLACE = 0 };
 enum { BACK_PIXEL = 1 << 1, BORDER_PIXEL = 1 << 3, EVENTS = 1 << 11, COLORMAP = 1 << 13 };
 /* Press, release, leave, motion, exposure, structure, focus; and keys, only while the window has the focus: else they
@@ -91,6 +98,7 @@ enum { BACK_PIXEL = 1 << 1, BORDER_PIXEL = 1 << 3, EVENTS = 1 << 11, COLORMAP = 
 enum { WANTED = 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 15 | 1 << 17 | 1 << 21, KEYS = 1 << 0 };
 enum { BY_POINTER = 5 }; /* a focus that the window has only because the pointer is over it */
 enum { TO_PARENT = 2 };
+enum { ATOM = 4 }; /* the type of a property */
 enum { HAND = 60, ACROSS = 108, SHIFT = 1, CONTROL = 4, MOD1 = 8 };
 
 static struct {
@@ -169,6 +177,9 @@ static int find_x(void) {
 
 /* --- windows --- */
 
+/* Atoms of files that are dragged and dropped, XDND version 5 (freedesktop.org). */
+enum { AWARE, ENTER, POSITION, STATUS, DROP, FINISHED, DRAGGED, COPY, FILES, DRAG_ATOMS };
+
 struct lb_window {
     lb_picture *picture;
     display *display;
@@ -178,6 +189,8 @@ struct lb_window {
     uint32_t *pixels;
     int shown, pointer, exposed, x, y; /* the size of `pixels`, as one word; the pointer's shape; its last press, */
     unsigned long pressed, resized;    /* and the time of that, ms; the request that resized the window last */
+    xid drag[DRAG_ATOMS], source; /* source: the window that drags files over this one ... */
+    int files;                    /* ... and whether it has files */
     pthread_t thread;
     int stop;
     uint64_t wanted; /* size and scale, packed: set by the main thread */
@@ -287,14 +300,18 @@ static void follow_focus(lb_window *w) {
     x.Flush(w->display);
 }
 
-/* Requests the clipboard's text, which arrives as an event. */
-static void ask_for_text(lb_window *w, unsigned long time) {
-    const xid clipboard = x.InternAtom(w->display, "CLIPBOARD", 0), text = x.InternAtom(w->display, "UTF8_STRING", 0);
-    x.ConvertSelection(w->display, clipboard, text, x.InternAtom(w->display, "LIVEBASS_TEXT", 0), w->window, time);
+/* Tells the source of a drag STATUS or FINISHED, and whether its files are taken. */
+static void answer(lb_window *w, int what, int taken) {
+    const long copy = taken ? (long)w->drag[COPY] : 0;
+    xevent e = {.message = {.head = {.type = MESSAGE}, .window = w->source, .kind = w->drag[what], .format = 32,
+                            .data = {(long)w->window, taken}}};
+    e.message.data[what == STATUS ? 4 : 2] = copy;
+    x.SendEvent(w->display, w->source, 0, 0, &e);
     x.Flush(w->display);
 }
 
-static void paste(lb_window *w, const xselection *e) {
+/* Takes the text that was asked for: dropped files, or the clipboard's. */
+static void take_text(lb_window *w, const xselection *e) {
     unsigned char *text = 0; /* Xlib adds a final zero */
     xid type;
     int format;
@@ -302,8 +319,47 @@ static void paste(lb_window *w, const xselection *e) {
     if (e->property)
         x.GetWindowProperty(w->display, w->window, e->property, 0, LB_MOST_TEXT / 4, 1, 0, &type, &format, &count, &left,
                             &text);
-    lb_paste(w->picture, text && format == 8 ? (const char *)text : 0);
+    const char *good = text && format == 8 ? (const char *)text : 0;
+    if (e->selection != w->drag[DRAGGED]) lb_paste(w->picture, good);
+    else {
+        if (good) lb_drop(w->picture, good);
+        answer(w, FINISHED, good != 0);
+    }
     if (text) x.Free(text);
+}
+
+/* Requests a text of another program, which arrives as an event. */
+static void ask(lb_window *w, xid selection, xid type, unsigned long time) {
+    x.ConvertSelection(w->display, selection, type, x.InternAtom(w->display, "LIVEBASS_TEXT", 0), w->window, time);
+    x.Flush(w->display);
+}
+
+static void ask_for_text(lb_window *w, unsigned long time) {
+    ask(w, x.InternAtom(w->display, "CLIPBOARD", 0), x.InternAtom(w->display, "UTF8_STRING", 0), time);
+}
+
+/* Follows a drag over the window, and takes its files when they are dropped. */
+static void take_message(lb_window *w, const xmessage *e) {
+    const xid *drag = w->drag, source = (xid)e->data[0];
+    if (e->kind == drag[ENTER]) { /* its first three types, and whether it has more */
+        w->source = source;
+        w->files = e->data[1] & 1;
+        for (int k = 2; k < 5; k++) w->files |= (xid)e->data[k] == drag[FILES];
+    }
+    if (source != w->source) return;
+    if (e->kind == drag[POSITION]) answer(w, STATUS, w->files);
+    if (e->kind == drag[DROP] && w->files) ask(w, drag[DRAGGED], drag[FILES], (unsigned long)e->data[2]);
+    else if (e->kind == drag[DROP]) answer(w, FINISHED, 0);
+}
+
+/* Lets files be dropped on the window. */
+static void accept_files(lb_window *w) {
+    static const char names[] = "XdndAware\0XdndEnter\0XdndPosition\0XdndStatus\0XdndDrop\0XdndFinished\0"
+                                "XdndSelection\0XdndActionCopy\0text/uri-list";
+    const long version = 5;
+    const char *name = names;
+    for (int k = 0; k < DRAG_ATOMS; k++, name += strlen(name) + 1) w->drag[k] = x.InternAtom(w->display, name, 0);
+    x.ChangeProperty(w->display, w->window, w->drag[AWARE], ATOM, 32, REPLACE, (const unsigned char *)&version, 1);
 }
 
 /* Takes the size that a host gave the window itself, as LV2 hosts do, since the last size of our own. */
@@ -331,7 +387,8 @@ static void take_events(lb_window *w) {
         else if ((e.type == FOCUSED || e.type == UNFOCUSED) && e.focus.detail != BY_POINTER)
             x.SelectInput(w->display, w->window, WANTED | (e.type == FOCUSED ? KEYS : 0));
         else if (e.type == CONFIGURED) take_size(w, &e.configure);
-        else if (e.type == SELECTION) paste(w, &e.selection);
+        else if (e.type == SELECTION) take_text(w, &e.selection);
+        else if (e.type == MESSAGE) take_message(w, &e.message);
         else if (e.type == EXPOSE) w->exposed = 1;
         else if (e.type == DESTROYED) w->window = 0; /* by the host */
     }
@@ -406,6 +463,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
         const xid info = x.InternAtom(w->display, "_XEMBED_INFO", 0);
         x.ChangeProperty(w->display, w->window, info, info, 32, REPLACE, (const unsigned char *)embedded, 2);
         x.StoreName(w->display, w->window, "livebass");
+        accept_files(w);
         w->context = x.CreateGC(w->display, w->window, 0, 0);
         w->cursors[LB_POINTER_HAND] = x.CreateFontCursor(w->display, HAND);
         w->cursors[LB_POINTER_ACROSS] = x.CreateFontCursor(w->display, ACROSS);
