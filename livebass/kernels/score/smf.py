@@ -42,6 +42,7 @@ MARK = "livebass plays "  # begins the text in a take that names its bass
 MARK_BYTES = np.frombuffer(MARK.encode(), np.uint8)
 MOST_BEFORE = 4096  # bytes before the header: a MacBinary file has 128
 CHUNK_HEAD = 8  # bytes: name and length
+MOST_CHUNKS = 4096  # of other kinds in a row; more are stray bytes, or a damaged file could take hours
 WORD = 8  # bytes
 MTHD, MTRK, RIFF, RMID, DATA = (int.from_bytes(name) for name in (b"MThd", b"MTrk", b"RIFF", b"RMID", b"data"))
 META_TEXT, META_TRACK_NAME, META_INSTRUMENT, META_CHANNEL, META_PORT = 0x01, 0x03, 0x04, 0x20, 0x21
@@ -403,14 +404,21 @@ def read_next_track(smf, data):
 
 
 @jit
+def is_foreign(smf, data, at):
+    """True if a chunk that is no header and no track may begin here."""
+    return is_chunk(smf, data, at) and not stands(smf, data, at, MTHD) and not stands(smf, data, at, MTRK)
+
+
+@jit
 def seek_track(smf, data):
     """Moves to the next track chunk, past other chunks and stray bytes.
 
     False if there is none, or another file begins first.
     """
-    at = smf.at
-    while is_chunk(smf, data, at) and not stands(smf, data, at, MTHD) and not stands(smf, data, at, MTRK):
+    at, passed = smf.at, 0
+    while passed < MOST_CHUNKS and is_foreign(smf, data, at):
         at += CHUNK_HEAD + number_at(data, at + 4, 4)
+        passed += 1
     if not stands(smf, data, at, MTRK):
         if smf.another < smf.at:
             found = find(data, smf.at, smf.length, MTHD)

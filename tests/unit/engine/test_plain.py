@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
-from support.places import ROOT
+from support.plain import in_plain_python
 from support.quiet import without_noise
 from support.strings import case_b, oblique
 
@@ -52,16 +49,7 @@ def note() -> dict[str, list[float]]:
 
 def test_kernels_run_in_plain_python() -> None:
     """The same in a separate process, without the compiled library."""
-    found = subprocess.run(
-        [sys.executable, __file__],
-        env={**os.environ, "LIVEBASS_PLAIN": "1", "PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=240,
-    )
-    assert found.returncode == 0, found.stderr[-3000:]
-    plain = json.loads(found.stdout)
+    plain = in_plain_python(__file__)
     compiled = pluck() | note()
     assert len(plain["step"]) > 20, "the string hits its frets"
     assert (plain["step"], plain["point"]) == (compiled["step"], compiled["point"])

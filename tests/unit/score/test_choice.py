@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 from support.choices import digests
+from support.plain import in_plain_python
 from support.songs import damaged, made
 
 from livebass.compiling import PLAIN
@@ -28,16 +25,7 @@ def test_the_same_is_chosen_as_before() -> None:
 
 
 def test_plain_kernels_choose_the_same() -> None:
-    folder = Path(__file__).parent
-    found = subprocess.run(
-        [sys.executable, str(folder / "test_choice.py")],
-        env={**os.environ, "LIVEBASS_PLAIN": "1", "PYTHONPATH": os.pathsep.join([str(folder.parents[1]), *sys.path])},
-        capture_output=True,
-        text=True,
-        timeout=240,
-    )
-    assert found.returncode == 0, found.stderr[-3000:]
-    assert json.loads(found.stdout) == few()
+    assert in_plain_python(__file__) == few()
 
 
 def few() -> list[str]:

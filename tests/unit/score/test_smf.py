@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
+from support.plain import in_plain_python
 from support.songs import damaged, digests, made
 
 from livebass.compiling import PLAIN
@@ -74,16 +71,7 @@ def pattern(text: str) -> str:
 
 
 def test_plain_kernels_read_the_same() -> None:
-    folder = Path(__file__).parent
-    found = subprocess.run(
-        [sys.executable, str(folder / "test_smf.py")],
-        env={**os.environ, "LIVEBASS_PLAIN": "1", "PYTHONPATH": os.pathsep.join([str(folder.parents[1]), *sys.path])},
-        capture_output=True,
-        text=True,
-        timeout=240,
-    )
-    assert found.returncode == 0, found.stderr[-3000:]
-    assert json.loads(found.stdout) == few()
+    assert in_plain_python(__file__) == few()
 
 
 def few() -> list[str]:
