@@ -154,8 +154,9 @@ OF_CHANNEL = ("volume", "expression", "let_ring", "vibrato", "bend")
 
 # --- parameters that hosts move ---
 
-# Kinds of events that set a parameter's value (live/thread/ring.py has the others): a playing parameter; the amount of
-# a controller's function; a knob of the effects, 0 to 1; a technique that is latched (1) or not (0); a player's setting
+# Kinds of events that set a parameter's value (kernels/player/words.py has the others): a playing parameter; the amount
+# of a controller's function; a knob of the effects, 0 to 1; a technique that is latched (1) or not (0); a player's
+# setting
 PARAMETER, AMOUNT, EFFECT, SWITCHED, SETTING = 1, 6, 9, 10, 11
 
 MOST_BASSES = 128  # in a plugin

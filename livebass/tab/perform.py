@@ -1,6 +1,6 @@
 """From written notes to strokes: when, on which string and fret, and how each one is played.
 
-Strokes know nothing of MIDI, nor of what livebass can play: messages.py does.
+Strokes know nothing of MIDI, nor of what livebass can play: rows.py makes a score of them, messages.py a MIDI file.
 """
 
 from __future__ import annotations

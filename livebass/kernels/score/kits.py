@@ -10,10 +10,13 @@ from livebass.compiling import SMALL, compiled
 from livebass.kernels.machine.native import bytes_at
 from livebass.kernels.player.performer import CHANNELS
 from livebass.kernels.score.memory import NONE, lines_of, sent_at, tracks_of
-from livebass.kits import DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 
 jit = compiled(attributes=SMALL)
 
+DRUMS = 9  # the channel of General MIDI, from 0
+BANK = 0  # the controller that selects the most significant byte of a bank, and its values:
+GM2_DRUMS, GM2_MELODIC, XG_DRUMS = 120, 121, (126, 127)
+MELODIC = 3  # keys of a track called bass on the channel of drums that make it a bass: a bass drum has one or two
 GENERAL, ROLAND, YAMAHA = 0, 1, 2  # standards
 
 

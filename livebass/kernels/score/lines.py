@@ -6,6 +6,7 @@ from livebass.compiling import SMALL, compiled
 from livebass.kernels.machine.native import copy_record, words_at
 from livebass.kernels.player.messages import NOTE_OFF, NOTE_ON, RELEASE
 from livebass.kernels.player.performer import CHANNELS
+from livebass.kernels.score.kits import MELODIC
 from livebass.kernels.score.memory import (
     BASS_INSTRUMENT,
     IS_BASS,
@@ -32,7 +33,6 @@ from livebass.kernels.score.memory import (
 from livebass.kernels.score.remarks import PORTAMENTO, add_remark
 from livebass.kernels.score.sorting import fill_order, sort_by
 from livebass.kernels.score.times import frame_of
-from livebass.kits import MELODIC
 from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
 
 jit = compiled(attributes=SMALL)

@@ -4,7 +4,7 @@ import numpy as np
 
 from livebass.compiling import SMALL, compiled
 from livebass.kernels.player.messages import NOTE_ON
-from livebass.kernels.score.kits import has_drums, reset_kits
+from livebass.kernels.score.kits import BANK, has_drums, reset_kits
 from livebass.kernels.score.memory import (
     NONE,
     PROGRAM,
@@ -14,7 +14,6 @@ from livebass.kernels.score.memory import (
     notes_at,
     timed_at,
 )
-from livebass.kits import BANK
 
 jit = compiled(attributes=SMALL)
 

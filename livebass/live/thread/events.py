@@ -21,7 +21,7 @@ from livebass.kernels.player.words import (
     plays_strings,
     unpack,
 )
-from livebass.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
+from livebass.kernels.score.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
 from livebass.live.thread.ring import NOW, next_frame, pop, push_midi, push_word
 from livebass.techniques import EFFECT, GAIN_DB, LEARNED, LEAST, PARAMETER, PARAMETERS, TECHNIQUE
@@ -107,6 +107,7 @@ def play_event(synth, b, frame, word, value):
     """Handles an event other than MIDI for synth frame `frame`."""
     kind, number = kind_of(word), word & NUMBER
     if plays_strings(kind):
+        synth.messages += 1
         keep_event(synth, frame, word, value)
     if kind == EFFECT and number < KNOBS:
         extend_knobs(synth, frame - synth.frame)

@@ -81,7 +81,7 @@ def test_the_binary_is_small_exports_its_entries_alone_and_needs_what_windows_ha
     assert exported == {"GetPluginFactory", "InitDll", "ExitDll", "clap_entry", "lv2_descriptor", "lv2ui_descriptor"}
     needed = set(re.findall(r"DLL Name: (\S+)", listed))
     parts = {name for name in needed if name.startswith("api-ms-win-crt-")}  # parts of the C library
-    assert parts and needed - parts == {"ADVAPI32.dll", "GDI32.dll", "KERNEL32.dll", "USER32.dll"}
+    assert parts and needed - parts == {"ADVAPI32.dll", "GDI32.dll", "KERNEL32.dll", "SHELL32.dll", "USER32.dll"}
     assert all(word not in file.read_bytes() for word in (b"Py_", b"NRT_", b"numba"))
 
 

@@ -225,7 +225,8 @@ static void change_bass(lb_instance *i) {
     if (__atomic_load_n(&i->offline, __ATOMIC_RELAXED)) {
         lb_serve(i); /* always: another thread may be loading the wanted bass */
         if (busy) lb_free_bass(lb_take_faded(s)); /* another has faded since */
-    } else if (busy || __atomic_load_n(&i->old_song, __ATOMIC_RELAXED) || lb_song_is_old(i) || wants_other(i) || wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
+    } else if (busy || lb_song_asks(i) || wants_other(i) ||
+               wanted_helpers(i) != __atomic_load_n(&i->helpers, __ATOMIC_RELAXED))
         i->ask(i->owner);
     if (!__atomic_load_n(&i->ready, __ATOMIC_ACQUIRE) || __atomic_load_n(&i->done, __ATOMIC_ACQUIRE)) return;
     __atomic_store_n(&i->done, lb_take_next(s), __ATOMIC_RELEASE); /* it would be replaced before it began */

@@ -49,7 +49,7 @@ typedef struct lb_sound lb_sound;
 typedef struct lb_song lb_song; /* of song.h */
 typedef struct lb_song_file lb_song_file;
 enum { LB_SONG_LINE = 640 };
-enum { LB_ROLL, LB_LOOP, LB_PUT_AWAY, LB_GIVE }; /* what a hand does with a song: starts or stops it, ... gives a file */
+enum { LB_ROLL, LB_LOOP, LB_PUT_AWAY, LB_GIVE }; /* what a hand does with a song */
 typedef struct { /* what a window shows of the song */
     int there;         /* 1: there is one, which can play ... */
     int rolls, loops;  /* ... now, and again and again */
@@ -291,7 +291,7 @@ void lb_show_song(lb_instance *, const lb_song_view *);  /* likewise */
 void lb_view_song(lb_instance *, lb_song_view *);        /* [not the audio thread] */
 /* Prepares the song again if the rate or the bass has changed. [not the audio thread but offline] */
 void lb_renew_song(lb_instance *);
-int lb_song_is_old(const lb_instance *); /* that is necessary. [any thread] */
+int lb_song_asks(const lb_instance *); /* lb_serve has work for a song: that, or one to free. [any thread] */
 /* The rest is for the audio thread. */
 
 /* Sends the song's messages for the next n frames. */

@@ -82,16 +82,20 @@ static int is_in(const int32_t *ranges, int32_t letter) {
     return 0;
 }
 
+/* The step behind one with ranges. */
+static const int32_t *behind(const int32_t *step) { return step + 2 + 2 * step[1]; }
+
 /* True if the program finds its words in a name from `at` on. */
 static int finds(const int32_t *step, const lb_name *name, int at) {
     const int32_t letter = at < name->count ? name->letters[at] : -1;
     for (;; step += step[1]) switch (step[0]) {
         case LB_STEP_CHARACTER: return letter == step[1] && finds(step + 2, name, at + 1);
-        case LB_STEP_RANGES: return letter >= 0 && is_in(step + 1, letter) && finds(step + 2 + 2 * step[1], name, at + 1);
+        case LB_STEP_RANGES: return letter >= 0 && is_in(step + 1, letter) && finds(behind(step), name, at + 1);
         case LB_STEP_EITHER: if (finds(step + 2, name, at)) return 1; break;
         case LB_STEP_JUMP: break;
         case LB_STEP_NOT_AHEAD: if (finds(step + 2, name, at)) return 0; break;
-        case LB_STEP_NOT_BEHIND: return !(at && is_in(step + 1, name->letters[at - 1])) && finds(step + 2 + 2 * step[1], name, at);
+        case LB_STEP_NOT_BEHIND:
+            return !(at && is_in(step + 1, name->letters[at - 1])) && finds(behind(step), name, at);
         case LB_STEP_END: return letter < 0 && finds(step + 1, name, at);
         default: return 1;
         }

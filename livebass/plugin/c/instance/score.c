@@ -29,7 +29,8 @@ void lb_free_score(lb_score *s) {
 /* --- sentences --- */
 
 /* Writes a sentence of the table with its numbers, or with words in their place. */
-static size_t add_sentence(char *line, size_t room, size_t end, const char *form, const int64_t *numbers, const char *words) {
+static size_t add_sentence(char *line, size_t room, size_t end, const char *form, const int64_t *numbers,
+                           const char *words) {
     for (; *form; form++) {
         if (*form != '{') {
             end = lb_append(line, room, end, "%c", *form);
@@ -46,9 +47,9 @@ static size_t add_sentence(char *line, size_t room, size_t end, const char *form
 
 /* The sentence of a code, for one or several. */
 static const char *sentence(int64_t code, int several) {
-    for (int k = 0; k < LB_SENTENCES; k++)
-        if (lb_sentences[k].code == code) return several && lb_sentences[k].several ? lb_sentences[k].several : lb_sentences[k].one;
-    return "";
+    const lb_sentence *s = lb_sentences;
+    while (s < lb_sentences + LB_SENTENCES && s->code != code) s++;
+    return s == lb_sentences + LB_SENTENCES ? "" : several && s->several ? s->several : s->one;
 }
 
 /* --- names --- */
@@ -80,7 +81,8 @@ static const lb_name *name_of(const called *c) { return c->title.count ? &c->tit
 static int is_bass(const lb_name *n) { return lb_name_has(n, lb_bass_words) && !lb_name_has(n, lb_other_words); }
 
 static int says(const lb_name *n) {
-    return LB_IS_BASS * is_bass(n) | LB_IS_OTHER * lb_name_has(n, lb_other_words) | LB_IS_DRUMS * lb_name_has(n, lb_drum_words);
+    return LB_IS_BASS * is_bass(n) | LB_IS_OTHER * lb_name_has(n, lb_other_words) |
+           LB_IS_DRUMS * lb_name_has(n, lb_drum_words);
 }
 
 /* Fills the kernels' table of names from the texts, which are in the order of tracks; returns 0 for a chart of a
@@ -163,7 +165,8 @@ static int choose(lb_score *s, char *why, size_t room) {
     return 0;
 }
 
-int lb_read_score(lb_score *s, const uint8_t *bytes, size_t count, int rate, const lb_kernels *kernels, char *why, size_t room) {
+int lb_read_score(lb_score *s, const uint8_t *bytes, size_t count, int rate, const lb_kernels *kernels, char *why,
+                  size_t room) {
     memset(s, 0, sizeof *s);
     s->kernels = kernels;
     s->smf.data = ADDRESS(bytes);
@@ -222,6 +225,11 @@ static void write_part_name(const lb_score *s, const LB_LISTED *part, char text[
     lb_write_name(&name, text);
 }
 
+/* Adds a comma and a number of things. */
+static size_t add_count(char *line, size_t room, size_t end, int64_t count, const char *one, const char *several) {
+    return lb_append(line, room, end, ", %lld %s", (long long)count, count == 1 ? one : several);
+}
+
 static size_t add_note_name(char *line, size_t room, size_t end, int64_t key) {
     static const char names[12][3] = {"C", "C#", "D", "D#", "E", "F", "F#", "G", "G#", "A", "A#", "B"};
     return lb_append(line, room, end, "%s%d", names[key % 12], (int)key / 12 - 1);
@@ -236,8 +244,9 @@ void lb_describe_part(const lb_score *s, int64_t number, char *text, size_t room
     end = lb_append(text, room, end, "channel %d", (int)part.channel + 1);
     if (*name) end = lb_append(text, room, end, " \"%s\"", name);
     end = lb_append(text, room, end, part.drums ? " (drums" : part.programs ? " (program" : " (no program");
-    for (int64_t k = 0; !part.drums && k < part.programs; k++) end = lb_append(text, room, end, " %d", part.program[k] + 1);
-    end = lb_append(text, room, end, ", %lld note%s, ", (long long)part.notes, part.notes == 1 ? "" : "s");
+    for (int64_t k = 0; !part.drums && k < part.programs; k++)
+        end = lb_append(text, room, end, " %d", part.program[k] + 1);
+    end = add_count(text, room, end, part.notes, "note, ", "notes, ");
     end = add_note_name(text, room, end, part.lowest);
     if (part.highest != part.lowest) end = add_note_name(text, room, lb_append(text, room, end, " to "), part.highest);
     lb_append(text, room, end, ")");
@@ -253,8 +262,9 @@ static size_t add_parts(const lb_score *s, char *line, size_t room, size_t end) 
         if (!part.chosen || ++chosen > MOST_SAID) continue;
         write_part_name(s, &part, name);
         end = lb_append(line, room, end, chosen == 1 ? "plays track %d" : ", track %d", (int)part.track + 1);
-        end = *name ? lb_append(line, room, end, " called %s", name) : lb_append(line, room, end, " (channel %d)", (int)part.channel + 1);
-        end = lb_append(line, room, end, ", %lld note%s", (long long)part.chosen, part.chosen == 1 ? "" : "s");
+        if (*name) end = lb_append(line, room, end, " called %s", name);
+        else end = lb_append(line, room, end, " (channel %d)", (int)part.channel + 1);
+        end = add_count(line, room, end, part.chosen, "note", "notes");
     }
     if (chosen > MOST_SAID) end = lb_append(line, room, end, " and %d more", chosen - MOST_SAID);
     if (others) end = lb_append(line, room, end, "; left out %d other part%s", others, others == 1 ? "" : "s");
@@ -292,15 +302,19 @@ static size_t add_remark(const lb_score *s, const LB_REMARK *r, char *line, size
 void lb_describe_score(const lb_score *s, char *line, size_t room) {
     const LB_REMARK *of_file = AT(LB_REMARK, s->smf.rows[LB_REMARKS]), *of_choice = AT(LB_REMARK, s->score.remarks);
     int named = 0;
-    size_t end = s->score.take ? lb_append(line, room, 0, "plays a take of livebass, %lld note%s", (long long)s->score.notes, s->score.notes == 1 ? "" : "s")
-                               : add_parts(s, line, room, 0);
-    if (s->left_out) end = lb_append(line, room, end, "; %lld key switch%s of another instrument left out", (long long)s->left_out, s->left_out == 1 ? "" : "es");
-    if (s->raised) end = lb_append(line, room, end, "; %lld low note%s moved up by octaves", (long long)s->raised, s->raised == 1 ? "" : "s");
+    size_t end = 0;
+    if (!s->score.take) end = add_parts(s, line, room, end);
+    else end = add_count(line, room, lb_append(line, room, end, "plays a take of livebass"), s->score.notes, "note", "notes");
+    if (s->left_out)
+        end = add_count(line, room, end, s->left_out, "key switch of another instrument left out",
+                        "key switches of another instrument left out");
+    if (s->raised) end = add_count(line, room, end, s->raised, "low note moved up by octaves", "low notes moved up by octaves");
     for (int64_t k = 0; k < s->smf.count[LB_REMARKS]; k++)
         end = add_remark(s, &of_file[k], line, room, lb_append(line, room, end, "; "));
     for (int64_t k = 0; k < s->score.remarks_count; k++) {
         if (of_choice[k].code == LB_REMARK_CALLED && named++) continue;
         end = lb_append(line, room, end, "; ");
-        end = of_choice[k].code == LB_REMARK_CALLED ? add_called(s, of_choice, line, room, end) : add_remark(s, &of_choice[k], line, room, end);
+        if (of_choice[k].code == LB_REMARK_CALLED) end = add_called(s, of_choice, line, room, end);
+        else end = add_remark(s, &of_choice[k], line, room, end);
     }
 }

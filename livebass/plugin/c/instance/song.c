@@ -57,9 +57,14 @@ void lb_free_songs(lb_instance *i) {
 
 /* --- from a file --- */
 
-static uint32_t range_word(int64_t lowest, int64_t highest) { return (uint32_t)(lowest & 0xFF) | (uint32_t)(highest & 0xFF) << 8; }
+static uint32_t range_word(int64_t lowest, int64_t highest) {
+    return (uint32_t)(lowest & 0xFF) | (uint32_t)(highest & 0xFF) << 8;
+}
 
-static int bass_of(const lb_instance *i) { return lb_value(i, LB_BASS) < lb_shelf_count(i->shelf) ? (int)lb_value(i, LB_BASS) : 0; }
+static int bass_of(const lb_instance *i) {
+    const int bass = (int)lb_value(i, LB_BASS);
+    return bass < lb_shelf_count(i->shelf) ? bass : 0;
+}
 
 /* The lowest and the highest key, in one word, of the bass that plays; before, of the chosen one. */
 static uint32_t range_of(const lb_instance *i) {
@@ -99,7 +104,8 @@ static lb_song *make_song(const lb_instance *i, const lb_song_file *file, char l
     char why[WHY] = "there is no memory for it";
     lb_song *s = 0;
     find_keys(i, &keys);
-    if (read && lb_read_score(read, file->bytes, file->size, (int)lrint(rate), i->kernels, why, sizeof why) && lb_fit_score(read, &keys)) {
+    const int good = read && lb_read_score(read, file->bytes, file->size, (int)lrint(rate), i->kernels, why, sizeof why);
+    if (good && lb_fit_score(read, &keys)) {
         const LB_PLAYED *played = (const LB_PLAYED *)(intptr_t)read->score.played;
         s = lb_new_song(read->score.played_count, &frames, &words);
         for (int64_t k = 0; s && k < read->score.played_count; k++) {
@@ -128,7 +134,8 @@ static lb_song_file *read_file(const char *path, char line[LB_SONG_LINE]) {
     const char *why = "cannot be read";
     if (in && !fseek(in, 0, SEEK_END) && (size = ftell(in)) >= 0 && size < LONG_MAX && !fseek(in, 0, SEEK_SET)) {
         if (size > MOST_FILE) {
-            snprintf(line, LB_SONG_LINE, "%.150s: has %ld MB, more than %d MB", lb_file_name(path), size >> 20, MOST_FILE >> 20);
+            const char *name = lb_file_name(path);
+            snprintf(line, LB_SONG_LINE, "%.150s: has %ld MB, more than %d MB", name, size >> 20, MOST_FILE >> 20);
             fclose(in);
             return 0;
         }
@@ -204,14 +211,17 @@ const char *lb_take_song(lb_instance *i, const char *path) {
     return i->window.why;
 }
 
-int lb_song_is_old(const lb_instance *i) {
+/* True if the song is prepared for another bass or another rate. */
+static int is_old(const lb_instance *i) {
     const uint64_t now = __atomic_load_n(&i->song_for, __ATOMIC_ACQUIRE);
     return now && now != wish(i);
 }
 
+int lb_song_asks(const lb_instance *i) { return __atomic_load_n(&i->old_song, __ATOMIC_RELAXED) || is_old(i); }
+
 void lb_renew_song(lb_instance *i) {
     char line[LB_SONG_LINE];
-    if (!lb_song_is_old(i)) return;
+    if (!is_old(i)) return;
     enter();
     if (i->song_file && put(i, i->song_file, 1, line)) strcpy(i->song_line, line);
     else __atomic_store_n(&i->song_for, wish(i), __ATOMIC_RELEASE); /* the last one plays on */
@@ -315,8 +325,8 @@ void lb_play_song(lb_instance *i, int64_t n) {
 }
 
 int lb_song_waits(const lb_instance *i) {
-    const int rolls = __atomic_load_n(&i->rolls, __ATOMIC_RELAXED), next = __atomic_load_n(&i->next_song, __ATOMIC_RELAXED) != 0;
-    return next || (i->audio.song && (rolls || i->audio.song->desk.rolling));
+    const int rolls = __atomic_load_n(&i->rolls, __ATOMIC_RELAXED);
+    return __atomic_load_n(&i->next_song, __ATOMIC_RELAXED) || (i->audio.song && (rolls || i->audio.song->desk.rolling));
 }
 
 void lb_stop_song(lb_instance *i) {

@@ -101,8 +101,8 @@ int lb_point_menu(lb_picture *p, int kind, double x, double y) {
     return 1;
 }
 
-/* Adds a text in lines of at most TIP_WIDTH. */
-static void add_wrapped(lb_picture *p, const char *text) {
+/* Adds a text in lines of at most TIP_WIDTH; `large`: it begins with a large letter. */
+static void add_wrapped(lb_picture *p, const char *text, int large) {
     char line[MOST_TEXT] = "";
     for (int first = 1; *text; first = 0) {
         const size_t word = strcspn(text, " "), end = strlen(line);
@@ -112,7 +112,7 @@ static void add_wrapped(lb_picture *p, const char *text) {
             add_line(&p->cover, DO_NOTHING, line);
             snprintf(line, sizeof line, "%.*s", (int)word, text);
         }
-        if (first && *line >= 'a' && *line <= 'z') *line -= 'a' - 'A';
+        if (first && large && *line >= 'a' && *line <= 'z') *line -= 'a' - 'A';
         text += word + (text[word] == ' ');
     }
     if (*line) add_line(&p->cover, DO_NOTHING, line);
@@ -125,14 +125,14 @@ static void make_tip(lb_picture *p) {
     if (!tip && !is_value) return;
     p->cover = (lb_cover){.kind = TIP, .number = p->hovered, .lit = -1};
     if (is_value) add_value(p, q->number);
-    if (q->kind == SONG_LINE) add_wrapped(p, p->song.line);
+    if (q->kind == SONG_LINE) add_wrapped(p, p->song.line, 0);
     if (q->kind == LAMP) {
         char text[MOST_TEXT], key[16];
         lb_note_name(lb_key_of(p, q->number), key);
         snprintf(text, sizeof text, *key ? "%s: key %s." : "%s.", lb_switch_of(q->number)->name, key);
         add_line(&p->cover, DO_NOTHING, text);
     }
-    if (tip) add_wrapped(p, tip);
+    if (tip) add_wrapped(p, tip, 1);
     if (is_value && lb_is_idle(p, q->number)) add_line(&p->cover, DO_NOTHING, "This bass cannot use it.");
     place(p, q->x, q->y + q->h + px(p, 4));
 }

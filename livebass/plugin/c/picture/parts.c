@@ -652,7 +652,9 @@ static void draw_song_button(lb_picture *p, const part *q) {
     draw_button(p, q, q->number == LB_LOOP ? "Loop" : p->song.rolls ? "Stop" : "Play", lit, is_hot(p, q));
 }
 
-static void mix_song_button(const lb_picture *p, const part *q, uint64_t *hash) { mix(hash, 2 * p->song.rolls + p->song.loops); }
+static void mix_song_button(const lb_picture *p, const part *q, uint64_t *hash) {
+    mix(hash, 2 * p->song.rolls + p->song.loops);
+}
 
 static void press_song(lb_picture *p, const part *q, const hand *h) { p->face.steer(p->face.owner, q->number); }
 
@@ -671,7 +673,8 @@ static void mix_song_line(const lb_picture *p, const part *q, uint64_t *hash) {
 static void draw_song_cross(lb_picture *p, const part *q) {
     const double x = q->x + q->w / 2, y = q->y + q->h / 2, r = px(p, 3.5);
     button(p, q, 0, is_hot(p, q));
-    for (int side = -1; side < 2; side += 2) lb_line(&p->ground, x - r, y - side * r, x + r, y + side * r, px(p, 1.5), p->t->ink);
+    for (int side = -1; side < 2; side += 2)
+        lb_line(&p->ground, x - r, y - side * r, x + r, y + side * r, px(p, 1.5), p->t->ink);
 }
 
 static void close_list(lb_picture *p) {
@@ -807,7 +810,8 @@ const lb_kind lb_kinds[KINDS] = {
                   "The sound of a speaker cabinet or a room: an impulse response. Your session keeps it."},
     [UPDATE] = {draw_update, 0, press_update, 0, 0, HAND,
                 "The bass has changed since your session was saved, and plays as it did. Press to take the new one."},
-    [SONG_BUTTON] = {draw_song_button, mix_song_button, press_song, 0, 0, HAND, "Play or stop the file, or play it again and again."},
+    [SONG_BUTTON] = {draw_song_button, mix_song_button, press_song, 0, 0, HAND,
+                     "Play or stop the file, or play it again and again."},
     [SONG_LINE] = {.draw = draw_song_line, .state = mix_song_line, .tip = "Your session does not keep the file."},
     [SONG_CROSS] = {draw_song_cross, 0, press_song, 0, 0, HAND, "Put the file away."},
     [CROWNS] = {.draw = lb_draw_crowns, .state = mix_crowns},

@@ -166,7 +166,8 @@ static int hit(const lb_picture *p, double x, double y) {
     for (int k = p->count - 1; k >= 0; k--) {
         const part *q = &p->parts[k];
         const lb_kind *kind = &lb_kinds[q->kind];
-        if ((kind->press || kind->wheel || kind->tip) && x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
+        if (!kind->press && !kind->wheel && !kind->tip) continue;
+        if (x >= q->x && x < q->x + q->w && y >= q->y && y < q->y + q->h) return k;
     }
     return -1;
 }

@@ -228,8 +228,8 @@ static void take_atom(plugin *p, const lv2_atom *atom) {
         p->wanted[atom->size - 1] = 0;
         p->is_wanted = 1;
     }
-    if (atom->type == p->song_atom && atom->size > sizeof(int32_t) && atom->size <= sizeof(int32_t) + sizeof p->wanted) {
-        int32_t what;
+    int32_t what;
+    if (atom->type == p->song_atom && atom->size > sizeof what && atom->size <= sizeof what + sizeof p->wanted) {
         memcpy(&what, atom + 1, sizeof what);
         if (what == LB_ROLL || what == LB_LOOP) lb_turn_song(&p->instance, what);
         else if (what == LB_GIVE || what == LB_PUT_AWAY) {

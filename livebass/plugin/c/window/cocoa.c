@@ -101,6 +101,9 @@ static id get(id to, const char *what) { return c.send(to, c.selector(what)); }
 static void tell(id to, const char *what, id about) {
     ((void (*)(id, SEL, id))(void *)c.send)(to, c.selector(what), about);
 }
+static id ask(id to, const char *what, id about) {
+    return ((id(*)(id, SEL, id))(void *)c.send)(to, c.selector(what), about);
+}
 static double number(id to, const char *what) { return ((double (*)(id, SEL))(void *)c.send)(to, c.selector(what)); }
 static unsigned long word(id to, const char *what) {
     return ((unsigned long (*)(id, SEL))(void *)c.send)(to, c.selector(what));
@@ -173,7 +176,7 @@ static id new_text(const char *text) {
 
 /* The text that an object's method `what` returns for a name; 0: none. */
 static const char *text_of(id from, const char *what, const char *name) {
-    id found = ((id(*)(id, SEL, id))(void *)c.send)(from, c.selector(what), new_text(name));
+    id found = ask(from, what, new_text(name));
     return found ? ((const char *(*)(id, SEL))(void *)c.send)(found, c.selector("UTF8String")) : 0;
 }
 
@@ -255,7 +258,7 @@ static unsigned long on_drag(id view, SEL name, id drag) { return 1; }
 /* Takes the first of the dropped files. */
 static BOOL on_drop(id view, SEL name, id drag) {
     lb_window *w = of(view);
-    id url = ((id(*)(id, SEL, id))(void *)c.send)(kind("NSURL"), c.selector("URLFromPasteboard:"), get(drag, "draggingPasteboard"));
+    id url = ask(kind("NSURL"), "URLFromPasteboard:", get(drag, "draggingPasteboard"));
     id path = url ? get(get(url, "filePathURL"), "path") : (id)0;
     if (!w || !path) return 0;
     lb_drop(w->picture, ((const char *(*)(id, SEL))(void *)c.send)(path, c.selector("UTF8String")));
@@ -318,7 +321,7 @@ lb_window *lb_open_window(lb_picture *picture, uintptr_t parent, int width, int 
     get(area, "release");
     tell((id)parent, "addSubview:", w->view);
     tell(w->view, "registerForDraggedTypes:",
-         ((id(*)(id, SEL, id))(void *)c.send)(kind("NSArray"), c.selector("arrayWithObject:"), new_text("public.file-url")));
+         ask(kind("NSArray"), "arrayWithObject:", new_text("public.file-url")));
     next_picture(w);
     w->timer = ((id(*)(id, SEL, double, id, SEL, id, BOOL))(void *)c.send)(
         kind("NSTimer"), c.selector("scheduledTimerWithTimeInterval:target:selector:userInfo:repeats:"),
