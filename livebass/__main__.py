@@ -9,8 +9,8 @@ import os
 import sys
 from typing import Any, NoReturn
 
-from livebass.cores import ONE_THREAD
-from livebass.interrupts import INTERRUPTED, exit_while_loading
+from livebass.system.cores import ONE_THREAD
+from livebass.system.interrupts import INTERRUPTED, exit_while_loading
 
 COLLECTED = 20_000  # new objects until Python looks for garbage: at 700, loading modules takes a tenth longer
 

@@ -10,7 +10,7 @@ from collections.abc import Generator
 
 import pytest
 
-from livebass.cores import ONE_THREAD
+from livebass.system.cores import ONE_THREAD
 
 os.environ.update(ONE_THREAD)  # before numpy is imported, here and in processes that tests start
 

@@ -15,7 +15,7 @@ mpl.use("Agg")  # needs no display
 import matplotlib.pyplot as plt
 from errors import clear_errors
 
-from livebass.analysis.motion import t60
+from livebass.lab.analysis.motion import t60
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import dampings, frequencies
 from livebass.preset.load import load_preset

@@ -15,16 +15,16 @@ from pathlib import Path
 import numpy as np
 from errors import clear_errors
 
-from livebass.arrays import Floats
-from livebass.comparison.ringing import OCTAVES, ringing
 from livebass.engine.solve import heard
-from livebass.identification.partials import find_takes, pitch_of, read_recording
+from livebass.lab.comparison.ringing import OCTAVES, ringing
+from livebass.lab.identification.partials import find_takes, pitch_of, read_recording
 from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.modes import frequencies, grazing_apex
 from livebass.model.trial import Trial
 from livebass.preset.load import load_preset
 from livebass.report.text import columns
-from livebass.units import cents
+from livebass.rows.arrays import Floats
+from livebass.rows.units import cents
 
 FRETS = (2, 4, 5, 7, 9, 12)  # stopped notes of a preset
 RATE, CONTACT_RATE = 48_000, 384_000  # Hz

@@ -28,8 +28,8 @@ from typing import Any
 
 import numpy as np
 
-from livebass.bench.jack import Lost, LostFrames, end_process, new_client, wait_for
-from livebass.bench.measure import OtherLoad
+from livebass.lab.bench.jack import Lost, LostFrames, end_process, new_client, wait_for
+from livebass.lab.bench.measure import OtherLoad
 from livebass.live.jack import jack_server
 from livebass.live.presets import return_freed_memory
 from livebass.live.session import Session

@@ -12,7 +12,7 @@ import mido
 import numpy as np
 import soundfile
 
-from livebass.units import pitch_name
+from livebass.rows.units import pitch_name
 
 BAR = (28, 28, 40, 38, 28, 31, 33, 34)  # MIDI notes: E1 E1 E2 D2 E1 G1 A1 A#1
 BARS = 4

@@ -12,7 +12,7 @@ import argparse
 
 from errors import clear_errors
 
-from livebass.identification.fit import NeckFit, fit_neck
+from livebass.lab.identification.fit import NeckFit, fit_neck
 from livebass.preset.load import load_preset
 
 

@@ -23,17 +23,17 @@ from pathlib import Path
 import numpy as np
 from errors import clear_errors
 
-from livebass.arrays import Floats
-from livebass.comparison.distance import HOP, WINDOW, Shape, between, shape
-from livebass.comparison.measures import attack
-from livebass.comparison.ringing import ringing
 from livebass.engine.render import render_to_array
-from livebass.identification.identify import identify
-from livebass.identification.partials import find_takes, read_recording
-from livebass.identification.written import new_preset
+from livebass.lab.comparison.distance import HOP, WINDOW, Shape, between, shape
+from livebass.lab.comparison.measures import attack
+from livebass.lab.comparison.ringing import ringing
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.partials import find_takes, read_recording
+from livebass.lab.identification.written import new_preset
 from livebass.model.instrument import Instrument
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset, preset_names
+from livebass.rows.arrays import Floats
 from livebass.score.score import single_note
 
 VELOCITIES = (30, 60, 90, 120)

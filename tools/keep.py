@@ -23,7 +23,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT)]
 from support import interface, kept_files  # noqa: E402
 
 from livebass import __version__  # noqa: E402
-from livebass.formats import SOUND  # noqa: E402
+from livebass.files.formats import SOUND  # noqa: E402
 
 OTHER = "--sounds"  # prints only the sounds of this level
 API = "--api"  # lists only the public interface
@@ -55,7 +55,7 @@ def main() -> None:
     file = folder.parent / kept_files.SOUNDS
     sounds = json.loads(file.read_text("utf-8")) if file.is_file() else {}
     if sounds.setdefault(str(SOUND), kept_files.sounds_digest()) != kept_files.sounds_digest():
-        raise SystemExit(f"the pinned sounds are not those of sound {SOUND}: raise SOUND in livebass/formats.py")
+        raise SystemExit(f"the pinned sounds are not those of sound {SOUND}: raise SOUND in livebass/files/formats.py")
     file.write_text(json.dumps(sounds, indent=1) + "\n", "utf-8")
     print(f"{folder}: {', '.join(sorted(file.name for file in folder.iterdir()))}")
 

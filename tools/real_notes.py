@@ -1,4 +1,4 @@
-"""Makes the tables of real basses from recordings: livebass/comparison/ranges.csv and notes.csv.
+"""Makes the tables of real basses from recordings: livebass/lab/comparison/ranges.csv and notes.csv.
 
     python tools/real_notes.py FOLDER
 
@@ -21,10 +21,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from livebass.comparison.notes import measured
-from livebass.comparison.rows import ALL, ROWS
-from livebass.comparison.summary import Bass, basses, distances, figures
-from livebass.comparison.telling import FIGURES, note_row
+from livebass.lab.comparison.notes import measured
+from livebass.lab.comparison.rows import ALL, ROWS
+from livebass.lab.comparison.summary import Bass, basses, distances, figures
+from livebass.lab.comparison.telling import FIGURES, note_row
 
 HERE = Path(__file__).parent
 PLACE = HERE.parent / "livebass" / "comparison"

@@ -28,8 +28,8 @@ from pathlib import Path
 from inside import Machine, differences, leaks
 from where import PLACEHOLDER, urls
 
-from livebass.bounds import either
 from livebass.plugin.systems import SYSTEMS
+from livebass.rows.bounds import either
 
 ROOT = Path(__file__).resolve().parents[1]
 SUMS, CHANGES, BUILD = "SHA256SUMS", "CHANGES.md", "BUILD.txt"

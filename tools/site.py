@@ -27,7 +27,7 @@ from urllib.parse import unquote, urljoin
 from links import check
 
 from livebass.cli.help import PAGES
-from livebass.files import OutputError, whole_directory
+from livebass.files.whole import OutputError, whole_directory
 from livebass.web.modules import text as page_source
 from livebass.web.public import ICON
 

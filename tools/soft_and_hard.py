@@ -20,10 +20,10 @@ import matplotlib.pyplot as plt
 from PIL import Image  # matplotlib needs it too
 
 from livebass import load_preset
-from livebass.analysis.sound import spectrogram_db
 from livebass.engine.solve import heard, solve_trial
 from livebass.model.modes import grazing_apex
 from livebass.model.trial import Asked, checked_trial, speaking_string
+from livebass.sound.analysis import spectrogram_db
 
 PRESET, STRING = "jazz-finger", "G"
 PLUCKS = (("softly", 40), ("hard", 120))  # and MIDI velocity

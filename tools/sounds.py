@@ -19,11 +19,11 @@ import soundfile
 from numpy.typing import NDArray
 
 from livebass import load_preset, loudness, quality_with, render_to_file, score_of
-from livebass.audiofile import CHUNK, OGG_SERIAL, read_sound, with_ogg_serial
 from livebass.cli.demos import ready_for
+from livebass.rows.techniques import TECHNIQUE_ROWS
+from livebass.rows.units import note_number
 from livebass.score.score import Score
-from livebass.techniques import TECHNIQUE_ROWS
-from livebass.units import note_number
+from livebass.sound.audiofile import CHUNK, OGG_SERIAL, read_sound, with_ogg_serial
 
 TABLE = Path(__file__).parents[1] / "docs" / "sounds" / "sounds.toml"
 RATE, SECONDS = 48_000, 5.0  # of a file

@@ -1,6 +1,6 @@
 """Writes the tables and sentences that the code determines into README.md and the handbook.
 
-Keys and controllers come from livebass/techniques.py, waveforms from livebass/bench/measured.py.
+Keys and controllers come from livebass/rows/techniques.py, waveforms from livebass/lab/bench/measured.py.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from livebass.bench.measured import waveform_rows, waveform_sentence
 from livebass.cli.messages import meaning
-from livebass.extras import USES
+from livebass.lab.bench.measured import waveform_rows, waveform_sentence
 from livebass.model.keymap import MODO, named_keys
-from livebass.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
-from livebass.units import pitch_name
+from livebass.rows.techniques import BUTTONS, TECHNIQUE_ROWS, Technique
+from livebass.rows.units import pitch_name
+from livebass.system.extras import USES
 
 ROOT = Path(__file__).parents[1]
 WORDS = 6  # first words that identify a sentence

@@ -21,15 +21,15 @@ from pathlib import Path
 import zips
 
 from livebass import __version__
-from livebass.bounds import either
 from livebass.cli.shelf import names_of
 from livebass.compiling import store
-from livebass.cores import core_count
-from livebass.extras import REFERENCE
 from livebass.plugin import build as plugins
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.systems import SYSTEMS, System
 from livebass.preset.load import load_preset
+from livebass.rows.bounds import either
+from livebass.system.cores import core_count
+from livebass.system.extras import REFERENCE
 from livebass.web import build as pages
 from livebass.web.export import page_files, single_page
 

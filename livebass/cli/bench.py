@@ -35,7 +35,7 @@ def render_(file: Path | None) -> None:
     Computes one hard pluck by brute force and by the engine in each quality, then plays four strings at once and a
     slap line. Takes about a minute; run nothing else meanwhile.
     """
-    from livebass.bench.render import bench_render, table
+    from livebass.lab.bench.render import bench_render, table
 
     _report(file, None, bench_render, table, None)
 
@@ -68,8 +68,8 @@ def live(preset: str, qualities: tuple[str, ...], blocks: tuple[int, ...], runs:
     """
     from dataclasses import replace
 
-    from livebass.bench.live import FULL, bench_live, table
-    from livebass.bench.live import picture as draw
+    from livebass.lab.bench.live import FULL, bench_live, table
+    from livebass.lab.bench.live import picture as draw
 
     extent = FULL
     if qualities:
@@ -90,8 +90,8 @@ def latency(file: Path | None, picture: Path | None) -> None:
     Plays through a running JACK server in two ways: as a JACK client with a MIDI port, and through PortAudio with MIDI
     from JACK. Without a server it measures only the time inside livebass. Takes half a minute.
     """
-    from livebass.bench.latency import bench_latency, table
-    from livebass.bench.latency import picture as draw
+    from livebass.lab.bench.latency import bench_latency, table
+    from livebass.lab.bench.latency import picture as draw
 
     _report(file, picture, bench_latency, table, draw)
 

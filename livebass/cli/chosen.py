@@ -12,9 +12,9 @@ from livebass.kernels.player.messages import NOTE_ON
 from livebass.model.instrument import Instrument
 from livebass.preset.load import preset_with
 from livebass.preset.programs import PROGRAMS
+from livebass.rows.units import note_name
 from livebass.score.low_keys import with_low_notes, without_foreign_switches
 from livebass.score.score import Score
-from livebass.units import note_name
 
 
 def programs_of(score: Score) -> dict[int, str]:

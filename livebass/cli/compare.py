@@ -26,7 +26,7 @@ from livebass.cli.progress import have_kernels, shown_progress
 from livebass.cli.said import say
 from livebass.cli.values import Parsed
 from livebass.model.quality import QUALITIES
-from livebass.units import is_number
+from livebass.rows.units import is_number
 
 TECHNIQUES = ("fingers", "pick", "slap", "pop", "mute")
 GROUPS = {
@@ -95,9 +95,9 @@ def compare(
       livebass compare my-bass --beside renders --json compared.json
       livebass compare --tell --preset jazz-finger
     """
-    from livebass.comparison.comparing import Comparison, compared
-    from livebass.comparison.recordings import heard, played
-    from livebass.comparison.telling import telling
+    from livebass.lab.comparison.comparing import Comparison, compared
+    from livebass.lab.comparison.recordings import heard, played
+    from livebass.lab.comparison.telling import telling
     from livebass.preset.load import load_preset
     from livebass.report.picture import check_plots
 
@@ -130,7 +130,7 @@ def compare(
         result = telling(found, progress) if tell else compared(found, progress)
 
     def drawn() -> str:
-        from livebass.comparison.page import page
+        from livebass.lab.comparison.page import page
 
         assert isinstance(result, Comparison)
         return page(result)

@@ -14,8 +14,8 @@ from pathlib import Path
 import click
 
 from livebass.cli.said import filled, width
-from livebass.files import output_error
-from livebass.units import one_line
+from livebass.files.whole import output_error
+from livebass.rows.units import one_line
 
 LOG = logging.getLogger("livebass")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from livebass.units import one_line
+from livebass.rows.units import one_line
 
 
 @click.command()

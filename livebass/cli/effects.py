@@ -11,8 +11,8 @@ import click
 from livebass.cli.options import file_option, of_option, option, together
 from livebass.cli.said import say
 from livebass.cli.values import Number
-from livebass.parts import Knobs
-from livebass.rows import rows
+from livebass.rows.parts import Knobs
+from livebass.rows.row import rows
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.bounds import either
 from livebass.cli.effects import effects_options
 from livebass.cli.hands import Hands, Loader, hands_options, velocity_curve_option
 from livebass.cli.options import (
@@ -36,7 +35,8 @@ from livebass.cli.tuning import load_tuned, tuning_of_options, tuning_options
 from livebass.cli.values import RATE, Quantity
 from livebass.model.quality import AUTO, QUALITIES
 from livebass.plugin.export import BUNDLES
-from livebass.units import one_line
+from livebass.rows.bounds import either
+from livebass.rows.units import one_line
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -120,7 +120,7 @@ for format_ in BUNDLES:
 def _write_plugin(
     kind: str, basses: dict[str, Instrument], output: Path | None, install: bool, wanted: str | None, quality: str
 ) -> None:
-    from livebass.files import checked_directory
+    from livebass.files.whole import checked_directory
     from livebass.plugin import build
     from livebass.plugin.export import export_plugin
     from livebass.plugin.systems import SYSTEMS, VST3_PRESETS, folder_of_plugins, own_folder_of_plugins, this_system
@@ -191,7 +191,7 @@ def web(
       livebass export web --tab song.gp5 -o page --single
       livebass export web -o site/bass --address https://example.org/bass/
     """
-    from livebass.files import checked_directory
+    from livebass.files.whole import checked_directory
     from livebass.web.export import export_page, is_page
     from livebass.web.public import checked_address
 
@@ -226,7 +226,7 @@ def instrument(preset: str, output: Path | None, **options: Any) -> None:
       livebass export instrument ./mine.toml
       livebass export instrument ./mine.toml -o mine.lbass
     """
-    from livebass.files import Transaction, checked_place
+    from livebass.files.whole import Transaction, checked_place
     from livebass.plugin import lv2
     from livebass.plugin.bundle import checked_name, own_instruments
     from livebass.plugin.instrument import ENDING, write_instrument
@@ -281,7 +281,7 @@ def midi(tab: Path, output: Path | None, preset: str | None, **options: Any) -> 
       livebass export midi song.gp --track Bass --bars 9-16 -o riff.mid
     """
     from livebass.cli.song import AUTO, Song
-    from livebass.files import Transaction
+    from livebass.files.whole import Transaction
 
     wanted = TabOptions.taken(options, options)
     data, remark = Song(tab, AUTO, preset, wanted, Loader(options)).arranged().exported()
@@ -331,7 +331,7 @@ def sfz(preset: str, output: Path | None, quality: str, velocity_curve: Any, siz
     if output is None and not size:
         raise click.UsageError("name the folder to write with -o DIR")
     from livebass.export.sfz import Pack, PackSettings, estimated_size, export_sfz, is_pack
-    from livebass.files import checked_directory
+    from livebass.files.whole import checked_directory
 
     hands = Hands({} if velocity_curve is None else {"velocity_curve": velocity_curve})
     bass = hands.play(load_tuned(preset, tuning_of_options(options)))

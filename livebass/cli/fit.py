@@ -19,7 +19,7 @@ from livebass.cli.tuning import tuning_type
 from livebass.cli.values import Number
 
 if TYPE_CHECKING:
-    from livebass.fitting.fit import Fitted
+    from livebass.lab.fitting.fit import Fitted
     from livebass.model.instrument import Instrument
 
 TRIALS = 600
@@ -97,7 +97,7 @@ def fit(notes: tuple[Path, ...], output: Path | None, guide: bool, record: Path 
 
 
 def _guide(like: str, tuning: Any, guide: bool, record: Path | None) -> None:
-    from livebass.fitting.guide import guide_text, steps
+    from livebass.lab.fitting.guide import guide_text, steps
 
     if not guide:
         raise click.UsageError("--record needs --guide")
@@ -105,9 +105,9 @@ def _guide(like: str, tuning: Any, guide: bool, record: Path | None) -> None:
     if record is None:
         click.echo(guide_text(bass))
         return
-    from livebass.files import Transaction
-    from livebass.fitting.recording import opened_input
-    from livebass.fitting.recording import record as record_steps
+    from livebass.files.whole import Transaction
+    from livebass.lab.fitting.recording import opened_input
+    from livebass.lab.fitting.recording import record as record_steps
 
     wanted = steps(bass)
     try:
@@ -128,7 +128,7 @@ def _bass(like: str, tuning: Any) -> Instrument:
 
 
 def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
-    from livebass.files import Transaction, checked_place
+    from livebass.files.whole import Transaction, checked_place
     from livebass.report.picture import check_installed
 
     needed = ("cmaes", "scipy.optimize", *(("matplotlib.figure", "jinja2") if page else ()))
@@ -149,8 +149,8 @@ def _fit(notes: tuple[Path, ...], output: Path, page: bool, **how: Any) -> None:
 
 
 def _fitted(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitted:
-    from livebass.fitting.request import Fit
-    from livebass.fitting.request import fit as fit_notes
+    from livebass.lab.fitting.request import Fit
+    from livebass.lab.fitting.request import fit as fit_notes
 
     minutes = math.inf if how["minutes"] is None else how["minutes"]
     request = Fit(
@@ -171,13 +171,13 @@ def _fitted(notes: tuple[Path, ...], how: dict[str, Any], points: Path) -> Fitte
 
 
 def _write(fitted: Fitted, output: Path, page: bool, how: dict[str, Any]) -> None:
-    from livebass.files import Transaction
-    from livebass.fitting.request import fitted_preset
+    from livebass.files.whole import Transaction
+    from livebass.lab.fitting.request import fitted_preset
 
     with Transaction() as files:
         files.write_text(output, fitted_preset(fitted, output, _command(how, fitted.recorded.name, fitted.best.trials)))
         if page:
-            from livebass.fitting.page import page as page_of
+            from livebass.lab.fitting.page import page as page_of
 
             with shown_progress("page") as progress:
                 text = page_of(fitted, output.stem, progress)

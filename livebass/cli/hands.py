@@ -84,8 +84,8 @@ class Hands:
                 given["keys"] = load_key_map(given["keys"])
         changes = {name: value for name, value in given.items() if value is not None}
         if options.pop("no_noise"):
-            from livebass.parts import NOISES
-            from livebass.units import OFF
+            from livebass.rows.parts import NOISES
+            from livebass.rows.units import OFF
 
             changes |= dict.fromkeys(NOISES, OFF)
         return cls(changes)

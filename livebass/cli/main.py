@@ -22,8 +22,8 @@ import click
 
 from livebass import __version__
 from livebass.cli.said import say
-from livebass.files import Output, noted_output
-from livebass.interrupts import INTERRUPTED, handled, leave
+from livebass.files.whole import Output, noted_output
+from livebass.system.interrupts import INTERRUPTED, handled, leave
 
 BROKEN_PIPE = 141  # exit status
 MANY = 8  # an interrupt names up to so many files one by one
@@ -113,7 +113,7 @@ livebass.commands = LoadedAtUse()  # type: ignore[assignment]
 def version_text() -> str:
     """Returns three lines: the version; system, Python and kernels; the installed packages of livebass."""
     from livebass.compiling.store import level
-    from livebass.formats import SOUND
+    from livebass.files.formats import SOUND
 
     try:
         kernels = f"kernels {level()}, sound {SOUND}"

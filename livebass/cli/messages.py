@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from livebass.model.keymap import COUNTING, MODO, PLACE, named_keys
-from livebass.techniques import (
+from livebass.rows.techniques import (
     FRETS,
     FUNCTION_ROWS,
     HAND_AT,
@@ -17,7 +17,7 @@ from livebass.techniques import (
     TECHNIQUE_ROWS,
     Technique,
 )
-from livebass.units import pitch_name
+from livebass.rows.units import pitch_name
 
 WIDTH, INDENT = 120, 20  # characters
 LEARNT = f"{', '.join(LEARNABLE[:-1])} or {LEARNABLE[-1]}"

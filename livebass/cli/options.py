@@ -106,7 +106,7 @@ presets_option = preset_option(
 
 def files_to_write(files: Mapping[str, Path | None], sources: Iterable[Path] = ()) -> list[Path]:
     """The given files by option, checked before the work. Raises UsageError for equal ones and for one of `sources`."""
-    from livebass.files import checked_place
+    from livebass.files.whole import checked_place
 
     found = {option: path for option, path in files.items() if path is not None}
     if len({checked_place(path) for path in found.values()}) < len(found):
@@ -119,14 +119,14 @@ def files_to_write(files: Mapping[str, Path | None], sources: Iterable[Path] = (
 
 def folder_to_write(folder: Path) -> None:
     """Checks, before the work, that files can be written into `folder`, which need not exist. Raises OutputError."""
-    from livebass.files import checked_directory
+    from livebass.files.whole import checked_directory
 
     checked_directory(folder, lambda there: True)
 
 
 def write_results(made: Iterable[tuple[Path | None, Callable[[], str | bytes]]], table: str) -> None:
     """Writes the content `made` for each path, except None; prints `table` even if that fails, as on a full disk."""
-    from livebass.files import Transaction
+    from livebass.files.whole import Transaction
 
     try:
         with Transaction() as files:

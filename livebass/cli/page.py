@@ -16,7 +16,7 @@ from livebass.cli.practice import page_basses, page_tab_options
 from livebass.cli.said import say
 from livebass.cli.shelf import page_ready
 from livebass.cli.tuning import tuning_options
-from livebass.interrupts import Beside, StopFlag, stop_instead
+from livebass.system.interrupts import Beside, StopFlag, stop_instead
 
 LOOK_EVERY = 0.2  # s, to check for a signal to stop
 STARTS = 2.0  # s, in which a browser starts or fails

@@ -32,10 +32,10 @@ from livebass.cli.said import clipping, say
 from livebass.cli.tabs import tab_options
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import RATE, Number, Parsed, Quantity, beats, learn, span
-from livebass.files import OutputError
-from livebass.interrupts import stop_instead
+from livebass.files.whole import OutputError
 from livebass.model.quality import AUTO, BLOCK, CORES, QUALITIES
-from livebass.units import is_number
+from livebass.rows.units import is_number
+from livebass.system.interrupts import stop_instead
 
 if TYPE_CHECKING:
     from livebass.live.session import Session

@@ -21,8 +21,8 @@ from livebass.cli.options import (
 from livebass.cli.said import say, wrapped
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import NOTE, Number, Quantity
-from livebass.identification import limits
-from livebass.units import one_line
+from livebass.lab.identification import limits
+from livebass.rows.units import one_line
 
 
 @click.group()
@@ -207,11 +207,11 @@ def identify(
             f"--preset {preset}: its {', '.join(keys)} would tune the new string again: leave out -o"
         )
     check_installed("identify", "analysis", ("scipy.signal", "tomlkit"))
-    from livebass.identification.fit import fit_neck
-    from livebass.identification.identify import identify as identify_string
-    from livebass.identification.result import with_resonances
-    from livebass.identification.tables import identified_json, neck_table, partials_csv, table
-    from livebass.identification.written import new_preset
+    from livebass.lab.identification.fit import fit_neck
+    from livebass.lab.identification.identify import identify as identify_string
+    from livebass.lab.identification.result import with_resonances
+    from livebass.lab.identification.tables import identified_json, neck_table, partials_csv, table
+    from livebass.lab.identification.written import new_preset
 
     result = identify_string(recordings, bass, **how)
     fit = fit_neck(result.string, most=MOST_RESONANCES) if neck == "resonances" else None

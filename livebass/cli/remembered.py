@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from livebass.bounds import between, complaint, one_of, refusal
 from livebass.cli.options import given
 from livebass.cli.said import say
 from livebass.cli.tuning import TUNING_KEYS
-from livebass.files import OutputError
-from livebass.units import is_number
+from livebass.files.whole import OutputError
+from livebass.rows.bounds import between, complaint, one_of, refusal
+from livebass.rows.units import is_number
 
 if TYPE_CHECKING:
     from livebass.live.settings import Summary
@@ -78,7 +78,7 @@ def settings_file() -> Path:
 
 def load(path: Path) -> Remembered:
     """Reads the file at `path`; without a file there are no choices. Raises DamagedSettings."""
-    from livebass.formats import checked, renamed
+    from livebass.files.formats import checked, renamed
 
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -122,7 +122,7 @@ def _checked(data: dict[str, Any]) -> Remembered:
 
 def save(path: Path, remembered: Remembered) -> None:
     """Writes the file, complete or not at all. Raises OutputError, and ValueError for a name that is not UTF-8."""
-    from livebass.files import Transaction
+    from livebass.files.whole import Transaction
 
     with Transaction() as files:
         files.directory(path.parent)
@@ -131,7 +131,7 @@ def save(path: Path, remembered: Remembered) -> None:
 
 def forget(path: Path) -> None:
     """Deletes the file, if it exists. Raises OutputError."""
-    from livebass.files import output_error
+    from livebass.files.whole import output_error
 
     try:
         path.unlink(missing_ok=True)

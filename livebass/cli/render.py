@@ -35,12 +35,12 @@ from livebass.cli.said import clipping, say
 from livebass.cli.tabs import TabOptions, tab_options
 from livebass.cli.tuning import tuning_options
 from livebass.cli.values import CONTACT_RATE, MODES, NOTE, RATE, Note, Number, Parsed, Quantity, channel
-from livebass.units import one_line
+from livebass.rows.units import one_line
 
 if TYPE_CHECKING:
     from livebass.cli.song import Song
     from livebass.engine.render import RenderReport
-    from livebass.files import Transaction
+    from livebass.files.whole import Transaction
     from livebass.model.instrument import Instrument
     from livebass.score.score import Score
 
@@ -257,7 +257,7 @@ def _render_music(
 
 def _render_presets(directory: Path, options: Options, load: Callable[[str], Instrument]) -> None:
     """Renders the demo phrase with each preset; if one fails, writes no file."""
-    from livebass.files import Transaction
+    from livebass.files.whole import Transaction
     from livebass.preset.load import preset_names
 
     lines = []
@@ -288,7 +288,7 @@ def _render_to_stdout(bass: Instrument, score: Score, options: Options, basses: 
 
     The header of a sound file holds its length, so writing begins when the whole sound is rendered.
     """
-    from livebass.files import noted_output, output_error
+    from livebass.files.whole import noted_output, output_error
 
     with TemporaryDirectory(prefix="livebass-") as folder, noted_output():
         output = Path(folder) / f"stdout.{options.format or 'wav'}"
@@ -308,9 +308,9 @@ def _rendered(
     bass: Instrument, score: Score, output: Path, options: Options, files: Transaction | None,
     basses: dict[int, Instrument] | None,
 ) -> RenderReport:  # fmt: skip
-    from livebass.audiofile import encoding
-    from livebass.files import checked_place
+    from livebass.files.whole import checked_place
     from livebass.model.quality import quality_with
+    from livebass.sound.audiofile import encoding
 
     try:  # before loading the kernels, which takes a second
         encoding(output, options.rate, options.format, options.bits)

@@ -14,7 +14,7 @@ from contextlib import suppress
 
 import click
 
-from livebass.units import one_line
+from livebass.rows.units import one_line
 
 USUAL_WIDTH, LEAST_WIDTH = 80, 20  # columns: of tables without a terminal; of a very narrow one
 INDENT = "  "  # of continuation lines

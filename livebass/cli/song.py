@@ -14,13 +14,13 @@ from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import with_loaded
-from livebass.kinds import is_tab
+from livebass.files.kinds import is_tab
 from livebass.model.instrument import Instrument
 from livebass.report.text import columns
+from livebass.rows.units import one_line
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import ScoreError, file_bytes, read_parts, score_in
 from livebass.score.score import LEAST_RATE, Score
-from livebass.units import one_line
 
 if TYPE_CHECKING:
     from livebass.tab.reading import Arrangement

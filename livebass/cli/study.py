@@ -24,13 +24,13 @@ from livebass.cli.options import (
 from livebass.cli.progress import have_kernels, shown_progress, shown_steps
 from livebass.cli.said import say
 from livebass.cli.values import CONTACT_RATE, MODES, RATE, Number, Parsed, Quantity
-from livebass.cores import core_count
-from livebass.experiment.quantities import QUANTITIES, USUAL
-from livebass.interrupts import INTERRUPTED
+from livebass.lab.experiment.quantities import QUANTITIES, USUAL
 from livebass.model.quality import ANGLE, APEX, AT, DURATION
+from livebass.system.cores import core_count
+from livebass.system.interrupts import INTERRUPTED
 
 if TYPE_CHECKING:
-    from livebass.experiment.grid import Axis, Point, Settings
+    from livebass.lab.experiment.grid import Axis, Point, Settings
 
 FILES = ("claims.json", "claims.csv", "claims.html")
 # For one pluck of one string, and the precision of its solution.
@@ -85,7 +85,7 @@ def claims(
       livebass study claims --json claims.json
       livebass study claims b-first-contact b-phase --plucks 200
     """
-    from livebass.files import Transaction, checked_place
+    from livebass.files.whole import Transaction, checked_place
 
     texts = [] if output is None else [(output / name, name.rpartition(".")[2]) for name in FILES]
     if file is not None:
@@ -93,7 +93,7 @@ def claims(
     from livebass.report.picture import check_installed
 
     check_installed("study claims", "analysis", ("scipy.signal", *(("jinja2",) if output is not None else ())))
-    from livebass.paper.claims.check import WRITERS, all_hold, check_claims, chosen, table
+    from livebass.lab.paper.claims.check import WRITERS, all_hold, check_claims, chosen, table
 
     chosen(ids)  # now, not after the work
     results = []
@@ -122,7 +122,7 @@ class Interrupted(click.ClickException):
 
 def _axis(text: str) -> Axis:
     """A parameter and its values, KEY=FROM:TO:N. Raises ValueError."""
-    from livebass.experiment.grid import axis
+    from livebass.lab.experiment.grid import axis
 
     return axis(text)
 
@@ -190,9 +190,9 @@ def sweep(
       livebass study sweep --vary pluck.apex=1mm:7mm:13 --vary pluck.at=0.1m:0.8m:15 --duration 0.3s -o plucks
       livebass study sweep -p slap --string E --vary string.E.neck.action=1.5mm:3mm:7 --at 0.6 -o action
     """
-    from livebass.experiment import sweep as sweeping
-    from livebass.experiment.grid import USAGE, Settings, grid
-    from livebass.files import Transaction
+    from livebass.files.whole import Transaction
+    from livebass.lab.experiment import sweep as sweeping
+    from livebass.lab.experiment.grid import USAGE, Settings, grid
     from livebass.model.quality import quality_with
     from livebass.report.picture import check_plots
 
@@ -229,7 +229,7 @@ def _complete(
     directory: Path, points: Sequence[Point], results: dict[str, dict[str, float]], workers: int, scheduler: str | None
 ) -> None:
     """Compute the points missing in `results`, and report how many were there."""
-    from livebass.experiment.sweep import completed
+    from livebass.lab.experiment.sweep import completed
 
     missing = len({point.digest for point in points} - results.keys())
     there = f"{len(points)} points, {sum(point.digest in results for point in points)} found in {directory}"
@@ -250,7 +250,7 @@ def _computer(workers: int, scheduler: str | None) -> Iterator[tuple[str, Callab
 
     Compiles the kernels first if needed.
     """
-    from livebass.experiment.workers import computed, connected
+    from livebass.lab.experiment.workers import computed, connected
 
     if scheduler is not None:
         with connected(scheduler) as compute:
@@ -299,7 +299,7 @@ def simulate(
     Example, case B of Issanchou et al. (2018):
       livebass simulate --preset paper-g --apex 3.6mm --at 0.64 -o case-b
     """
-    from livebass.experiment.simulate import simulate_to_directory
+    from livebass.lab.experiment.simulate import simulate_to_directory
     from livebass.model.quality import quality_with
     from livebass.model.trial import Asked
     from livebass.preset.load import load_preset
@@ -339,7 +339,7 @@ def study() -> None:
 @study.command("list")
 def list_studies() -> None:
     """Print the studies: name, section, title, results."""
-    from livebass.paper.figures.studies import STUDIES
+    from livebass.lab.paper.figures.studies import STUDIES
 
     for one in STUDIES.values():
         click.echo(f"{one.name:15} {one.section:9} {one.title}\n{'':26}{one.gives}")
@@ -370,7 +370,7 @@ def run(
     --player also writes DIR/page/livebass.html, the page of `livebass export web --single` with the paper's string.
     Cases A, B and C embed it, to show the pluck in slow motion with its sound.
     """
-    from livebass.paper.figures.studies import check_extras, chosen, run_studies
+    from livebass.lab.paper.figures.studies import check_extras, chosen, run_studies
 
     try:
         studies = chosen(names)
@@ -392,9 +392,9 @@ def run(
 def _write_player(directory: Path) -> None:
     """Writes the page that plays the paper's string, at the place that studies in `directory` link to."""
     from livebass.cli.shelf import page_ready
-    from livebass.files import checked_directory
-    from livebass.paper.cases import PRESET
-    from livebass.paper.figures.studies import PLAYER
+    from livebass.files.whole import checked_directory
+    from livebass.lab.paper.cases import PRESET
+    from livebass.lab.paper.figures.studies import PLAYER
     from livebass.preset.load import load_preset
     from livebass.web.bench import Source
     from livebass.web.export import export_page, is_page

@@ -13,7 +13,7 @@ import click
 from livebass.cli.options import option, together
 from livebass.cli.tuning import TUNING_KEYS
 from livebass.cli.values import Number, Parsed
-from livebass.techniques import PARAMETER_ROWS
+from livebass.rows.techniques import PARAMETER_ROWS
 
 if TYPE_CHECKING:
     from livebass.tab.reading import Asked

@@ -9,9 +9,9 @@ from typing import Any
 
 import click
 
-from livebass.bounds import between, complaint
 from livebass.model import quality
-from livebass.units import is_number, note_name, note_number, quantity
+from livebass.rows.bounds import between, complaint
+from livebass.rows.units import is_number, note_name, note_number, quantity
 
 
 class Parsed(click.ParamType):

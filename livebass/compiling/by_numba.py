@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any
 
 from livebass.compiling import FROM_SOURCE, Entry, store
-from livebass.extras import REFERENCE, install
-from livebass.interrupts import aside
+from livebass.system.extras import REFERENCE, install
+from livebass.system.interrupts import aside
 
 try:
     import numba as nb
@@ -45,7 +45,7 @@ def directory() -> Path | None:
         features = binding.get_host_cpu_features().flatten()
     versions = (sys.implementation.cache_tag, nb.__version__, binding.llvm_version_info, processor, features)
     digest = hashlib.sha256(repr(versions).encode())
-    for source in (Path(__file__), *sorted((store.PACKAGE / "reference").rglob("*.py"))):
+    for source in (Path(__file__), *sorted((store.PACKAGE / "lab/reference").rglob("*.py"))):
         digest.update(source.read_bytes())
     return store.directory(f"reference-{digest.hexdigest()[:16]}")
 

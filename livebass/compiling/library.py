@@ -16,7 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from livebass.compiling import linking, processes, store
-from livebass.interrupts import aside
+from livebass.system.interrupts import aside
 
 Library = Callable[[str], int]  # gives the address of an entry by its name; raises KeyError for an unknown name
 _lock = threading.Lock()

@@ -24,7 +24,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 from livebass.compiling import ENTRIES, Entry, processes, store
-from livebass.cores import core_count
+from livebass.system.cores import core_count
 
 LLVM_TYPES = {
     "void": "void", "voidptr": "ptr", "int32": "i32", "uint32": "i32", "int64": "i64", "uint64": "i64",

@@ -25,8 +25,8 @@ from pathlib import Path
 
 import platformdirs
 
-from livebass.bounds import either
 from livebass.compiling import ARM, X86
+from livebass.rows.bounds import either
 
 try:
     import fcntl
@@ -36,7 +36,7 @@ except ImportError:  # Windows
 LOG = logging.getLogger("livebass")
 PACKAGE = Path(__file__).parents[1]
 ROOMS = ("kernels", "live/thread", "compiling")  # folders of compiled functions, and of their compiler ...
-FILES = ("techniques.py", "parts.py", "rows.py", "units.py")  # ... and the sources of their numbers
+FILES = ("rows/techniques.py", "rows/parts.py", "rows/row.py", "rows/units.py")  # ... and the sources of their numbers
 BUILT = PACKAGE / "built"  # libraries that came with the package
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of a file
 KEPT = re.compile(r"(kernels|objects|plugin|reference|loads)-[0-9a-f]{16}")  # directories of compiled code, by version

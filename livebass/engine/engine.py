@@ -13,8 +13,6 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.bounds import within
-from livebass.cores import core_count
 from livebass.engine.image import image
 from livebass.engine.prepare import (
     Pool,
@@ -33,8 +31,10 @@ from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.string.records import EVENT
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
+from livebass.rows.bounds import within
+from livebass.rows.techniques import PARAMETER_ROWS, event
 from livebass.score.score import Score, checked_rate, packed
-from livebass.techniques import PARAMETER_ROWS, event
+from livebass.system.cores import core_count
 
 CHUNK = 1.0  # s computed at once
 SILENCE = 10 ** (-80 / 20)  # full scale: the tail ends after QUIET_FOR with no string louder

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
 from livebass.engine.prepare import SEEDS, Pool, Voice, bass_numbers, zeroed_lines
 from livebass.kernels.bass.check import checksum
 from livebass.kernels.bass.instrument import COARSE, FILE, MAGIC, TIERS, WORD
@@ -29,6 +28,7 @@ from livebass.kernels.string.told import TOLD
 from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.quality import Quality
+from livebass.rows.arrays import Floats
 
 WHY = {
     OVERDAMPED: "damping is above critical for a mode: lower the extra damping",

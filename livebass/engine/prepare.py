@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
-from livebass.bounds import refusal, within
 from livebass.kernels.bass.instrument import BEYOND, INSTRUMENT, whole_steps
 from livebass.kernels.bass.strings import connect_string, rest_string, settle_string
 from livebass.kernels.bass.strings import new_performer as make_performer
@@ -35,9 +33,11 @@ from livebass.model.instrument import Coil, Instrument, Output, Pickup, Player, 
 from livebass.model.keymap import velocity_parts
 from livebass.model.modes import CARRIED
 from livebass.model.quality import MOST_MODES, QUALITIES, Quality
-from livebass.parts import Knobs, NoteNumbers, Pick
-from livebass.rows import rows, words
-from livebass.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
+from livebass.rows.arrays import Floats
+from livebass.rows.bounds import refusal, within
+from livebass.rows.parts import Knobs, NoteNumbers, Pick
+from livebass.rows.row import rows, words
+from livebass.rows.techniques import FUNCTION_ROWS, TECHNIQUE_ROWS
 
 MOST_PHASES = 2000
 LINE = 8  # float64 in a cache line

@@ -15,17 +15,17 @@ from typing import TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.audiofile import AudioWriter, encoding
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Block, Engine, Playing, Report, check_tail, single
 from livebass.engine.engine import mixed as mixed
-from livebass.files import Transaction, checked_place, output_error
+from livebass.files.whole import Transaction, checked_place, output_error
 from livebass.kernels.player.messages import NOTE_ON
-from livebass.meter import LoudnessMeter
 from livebass.model.instrument import Effects, Instrument
 from livebass.model.quality import Quality
 from livebass.score.low_keys import with_low_notes
 from livebass.score.score import Score
+from livebass.sound.audiofile import AudioWriter, encoding
+from livebass.sound.meter import LoudnessMeter
 
 CEILING = -1.0  # dB re full scale: highest peak after normalizing
 Sound = tuple[NDArray[np.float32], NDArray[np.float32] | None]  # of each string, and the mix behind the effects

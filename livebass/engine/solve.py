@@ -8,8 +8,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
-from livebass.bounds import refusal
 from livebass.engine.prepare import (
     Note,
     Pool,
@@ -28,6 +26,8 @@ from livebass.kernels.string.preparing import PICKUPS, SAMPLED, SENSORS
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Output, Player, Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
+from livebass.rows.arrays import Floats
+from livebass.rows.bounds import refusal
 
 LOG = 1 << 16  # contacts between two reads of the log
 

@@ -29,20 +29,20 @@ import numpy as np
 import soundfile
 from numpy.typing import NDArray
 
-from livebass.audiofile import SUBTYPES, AudioWriter, encoding
-from livebass.cores import core_count
 from livebass.engine.engine import Engine
 from livebass.engine.render import RenderError, mixed, string_names
-from livebass.files import Transaction, whole_directory
-from livebass.interrupts import StopFlag
+from livebass.files.whole import Transaction, whole_directory
 from livebass.kernels.player.constants import STANDARD
 from livebass.model.instrument import A4_HZ, STROKES, Instrument, Player
 from livebass.model.keymap import velocity_parts
 from livebass.model.quality import QUALITIES, Quality
 from livebass.report.progress import Progress, steps
 from livebass.report.text import runs
+from livebass.rows.units import OFF, note_name
 from livebass.score.score import single_note
-from livebass.units import OFF, note_name
+from livebass.sound.audiofile import SUBTYPES, AudioWriter, encoding
+from livebass.system.cores import core_count
+from livebass.system.interrupts import StopFlag
 
 HARDEST = 127  # velocity
 SOFT_SHARE = 0.35  # of the layers lie below the velocity that grazes the frets

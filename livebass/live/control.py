@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 from typing import Protocol
 
-from livebass.bounds import between
 from livebass.live.desk import BEATS, TEMPOS, Desk
 from livebass.live.osc import Control, Value
 from livebass.live.parameters import PARAMETERS
@@ -14,7 +13,8 @@ from livebass.live.synth import COUNTS, Reading, Synth, decibels
 from livebass.live.tuner import tuning
 from livebass.model.instrument import A4_HZ
 from livebass.preset.load import preset_names
-from livebass.techniques import PARAMETER_ROWS, Parameter, event
+from livebass.rows.bounds import between
+from livebass.rows.techniques import PARAMETER_ROWS, Parameter, event
 
 MOST_COUNT = (1 << 31) - 1  # OSC integers are 32-bit
 

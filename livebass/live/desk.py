@@ -12,14 +12,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.bounds import between, refusal
 from livebass.kernels.player.constants import CONTROLLERS
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.live.thread.desk import BEAT, BY_SCORE, DESK, MOVED_BITS, load_desk
 from livebass.live.thread.records import field_offset
 from livebass.live.thread.ring import write_word
+from livebass.rows.bounds import between, refusal
+from livebass.rows.techniques import CHANNEL_MODES, RESERVED
 from livebass.score.score import Score
-from livebass.techniques import CHANNEL_MODES, RESERVED
 
 LOG = logging.getLogger(__name__)
 LEAD = 0.2  # s before a score begins

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from livebass.interrupts import Beside
+from livebass.system.interrupts import Beside
 
 TIMEOUT = 2.0  # s, for a call that may never return
 PATIENCE = 15.0  # s, for a call that is slow on a busy machine

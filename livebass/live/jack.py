@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from livebass.extras import install
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.desk import Desk
 from livebass.live.guards import call_with_timeout, open_jack_client, silenced_stderr
@@ -19,7 +18,8 @@ from livebass.live.lost import OutputLost, one_line
 from livebass.live.synth import Synth, touch
 from livebass.live.thread import callbacks
 from livebass.model.quality import BLOCK
-from livebass.units import is_number
+from livebass.rows.units import is_number
+from livebass.system.extras import install
 
 FIRST_BLOCK = 0.5  # s to wait for the server to request it
 

@@ -10,7 +10,7 @@ from typing import Any
 from livebass.live.midi import send_everywhere
 from livebass.live.terminal import Terminal
 from livebass.model.keymap import MODO, KeyMap
-from livebass.techniques import BUTTONS, OF_CHANNEL
+from livebass.rows.techniques import BUTTONS, OF_CHANNEL
 
 LOG = logging.getLogger(__name__)
 # Semitones above the lowest key, an E. In the upper row, capitals are a semitone higher.

@@ -12,7 +12,7 @@ from livebass.live.jackmidi import JackMidi
 from livebass.live.lost import MidiLost, NoMidi
 from livebass.live.synth import Synth
 from livebass.live.systemmidi import CLIENT, SystemMidi
-from livebass.units import is_number
+from livebass.rows.units import is_number
 
 THROUGH = "Midi Through"  # ALSA's own port, without a device behind it
 LOOK_EVERY = 1.0  # s, to check for ports that come and go

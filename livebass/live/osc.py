@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
-from livebass.extras import install
+from livebass.system.extras import install
 
 LOG = logging.getLogger(__name__)
 HOST = "127.0.0.1"  # this machine only

@@ -8,7 +8,7 @@ The other parameters belong to the synth's surroundings.
 from __future__ import annotations
 
 from livebass.kernels.player.performer import MOST_STRINGS
-from livebass.techniques import LEARNABLE, PARAMETER_ROWS
+from livebass.rows.techniques import LEARNABLE, PARAMETER_ROWS
 
 PARAMETERS = tuple(PARAMETER_ROWS.values())  # by number
 NUMBERS = {symbol: PARAMETER_ROWS[symbol].number for symbol in LEARNABLE}

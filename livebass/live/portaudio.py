@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from livebass.extras import install
 from livebass.live.guards import JACK_HANGS, answer_of, call_with_timeout, never_release, silenced_stderr
 from livebass.live.jack import jack_library, silence
 from livebass.live.lost import OutputLost, one_line
@@ -23,6 +22,7 @@ from livebass.live.synth import Synth
 from livebass.live.thread import callbacks
 from livebass.live.thread.records import CHUNK
 from livebass.model.quality import BLOCK
+from livebass.system.extras import install
 
 LOG = logging.getLogger(__name__)
 FIRST_BLOCK = 0.5  # s to wait for the device to request it

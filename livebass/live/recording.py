@@ -15,8 +15,7 @@ from typing import Self
 
 import mido
 
-from livebass.audiofile import AudioWriter, encoding
-from livebass.files import OutputError, Transaction, checked_place
+from livebass.files.whole import OutputError, Transaction, checked_place
 from livebass.kernels.player.words import STATUS, Row
 from livebass.kernels.score.memory import PROGRAM
 from livebass.live.synth import LiveBass, Synth
@@ -26,6 +25,7 @@ from livebass.preset.revisions import numbered
 from livebass.preset.source import PresetError, is_path
 from livebass.score.reading import TAKE
 from livebass.score.takes import text_of, text_of_stroke
+from livebass.sound.audiofile import AudioWriter, encoding
 
 LOG = logging.getLogger(__name__)
 

@@ -6,8 +6,6 @@ import logging
 from collections.abc import Callable
 from dataclasses import replace
 
-from livebass.cores import core_count
-from livebass.interrupts import StopFlag
 from livebass.live.desk import Desk
 from livebass.live.jack import JackOutput
 from livebass.live.lost import MidiLost, NoMidi, OutputLost
@@ -17,7 +15,9 @@ from livebass.live.portaudio import PortAudioOutput
 from livebass.live.settings import Settings
 from livebass.live.synth import Synth
 from livebass.model.keymap import KeyMap
-from livebass.units import is_number
+from livebass.rows.units import is_number
+from livebass.system.cores import core_count
+from livebass.system.interrupts import StopFlag
 
 LOG = logging.getLogger("livebass.live.session")
 

@@ -40,8 +40,8 @@ from livebass.live.thread.ring import (
 )
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
-from livebass.techniques import EFFECT, FUNCTION_ROWS, PARAMETER, PARAMETER_ROWS, SETTING, SWITCHED, event
-from livebass.units import note_name
+from livebass.rows.techniques import EFFECT, FUNCTION_ROWS, PARAMETER, PARAMETER_ROWS, SETTING, SWITCHED, event
+from livebass.rows.units import note_name
 
 COARSE = Quality("coarse", 150, 192e3, on_board=Quality("coarse", 250, 384e3))  # for strings under overload
 RING = 4096  # messages

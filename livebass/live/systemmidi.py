@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from livebass.extras import install
 from livebass.live.guards import call_with_timeout, silenced_stderr
 from livebass.live.lost import MidiLost, one_line
 from livebass.live.synth import Synth
+from livebass.system.extras import install
 
 CLIENT, IN = "livebass", "in"  # names of the client and its virtual port, and of the port that opens another
 SYSTEMS = {"alsa": "ALSA's sequencer"}  # by RtMidi's names

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.analysis.sound import fundamental, partial
 from livebass.model.instrument import A4_HZ, A4_NOTE
-from livebass.units import note_name
+from livebass.rows.units import note_name
+from livebass.sound.analysis import fundamental, partial
 
 LOWEST, HIGHEST = 26.0, 700.0  # Hz
 FRAME = 0.08  # s, two periods of the lowest

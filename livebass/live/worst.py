@@ -18,7 +18,7 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import MODO
 from livebass.model.quality import Quality
-from livebass.units import OFF
+from livebass.rows.units import OFF
 
 NOTE_ON, NOTE_OFF, CONTROL, ALL_SOUND_OFF = 0x90, 0x80, 0xB0, 120  # status bytes of channel 1, and a controller
 POPPED = (0.0, 0.5)  # s, all open strings at velocity 127 at once; they still sound at the second

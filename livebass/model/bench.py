@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
 from livebass.kernels.bass.bench import BENCH, fill_bench, measure_bench
 from livebass.kernels.bass.change import MOST_SLACK, move_bench
 from livebass.kernels.bass.instrument import TIERS
@@ -23,7 +22,8 @@ from livebass.model.answers import answering_modes
 from livebass.model.instrument import Instrument, Neck, Output, Pickup, String, on_bench
 from livebass.model.neck import flat, rows_of
 from livebass.model.quality import MOST_MODES, Quality
-from livebass.techniques import SLIDER_ROWS, SLIDERS
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import SLIDER_ROWS, SLIDERS
 
 # Numbers that sliders move: in a BENCH_STRING, in a BENCH per string or pickup, and in the player
 OF_STRING = (

@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.kernels.string import law as modal_law
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, gap_under, make_note, set_obstacles, under_tension
 from livebass.model.exact import exp2
 from livebass.model.keymap import MODO, Curve, KeyMap
 from livebass.model.neck import FREE_PART, Admittance, Surface, flat, rows_of, surface_on_grid, wooden_surface
-from livebass.parts import STROKES as STROKES
-from livebass.parts import Coil as Coil
-from livebass.parts import Knobs, NeckNumbers, NoteNumbers, PlayerNumbers, StringNumbers
-from livebass.parts import Pick as Pick
-from livebass.rows import choice, number, rows
-from livebass.techniques import TOP_KEYS
+from livebass.rows.arrays import Floats
+from livebass.rows.parts import STROKES as STROKES
+from livebass.rows.parts import Coil as Coil
+from livebass.rows.parts import Knobs, NeckNumbers, NoteNumbers, PlayerNumbers, StringNumbers
+from livebass.rows.parts import Pick as Pick
+from livebass.rows.row import choice, number, rows
+from livebass.rows.techniques import TOP_KEYS
 
 A4_NOTE, A4_HZ = 69, 440.0
 LOG_PRESSED = -13.287712379549449  # log2 of 1e-4, m: the penetration at which `Neck.contact_loss` applies

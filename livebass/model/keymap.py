@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from livebass.parts import PlayerNumbers
-from livebass.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_STRING, TECHNIQUE_ROWS, Technique
-from livebass.units import note_name
+from livebass.rows.parts import PlayerNumbers
+from livebass.rows.techniques import FUNCTION_ROWS, HAND_AT, LEARNABLE, LEARNED, ON_STRING, TECHNIQUE_ROWS, Technique
+from livebass.rows.units import note_name
 
 KEYS = 128
 MIDDLE = 60  # the key that one half of the DAWs call C4, the other half C3

@@ -21,11 +21,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.kernels.string import law
 from livebass.model.instrument import Pluck, Speaking
 from livebass.model.neck import detuning, neck_damping
-from livebass.parts import TURNED_MODES
+from livebass.rows.arrays import Floats
+from livebass.rows.parts import TURNED_MODES
 
 CARRIED = 0.45  # of the contact rate: the highest mode that a bass plays (kernels.string.modal.MOST_TURN)
 

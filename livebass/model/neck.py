@@ -21,8 +21,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from livebass.arrays import Complexes, Floats
 from livebass.kernels.string import law, note
+from livebass.rows.arrays import Complexes, Floats
 
 FREE_PART = 0.6  # of the scale length, from nut to body, unless a preset says otherwise
 MOST_SHAPE = 40  # number of the highest bending mode

@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from livebass.bounds import one_of, refusal, within
-from livebass.units import DIMENSIONS, readable_quantity
+from livebass.rows.bounds import one_of, refusal, within
+from livebass.rows.units import DIMENSIONS, readable_quantity
 
 MOST_MODES = 1024
 BLOCK = 16, 1024  # frames in a block of live sound, least and most

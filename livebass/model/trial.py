@@ -12,12 +12,12 @@ from typing import TypedDict
 
 import numpy as np
 
-from livebass.arrays import Floats, Ints
-from livebass.bounds import refusal, within
 from livebass.kernels.string import law
 from livebass.model.instrument import Instrument, Pluck, Speaking, for_modes, speaking
 from livebass.model.modes import dampings, frequencies, pluck_amplitudes
 from livebass.model.quality import ANGLE, APEX, AT, DURATION, QUALITIES, RATE, Quality, modes_for
+from livebass.rows.arrays import Floats, Ints
+from livebass.rows.bounds import refusal, within
 
 SLACK = 1e-6  # of a step or sample: 0.1 s at 44.1 kHz ends on sample 4410 despite rounding
 LEAST_SINE = 1e-6  # of omega_d dt: at 0, two fine steps do not tell how a mode moves in between

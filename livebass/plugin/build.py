@@ -21,10 +21,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from livebass.compiling import emitter, store
-from livebass.cores import core_count
-from livebass.extras import install
 from livebass.plugin.header import entries_of, header
 from livebass.plugin.systems import System, this_system
+from livebass.system.cores import core_count
+from livebass.system.extras import install
 
 BUILD_TIME = 45  # s, about
 MOST_PROCESSES = 4  # that compile at once; each takes 0.5 GB

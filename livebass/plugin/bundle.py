@@ -9,14 +9,14 @@ from pathlib import Path
 import platformdirs
 
 from livebass import __version__
-from livebass.bounds import refusal, within
-from livebass.files import Transaction, whole_directory
+from livebass.files.whole import Transaction, whole_directory
 from livebass.model.instrument import Instrument
 from livebass.plugin.build import binary
 from livebass.plugin.instrument import ENDING, OLD_ENDING, instrument_file
 from livebass.plugin.systems import System, this_system
 from livebass.preset.sounds import sound_text, sound_title, sounds_of
-from livebass.techniques import MOST_BASSES
+from livebass.rows.bounds import refusal, within
+from livebass.rows.techniques import MOST_BASSES
 
 LONGEST_NAME = 63  # bytes in an instrument's short name, as in c/instance/core.c
 LIST = "instruments.txt"

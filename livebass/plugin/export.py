@@ -8,7 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from livebass.bounds import one_of
+from livebass.rows.bounds import one_of
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument

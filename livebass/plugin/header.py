@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from livebass import __version__, techniques, tracknames
+from livebass import __version__
 from livebass.compiling import SMALL, Entry, emitter
-from livebass.formats import FORMATS
+from livebass.files.formats import FORMATS
 from livebass.kernels.bass import bench, change, check, instrument, kept, pool
 from livebass.kernels.bass import setup as bass
 from livebass.kernels.effects import records as effects
@@ -32,9 +32,8 @@ from livebass.live.thread import records as live
 from livebass.model.keymap import KEYS
 from livebass.plugin import names, state
 from livebass.preset.programs import PROGRAMS
-from livebass.score.reading import TAKE
-from livebass.score.sentences import CHOICE, ERRORS, NO_BASS, REMARKS
-from livebass.techniques import (
+from livebass.rows import techniques
+from livebass.rows.techniques import (
     FRETS,
     HAND_AT,
     ON_STRING,
@@ -47,7 +46,10 @@ from livebass.techniques import (
     TECHNIQUE_ROWS,
     event,
 )
-from livebass.units import pitch_name
+from livebass.rows.units import pitch_name
+from livebass.score import tracknames
+from livebass.score.reading import TAKE
+from livebass.score.sentences import CHOICE, ERRORS, NO_BASS, REMARKS
 
 # Records that others contain come first.
 RECORDS = {

@@ -16,14 +16,14 @@ import numpy as np
 from livebass import __version__
 from livebass.engine.image import contact_heights, image_bytes, put_head, sealed
 from livebass.engine.prepare import is_heavy
-from livebass.files import Transaction
+from livebass.files.whole import Transaction
 from livebass.kernels.bass.instrument import COARSE, LIVE, STUDIO, TIERS, WORD
 from livebass.kernels.bass.kept import FIELDS, FORMAT, HEAD, KEPT, KEPT_MAGIC, LISTS_KEPT, name_words
 from livebass.live import synth
 from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument
 from livebass.model.quality import ENDS_SOON, QUALITIES, Quality
-from livebass.rows import TINY
+from livebass.rows.row import TINY
 
 ENDING = ".lbass"
 OLD_ENDING = ".bench"  # of files that older versions wrote beside them

@@ -15,7 +15,7 @@ from livebass.plugin.bundle import LIST, SOUNDS, checked_name, distinct_titles, 
 from livebass.plugin.instrument import ENDING, OLD_ENDING
 from livebass.plugin.systems import SYSTEMS, System
 from livebass.preset.sounds import sound_title, sound_values, sounds_of
-from livebass.techniques import SLIDER_ROWS, event
+from livebass.rows.techniques import SLIDER_ROWS, event
 
 URI = "urn:livebass:bass"
 STRINGS = "urn:livebass:bass-strings"  # with one output per string

@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from livebass import units
 from livebass.model.bench import changed
 from livebass.model.instrument import (
     Coil,
@@ -60,9 +59,10 @@ from livebass.preset.keys import (
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
 from livebass.preset.tuning import open_strings
-from livebass.rows import REQUIRED, rows
-from livebass.techniques import EFFECTS, PARAMETER_ROWS
-from livebass.units import format_quantity, note_name
+from livebass.rows import units
+from livebass.rows.row import REQUIRED, rows
+from livebass.rows.techniques import EFFECTS, PARAMETER_ROWS
+from livebass.rows.units import format_quantity, note_name
 
 # The engine's limits.
 LARGEST_COUNTS = {"string": 8, "pickup": 8}  # tables of a section

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.arrays import Floats
 from livebass.kernels.string import law
 from livebass.kernels.string.note import MOST_DETUNING
 from livebass.model import modes
 from livebass.model.instrument import Neck, Speaking, String, speaking
 from livebass.model.neck import MOST_SHAPE, Admittance, Resonance, Surface, fretted_surface, height_at, wooden_surface
 from livebass.model.quality import MOST_MODES
-from livebass.units import DIMENSIONS, format_quantity
+from livebass.rows.arrays import Floats
+from livebass.rows.units import DIMENSIONS, format_quantity
 
 TABLE_KEYS = {"conductance_frequencies", "conductance_values", "susceptance_values"}
 RESONANCE_KEYS = {"resonance_frequencies", "resonance_qualities", "resonance_masses", "resonance_shapes"}

@@ -16,8 +16,8 @@ from livebass.model.keymap import CURVES, MAPS
 from livebass.preset.build import Builder
 from livebass.preset.keys import DATACLASSES, KEYS, Key, items, key_names
 from livebass.preset.source import PresetError
-from livebass.rows import rows
-from livebass.units import DIMENSIONS, OFF, quantity, split_quantity
+from livebass.rows.row import rows
+from livebass.rows.units import DIMENSIONS, OFF, quantity, split_quantity
 
 NAMES = {("", "name"), ("", "description"), ("string", "name"), ("string", "open_note"), ("pickup", "strings")}
 

@@ -22,8 +22,8 @@ from typing import Any
 from livebass.model.keymap import COUNTING, KEYS, MAPS, MODO, KeyMap
 from livebass.preset.keys import fault, nearest, unknown_name
 from livebass.preset.source import PresetError, decoded, file_bytes, is_path, parsed
-from livebass.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
-from livebass.units import note_name, note_number, one_line, pitch_name
+from livebass.rows.techniques import CHANNEL_MODES, FRETS, FUNCTION_ROWS, RESERVED, TECHNIQUE_ROWS
+from livebass.rows.units import note_name, note_number, one_line, pitch_name
 
 KEY_RULE = f"a key from 0 to {KEYS - 1}, or a list of them"
 CONTROLLER_RULE = f"a controller from 0 to {CHANNEL_MODES - 1} except 6, 38 and 96 to 101, or a list of them"

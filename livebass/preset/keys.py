@@ -15,17 +15,17 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
 
-from livebass import units
-from livebass.bounds import between, complaint
-from livebass.formats import FORMATS
+from livebass.files.formats import FORMATS
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.model.instrument import Coil, Effects, Neck, Output, Pick, Pickup, Player, String
 from livebass.model.keymap import CURVES, MAPS
 from livebass.preset import tuning
 from livebass.preset.source import SCALE, PresetError, is_scale
-from livebass.rows import REQUIRED, rows
-from livebass.techniques import FUNCTION_ROWS, PARAMETER_ROWS, RPN, SLIDER_ROWS
-from livebass.units import DIMENSIONS, format_quantity, quantity, readable_quantity
+from livebass.rows import units
+from livebass.rows.bounds import between, complaint
+from livebass.rows.row import REQUIRED, rows
+from livebass.rows.techniques import FUNCTION_ROWS, PARAMETER_ROWS, RPN, SLIDER_ROWS
+from livebass.rows.units import DIMENSIONS, format_quantity, quantity, readable_quantity
 
 DATACLASSES = {
     "neck": Neck,

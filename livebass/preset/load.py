@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from livebass.formats import renamed
+from livebass.files.formats import renamed
 from livebass.model.instrument import Instrument
 from livebass.preset import revisions
 from livebass.preset.build import Builder
@@ -17,7 +17,7 @@ from livebass.preset.keys import KEYS, Key, allowed, unknown_name
 from livebass.preset.like import whole, with_paths
 from livebass.preset.sounds import sound_names, sound_text
 from livebass.preset.source import decoded, file_bytes, is_path, parsed, shipped
-from livebass.rows import REQUIRED
+from livebass.rows.row import REQUIRED
 
 LABORATORY = "laboratory"  # folder of presets for experiments, not basses
 

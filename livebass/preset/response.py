@@ -7,11 +7,11 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.audiofile import SoundError, read_sound
 from livebass.kernels.effects.records import LEAST_RATE, LONGEST, MOST_RATE
 from livebass.kernels.effects.response import LEAD, NOTHING, SILENT
 from livebass.model.instrument import Response
 from livebass.preset.source import PresetError
+from livebass.sound.audiofile import SoundError, read_sound
 
 LOUDEST = 100.0  # of a sample in the file; full scale is 1
 LONGEST_FILE = 60.0  # s, with its silence

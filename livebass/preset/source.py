@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from livebass.formats import checked, renamed
-from livebass.kinds import kind_of
-from livebass.units import one_line
+from livebass.files.formats import checked, renamed
+from livebass.files.kinds import kind_of
+from livebass.rows.units import one_line
 
 LARGEST_FILE = 1_000_000  # bytes
 TOML, TEXT = "TOML text file", "text file"

@@ -11,11 +11,11 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, TypeVar
 
-from livebass.bounds import between
 from livebass.model.instrument import A4_HZ, A4_NOTE
 from livebass.preset.source import SCALE, TEXT, decoded, file_bytes, is_scale
-from livebass.techniques import E1, TUNINGS
-from livebass.units import cents, note_name, note_number, quantity
+from livebass.rows.bounds import between
+from livebass.rows.techniques import E1, TUNINGS
+from livebass.rows.units import cents, note_name, note_number, quantity
 
 LOWEST_A4, HIGHEST_A4 = 380.0, 480.0  # Hz
 MOST_DOWN, MOST_UP = 5, 7  # semitones from the string's note in the file: beyond, it flaps or breaks

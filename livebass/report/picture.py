@@ -7,8 +7,8 @@ import io
 from collections.abc import Iterable
 from typing import Any
 
-from livebass.extras import install
-from livebass.units import one_line
+from livebass.rows.units import one_line
+from livebass.system.extras import install
 
 DPI = 110
 CHANGING = {"png": "Software", "svg": "Date"}  # metadata that would differ between two files of the same figure

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 
-from livebass import tracknames
 from livebass.kernels.score.remarks import CALLED, DOUBLES, LOWEST_PART, ONLY_PART
+from livebass.rows.units import note_name
+from livebass.score import tracknames
 from livebass.score.found import Found
 from livebass.score.sentences import CHOICE, REASONS, sentence
 from livebass.score.smf import Smf
-from livebass.units import note_name
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass import tracknames
 from livebass.kernels.score.choosing import ALL, AUTO, OF_CHANNEL
 from livebass.kernels.score.memory import (
     BASS_INSTRUMENT,
@@ -34,6 +33,7 @@ from livebass.kernels.score.reading import (
     read_parts_of,
 )
 from livebass.kernels.score.records import REMARK
+from livebass.score import tracknames
 from livebass.score.sentences import TOO_LONG
 from livebass.score.smf import Smf, SmfError
 

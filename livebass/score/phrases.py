@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from livebass.bounds import one_of
+from livebass.rows.bounds import one_of
+from livebass.rows.units import note_number
 from livebass.score.score import Score, score_of
-from livebass.units import note_number
 
 # The demo phrases, in E minor: soft and hard notes on every string, a bend, repeated notes.
 TEMPO = 112.0  # quarter notes per minute

@@ -13,9 +13,9 @@ import sys
 from collections.abc import Container
 from pathlib import Path
 
-from livebass import tracknames
-from livebass.bounds import refusal
 from livebass.kernels.score.memory import NONE
+from livebass.rows.bounds import refusal
+from livebass.score import tracknames
 from livebass.score.choosing import Part, Parts
 from livebass.score.found import Found
 from livebass.score.score import LEAST_RATE, Score, checked_rate, messages_of

@@ -9,12 +9,12 @@ from numbers import Integral
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass.bounds import between, refusal, within
 from livebass.kernels.player.messages import CONTROL, NOTE_OFF, NOTE_ON, RELEASE, WHEEL
 from livebass.kernels.player.words import STROKE, Row, word_of
 from livebass.kernels.score.cleaning import CLEANING_TABLES, CLEANING_WORDS, clean_messages
 from livebass.kernels.score.lines import LONGEST
 from livebass.kernels.score.memory import CLEANING, KEYS, PROGRAM, TIMED
+from livebass.rows.bounds import between, refusal, within
 
 LEAST_RATE, MOST_RATE = 8000, 192_000  # Hz
 

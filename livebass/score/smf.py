@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.files.kinds import HEAD, SCORES, TEXT_TAB, kind_of, kind_of_name
 from livebass.kernels.score import records
 from livebass.kernels.score.records import MARKED, NO_CHANNEL, SMF
 from livebass.kernels.score.smf import FOREIGN, MARK, META_INSTRUMENT, META_TEXT, META_TRACK_NAME, fill_smf, measure_smf
-from livebass.kinds import HEAD, SCORES, TEXT_TAB, kind_of, kind_of_name
 from livebass.score.sentences import ERRORS, REMARKS, sentence
-from livebass.tracknames import decode
+from livebass.score.tracknames import decode
 
 __all__ = ["MARK", "Smf", "SmfError", "parse_smf"]
 LONGEST_NAME = 40  # characters of a track's name that are kept

@@ -15,7 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from livebass.formats import FORMATS, KEY
+from livebass.files.formats import FORMATS, KEY
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.player.words import STRING, STRING_REST, STROKE, STROKE_END, Row, field
 from livebass.kernels.score.memory import PROGRAM

@@ -14,6 +14,18 @@ from typing import NamedTuple
 import mido
 from mido import Message, MetaMessage
 
+from livebass.rows.techniques import (
+    DYNAMICS,
+    FUNCTION_ROWS,
+    LEARNED,
+    LEAST,
+    MOST,
+    OWN,
+    SLIDE_STEP,
+    TECHNIQUE,
+    THUMB_ON_ALL,
+    THUMB_ON_TWO,
+)
 from livebass.score.reading import TAKE
 from livebass.tab.model import Bar
 from livebass.tab.moves import (
@@ -47,18 +59,6 @@ from livebass.tab.perform import (
     Stroke,
 )
 from livebass.tab.tempos import TICKS, Tempos, nearest_tick
-from livebass.techniques import (
-    DYNAMICS,
-    FUNCTION_ROWS,
-    LEARNED,
-    LEAST,
-    MOST,
-    OWN,
-    SLIDE_STEP,
-    TECHNIQUE,
-    THUMB_ON_ALL,
-    THUMB_ON_TWO,
-)
 
 MODE_4 = 126  # a controller
 SEMITONES = {2: 12, 3: 19, 4: 24, 5: 28, 6: 31, 7: 34, 8: 36}  # of natural harmonics over the open string, by partial

@@ -12,8 +12,8 @@ from fractions import Fraction
 from itertools import accumulate, zip_longest
 from typing import Any
 
-from livebass import tracknames
 from livebass.kernels.score.programs import BASS_PROGRAMS
+from livebass.score import tracknames
 from livebass.tab import model
 from livebass.tab.model import (
     HIGHEST_LOWEST,

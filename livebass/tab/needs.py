@@ -11,7 +11,7 @@ from importlib import import_module
 from math import isfinite
 from typing import Any
 
-from livebass.extras import install
+from livebass.system.extras import install
 from livebass.tab.model import UnreadableTab
 
 MOST_REASON = 80  # characters of another library's error

@@ -12,6 +12,7 @@ from fractions import Fraction
 from itertools import cycle, islice, pairwise, zip_longest
 from math import ceil, gcd, log2
 
+from livebass.rows.techniques import SLIDE_STEP
 from livebass.tab.model import (
     IN_ABOVE,
     IN_BELOW,
@@ -33,7 +34,6 @@ from livebass.tab.model import (
 )
 from livebass.tab.order import order
 from livebass.tab.tempos import USUAL, Tempos
-from livebass.techniques import SLIDE_STEP
 
 # Kinds of strokes; slap, pop and tap are called like the techniques of the model
 PLUCK, DEAD, HARMONIC, PINCH, TAP, HAMMER, PULL, SLIDE, OFF_DOWN, OFF_UP = (

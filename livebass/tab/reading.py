@@ -12,15 +12,17 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from livebass import tracknames
-from livebass.bounds import within
+from livebass.files.kinds import is_tab, kind_of
 from livebass.kernels.score.lines import LONGEST as LONGEST_SCORE
 from livebass.kernels.score.programs import BASS_PROGRAMS
-from livebass.kinds import is_tab, kind_of
 from livebass.model.instrument import Instrument
 from livebass.preset.load import load_preset
 from livebass.preset.programs import PROGRAMS
 from livebass.preset.source import is_path
+from livebass.rows.bounds import within
+from livebass.rows.techniques import DYNAMICS, LEAST, MOST
+from livebass.rows.units import note_name
+from livebass.score import tracknames
 from livebass.score.reading import ScoreError, file_bytes
 from livebass.score.score import Score, checked_rate, score_of
 from livebass.score.takes import text_of, with_basses
@@ -34,8 +36,6 @@ from livebass.tab.musicxml import read_musicxml
 from livebass.tab.perform import Performance, perform
 from livebass.tab.rows import Tick, to_rows
 from livebass.tab.tempos import nearest_tick
-from livebass.techniques import DYNAMICS, LEAST, MOST
-from livebass.units import note_name
 
 READERS: dict[str, Callable[[bytes], Tab]] = {
     **{f"a Guitar Pro {version} file": read_guitarpro for version in (3, 4, 5)},

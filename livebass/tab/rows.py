@@ -26,9 +26,9 @@ from livebass.kernels.player.words import (
     WITH,
     joined,
 )
+from livebass.rows.techniques import NO_SWITCH, OWN, POPS, SLIDE_STEP, TECHNIQUE_ROWS, THUMB_ON_ALL
 from livebass.tab.moves import BEGIN, BEND, CONTROL, END, EXPRESSION, LATER, VIBRATO, Moves, ending, following, missing
 from livebass.tab.perform import DEAD, HARMONIC, OFF_DOWN, OFF_UP, PINCH, SLIDE, TAP, Performance, Stroke
-from livebass.techniques import NO_SWITCH, OWN, POPS, SLIDE_STEP, TECHNIQUE_ROWS, THUMB_ON_ALL
 
 KINDS = {VIBRATO: STRING_VIBRATO, BEND: STRING_WHEEL, EXPRESSION: STRING_EXPRESSION}
 STRUCK = {"slap": THUMB_ON_ALL, "pop": POPS}  # what strikes, by kind of stroke

@@ -17,9 +17,9 @@ from livebass.model.bench import changed
 from livebass.model.instrument import Instrument, Pickup
 from livebass.preset.load import load_preset, preset_tables
 from livebass.preset.source import is_path
-from livebass.rows import rows
-from livebass.techniques import OWN_PICKUPS, RENAMED, SLIDER_ROWS
-from livebass.units import DIMENSIONS
+from livebass.rows.row import rows
+from livebass.rows.techniques import OWN_PICKUPS, RENAMED, SLIDER_ROWS
+from livebass.rows.units import DIMENSIONS
 
 
 @dataclass(frozen=True)

@@ -20,15 +20,15 @@ from urllib.parse import quote
 
 from livebass import __version__
 from livebass.kernels.bass.instrument import LIVE, STUDIO
+from livebass.lab.paper.cases import CASES, PLAYED, PRESET
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.sight import SEEN, SIGHT, SLOT_SIGHT
 from livebass.model.instrument import Instrument, Neck, Pickup, String
-from livebass.paper.cases import CASES, PLAYED, PRESET
 from livebass.plugin.bundle import instrument_files, write_files
 from livebass.plugin.instrument import ENDING, OLD_ENDING, image_digest, instrument_file
 from livebass.preset.load import load_preset, preset_names
 from livebass.preset.revisions import MARK, present, revisions
-from livebass.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS, event
+from livebass.rows.techniques import BUTTONS, EFFECTS, OF_CHANNEL, STROKE_OF, TECHNIQUE_ROWS, event
 from livebass.web import build
 from livebass.web.bench import Source, bench
 from livebass.web.layout import record

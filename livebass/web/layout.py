@@ -31,7 +31,7 @@ from livebass.kernels.string.told import TOLD, begin_again
 from livebass.kernels.voice import run_string
 from livebass.live.thread import ahead, block, ring, setup, sight
 from livebass.live.thread.records import CHUNK, SYNTH
-from livebass.techniques import (
+from livebass.rows.techniques import (
     BUTTONS,
     CC_PARAMETER,
     FUNCTION_ROWS,

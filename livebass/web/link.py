@@ -7,10 +7,10 @@ import re
 from collections.abc import Mapping
 from urllib.parse import parse_qsl
 
-from livebass.formats import FORMATS, KEY
+from livebass.files.formats import FORMATS, KEY
 from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
-from livebass.techniques import event
+from livebass.rows.techniques import event
 from livebass.web.bench import Source, bench
 from livebass.web.export import revisions_of, shown_cases
 from livebass.web.stories import STORIES

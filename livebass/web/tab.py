@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from livebass.kinds import is_tab
+from livebass.files.kinds import is_tab
 from livebass.model.instrument import Instrument
 from livebass.plugin.bundle import instrument_files
 from livebass.plugin.instrument import ENDING

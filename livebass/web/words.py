@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import json
 
-from livebass import tracknames
-from livebass.score import reading, sentences, smf
-from livebass.units import note_name
+from livebass.rows.units import note_name
+from livebass.score import reading, sentences, smf, tracknames
 
 WORDS = {
     "names": {

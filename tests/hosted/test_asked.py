@@ -39,9 +39,9 @@ from support.clap import (
 )
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.plugin import clap, vst3
 from livebass.plugin.systems import this_system
+from livebass.rows.arrays import Floats
 
 RATES = (1000.0, 1234.5678, 22050.0, 44100.0, 123456.78, 768000.0, 1234567.8)  # Hz
 TINY = float(np.finfo(np.float32).tiny)

@@ -13,10 +13,10 @@ from support.picture import Host, library, shelf
 from support.plugins import RATE
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
-from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.plugin import clap
-from livebass.techniques import SLIDER_ROWS
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import SLIDER_ROWS
 
 PRESET = "jazz-finger"
 NUMBERS = {symbol: row.parameter.number for symbol, row in SLIDER_ROWS.items()}

@@ -38,7 +38,6 @@ from support.states import bass_of, read, with_fewer, without_instrument
 from support.states import written as state_written
 
 from livebass import QUALITIES, Instrument, __version__, load_preset
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.live.parameters import OUTPUTS, PARAMETERS
 from livebass.model.instrument import Effects, Response
@@ -46,7 +45,8 @@ from livebass.plugin import clap
 from livebass.plugin.bundle import distinct_titles
 from livebass.plugin.instrument import write_instrument
 from livebass.plugin.systems import this_system
-from livebass.techniques import PARAMETER_ROWS
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import PARAMETER_ROWS
 
 GAIN, TONE, POSITION, DYNAMICS, TECHNIQUE, DAMPING, UNEVENNESS, BEND_RANGE, BASS, QUALITY, AHEAD, RELIEF = range(12)
 OVERLOAD = 500

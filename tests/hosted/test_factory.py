@@ -16,16 +16,16 @@ from support.picture import Host, library
 from support.plugins import RATE, hard_score
 
 from livebass import QUALITIES, load_preset
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
 from livebass.engine.render import mixed
-from livebass.files import OutputError
+from livebass.files.whole import OutputError
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap, lv2, vst3
 from livebass.plugin.bundle import SOUNDS, instrument_files
 from livebass.plugin.systems import this_system
 from livebass.preset.sounds import sound_title, sound_values, sounds_of
-from livebass.techniques import SLIDER_ROWS
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import SLIDER_ROWS
 
 NAMES = ("jazz-finger", "slap")
 FACTORY = [name for bass in NAMES for name in sounds_of(bass)]

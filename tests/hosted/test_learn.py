@@ -16,7 +16,7 @@ from livebass import load_preset
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap
 from livebass.plugin.systems import this_system
-from livebass.techniques import PARAMETER_ROWS
+from livebass.rows.techniques import PARAMETER_ROWS
 
 TONE, BASS = PARAMETER_ROWS["tone"].number, PARAMETER_ROWS["bass"].number
 

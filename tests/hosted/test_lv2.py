@@ -25,7 +25,6 @@ from support.needs import tool
 from support.plugins import NOTES, RATE
 
 from livebass import load_preset, score_of
-from livebass.arrays import Floats
 from livebass.engine.render import mixed
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.live.parameters import OUTPUTS, PARAMETERS
@@ -35,8 +34,9 @@ from livebass.plugin.instrument import write_instrument
 from livebass.plugin.lv2 import STRINGS, URI, write_bundle, write_preset
 from livebass.plugin.systems import this_system
 from livebass.preset.sounds import sounds_of
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import SLIDER_ROWS, event
 from livebass.score.score import Score
-from livebass.techniques import SLIDER_ROWS, event
 
 PRESETS = ("jazz-finger", "slap", "paper-bass", "fretless", "five-string", "six-string")
 TAIL = 0.5  # s

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from support.picture import library
 
-from livebass import tracknames
 from livebass.plugin import names
 from livebass.plugin.systems import this_system
+from livebass.score import tracknames
 from livebass.score.smf import _shown
 
 pytestmark = pytest.mark.skipif(this_system().ending != "so", reason="C by ctypes")

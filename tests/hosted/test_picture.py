@@ -40,12 +40,12 @@ from support.picture import (
 from support.plugins import RATE
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.kernels.player.performer import HELD
 from livebass.live.parameters import PARAMETERS
 from livebass.live.thread.look import LOOK
 from livebass.plugin.instrument import write_instrument
-from livebass.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import FINGERS, PALM, PICKED, TECHNIQUE, THUMB
 
 NAMES = ("slap", "five-string", "six-string", "fretless")
 STRINGS = {4: (28, 33, 38, 43), 5: (23, 28, 33, 38, 43), 6: (23, 28, 33, 38, 43, 48)}

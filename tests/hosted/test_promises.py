@@ -21,16 +21,16 @@ from support.states import bass_of, without_instrument
 from support.tabs import as_gp, hard_tab
 
 from livebass import load_preset, score_of
-from livebass.arrays import Floats
 from livebass.cli.hands import SOUND, Loader
 from livebass.engine.render import mixed
 from livebass.live.parameters import NUMBERS, PARAMETERS
 from livebass.model.keymap import MODO
 from livebass.plugin import bundle
 from livebass.plugin.systems import SYSTEMS, this_system
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import PARAMETER_ROWS, PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
 from livebass.score.reading import read_score
 from livebass.tab.reading import Asked, arranged
-from livebass.techniques import PARAMETER_ROWS, PICKED, POPS, STROKE_OF, TECHNIQUE_ROWS
 
 pytestmark = pytest.mark.skipif(this_system().name != "linux-x86_64", reason="hosts by ctypes")
 JAZZ, SLAP, _, FRETLESS = range(4)  # of PRESETS

@@ -19,11 +19,11 @@ from support.plugins import RATE
 from support.states import file_of, read, with_file, written
 
 from livebass import QUALITIES, load_preset, score_of
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
 from livebass.engine.image import sealed
 from livebass.engine.render import mixed
 from livebass.plugin import clap, lv2, vst3
+from livebass.rows.arrays import Floats
 
 BASS = "jazz-finger"
 SCORE = score_of([(0.0, 0.4, 28, 110), (0.15, 0.5, 36, 80)], RATE)

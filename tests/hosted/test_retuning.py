@@ -18,11 +18,11 @@ from support.picture import Host, shelf
 from support.places import SUPPORT
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.plugin import clap
 from livebass.plugin.build import compiler
 from livebass.plugin.systems import this_system
-from livebass.techniques import PICKED
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import PICKED
 
 SOURCE = SUPPORT / "master.c"
 KEY, OTHER = 40, 45

@@ -18,11 +18,11 @@ from support.picture import library, shelf
 from support.states import bass_of, file_of, read, with_file, without_instrument, written
 
 from livebass import __version__, load_preset
-from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
 from livebass.model.instrument import Instrument
 from livebass.plugin.instrument import instrument_file
-from livebass.techniques import PICKED
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import PICKED
 
 LOWERED = 1.4 + 1e3 * load_preset("slap").necks[0].fret_heights[11]  # mm: the action becomes 1.4 mm
 MOVED = {"technique": float(PICKED), "action": LOWERED, "named_tuning": 3.0, "tone": -0.25}

@@ -12,8 +12,8 @@ from support.picture import LOOP, PRESS, PUT_AWAY, RELEASE, ROLL, Host, Picture,
 from support.plugins import PRESETS, RATE, hard_score, midi_score, mono
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.plugin.systems import this_system
+from livebass.rows.arrays import Floats
 from livebass.score.low_keys import with_low_notes
 from livebass.score.reading import TAKE, read_score
 from livebass.score.score import score_of

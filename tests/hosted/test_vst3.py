@@ -18,12 +18,12 @@ from support.needs import pedalboard
 from support.plugins import PRESETS, RATE, hard_score, midi_score, mono, written
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.live.parameters import GROUPS, OUTPUTS, PARAMETERS
 from livebass.model.keymap import MODO, MODO_12
 from livebass.plugin import vst3
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import PARAMETER_ROWS
 from livebass.score.score import Score
-from livebass.techniques import PARAMETER_ROWS
 
 MONO, STRINGS = "livebass", "livebass strings"
 GAIN, TONE, BASS, QUALITY, CORES = 0, 1, 8, 9, 16

@@ -9,8 +9,9 @@ import mido
 import pytest
 from support.command import Run, assert_one_clear_line
 
-from livebass import __version__, formats, load_preset, read_score
+from livebass import __version__, load_preset, read_score
 from livebass.cli import remembered
+from livebass.files import formats
 from livebass.preset.keymap import load_key_map
 from livebass.score.reading import TAKE
 from livebass.score.takes import text_of

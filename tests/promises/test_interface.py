@@ -121,7 +121,7 @@ def test_examples_in_docstrings_give_what_they_say(name: str) -> None:
 
 
 def test_simulate_gives_what_the_command_writes(tmp_path: Path) -> None:
-    from livebass.experiment.simulate import simulate_to_directory
+    from livebass.lab.experiment.simulate import simulate_to_directory
     from livebass.model.trial import Asked
 
     moved = livebass.simulate(BASS, duration=0.05, quality=QUICK, modes=40, shape_at=[0.01])

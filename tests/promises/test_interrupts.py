@@ -78,7 +78,7 @@ def test_what_runs_aside_is_left_at_once(where: str) -> None:
     """The side task notices nothing, and the program does not wait for it."""
     code = LOAD + (
         "from concurrent.futures import ThreadPoolExecutor\n"
-        "from livebass.interrupts import aside\n"
+        "from livebass.system.interrupts import aside\n"
         "def work():\n"
         f"    {INTERRUPT}\n"
         "    for _ in range(600):\n"
@@ -95,7 +95,7 @@ def test_what_runs_aside_is_left_at_once(where: str) -> None:
 
 def test_what_runs_aside_gives_its_result_and_its_error() -> None:
     code = (
-        "from livebass.interrupts import aside\n"
+        "from livebass.system.interrupts import aside\n"
         "assert aside(divmod, 7, 2) == (3, 1) == aside(lambda: aside(divmod, 7, 2))\n"
         "try: aside(int, 'x')\n"
         "except ValueError: print('good')\n"
@@ -180,7 +180,7 @@ def test_compiling_is_left_at_any_moment(tmp_path: Path) -> None:
 
 def test_the_end_does_not_search_all_objects_for_garbage() -> None:
     code = (
-        "import atexit, gc; from livebass.interrupts import leave\n"
+        "import atexit, gc; from livebass.system.interrupts import leave\n"
         "atexit.register(lambda: print(len(gc.get_objects()) < gc.get_freeze_count()))\n"
         "leave(3)"
     )

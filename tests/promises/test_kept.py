@@ -10,7 +10,7 @@ from support import kept_files
 from support.places import ROOT
 
 from livebass import __version__
-from livebass.formats import SOUND
+from livebass.files.formats import SOUND
 
 KEPT = ROOT / "tests" / "kept"
 VERSIONS = sorted(folder.name for folder in KEPT.iterdir() if folder.is_dir())

@@ -6,10 +6,10 @@ import dataclasses
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.engine.solve import solve_trial
+from livebass.lab.reference.solver import solve
 from livebass.model.trial import Motion, Trial
-from livebass.reference.solver import solve
+from livebass.rows.arrays import Floats
 
 AGREED = 1e-8  # of the largest displacement; regular motion agrees to 5e-11
 

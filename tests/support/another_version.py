@@ -12,7 +12,7 @@ import pytest
 
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import header
-from livebass.techniques import PARAMETER_ROWS, SLIDER_ROWS, event
+from livebass.rows.techniques import PARAMETER_ROWS, SLIDER_ROWS, event
 from support import picture
 
 EXTRA = "growl"  # before the parameter that here is called ...

@@ -12,7 +12,7 @@ import mido
 import numpy as np
 import soundfile
 
-from livebass.arrays import Floats
+from livebass.rows.arrays import Floats
 from support.needs import missing
 
 LUA, EXPORT = "ardour7-lua", "ardour7-export"

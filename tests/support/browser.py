@@ -18,7 +18,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from livebass.bench.jack import end_process
+from livebass.lab.bench.jack import end_process
 from support.needs import missing, package, tool
 
 PATIENCE = 120.0  # s that a test waits for a page; machines of checks are slow and busy

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from livebass.arrays import Complexes, Floats
 from livebass.model.instrument import Coil
+from livebass.rows.arrays import Complexes, Floats
 
 ORDER = 3  # poles of the circuit
 FITTED = 0.45  # of the sampling rate: the response is fitted up to here

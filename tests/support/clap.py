@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.plugin import build
 from livebass.plugin.systems import this_system
+from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 
 MONO, STRINGS = "org.livebass.bass", "org.livebass.strings"

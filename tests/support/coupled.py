@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.model.instrument import Instrument, Speaking, speaking, stretched
 from livebass.model.modes import dampings, frequencies, impedance
 from livebass.model.neck import FREE_PART, bending_shape, neck_damping
+from livebass.rows.arrays import Floats
 
 AROUND = 0.05  # s
 

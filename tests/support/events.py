@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from livebass import QUALITIES
-from livebass.cores import core_count
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
+from livebass.system.cores import core_count
 from support.live import RATE
 from support.own_basses import load_preset
 from support.scores import SWITCH_KEYS

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from livebass.arrays import Floats
 from livebass.live import jack, jackmidi, outputs, portaudio
 from livebass.live.thread.desk import POSITION_FRAME, ROLLING
+from livebass.rows.arrays import Floats
 
 RATE, PERIOD = 48000, 256
 PAUSE = 0.001  # s between two periods in a thread: others, such as a recorder's, keep up

@@ -6,11 +6,11 @@ import pytest
 
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
-from livebass.comparison.notes import Note
-from livebass.fitting.bounds import FREE
-from livebass.fitting.notes import Place
-from livebass.fitting.problem import Problem
-from livebass.fitting.target import heard, searched
+from livebass.lab.comparison.notes import Note
+from livebass.lab.fitting.bounds import FREE
+from livebass.lab.fitting.notes import Place
+from livebass.lab.fitting.problem import Problem
+from livebass.lab.fitting.target import heard, searched
 from livebass.preset.load import preset_tables
 
 NAME = "jazz-finger"

@@ -9,13 +9,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from livebass import techniques
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, new_performer, take_message
 from livebass.kernels.player import performer
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument
 from livebass.model.quality import Quality
+from livebass.rows import techniques
 from support.messages import off, on
 from support.own_basses import load_preset
 

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import clap, lv2, vst3
+from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 from support import clap as of_clap
 from support import lv2 as of_lv2

@@ -9,7 +9,7 @@ import numpy as np
 from livebass.kernels.bass.change import CHANGE, make_change, measure_change
 from livebass.kernels.bass.check import GOOD, check_file
 from livebass.kernels.bass.kept import HEAD_WORDS
-from livebass.techniques import SLIDER_ROWS
+from livebass.rows.techniques import SLIDER_ROWS
 
 
 class Refused(Exception):

@@ -25,9 +25,9 @@ from livebass.preset.keymap import key_map_text, load_key_map
 from livebass.preset.load import own_tables
 from livebass.preset.revisions import numbered
 from livebass.preset.sounds import sound_text
+from livebass.rows.techniques import PICKED
 from livebass.score.reading import TAKE
 from livebass.score.takes import text_of
-from livebass.techniques import PICKED
 from support.hosts import FORMATS, HOSTS, Host
 from support.kept import image_made
 from support.picture import Host as Inner

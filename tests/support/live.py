@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from livebass import Instrument, Quality, load_preset
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.kernels.player.words import Row, word_of
@@ -20,6 +19,7 @@ from livebass.live.session import Session
 from livebass.live.settings import Settings, Summary
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_message, unread
+from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 from support.jack import PATIENCE, wait_for
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.live.parameters import PARAMETERS
+from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 
 CONTROLS = (*(p.symbol for p in PARAMETERS), "freewheeling", "overload")

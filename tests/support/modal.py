@@ -8,9 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from livebass.arrays import Complexes, Floats
 from livebass.model import modes
 from livebass.model.instrument import Speaking, speaking
+from livebass.rows.arrays import Complexes, Floats
 from support.strings import g_neck, g_string
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.engine.prepare import Voice, modal_row, play_frames
 from livebass.engine.solve import pluck_event, trial_voice
 from livebass.model import modes
 from livebass.model.trial import Trial
+from livebass.rows.arrays import Floats
 
 
 def mode_speeds(string: Voice, count: int) -> Floats:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from livebass.arrays import Floats
 from livebass.model.instrument import Instrument
+from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.export import page_files

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from livebass.arrays import Floats
+from livebass.rows.arrays import Floats
 
 
 def pitch(sound: Floats, rate: int, expected: float) -> float:

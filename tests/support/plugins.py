@@ -18,17 +18,17 @@ import numpy as np
 import pytest
 
 from livebass import QUALITIES, load_preset, render_to_array, score_of
-from livebass.arrays import Floats
 from livebass.compiling import store
-from livebass.cores import core_count
 from livebass.engine.render import mixed
 from livebass.kernels.bass.kept import FORMAT
 from livebass.plugin import build
 from livebass.plugin.header import header
 from livebass.plugin.instrument import file_of
 from livebass.plugin.systems import this_system
+from livebass.rows.arrays import Floats
 from livebass.score.reading import read_score
 from livebass.score.score import Score
+from livebass.system.cores import core_count
 from support.kept import read_kept
 from support.needs import tool
 

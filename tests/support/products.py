@@ -63,7 +63,7 @@ def make(name: str) -> None:
 
         build.binary(this_system())
     elif name == "reference":
-        from livebass.reference.solver import solve
+        from livebass.lab.reference.solver import solve
         from support.strings import tiny
 
         solve(tiny(), energy_every=50)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from livebass import QUALITIES, Instrument
 from livebass.engine.engine import Engine
-from livebass.units import OFF
+from livebass.rows.units import OFF
 from support.own_basses import load_preset
 
 NOISES = ("skin_noise", "pick_noise", "release_noise", "floor_noise", "hum")  # no other test hears a slide squeak

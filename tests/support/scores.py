@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from livebass import Quality, Score, load_preset
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.model.keymap import MODO
+from livebass.rows.arrays import Floats
 
 SWITCH_KEYS = [key for key, *_ in MODO.keys]
 QUICK = Quality("quick", 150, 400e3)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from livebass.paper.figures.studies import chosen, run_studies
+from livebass.lab.paper.figures.studies import chosen, run_studies
 
 NAMES = ["linear", "a", "oblique"]
 SHORT = 0.1  # s

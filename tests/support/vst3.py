@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from livebass.arrays import Floats
+from livebass.rows.arrays import Floats
 
 P, I16, I32, I64, U32, U64, D, F = (
     c.c_void_p, c.c_int16, c.c_int32, c.c_int64, c.c_uint32, c.c_uint64, c.c_double, c.c_float,

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import wasmtime
 
-from livebass.arrays import Floats
 from livebass.compiling import Entry
 from livebass.kernels.bass.change import CHANGE
 from livebass.kernels.bass.check import GOOD
@@ -19,6 +18,7 @@ from livebass.kernels.bass.pool import POOL
 from livebass.kernels.bass.setup import BUILDING
 from livebass.kernels.string.preparing import DONE
 from livebass.live.thread.records import SYNTH
+from livebass.rows.arrays import Floats
 from livebass.score.score import Score
 from livebass.web import build
 from livebass.web.layout import CALLED

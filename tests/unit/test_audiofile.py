@@ -18,10 +18,10 @@ import pytest
 import soundfile
 from support.needs import CLOSED
 
-from livebass import audiofile
-from livebass.audiofile import AudioWriter, Sound, SoundError, encoding, read_sound
-from livebass.files import OutputError, Transaction
-from livebass.interrupts import STOPS
+from livebass.files.whole import OutputError, Transaction
+from livebass.sound import audiofile
+from livebass.sound.audiofile import AudioWriter, Sound, SoundError, encoding, read_sound
+from livebass.system.interrupts import STOPS
 
 RATE = 48000
 SOUND = (0.5 * np.sin(np.arange(100_000) * 0.05)).astype(np.float32)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from livebass.bounds import either, one_of, within
+from livebass.rows.bounds import either, one_of, within
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from livebass.cores import ONE_THREAD
+from livebass.system.cores import ONE_THREAD
 
-COUNT = "from livebass.cores import core_count; print(core_count())"
+COUNT = "from livebass.system.cores import core_count; print(core_count())"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux keeps a process to some of its cores")

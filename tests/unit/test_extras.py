@@ -12,7 +12,7 @@ import pytest
 from support.places import ROOT
 from support.programs import load
 
-from livebass.extras import REFERENCE, install
+from livebass.system.extras import REFERENCE, install
 
 STATED = ["numpy>=1.26", "sounddevice>=0.5; extra == 'live'", 'JACK-Client ; extra == "live"', "scipy; extra == 'x'"]
 

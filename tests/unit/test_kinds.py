@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass.kinds import HEAD, kind_of
+from livebass.files.kinds import HEAD, kind_of
 
 
 def _zip(*names: str, method: int = zipfile.ZIP_DEFLATED) -> bytes:

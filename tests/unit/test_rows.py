@@ -10,10 +10,10 @@ import pytest
 
 from livebass.engine.prepare import fill
 from livebass.model.instrument import Player
-from livebass.parts import Coil, NeckLaw, PlayerNumbers, StringLaw
 from livebass.preset import idle, keys
 from livebass.preset.keys import DATACLASSES, KEYS, allowed, checked
-from livebass.rows import BYTES, Limit, Word, choice, limits, number, record, rows, table, words
+from livebass.rows.parts import Coil, NeckLaw, PlayerNumbers, StringLaw
+from livebass.rows.row import BYTES, Limit, Word, choice, limits, number, record, rows, table, words
 
 NEXT = len(words(PlayerNumbers))  # the word of the next new number
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from livebass import units
+from livebass.rows import units
 
 
 @pytest.mark.parametrize(

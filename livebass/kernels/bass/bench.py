@@ -17,8 +17,8 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.law import frequency, resonance, tabled
 from livebass.kernels.string.note import BOARD_ROUGH, MADE, bow_through, make_note
 from livebass.kernels.string.preparing import ALL, NOTE, NOTE_BYTES, listed, note_at
-from livebass.parts import NeckNumbers, StringNumbers
-from livebass.rows import rows
+from livebass.rows.parts import NeckNumbers, StringNumbers
+from livebass.rows.row import rows
 
 jit = compiled(attributes=SMALL)
 

@@ -35,7 +35,7 @@ from livebass.kernels.machine.elementary import exp, exp2
 from livebass.kernels.machine.native import floats_at, record_address, record_at, words_at
 from livebass.kernels.string.note import MADE, gap_under, under_tension
 from livebass.kernels.string.preparing import ALL, MOST_WORDS, NOTE_BYTES
-from livebass.techniques import (
+from livebass.rows.techniques import (
     ACTION,
     CABLE,
     CONCERT_PITCH,

@@ -22,7 +22,7 @@ from livebass.kernels.machine.native import floats_at, record_address, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import LISTS, MOST_WORDS, NOTE, NOTE_BYTES, NOTE_WORDS, note_at
 from livebass.kernels.string.records import BLOCK, DOUBLE, MOST_ANSWERS, MOST_NEAR, ROW
-from livebass.rows import LARGEST, limits, table
+from livebass.rows.row import LARGEST, limits, table
 
 jit = compiled(attributes=SMALL)
 

@@ -15,8 +15,8 @@ from livebass.kernels.player.constants import KEY_MAP_WORDS, KEYS, PLAYER_WORDS,
 from livebass.kernels.player.performer import ANSWERS_WHEN, MOST_STRINGS
 from livebass.kernels.string.preparing import MOST_WORDS, NOTE_BYTES
 from livebass.kernels.string.records import LINE, MOST_ANSWERS
-from livebass.parts import Knobs
-from livebass.rows import TINY, Word, record, words
+from livebass.rows.parts import Knobs
+from livebass.rows.row import TINY, Word, record, words
 
 jit = compiled(attributes=SMALL)
 

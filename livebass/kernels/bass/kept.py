@@ -23,7 +23,7 @@ from livebass.kernels.machine.native import record_address, record_at, words_at
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import MOST_WORDS
 from livebass.kernels.string.records import MOST_ANSWERS, MOST_NEAR
-from livebass.rows import LARGEST
+from livebass.rows.row import LARGEST
 
 jit = compiled(attributes=SMALL)
 

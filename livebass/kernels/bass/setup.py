@@ -57,7 +57,7 @@ from livebass.kernels.string.records import (
     VOICE_SLOTS,
 )
 from livebass.kernels.string.told import TOLD_BYTES
-from livebass.units import OFF
+from livebass.rows.units import OFF
 
 jit = compiled(attributes=SMALL)
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from livebass.compiling import inlined, jit
 from livebass.kernels.machine.native import floats_at, record_at
-from livebass.techniques import EFFECTS as EFFECT_KNOBS
+from livebass.rows.techniques import EFFECTS as EFFECT_KNOBS
 
 PART = 128  # frames of a partition of the response: the first is convolved directly, without latency
 TURNS = 2 * PART  # points of the Fourier transform

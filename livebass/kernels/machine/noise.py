@@ -8,7 +8,7 @@ import numpy as np
 
 from livebass.compiling import jit
 from livebass.kernels.machine.elementary import exp, power
-from livebass.units import OFF
+from livebass.rows.units import OFF
 
 HIGHEST = 0.45  # of the rate: the highest corner
 POLES = 2  # at either end

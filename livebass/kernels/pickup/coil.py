@@ -14,8 +14,8 @@ import numpy as np
 from livebass.compiling import entry, jit
 from livebass.kernels.machine.elementary import cos, exp, sin
 from livebass.kernels.machine.native import record_at
-from livebass.parts import Coil
-from livebass.rows import record, words
+from livebass.rows.parts import Coil
+from livebass.rows.row import record, words
 
 ORDER = 3  # poles of the circuit
 FITTED = 0.45  # of the sampling rate: upper limit of the fit

@@ -7,7 +7,7 @@ one channel, it applies to all strings.
 
 from livebass.compiling import jit
 from livebass.kernels.player.performer import ALL_ALIKE, ANY
-from livebass.techniques import LET_RING
+from livebass.rows.techniques import LET_RING
 
 
 @jit

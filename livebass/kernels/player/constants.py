@@ -4,9 +4,9 @@ from dataclasses import astuple
 
 import numpy as np
 
-from livebass.parts import Pick, PlayerNumbers
-from livebass.rows import TINY, Word, record, words
-from livebass.techniques import ACTIONS, FUNCTIONS
+from livebass.rows.parts import Pick, PlayerNumbers
+from livebass.rows.row import TINY, Word, record, words
+from livebass.rows.techniques import ACTIONS, FUNCTIONS
 
 KEYS = 128
 CONTROLLERS = 128

@@ -27,7 +27,7 @@ from livebass.kernels.player.performer import (
 )
 from livebass.kernels.player.touches import touch_palms
 from livebass.kernels.string.records import BLEND
-from livebass.techniques import (
+from livebass.rows.techniques import (
     ACTIONS,
     AMOUNT,
     BEND_STARTS,

@@ -10,7 +10,7 @@ from livebass.kernels.player.events import send_slide, send_value, send_vibrato
 from livebass.kernels.player.fingering import stopped_at, string_of_key
 from livebass.kernels.player.performer import ANY, FREE, IN_TUNE
 from livebass.kernels.string.records import BEND, GAIN
-from livebass.techniques import VIBRATO
+from livebass.rows.techniques import VIBRATO
 
 MOST_BEND = 97.0  # semitones: the largest range with its fine part
 SHIFTS = 0.6  # semitones off the fret at which a sliding wheel changes frets: at 0.5 it would jitter

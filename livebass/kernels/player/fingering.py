@@ -5,7 +5,7 @@ import numpy as np
 from livebass.compiling import jit
 from livebass.kernels.player.channels import followed, follows
 from livebass.kernels.player.performer import FREE, HELD
-from livebass.techniques import AVOID_OPEN, HAND_POSITION
+from livebass.rows.techniques import AVOID_OPEN, HAND_POSITION
 
 HAND_SPAN = 3  # frets beyond the first finger
 # The cheapest string is chosen. Costs: per fret, per fret beyond the hand, and for taking a sounding string, less for

@@ -71,7 +71,7 @@ from livebass.kernels.player.words import (
     unpack,
 )
 from livebass.kernels.string.records import EVENT, IDLE, PLUCK, RING_ON, STRIKE_EVENT, THROW
-from livebass.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
+from livebass.rows.techniques import CC_EXPRESSION, CC_VIBRATO, HARMONIC
 
 jit = compiled(attributes=SMALL)
 

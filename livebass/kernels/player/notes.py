@@ -22,7 +22,7 @@ from livebass.kernels.player.performer import ALL_ALIKE, ANY, FREE, HELD, PEDALL
 from livebass.kernels.player.strokes import force_at, part_at, play_stroke, speed_of_pluck
 from livebass.kernels.player.touches import palm_is_on, touch_palm
 from livebass.kernels.string.records import CUT, HAMMER, HAND, PULL_OFF, TOUCHES
-from livebass.techniques import (
+from livebass.rows.techniques import (
     ARTIFICIAL,
     ARTIFICIALS,
     DETACH,

@@ -15,7 +15,7 @@ from livebass.kernels.player.performer import ANY
 from livebass.kernels.player.strokes import position_at
 from livebass.kernels.player.touches import touch_palms
 from livebass.kernels.string.records import BLEND, TONE
-from livebass.techniques import (
+from livebass.rows.techniques import (
     BEND_RANGE,
     CC_BLEND,
     CC_PALM,

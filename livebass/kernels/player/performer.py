@@ -10,7 +10,7 @@ import numpy as np
 from livebass.kernels.machine.native import record_at, records_at
 from livebass.kernels.player.constants import KEY_MAP, KEYS, PLAYER, STROKE, STROKES
 from livebass.kernels.string.records import OPERATOR
-from livebass.techniques import ACTIONS, PARAMETERS, SETTINGS
+from livebass.rows.techniques import ACTIONS, PARAMETERS, SETTINGS
 
 MOST_STRINGS = 8
 FREE, HELD, PEDALLED = 0, 1, 2

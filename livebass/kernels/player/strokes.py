@@ -23,7 +23,7 @@ from livebass.kernels.player.touches import (
 )
 from livebass.kernels.string.records import MOST_NEAR, STRIKE_EVENT
 from livebass.kernels.string.touch import characteristic_impedance
-from livebass.techniques import (
+from livebass.rows.techniques import (
     ARTIFICIAL,
     ARTIFICIALS,
     DOWN_STROKE,
@@ -35,7 +35,7 @@ from livebass.techniques import (
     UP_STROKE,
     VELOCITY_CURVE,
 )
-from livebass.units import OFF
+from livebass.rows.units import OFF
 
 LEAST_PLUCK, LEAST_STRIKE = 0.47, 0.12  # of the length: no nearer to the stop; the exact middle has no even partials
 MOST_PLACE = 0.99  # of the length

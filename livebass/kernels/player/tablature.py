@@ -47,7 +47,7 @@ from livebass.kernels.player.words import (
     WITH,
     field,
 )
-from livebass.techniques import ACTIONS, DOWN_STROKE, FUNCTION_ROWS, OWN, SLIDE_STEP, TECHNIQUE, UP_STROKE
+from livebass.rows.techniques import ACTIONS, DOWN_STROKE, FUNCTION_ROWS, OWN, SLIDE_STEP, TECHNIQUE, UP_STROKE
 
 jit = compiled(attributes=SMALL)
 

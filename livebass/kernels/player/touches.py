@@ -12,7 +12,7 @@ from livebass.kernels.machine.elementary import exp2, power
 from livebass.kernels.player.events import send_touch
 from livebass.kernels.player.performer import FREE
 from livebass.kernels.string.touch import characteristic_impedance
-from livebass.techniques import PALM
+from livebass.rows.techniques import PALM
 
 PALM_FINGERS, GHOST_FINGERS, NODE_FINGER = (0, 1, 2), (2, 3), 3
 PALM_PLACES = (12e-3, 25e-3, 38e-3)  # m from the saddle

@@ -33,7 +33,7 @@ from livebass.kernels.score.memory import (
 from livebass.kernels.score.remarks import PORTAMENTO, add_remark
 from livebass.kernels.score.sorting import fill_order, sort_by
 from livebass.kernels.score.times import frame_of
-from livebass.techniques import BEND_STARTS, FUNCTION_ROWS
+from livebass.rows.techniques import BEND_STARTS, FUNCTION_ROWS
 
 jit = compiled(attributes=SMALL)
 

@@ -19,8 +19,8 @@ from livebass.kernels.string.law import (
     neck_damping,
     stretched,
 )
-from livebass.parts import NeckLaw, StringLaw
-from livebass.rows import copier, rows
+from livebass.rows.parts import NeckLaw, StringLaw
+from livebass.rows.row import copier, rows
 
 take_law = shared(copier([*rows(StringLaw), *rows(NeckLaw)]))
 

@@ -46,8 +46,8 @@ from livebass.kernels.string.operators import (
     tap_row,
 )
 from livebass.kernels.string.records import BLOCK, DOUBLE, LONGER, LOW, MOST_NEAR, OPERATOR, PART, WHOLE
-from livebass.parts import MOST_GRID, TURNED_MODES, NoteNumbers
-from livebass.rows import Word, record, words
+from livebass.rows.parts import MOST_GRID, TURNED_MODES, NoteNumbers
+from livebass.rows.row import Word, record, words
 
 jit = compiled(attributes=SMALL)
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from livebass.kernels.machine.noise import BAND
-from livebass.parts import TURNED_MODES
+from livebass.rows.parts import TURNED_MODES
 
 ROW = 1048  # the most modes, and the most contact points, of one string
 DOUBLE, SINGLE = 8, 4  # bytes

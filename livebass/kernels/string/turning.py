@@ -33,7 +33,7 @@ from livebass.kernels.string import modal
 from livebass.kernels.string.frame import invalidate_contact, is_touching
 from livebass.kernels.string.operators import exchange_row
 from livebass.kernels.string.records import THERE
-from livebass.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MOST_OWED
+from livebass.rows.parts import EXCHANGE_EVERY, EXCHANGES_AT_ONCE, MOST_OWED
 
 
 @jit

@@ -37,7 +37,7 @@ from livebass.kernels.player.performer import CHANNELS, IN_TUNE, MOST_STRINGS, N
 from livebass.kernels.player.words import KIND_BIT, STRING, STRING_REST, field, kind_of, plays_strings, unpack
 from livebass.live.thread.records import field_offset, performer_of, synth_at
 from livebass.live.thread.ring import WORD, push_learned, push_midi, push_whole
-from livebass.techniques import CHANNEL_MODES, PARAMETERS, RESERVED
+from livebass.rows.techniques import CHANNEL_MODES, PARAMETERS, RESERVED
 
 WHEEL = CONTROLLERS  # index of the pitch bend after the controllers
 SETTINGS = (*RESERVED, 126, 127)  # controllers that change what channels mean, or come in sequences

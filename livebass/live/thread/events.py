@@ -24,7 +24,7 @@ from livebass.kernels.player.words import (
 from livebass.kernels.score.kits import BANK, DRUMS, GM2_DRUMS, GM2_MELODIC, XG_DRUMS
 from livebass.live.thread.records import MOST_MESSAGES, PANIC, PLAYED_RING, RINGS, operators_of, performer_of, string_of
 from livebass.live.thread.ring import NOW, next_frame, pop, push_midi, push_word
-from livebass.techniques import EFFECT, GAIN_DB, LEARNED, LEAST, PARAMETER, PARAMETERS, TECHNIQUE
+from livebass.rows.techniques import EFFECT, GAIN_DB, LEARNED, LEAST, PARAMETER, PARAMETERS, TECHNIQUE
 
 GAIN_POLE = 0.004  # part of the way to its target that the gain moves each frame
 

@@ -17,7 +17,7 @@ from livebass.kernels.string.operators import place_of
 from livebass.kernels.string.records import CONTACT, MOST_NEAR
 from livebass.live.thread.records import operators_of, performer_of, string_of, synth_at
 from livebass.live.thread.sight import SIGHT, see_string
-from livebass.techniques import ACTIONS, TECHNIQUE
+from livebass.rows.techniques import ACTIONS, TECHNIQUE
 
 PLACES = 40  # number of lights along a neck, one per fret, from the nut on
 LOGGED = 256  # contacts per string that a plugin has room for

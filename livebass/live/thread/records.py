@@ -12,7 +12,7 @@ from livebass.kernels.effects.records import KNOBS, effects_at
 from livebass.kernels.machine.native import floats_at, record_at, records_at, words_at
 from livebass.kernels.player.performer import CHANNELS, MOST_STRINGS, PERFORMER
 from livebass.kernels.string.records import EVENT, MOST_ANSWERS, OPERATOR, SLOT_STATE, STRING, VOICE_SLOTS
-from livebass.techniques import PARAMETERS
+from livebass.rows.techniques import PARAMETERS
 
 RINGS = 3  # of messages: from Python's threads, the score, and JACK's MIDI ports
 MOST_MESSAGES = 256  # per chunk, if their events fit; the others wait for the next

@@ -10,7 +10,7 @@ import numpy as np
 from livebass.compiling import entry, inlined, jit
 from livebass.kernels.machine.native import load_acquire, samples_at, store_release, words_at
 from livebass.kernels.player.words import CHANNEL_BIT, KIND_BIT, VALUE_BIT, Row, pack, row_of
-from livebass.techniques import PARAMETER
+from livebass.rows.techniques import PARAMETER
 
 HEAD, TAIL, DATA = 0, 8, 16
 WORD = 8  # bytes

@@ -19,7 +19,7 @@ from support.engine import FakeEngine
 from support.needs import CLOSED, HANGUP
 
 from livebass.compiling import library
-from livebass.files import OutputError, checked_place
+from livebass.files.whole import OutputError, checked_place
 
 USAGE = [
     ["render"],

@@ -21,8 +21,8 @@ from support.places import ROOT
 from livebass import Instrument, __version__, load_preset
 from livebass.compiling import store
 from livebass.engine import render as render_module
-from livebass.parts import NOISES
-from livebass.units import OFF
+from livebass.rows.parts import NOISES
+from livebass.rows.units import OFF
 
 
 def test_render_a_file(fake: type[FakeEngine], run: Run, tmp_path: Path) -> None:
@@ -108,7 +108,7 @@ def test_simulate(run: Run, tmp_path: Path) -> None:
 
 def test_bench(monkeypatch: pytest.MonkeyPatch, run: Run, tmp_path: Path) -> None:
     bench = SimpleNamespace(bench_render=lambda _: {"engine": 0.2}, table=lambda result: f"table {result}")
-    monkeypatch.setitem(sys.modules, "livebass.bench.render", bench)
+    monkeypatch.setitem(sys.modules, "livebass.lab.bench.render", bench)
     monkeypatch.setattr("livebass.compiling.library.cached", lambda: True)
     assert "table" in cli_text(run, "bench", "render", "--json", tmp_path / "b.json")
     assert json.loads((tmp_path / "b.json").read_text()) == {"engine": 0.2}

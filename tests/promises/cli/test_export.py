@@ -17,11 +17,11 @@ from support.needs import CLOSED
 from livebass import preset_names
 from livebass.compiling import store
 from livebass.engine.image import image_of
-from livebass.extras import install
 from livebass.plugin import build
 from livebass.plugin.build import binary, name_of
 from livebass.plugin.systems import FOLDERS, SYSTEMS, System, own_folder_of_plugins, this_system
 from livebass.preset.sounds import sound_title, sounds_of
+from livebass.system.extras import install
 
 BUNDLES = {"lv2": "livebass.lv2", "clap": "livebass-clap", "vst3": "livebass.vst3"}
 KINDS = [pytest.param(kind, id=kind) for kind in BUNDLES]

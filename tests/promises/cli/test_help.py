@@ -19,14 +19,14 @@ from support.helps import commands
 from support.programs import load
 from support.quoted import PAGES, README, ROOT, context, every_command, found, quoted
 
-from livebass.bench import measured
-from livebass.bench.fidelity import KINDS
-from livebass.bench.live import MOST_WAVEFORM, PROMISED
 from livebass.cli import help as handbook
 from livebass.cli.groups import GroupedCommand
 from livebass.cli.main import livebass as program
+from livebass.lab.bench import measured
+from livebass.lab.bench.fidelity import KINDS
+from livebass.lab.bench.live import MOST_WAVEFORM, PROMISED
 from livebass.model.keymap import COUNTING
-from livebass.techniques import FUNCTION_ROWS, ON_STRING, TECHNIQUE_ROWS
+from livebass.rows.techniques import FUNCTION_ROWS, ON_STRING, TECHNIQUE_ROWS
 
 FILES = (README, *PAGES)
 FIRST_SCREEN = 40  # lines
@@ -151,7 +151,7 @@ def test_quoted_commands_exist_with_their_options(line: str, whole: bool) -> Non
 
 
 def check_studies(arguments: list[str]) -> None:
-    from livebass.paper.figures.studies import chosen
+    from livebass.lab.paper.figures.studies import chosen
 
     names = arguments[: next((i for i, a in enumerate(arguments) if a.startswith("-")), None)]
     assert chosen(names)
@@ -169,11 +169,11 @@ def check_values(context: click.Context) -> None:
     if context.command.name == "help" and values["page"]:
         assert values["page"] in handbook.PAGES
     if context.command.name == "claims":
-        from livebass.paper.claims.check import chosen
+        from livebass.lab.paper.claims.check import chosen
 
         assert chosen(values["ids"])
     if context.command.name == "sweep" and values["axes"]:
-        from livebass.experiment.grid import Settings, grid
+        from livebass.lab.experiment.grid import Settings, grid
         from livebass.model.quality import quality_with
 
         rest = {name: values[name] for name in Settings.__dataclass_fields__ if name != "quality"}
@@ -191,7 +191,7 @@ def options(command: click.Command) -> Iterator[str]:
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
 def test_quoted_options_and_keys_exist(file: Path) -> None:
-    from livebass.experiment.grid import PLUCK
+    from livebass.lab.experiment.grid import PLUCK
     from livebass.preset.keys import KEYS
 
     code = re.findall(r"`([^`\n]+)`", file.read_text())

@@ -21,7 +21,7 @@ from support.command import BASS, GOOD, NOTE, Run, assert_one_clear_line, cli_te
 from support.engine import FakeEngine
 
 from livebass.cli.remembered import Remembered
-from livebass.files import Transaction
+from livebass.files.whole import Transaction
 from livebass.preset.keymap import key_map_text, load_key_map
 from livebass.preset.load import preset_source
 

@@ -10,7 +10,7 @@ from typing import NoReturn
 import pytest
 from support.command import GOOD, Run
 
-from livebass.files import Output, noted_output
+from livebass.files.whole import Output, noted_output
 
 NOTHING = [
     ("play",),

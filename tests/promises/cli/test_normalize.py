@@ -15,10 +15,10 @@ from support.command import Run, assert_one_clear_line
 from support.engine import FakeEngine
 
 from livebass import loudness
-from livebass.arrays import Floats
 from livebass.cli import main as cli
 from livebass.engine import render
-from livebass.meter import LoudnessMeter
+from livebass.rows.arrays import Floats
+from livebass.sound.meter import LoudnessMeter
 
 NOTE = ("render", "--note", "E1", "--velocity", "110", "--duration", "1s", "-q", "live")
 

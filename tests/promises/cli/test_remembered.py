@@ -16,7 +16,7 @@ from livebass import load_preset
 from livebass.cli import remembered
 from livebass.cli.console import LOG, Console, logged
 from livebass.cli.remembered import DamagedSettings, Remembered, forget, load, save, settings_file
-from livebass.files import OutputError
+from livebass.files.whole import OutputError
 from livebass.live import outputs, session
 from livebass.live.lost import OutputLost
 from livebass.live.settings import Settings

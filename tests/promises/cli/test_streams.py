@@ -17,8 +17,8 @@ from support.costs import quick
 from support.engine import FakeEngine
 
 from livebass.compiling import library
-from livebass.extras import install
-from livebass.files import Transaction
+from livebass.files.whole import Transaction
+from livebass.system.extras import install
 
 HOW = ("--tail", "0", "-q", "live")
 NOTE = ("render", "--note", "G2", "--duration", "0.1", *HOW)

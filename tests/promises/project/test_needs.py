@@ -14,7 +14,7 @@ from support.command import Run, assert_one_clear_line
 from support.places import GROWLY, RECORDINGS
 from support.tabs import as_gp5, beats, note, tab
 
-from livebass.extras import REFERENCE, USES, install, requirements
+from livebass.system.extras import REFERENCE, USES, install, requirements
 
 RECORDING = str(RECORDINGS / "picked-g.flac")
 TWO = ("--vary", "pluck.apex=1mm:2mm:2", "--duration", "10ms", "-q", "live", "-o", "sweep")

@@ -14,7 +14,7 @@ from support.places import ROOT
 from support.programs import load
 
 import livebass
-from livebass.techniques import BUTTONS, TECHNIQUE_ROWS
+from livebass.rows.techniques import BUTTONS, TECHNIQUE_ROWS
 
 README = (ROOT / "README.md").read_text("utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]

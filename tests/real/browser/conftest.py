@@ -11,7 +11,7 @@ from support.browser import chromium
 from support.wasm import PINNED
 
 from livebass import load_preset
-from livebass.paper.cases import PRESET
+from livebass.lab.paper.cases import PRESET
 from livebass.web.bench import Source
 from livebass.web.export import export_page
 

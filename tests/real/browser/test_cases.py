@@ -13,9 +13,9 @@ from support.browser import INSIDE, chromium, errors, wait
 
 from livebass import load_preset
 from livebass.engine.solve import solve_trial
-from livebass.paper.cases import CASES, PLAYED, PRESET
-from livebass.paper.figures.studies import PLAYER, run_studies
-from livebass.paper.figures.study import Findings, Study
+from livebass.lab.paper.cases import CASES, PLAYED, PRESET
+from livebass.lab.paper.figures.studies import PLAYER, run_studies
+from livebass.lab.paper.figures.study import Findings, Study
 from livebass.web.bench import Source
 from livebass.web.export import export_page
 

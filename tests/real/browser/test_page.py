@@ -36,7 +36,7 @@ from support.song import midi_file, song_of
 from support.wasm import HARD, PINNED, QUANTUM, RATE, messages_of, sound_hash
 
 from livebass import load_preset, score_of
-from livebass.arrays import Floats
+from livebass.rows.arrays import Floats
 from livebass.web.export import shown
 from livebass.web.public import PUBLIC
 

@@ -15,7 +15,7 @@ from livebass import load_preset, score_of
 from livebass.live.parameters import PARAMETERS
 from livebass.plugin import lv2, vst3
 from livebass.plugin.systems import this_system
-from livebass.techniques import PARAMETER_ROWS, PICKED
+from livebass.rows.techniques import PARAMETER_ROWS, PICKED
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="Ardour of Debian")
 BASSES = ("jazz-finger", "slap")

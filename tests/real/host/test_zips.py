@@ -20,10 +20,10 @@ from support.plugins import hard_score, mono
 from support.screen import needs_screen, running_screen
 from support.window import Window, different
 
-from livebass.arrays import Floats
 from livebass.plugin.build import binary
 from livebass.plugin.systems import this_system
-from livebass.techniques import SLIDER_ROWS
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import SLIDER_ROWS
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="this system's archive is unpacked on Linux")

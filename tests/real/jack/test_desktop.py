@@ -19,7 +19,7 @@ from support.costs import quick
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.needs import tool
 
-from livebass.analysis.sound import fundamental
+from livebass.sound.analysis import fundamental
 
 LIFE = "900"  # s, longest life of a server
 

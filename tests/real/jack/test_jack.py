@@ -23,7 +23,7 @@ from support.needs import HANGUP
 from support.places import TESTS
 
 from livebass import load_preset
-from livebass.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
+from livebass.lab.bench.jack import AudioProbe, LostFrames, MidiProbe, new_client
 from livebass.live.jack import JackOutput
 from livebass.live.synth import LiveBass, Synth
 
@@ -167,7 +167,7 @@ sys.path.insert(0, {str(TESTS)!r})
 from support.jack import wait_for
 from support.live import QUICK, offline
 from livebass import load_preset
-from livebass.bench.jack import AudioProbe, LostFrames
+from livebass.lab.bench.jack import AudioProbe, LostFrames
 from livebass.live.portaudio import PortAudioOutput
 from livebass.live.synth import LiveBass, Synth
 

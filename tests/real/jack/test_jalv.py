@@ -16,7 +16,7 @@ from support.needs import tool
 from support.plugins import no_instruments_of_the_user, written  # noqa: F401
 from support.screen import hand, needs_screen, running_screen
 
-from livebass.bench.jack import MidiProbe, end_process, new_client
+from livebass.lab.bench.jack import MidiProbe, end_process, new_client
 from livebass.plugin import lv2
 from livebass.plugin.systems import this_system
 

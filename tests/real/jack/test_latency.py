@@ -10,7 +10,7 @@ import pytest
 from support.jack import JACK_PERIOD as PERIOD
 from support.jack import JACK_RATE as RATE
 
-from livebass.bench import latency
+from livebass.lab.bench import latency
 
 FEW = latency.Extent(notes=4, queued=5)
 

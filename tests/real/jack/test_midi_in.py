@@ -20,14 +20,14 @@ from support.fakejack import RATE
 from support.jack import PATIENCE, livebass, wait_for, wait_for_log, wait_for_take
 from support.live import OFF, ON, arrived
 
-from livebass.bench.jack import new_client
+from livebass.lab.bench.jack import new_client
 from livebass.live.lost import MidiLost
 from livebass.live.midi import MidiPort, port_names
 from livebass.live.synth import Synth
 
 SOURCE = """
 import collections, json, sys, time
-from livebass.bench.jack import new_client
+from livebass.lab.bench.jack import new_client
 
 client = new_client(sys.argv[1])
 port = client.midi_outports.register("out")

@@ -16,8 +16,8 @@ from support.remote import Remote
 from support.terminal import InTerminal
 
 from livebass import load_preset
-from livebass.bench.jack import new_client
 from livebass.cli.remembered import load, settings_file
+from livebass.lab.bench.jack import new_client
 from livebass.live.osc import OscLost
 from livebass.live.session import Session
 from livebass.live.settings import Settings

@@ -9,8 +9,8 @@ from support.fits import problem_of, real_notes
 
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
-from livebass.experiment.workers import connected, lasting
-from livebass.fitting.problem import Trial, solved
+from livebass.lab.experiment.workers import connected, lasting
+from livebass.lab.fitting.problem import Trial, solved
 
 
 def test_processes_and_a_cluster_give_the_same_scores(tmp_path: Path) -> None:

@@ -34,8 +34,8 @@ from livebass.plugin import clap
 from livebass.plugin import lv2 as lv2_plugin
 from livebass.plugin import vst3 as vst3_plugin
 from livebass.plugin.systems import this_system
+from livebass.rows.techniques import PICKED, TECHNIQUE
 from livebass.score.reading import read_score
-from livebass.techniques import PICKED, TECHNIQUE
 
 pytestmark = pytest.mark.skipif(not this_system().name.startswith("linux"), reason="windows of X11")
 U32, D, B, P, S = c.c_uint32, c.c_double, c.c_bool, c.c_void_p, c.c_char_p

@@ -7,8 +7,19 @@ import pytest
 from support.costs import quick
 from support.strings import paper_g, tiny
 
-from livebass.analysis.motion import contact_energy, decay_rates, energy, modal_energies, shape_at, string_shape, t60
-from livebass.analysis.sound import (
+from livebass.lab.analysis.motion import (
+    contact_energy,
+    decay_rates,
+    energy,
+    modal_energies,
+    shape_at,
+    string_shape,
+    t60,
+)
+from livebass.lab.reference.solver import solve
+from livebass.model import modes
+from livebass.model.instrument import Pluck, Speaking
+from livebass.sound.analysis import (
     PAPER_RATE,
     characteristic_frequencies,
     contactogram,
@@ -20,10 +31,7 @@ from livebass.analysis.sound import (
     spectrogram,
     spectrogram_db,
 )
-from livebass.meter import LoudnessMeter
-from livebass.model import modes
-from livebass.model.instrument import Pluck, Speaking
-from livebass.reference.solver import solve
+from livebass.sound.meter import LoudnessMeter
 
 RATE = 48_000
 

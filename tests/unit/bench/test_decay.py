@@ -13,8 +13,8 @@ from support.costs import quick
 from support.places import TOOLS
 
 from livebass import load_preset
-from livebass.arrays import Floats
-from livebass.comparison.ringing import OCTAVES, ringing
+from livebass.lab.comparison.ringing import OCTAVES, ringing
+from livebass.rows.arrays import Floats
 
 with pytest.MonkeyPatch.context() as patch:
     patch.syspath_prepend(str(TOOLS))

@@ -16,10 +16,10 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 from support.own_basses import load_preset
 
-from livebass.analysis.sound import characteristic_frequencies
-from livebass.bench import live as bench
-from livebass.bench import measure
-from livebass.bench.fidelity import (
+from livebass.engine.engine import Engine
+from livebass.lab.bench import live as bench
+from livebass.lab.bench import measure
+from livebass.lab.bench.fidelity import (
     DYNAMICS,
     FRETS,
     PLUCKS,
@@ -40,10 +40,8 @@ from livebass.bench.fidelity import (
     waveforms,
     with_stroke,
 )
-from livebass.bench.live import EDGES, Extent, block_figures, most_that_fit
-from livebass.bench.measure import OtherLoad
-from livebass.cores import core_count
-from livebass.engine.engine import Engine
+from livebass.lab.bench.live import EDGES, Extent, block_figures, most_that_fit
+from livebass.lab.bench.measure import OtherLoad
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.worst import (
@@ -60,6 +58,8 @@ from livebass.live.worst import (
 )
 from livebass.model.quality import QUALITIES, Quality
 from livebass.preset.load import preset_names
+from livebass.sound.analysis import characteristic_frequencies
+from livebass.system.cores import core_count
 
 RATE = 48_000
 FEW = (
@@ -479,7 +479,7 @@ def test_files_that_cannot_be_written_are_refused_before_the_work(
         raise AssertionError("measured first")
 
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(f"livebass.bench.{command}.bench_{command}", work)
+    monkeypatch.setattr(f"livebass.lab.bench.{command}.bench_{command}", work)
     got, out, err = run("bench", command, *arguments)
     assert_one_clear_line(got, err, (status,))
     assert not out and not os.listdir(tmp_path)

@@ -14,11 +14,11 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 
 from livebass import __version__
-from livebass.bench import render as bench
-from livebass.cores import core_count
 from livebass.engine.engine import Engine
+from livebass.lab.bench import render as bench
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
+from livebass.system.cores import core_count
 
 TINY = bench.Extent(sound=0.02, brute=0.005, chords=0.04, line=0.3, runs=2, long_runs=2)
 ROWS = {
@@ -137,7 +137,7 @@ def test_a_full_disk_does_not_lose_the_figures(run: Run, tmp_path: Path, monkeyp
 
     monkeypatch.setattr(bench, "bench_render", lambda _: {})
     monkeypatch.setattr(bench, "table", lambda result: "the table")
-    monkeypatch.setattr("livebass.files.Transaction.write", full)
+    monkeypatch.setattr("livebass.files.whole.Transaction.write", full)
     status, out, err = run("bench", "render", "--json", tmp_path / "bench.json")
     assert_one_clear_line(status, err, (1,))
     assert out == "the table\n"

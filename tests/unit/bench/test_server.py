@@ -14,8 +14,8 @@ from support.child import die, fail, sleep
 from support.command import Run
 from support.needs import package
 
-from livebass.bench import latency, player
-from livebass.bench.jack import WRAP, Lost, in_child, since
+from livebass.lab.bench import latency, player
+from livebass.lab.bench.jack import WRAP, Lost, in_child, since
 
 FEW = latency.Extent(notes=4, queued=5)
 

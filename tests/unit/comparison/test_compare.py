@@ -13,7 +13,7 @@ import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 from support.places import GROWLY
 
-from livebass.comparison.rows import ROWS
+from livebass.lab.comparison.rows import ROWS
 
 
 @pytest.mark.slow

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from livebass.arrays import Floats
-from livebass.comparison import distance, measure
-from livebass.comparison.measures import EARLY, LATE, SHARE_KEYS
-from livebass.comparison.ringing import ringing
+from livebass.lab.comparison import distance, measure
+from livebass.lab.comparison.measures import EARLY, LATE, SHARE_KEYS
+from livebass.lab.comparison.ringing import ringing
+from livebass.rows.arrays import Floats
 
 RATE = 44_100
 F0 = 65.4

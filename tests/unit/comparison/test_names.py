@@ -6,7 +6,7 @@ import itertools
 
 import pytest
 
-from livebass.comparison.names import strength, told_by
+from livebass.lab.comparison.names import strength, told_by
 
 
 @pytest.mark.parametrize(

@@ -10,14 +10,14 @@ import pytest
 import soundfile
 from support.places import GROWLY, ROOT
 
-from livebass import comparison
-from livebass.arrays import Floats
-from livebass.comparison import measured, outside, rendered, summary
-from livebass.comparison.notes import spread
-from livebass.comparison.rows import ROWS, ranges
-from livebass.comparison.summary import Bass, Figure, basses, figures
+from livebass.lab import comparison
+from livebass.lab.comparison import measured, outside, rendered, summary
+from livebass.lab.comparison.notes import spread
+from livebass.lab.comparison.rows import ROWS, ranges
+from livebass.lab.comparison.summary import Bass, Figure, basses, figures
 from livebass.preset.source import PresetError
-from livebass.units import cents
+from livebass.rows.arrays import Floats
+from livebass.rows.units import cents
 
 RATE = 44_100
 

@@ -11,7 +11,7 @@ import pytest
 from support.command import Run, assert_one_clear_line, cli_text
 from support.places import GROWLY
 
-from livebass.comparison.telling import FIGURES, NOISE, Group, group, real, tell
+from livebass.lab.comparison.telling import FIGURES, NOISE, Group, group, real, tell
 
 
 def mixed(change: float = 0.05) -> Group:

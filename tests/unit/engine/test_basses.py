@@ -7,10 +7,10 @@ import pytest
 from support.quiet import without_noise
 
 from livebass import Quality
-from livebass.arrays import Floats
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
 from livebass.kernels.player.performer import FADE
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 LIGHT = Quality("light", 60, 192e3)

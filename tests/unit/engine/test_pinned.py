@@ -23,8 +23,8 @@ from livebass import QUALITIES, preset_names, render_to_array, score_of
 from livebass.compiling import emitter, store
 from livebass.model.instrument import Instrument
 from livebass.model.keymap import MODO_12
+from livebass.rows.techniques import LEARNED, PARAMETERS
 from livebass.score.score import Score
-from livebass.techniques import LEARNED, PARAMETERS
 
 RATE = 48_000
 PINNED = json.loads((Path(__file__).parent / "pinned.json").read_text())

@@ -8,10 +8,10 @@ from support.own_basses import load_preset
 from support.scores import RATE
 
 from livebass import QUALITIES
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, modal_row
 from livebass.kernels.string.slot import REST_EVERY
+from livebass.rows.arrays import Floats
 
 ON, OFF = 0x90, 0x80
 LOUD, BELOW = 110, -105.0  # velocity; dB

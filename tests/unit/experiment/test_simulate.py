@@ -17,15 +17,15 @@ import soundfile
 from support import strings
 from support.own_basses import load_preset
 
-from livebass.analysis.motion import string_shape
-from livebass.experiment import simulate
-from livebass.experiment.simulate import simulate_to_directory
-from livebass.files import OutputError
+from livebass.files.whole import OutputError
+from livebass.lab.analysis.motion import string_shape
+from livebass.lab.experiment import simulate
+from livebass.lab.experiment.simulate import simulate_to_directory
+from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import speaking
 from livebass.model.quality import Quality
 from livebass.model.trial import Asked, Trial
-from livebass.reference.solver import solve
 
 CASE: dict[str, Any] = {
     "string": "G", "fret": 0, "apex": 3.6e-3, "at": 0.64, "duration": 0.03, "modes": 60,
@@ -264,7 +264,7 @@ def test_nothing_is_made_beside_the_directory(tmp_path: Path, monkeypatch: pytes
 def test_wall_time_is_without_compilation(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, solver: str) -> None:
     """A solver compiles or loads its code in a first, untimed run."""
     module = importlib.import_module(
-        {"engine": "livebass.engine.solve", "reference": "livebass.reference.solver"}[solver]
+        {"engine": "livebass.engine.solve", "reference": "livebass.lab.reference.solver"}[solver]
     )
     name = "solve" if solver == "reference" else "solve_trial"
     trials: list[Trial] = []

@@ -18,14 +18,14 @@ import pytest
 from support.command import Run, assert_one_clear_line
 
 from livebass.engine.solve import heard, solve_trial
-from livebass.experiment import sweep
-from livebass.experiment.grid import Point, Settings, axis, grid, names, target
-from livebass.experiment.point import measured
-from livebass.experiment.quantities import QUANTITIES, USUAL
-from livebass.experiment.sweep import drawable, edges, pictures
-from livebass.experiment.workers import computed
-from livebass.files import Transaction
+from livebass.files.whole import Transaction
 from livebass.kernels.string.records import MOST_NEAR
+from livebass.lab.experiment import sweep
+from livebass.lab.experiment.grid import Point, Settings, axis, grid, names, target
+from livebass.lab.experiment.point import measured
+from livebass.lab.experiment.quantities import QUANTITIES, USUAL
+from livebass.lab.experiment.sweep import drawable, edges, pictures
+from livebass.lab.experiment.workers import computed
 from livebass.model.instrument import Neck
 from livebass.model.modes import pluck_amplitudes
 from livebass.model.quality import quality_with
@@ -141,7 +141,7 @@ def test_interrupted_before_the_first_point_it_leaves_no_folder(
 @pytest.fixture
 def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     """Tests with this get no answers, so less patience will do."""
-    monkeypatch.setattr("livebass.experiment.workers.CONNECT", 2.0)
+    monkeypatch.setattr("livebass.lab.experiment.workers.CONNECT", 2.0)
 
 
 @pytest.mark.usefixtures("impatient")
@@ -284,7 +284,7 @@ def test_points_are_kept_and_only_missing_ones_computed(tmp_path: Path) -> None:
 
 def test_all_of_it_in_process_one(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The command, with its processes replaced by this one."""
-    monkeypatch.setattr("livebass.experiment.workers.computed", lambda points, workers, say: fake(points))
+    monkeypatch.setattr("livebass.lab.experiment.workers.computed", lambda points, workers, say: fake(points))
     vary = "--vary", "pluck.apex=1mm:2mm:3", "--vary", "neck.contact_stiffness=1e9:1e13:2:log"
     status, out, err = run("study", "sweep", *vary, *SMALL, "-o", tmp_path / "d", "--json", tmp_path / "s.json")
     assert status == 0 and not out, err
@@ -309,7 +309,7 @@ def test_without_memory_that_processes_share_one_computes_everything(monkeypatch
         raise FileNotFoundError(2, "No such file or directory")
 
     said: list[str] = []
-    monkeypatch.setattr("livebass.experiment.workers.ProcessPoolExecutor", refuse)
+    monkeypatch.setattr("livebass.lab.experiment.workers.ProcessPoolExecutor", refuse)
     wanted = points("pluck.apex=1mm:2mm:3")
     found = dict(computed(wanted, 2, said.append))
     assert found == {point: measured(point.work) for point in wanted}

@@ -13,8 +13,8 @@ from support.command import assert_one_clear_line
 from support.needs import processes
 from support.sweeps import COUNT, PATIENCE, THREADS, finished, gone, kept, same, sweeping, swept, until
 
-from livebass.experiment.grid import Settings, axis, grid
-from livebass.experiment.workers import computed
+from livebass.lab.experiment.grid import Settings, axis, grid
+from livebass.lab.experiment.workers import computed
 from livebass.model.quality import quality_with
 
 

@@ -37,11 +37,11 @@ from livebass.export.sfz import (
     velocities,
     write_pack,
 )
-from livebass.files import OutputError, checked_directory
+from livebass.files.whole import OutputError, checked_directory
 from livebass.model.instrument import Player, note_frequency
 from livebass.model.keymap import Curve
+from livebass.rows.units import OFF, cents, decibels
 from livebass.score.score import single_note
-from livebass.units import OFF, cents, decibels
 
 RATE = 48000
 TINY = PackSettings(QUALITIES["live"], RATE, frets=12, layers=3, robins=2, length=0.6, seed=3)

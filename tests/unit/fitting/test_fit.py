@@ -16,25 +16,25 @@ from support.command import Run, assert_one_clear_line
 from support.costs import of_each_kind
 from support.fits import problem_of, real_notes
 
-from livebass.comparison.notes import Note
-from livebass.fitting.notes import Place
-from livebass.fitting.problem import Problem
+from livebass.lab.comparison.notes import Note
+from livebass.lab.fitting.notes import Place
+from livebass.lab.fitting.problem import Problem
 
 pytest.importorskip("cmaes")
 pytest.importorskip("scipy")
 from support.fits import BASE, KNOWN, LOSS, NAME, PLACES, TONE, TRUTH
 
-from livebass.comparison.notes import spread
 from livebass.engine.engine import Engine
-from livebass.fitting import bounds, estimates, judge, plan, search
-from livebass.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
-from livebass.fitting.notes import Recorded
-from livebass.fitting.page import _in_words
-from livebass.fitting.playing import USUAL_RATE, played, velocity_of
-from livebass.fitting.problem import HOPELESS, solved
-from livebass.fitting.request import Fit
-from livebass.fitting.target import Difference, heard, searched
-from livebass.fitting.written import changed, preset_text
+from livebass.lab.comparison.notes import spread
+from livebass.lab.fitting import bounds, estimates, judge, plan, search
+from livebass.lab.fitting.bounds import FREE, HARDEST, Free, free_numbers, own_tables, step
+from livebass.lab.fitting.notes import Recorded
+from livebass.lab.fitting.page import _in_words
+from livebass.lab.fitting.playing import USUAL_RATE, played, velocity_of
+from livebass.lab.fitting.problem import HOPELESS, solved
+from livebass.lab.fitting.request import Fit
+from livebass.lab.fitting.target import Difference, heard, searched
+from livebass.lab.fitting.written import changed, preset_text
 from livebass.model.quality import QUALITIES
 from livebass.preset.build import Builder
 from livebass.preset.load import load_preset, preset_names, preset_tables
@@ -230,7 +230,7 @@ def _here(request: Fit, say: Say) -> Iterator[Any]:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fit of two numbers to two notes, judged by two."""
-    monkeypatch.setattr("livebass.fitting.request._computer", _here)
+    monkeypatch.setattr("livebass.lab.fitting.request._computer", _here)
     monkeypatch.setattr(bounds, "FREE", (LOSS, TONE))
     monkeypatch.setattr(plan, "FITTED", 2)
     monkeypatch.setattr(plan, "JUDGES", 2)

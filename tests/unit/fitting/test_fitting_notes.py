@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 import soundfile
 
-from livebass.arrays import Floats
-from livebass.fitting.guide import steps
-from livebass.fitting.notes import Place, recorded, string_of
-from livebass.fitting.plan import FITTED, plan
-from livebass.identification.partials import RecordingError
+from livebass.lab.fitting.guide import steps
+from livebass.lab.fitting.notes import Place, recorded, string_of
+from livebass.lab.fitting.plan import FITTED, plan
+from livebass.lab.identification.partials import RecordingError
 from livebass.preset.load import load_preset
-from livebass.units import note_name
+from livebass.rows.arrays import Floats
+from livebass.rows.units import note_name
 
 RATE = 44_100
 BASS = load_preset("jazz-finger")

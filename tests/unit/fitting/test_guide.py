@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 from support.command import Run, assert_one_clear_line
 
-from livebass.arrays import Floats
-from livebass.audiofile import read_sound
-from livebass.comparison.notes import measured
-from livebass.fitting import recording
-from livebass.fitting.guide import Step, steps
-from livebass.fitting.recording import BLOCK, RATE, SILENCE_FILE, record
+from livebass.lab.comparison.notes import measured
+from livebass.lab.fitting import recording
+from livebass.lab.fitting.guide import Step, steps
+from livebass.lab.fitting.recording import BLOCK, RATE, SILENCE_FILE, record
 from livebass.preset.load import load_preset
+from livebass.rows.arrays import Floats
+from livebass.sound.audiofile import read_sound
 
 
 def test_the_guide_names_every_string_fret_and_force_twice(run: Run) -> None:

@@ -13,10 +13,10 @@ import pytest
 from support.needs import processes
 
 pytest.importorskip("cmaes")
-from livebass.experiment.workers import lasting
-from livebass.files import Transaction
-from livebass.fitting.bounds import Free
-from livebass.fitting.search import POPULATION, Best, Points, search
+from livebass.files.whole import Transaction
+from livebass.lab.experiment.workers import lasting
+from livebass.lab.fitting.bounds import Free
+from livebass.lab.fitting.search import POPULATION, Best, Points, search
 from livebass.report.text import plain
 
 WANTED = np.array([0.8, 0.3])  # the third number tells nothing

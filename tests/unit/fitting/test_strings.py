@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 pytest.importorskip("scipy")
-from livebass.comparison.notes import Note
-from livebass.fitting.notes import Place, Recorded
-from livebass.fitting.strings import inharmonicity, inharmonicity_at, strings_of, with_strings
+from livebass.lab.comparison.notes import Note
+from livebass.lab.fitting.notes import Place, Recorded
+from livebass.lab.fitting.strings import inharmonicity, inharmonicity_at, strings_of, with_strings
 from livebass.model.instrument import note_frequency
 from livebass.preset.load import load_preset
 

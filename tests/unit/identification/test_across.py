@@ -17,13 +17,13 @@ from support.own_basses import FOLDER, load_preset
 from support.quiet import without_noise
 
 from livebass.engine.render import render_to_array
-from livebass.identification.across import fit_own, heard_of_both, level_across
-from livebass.identification.identify import identify
-from livebass.identification.lines import Line
-from livebass.identification.partials import Found
-from livebass.identification.result import Identified
-from livebass.identification.tables import table
-from livebass.identification.written import new_preset
+from livebass.lab.identification.across import fit_own, heard_of_both, level_across
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.lines import Line
+from livebass.lab.identification.partials import Found
+from livebass.lab.identification.result import Identified
+from livebass.lab.identification.tables import table
+from livebass.lab.identification.written import new_preset
 from livebass.model import modes
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.neck import Admittance

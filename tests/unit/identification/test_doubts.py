@@ -15,12 +15,12 @@ from support.own_basses import load_preset
 from support.places import RECORDINGS
 from support.strings import FREQUENCIES, g_neck, g_string, paper_g
 
-from livebass.identification.doubts import clipped_tops, doubtful
-from livebass.identification.fit import fit_laws
-from livebass.identification.identify import identify
-from livebass.identification.lines import Line
-from livebass.identification.partials import Found
-from livebass.identification.result import Identified
+from livebass.lab.identification.doubts import clipped_tops, doubtful
+from livebass.lab.identification.fit import fit_laws
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.lines import Line
+from livebass.lab.identification.partials import Found
+from livebass.lab.identification.result import Identified
 from livebass.model import modes
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.preset.load import laboratory_names, preset_names

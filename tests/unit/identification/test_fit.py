@@ -13,7 +13,7 @@ from support.own_basses import load_preset
 from support.places import SHARED, TOOLS
 from support.strings import g_neck, g_string
 
-from livebass.identification.fit import NeckFit, fit_neck
+from livebass.lab.identification.fit import NeckFit, fit_neck
 from livebass.model.instrument import String, speaking
 from livebass.model.modes import dampings, frequencies, impedance, loss_factor
 from livebass.model.neck import Admittance, Resonance, detuning, neck_damping
@@ -59,7 +59,7 @@ def test_the_saw_tooth_of_the_paper(paper: NeckFit) -> None:
 @pytest.mark.slow  # the paper's claims include the sign too: tests/unit/model/test_neck.py
 def test_the_sign_of_eq_8_is_in_the_data(paper: NeckFit, monkeypatch: pytest.MonkeyPatch) -> None:
     """With the sign as printed, and exp(+i omega t), the resonances explain the frequencies much worse."""
-    monkeypatch.setattr("livebass.identification.fit.detuning", lambda *given: -detuning(*given))
+    monkeypatch.setattr("livebass.lab.identification.fit.detuning", lambda *given: -detuning(*given))
     printed = fit_neck(g_string(), most=len(paper.resonances))
     assert printed.left > 1.3 * paper.left
 

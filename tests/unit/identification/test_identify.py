@@ -21,16 +21,16 @@ from support.own_basses import load_preset
 from support.places import RECORDINGS
 from support.strings import DAMPINGS, FREQUENCIES, g_neck, g_string, paper_g
 
-from livebass.identification.esprit import SAMPLES, band, components
-from livebass.identification.fit import fit_law, fit_laws, fit_losses
-from livebass.identification.identify import identify
-from livebass.identification.partials import find_takes, read_recording, track
-from livebass.identification.result import Identified
+from livebass.lab.identification.esprit import SAMPLES, band, components
+from livebass.lab.identification.fit import fit_law, fit_laws, fit_losses
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.partials import find_takes, read_recording, track
+from livebass.lab.identification.result import Identified
 from livebass.model import modes
 from livebass.model.instrument import STIFFNESS_LAWS, Pluck, Speaking, speaking
 from livebass.model.neck import neck_damping
 from livebass.preset.load import preset_source
-from livebass.units import cents
+from livebass.rows.units import cents
 
 RATE = 48_000
 # A recording, its string, its pitch, its inharmonicity, and the least number of partials found

@@ -12,11 +12,11 @@ from support.costs import quick
 from support.own_basses import load_preset
 from support.strings import DAMPINGS, FREQUENCIES
 
-from livebass.identification.glide import Glide, glide_of, straightened
-from livebass.identification.identify import identify
-from livebass.identification.partials import Take, track
-from livebass.identification.result import Identified
-from livebass.units import cents
+from livebass.lab.identification.glide import Glide, glide_of, straightened
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.partials import Take, track
+from livebass.lab.identification.result import Identified
+from livebass.rows.units import cents
 
 RATE, F0, COUNT = 48_000, 97.97, 20
 NU, SIGMA = np.array(FREQUENCIES[:COUNT]), np.array(DAMPINGS[:COUNT])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.programs import load
 
-from livebass.comparison.distance import distance, shape
+from livebass.lab.comparison.distance import distance, shape
 
 RATE = 44_100
 

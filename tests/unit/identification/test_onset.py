@@ -16,10 +16,10 @@ from support.own_basses import FOLDER, load_preset
 from support.presets import STRING_A
 
 from livebass.engine.solve import heard
-from livebass.identification.identify import identify
-from livebass.identification.onset import can_be_fitted
-from livebass.identification.result import Identified
-from livebass.identification.tables import table
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.onset import can_be_fitted
+from livebass.lab.identification.result import Identified
+from livebass.lab.identification.tables import table
 from livebass.model.instrument import Instrument, Pluck, speaking
 from livebass.model.trial import Trial
 

@@ -12,9 +12,9 @@ import soundfile
 from support.own_basses import load_preset
 from support.strings import DAMPINGS, FREQUENCIES
 
-from livebass.identification.identify import identify
-from livebass.identification.result import Identified
-from livebass.identification.treatment import loop_of
+from livebass.lab.identification.identify import identify
+from livebass.lab.identification.result import Identified
+from livebass.lab.identification.treatment import loop_of
 
 RATE, COUNT, SECONDS = 48_000, 20, 4.0
 FEW = 8  # modes, where only the messages count

@@ -13,11 +13,11 @@ from support.own_basses import FOLDER
 from support.quiet import without_noise
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.engine.prepare import Voice, modal_row
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
+from livebass.rows.arrays import Floats
 
 CHANGED: dict[str, dict[str, float]] = {
     "as it is": {},

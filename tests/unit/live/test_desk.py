@@ -15,7 +15,6 @@ from support.pitch import pitch
 from support.tabs import as_gp, hard_tab
 
 from livebass import load_preset, read_tab
-from livebass.arrays import Floats
 from livebass.kernels.player import performer
 from livebass.kernels.player.words import STRING_REST, STROKE
 from livebass.live.desk import FILE, LEAD, Desk, MidiLearn, check_controllers, click_sound, with_beats
@@ -27,10 +26,11 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.desk import BEAT, WEAK
 from livebass.live.tuner import frequency_of, tuning, tuning_text
 from livebass.model.keymap import MODO
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import GHOST, LEARNED, LEAST, MOST, PARAMETER, THUMB_ON_ALL
 from livebass.score.phrases import demo_score
 from livebass.score.reading import read_score
 from livebass.score.score import Score, score_of
-from livebass.techniques import GHOST, LEARNED, LEAST, MOST, PARAMETER, THUMB_ON_ALL
 
 LEADING = round(LEAD * RATE)
 Message = tuple[int, int, int, int]  # frame, status, first, second

@@ -10,14 +10,14 @@ import pytest
 from support.live import RATE, run_ahead
 
 from livebass import Quality, load_preset, score_of
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.effects.records import PART
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_event, push_message
 from livebass.model.instrument import Effects, Instrument, Response
-from livebass.techniques import EFFECT, EFFECTS, GAIN_DB, PARAMETER
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import EFFECT, EFFECTS, GAIN_DB, PARAMETER
 
 LIGHT = Quality("light", 60, 192e3)
 FRAMES = 40_000

@@ -8,12 +8,12 @@ from support.fakejack import PERIOD, fake_jack
 from support.live import QUICK, RATE, synth_and_device
 
 from livebass import Quality, load_preset
-from livebass.arrays import Floats
 from livebass.live.fake import FakeDevice
 from livebass.live.jack import JackOutput
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.systemmidi import SystemMidi
 from livebass.live.thread.ring import NOW, unread
+from livebass.rows.arrays import Floats
 
 LIGHT = Quality("light", 60, 192e3)
 BLOCK = 64

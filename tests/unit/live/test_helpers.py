@@ -11,11 +11,11 @@ from support.jack import PATIENCE
 from support.live import QUICK, RATE, Session, run_ahead, synth_and_device
 from support.quiet import without_noise
 
-from livebass.arrays import Floats
 from livebass.live.fake import FakeDevice
 from livebass.live.settings import Settings
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.records import MOST_HELPERS
+from livebass.rows.arrays import Floats
 
 BLOCKS = (64, 16, 256, 1000, 64, 64)  # frames
 

@@ -13,7 +13,6 @@ import pytest
 from support.fakejack import RATE, Server, fake_jack
 from support.live import OFF, ON, arrived
 
-from livebass.extras import install
 from livebass.live import systemmidi
 from livebass.live.desk import Desk
 from livebass.live.jackmidi import JackMidi
@@ -22,6 +21,7 @@ from livebass.live.midi import THROUGH, MidiPort, bare, find_port, port_names
 from livebass.live.synth import Synth
 from livebass.live.systemmidi import SystemMidi, alsa_connections, alsa_sources, is_message
 from livebass.live.thread.ring import NOW, pop_messages, unread
+from livebass.system.extras import install
 
 # ---- JACK's messages, by a server on a virtual clock
 

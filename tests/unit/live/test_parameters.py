@@ -13,14 +13,15 @@ from support.live import RATE, offline, run_ahead, synth_and_device
 from support.own_basses import load_preset
 from support.quiet import without_noise
 
-from livebass import Instrument, Quality, techniques
-from livebass.arrays import Floats
+from livebass import Instrument, Quality
 from livebass.engine.prepare import coil_filter
 from livebass.kernels.pickup.tone import ABOVE, BELOW, ROW, TONES
 from livebass.kernels.player.words import MIDI, NOTE_BEND, NOTE_PLACE, NOTE_STRING, STRING_BEND
 from livebass.live.synth import RING, LiveBass, Synth
 from livebass.live.thread.ring import push_event, push_message
-from livebass.techniques import AMOUNT, PARAMETER
+from livebass.rows import techniques
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import AMOUNT, PARAMETER
 
 MOVED = (4, 5, 7, 9, 17, 17, 18, 18, 18, *range(102, 110))  # controllers of hand, bend, volume, palm, tone, blend, ...
 LIGHT = Quality("light", 60, 192e3)

@@ -32,8 +32,7 @@ from livebass import QUALITIES, Instrument, Quality, load_preset, preset_names
 from livebass.cli.console import Console, LogFile, logged
 from livebass.cli.help import page_text
 from livebass.engine.image import image
-from livebass.extras import install
-from livebass.files import OutputError
+from livebass.files.whole import OutputError
 from livebass.live import keyboard, session, terminal
 from livebass.live.desk import LEAD, Desk
 from livebass.live.fake import FakeDevice
@@ -50,9 +49,10 @@ from livebass.live.synth import Gauge, LiveBass, Meters, Reading, Synth, median_
 from livebass.live.thread.records import HISTOGRAM
 from livebass.model.keymap import MODO, MODO_12
 from livebass.preset.programs import PROGRAMS
+from livebass.rows.techniques import PARAMETER
 from livebass.score.phrases import demo_score
 from livebass.score.score import LEAST_RATE, Score, score_of
-from livebass.techniques import PARAMETER
+from livebass.system.extras import install
 
 # ---- switching presets during play
 

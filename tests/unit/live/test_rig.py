@@ -28,8 +28,8 @@ from livebass.live.presets import PresetSwitch
 from livebass.live.session import Session
 from livebass.live.settings import Settings
 from livebass.live.synth import Gauge, LiveBass, Meters, Synth
+from livebass.rows.techniques import LEARNED, PARAMETER, SLIDER_ROWS, event
 from livebass.score.score import score_of
-from livebass.techniques import LEARNED, PARAMETER, SLIDER_ROWS, event
 
 
 @contextmanager

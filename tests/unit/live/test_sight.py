@@ -11,18 +11,18 @@ from support.live import RATE, feed, run_ahead, synth_and_device
 from support.wasm import Module, sound_hash
 
 from livebass import QUALITIES, Quality, load_preset, score_of
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import Bass
 from livebass.engine.prepare import play_frames
 from livebass.engine.solve import pluck_event, solve_trial
 from livebass.kernels.bass.instrument import LIVE
+from livebass.lab.paper.cases import CASES
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.sight import SIGHT, see_bass
 from livebass.model.instrument import Pluck
-from livebass.paper.cases import CASES
 from livebass.plugin.instrument import image_file
+from livebass.rows.arrays import Floats
 
 HARD = [(0.06 * k, 0.25, 28 + 5 * (k % 4) + 5 * (k // 4) % 12, 127 - 5 * k) for k in range(12)]
 

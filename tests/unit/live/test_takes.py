@@ -19,7 +19,6 @@ from support.live import RATE, run_ahead
 from support.tabs import as_gp, hard_tab
 
 from livebass import Quality, load_preset, read_score, read_tab, render_to_array
-from livebass.arrays import Floats
 from livebass.cli.chosen import basses_of
 from livebass.cli.hands import SOUND, Loader
 from livebass.cli.render import render
@@ -34,9 +33,10 @@ from livebass.live.synth import LiveBass, Synth
 from livebass.model.instrument import Instrument
 from livebass.preset.load import kept_text
 from livebass.preset.revisions import numbered
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import LEARNED
 from livebass.score.reading import TAKE
 from livebass.score.score import Score
-from livebass.techniques import LEARNED
 
 LIGHT = Quality("light", 60, 192e3)
 Message = Row  # of MIDI, or of a tablature

@@ -11,7 +11,7 @@ from support.costs import quick
 from support.strings import g_neck, g_string
 
 from livebass import load_preset, preset_names
-from livebass.analysis.motion import t60
+from livebass.lab.analysis.motion import t60
 from livebass.model.instrument import Instrument, note_frequency, speaking
 from livebass.model.modes import dampings, frequencies, impedance, neck_detuning
 from livebass.model.neck import Admittance, Resonance, bending_shape, detuning, neck_damping

@@ -15,7 +15,7 @@ from livebass import preset_names
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.model.modes import dampings, frequencies, loss_factor, pluck_amplitudes
 from livebass.model.neck import Admittance
-from livebass.units import cents
+from livebass.rows.units import cents
 
 
 def low_e(law: str, fret: int = 0) -> Speaking:

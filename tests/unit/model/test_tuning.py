@@ -18,8 +18,8 @@ from livebass.model.tuning import tuned
 from livebass.preset.build import Builder, PresetError
 from livebass.preset.load import preset_names, preset_tables
 from livebass.preset.tuning import TEMPERAMENTS, open_strings, temperament_of_file, tuning_of
-from livebass.techniques import TUNINGS
-from livebass.units import cents, note_number
+from livebass.rows.techniques import TUNINGS
+from livebass.rows.units import cents, note_number
 
 load = cache(load_preset)  # checking a preset at every fret takes 0.1 s; frozen, it can be shared
 

@@ -15,10 +15,9 @@ import pytest
 from support.command import Run as Command
 from support.command import assert_one_clear_line
 
-from livebass.analysis.motion import Solved
-from livebass.model.trial import Motion
-from livebass.paper.claims import expect, runs
-from livebass.paper.claims.check import (
+from livebass.lab.analysis.motion import Solved
+from livebass.lab.paper.claims import expect, runs
+from livebass.lab.paper.claims.check import (
     CLAIMS,
     PLUCKS,
     TABLES,
@@ -36,9 +35,10 @@ from livebass.paper.claims.check import (
     table,
     value_text,
 )
-from livebass.paper.claims.expect import Expectation, Near, Value
-from livebass.paper.claims.null import centres, lies_between, null_of, null_rate
-from livebass.paper.solving import Job
+from livebass.lab.paper.claims.expect import Expectation, Near, Value
+from livebass.lab.paper.claims.null import centres, lies_between, null_of, null_rate
+from livebass.lab.paper.solving import Job
+from livebass.model.trial import Motion
 
 KEYS = [
     "id", "section", "figure", "statement", "quantity", "expected", "measured", "unit", "tolerance", "passed",

@@ -9,8 +9,8 @@ import pytest
 from support.strings import case_b
 
 from livebass.engine.solve import solve_trial
-from livebass.paper.solving import Job, shared, solve_all
-from livebass.reference.solver import solve
+from livebass.lab.paper.solving import Job, shared, solve_all
+from livebass.lab.reference.solver import solve
 
 TRIAL = case_b(60, 192e3, 0.02, 48_000.0)
 

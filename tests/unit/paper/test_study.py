@@ -20,15 +20,15 @@ import soundfile
 from support.command import Run, assert_one_clear_line, cli_text
 from support.studies import NAMES, SHORT, shortened
 
-from livebass.analysis.motion import Solved
 from livebass.engine.solve import solve_trial
-from livebass.extras import install
+from livebass.lab.analysis.motion import Solved
+from livebass.lab.paper.figures.measure import case_job
+from livebass.lab.paper.figures.section_4 import convergence, convergence_jobs
+from livebass.lab.paper.figures.studies import PLAYER, STUDIES, chosen, run_studies
+from livebass.lab.paper.figures.study import Findings, Study, Table
+from livebass.lab.paper.solving import Job, solve_all
 from livebass.model.trial import Motion
-from livebass.paper.figures.measure import case_job
-from livebass.paper.figures.section_4 import convergence, convergence_jobs
-from livebass.paper.figures.studies import PLAYER, STUDIES, chosen, run_studies
-from livebass.paper.figures.study import Findings, Study, Table
-from livebass.paper.solving import Job, solve_all
+from livebass.system.extras import install
 
 
 @pytest.fixture(scope="module")

@@ -7,16 +7,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from livebass.analysis.motion import Solved, decay_rates
 from livebass.engine.solve import solve_trial
+from livebass.lab.analysis.motion import Solved, decay_rates
+from livebass.lab.paper.claims import check
+from livebass.lab.paper.figures import measure
+from livebass.lab.paper.figures.section_4 import convergence_jobs, errors
+from livebass.lab.paper.figures.sections_2_3 import linear
+from livebass.lab.paper.figures.studies import STUDIES, chosen, statement_jobs, statements
+from livebass.lab.paper.solving import solve_all
 from livebass.model import modes
 from livebass.model.trial import Motion
-from livebass.paper.claims import check
-from livebass.paper.figures import measure
-from livebass.paper.figures.section_4 import convergence_jobs, errors
-from livebass.paper.figures.sections_2_3 import linear
-from livebass.paper.figures.studies import STUDIES, chosen, statement_jobs, statements
-from livebass.paper.solving import solve_all
 
 
 @pytest.fixture(scope="module")

@@ -24,11 +24,11 @@ from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.kernels.string.preparing import NOTE, NOTE_WORDS
 from livebass.model.instrument import Effects, Response
 from livebass.model.keymap import MODO_12, velocity_parts
-from livebass.parts import Pick
 from livebass.plugin.instrument import image_file, tiers
 from livebass.plugin.lv2 import write_bundle
-from livebass.rows import Limit, limits
-from livebass.techniques import GHOST
+from livebass.rows.parts import Pick
+from livebass.rows.row import Limit, limits
+from livebass.rows.techniques import GHOST
 
 ADDRESSES = (
     "coefficients",

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from support.places import ROOT
 
-from livebass.fitting.bounds import FREE
+from livebass.lab.fitting.bounds import FREE
 from livebass.preset.load import own_tables, preset_tables
 
 TOOLS, PRESETS = ROOT / "tools", ROOT / "presets"

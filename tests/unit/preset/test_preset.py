@@ -28,7 +28,7 @@ from livebass.preset.load import (
     preset_tables,
     preset_text,
 )
-from livebass.units import DIMENSIONS, quantity
+from livebass.rows.units import DIMENSIONS, quantity
 
 GOOD = f"""\
 name = "Test"

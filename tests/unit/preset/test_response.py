@@ -16,7 +16,7 @@ from livebass import load_preset, quality_with, render_to_array, score_of
 from livebass.model.instrument import Response
 from livebass.preset.response import load_response
 from livebass.preset.source import PresetError
-from livebass.units import decibels
+from livebass.rows.units import decibels
 
 RATE = 48_000
 GOOD = np.exp(-np.arange(2000) / 300)

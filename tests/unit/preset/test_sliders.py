@@ -14,7 +14,7 @@ from livebass.model.bench import changed
 from livebass.model.instrument import Instrument
 from livebass.preset.build import PresetError
 from livebass.preset.keys import KEYS
-from livebass.techniques import PARAMETER_ROWS, SLIDER_ROWS
+from livebass.rows.techniques import PARAMETER_ROWS, SLIDER_ROWS
 
 
 def of(folder: Path, text: str, name: str = "mine.toml") -> Instrument:

@@ -8,13 +8,13 @@ from support.command import Run
 from support.costs import quick
 
 from livebass import QUALITIES, load_preset, preset_names, score_of
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine, single
 from livebass.engine.render import mixed
-from livebass.meter import LoudnessMeter
 from livebass.preset.load import preset_text
 from livebass.preset.sounds import sound_names, sound_text, sound_title, sound_values, sounds_of
-from livebass.techniques import PARAMETER_ROWS, SLIDER_ROWS
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import PARAMETER_ROWS, SLIDER_ROWS
+from livebass.sound.meter import LoudnessMeter
 
 RATE = 48000
 LINE = [(0.25 * k, 0.23, note, 80) for k, note in enumerate((28, 28, 31, 33, 35, 40, 38, 33))]  # a medium line

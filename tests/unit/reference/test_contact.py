@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from livebass.reference.laws import (
+from livebass.lab.reference.laws import (
     CONTACT,
     _force_of_powers,
     _force_of_roots,

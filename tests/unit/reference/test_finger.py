@@ -11,12 +11,12 @@ import scipy.integrate
 from support import strings
 from support.modal import Modal, bare_string, from_rest, modal
 
-from livebass.arrays import Floats
+from livebass.lab.reference import playing
+from livebass.lab.reference.hands import Finger
+from livebass.lab.reference.playing import hand_shape, play
 from livebass.model.instrument import Pluck, on_grid
 from livebass.model.trial import Trial, initial_amplitudes
-from livebass.reference import playing
-from livebass.reference.hands import Finger
-from livebass.reference.playing import hand_shape, play
+from livebass.rows.arrays import Floats
 
 SECONDS = 0.02
 

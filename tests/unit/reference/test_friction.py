@@ -10,10 +10,10 @@ import pytest
 from support import strings
 from support.strings import oblique
 
+from livebass.lab.reference.laws import sat, solve_friction
+from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.trial import initial_amplitudes_across
-from livebass.reference.laws import sat, solve_friction
-from livebass.reference.solver import solve
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -10,12 +10,12 @@ import pytest
 from support import strings
 from support.strings import oblique
 
+from livebass.lab.reference import playing
+from livebass.lab.reference.hands import Finger, Hand, Mass, Stop, hammer, held, landing, lift
+from livebass.lab.reference.playing import Played, play
+from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.trial import Trial, initial_amplitudes_across
-from livebass.reference import playing
-from livebass.reference.hands import Finger, Hand, Mass, Stop, hammer, held, landing, lift
-from livebass.reference.playing import Played, play
-from livebass.reference.solver import solve
 
 CLOSED = 1e-11  # of the energy turned over; measured at most 8e-13
 

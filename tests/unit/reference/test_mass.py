@@ -11,13 +11,13 @@ import pytest
 from support import strings
 from support.modal import modal
 
-from livebass.arrays import Floats
+from livebass.lab.reference import playing
+from livebass.lab.reference.hands import Mass
+from livebass.lab.reference.playing import Played, play
 from livebass.model.instrument import Pluck, for_modes, speaking
 from livebass.model.trial import Trial, initial_amplitudes
 from livebass.preset.load import load_preset
-from livebass.reference import playing
-from livebass.reference.hands import Mass
-from livebass.reference.playing import Played, play
+from livebass.rows.arrays import Floats
 
 
 def grown(time: Floats) -> Floats:

@@ -14,12 +14,12 @@ from support import strings
 from support.costs import quick
 from support.places import SHARED
 
-from livebass.arrays import Floats, Ints
+from livebass.lab.reference.plan import make_plan, static_compliance
+from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import Pluck
 from livebass.model.trial import Motion, Trial, initial_amplitudes, initial_amplitudes_across
-from livebass.reference.plan import make_plan, static_compliance
-from livebass.reference.solver import solve
+from livebass.rows.arrays import Floats, Ints
 
 PUBLISHED = SHARED / "fretted_modes.csv"
 

@@ -11,13 +11,13 @@ import pytest
 from support import strings
 from support.modal import Modal, bare_string, from_rest, hammered, handover, modal, shortened, third_octaves
 
-from livebass.arrays import Floats
+from livebass.lab.reference import playing
+from livebass.lab.reference.hands import Finger, Path, Stop, follow, hammer, held, landing
+from livebass.lab.reference.playing import Played, play
+from livebass.lab.reference.solver import solve
 from livebass.model.instrument import Pluck
 from livebass.model.trial import Trial, initial_amplitudes
-from livebass.reference import playing
-from livebass.reference.hands import Finger, Path, Stop, follow, hammer, held, landing
-from livebass.reference.playing import Played, play
-from livebass.reference.solver import solve
+from livebass.rows.arrays import Floats
 
 RATE = 96000.0
 HEARD = 0.15  # m from the saddle

@@ -56,7 +56,7 @@ def test_a_page_escapes_what_it_is_given() -> None:
     row = ("<id>", "2", '5 < 6 & "so"', "q", "1", "2", "NO")
     head = ("id", "section", "statement", "quantity", "expected", "measured", "holds")
     text = html_page(
-        "livebass.paper", "claims.html", head=head, claims=[row], others=[("set-up", "Set-up", [row])],
+        "livebass.lab.paper", "claims.html", head=head, claims=[row], others=[("set-up", "Set-up", [row])],
         verdict="0 of 1 <hold>", legend={"<term>": "a & b"},
     )  # fmt: skip
     assert "0 of 1 &lt;hold&gt;" in text and "&lt;term&gt;" in text and "a &amp; b" in text

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from support.smf import BASS, END, chunk, events, named, note_of, read, smf, struck, variable
 
-from livebass import tracknames
+from livebass.score import tracknames
 from livebass.score.reading import ScoreError, read_parts, read_score
 
 RATE = 48000

@@ -19,7 +19,7 @@ from livebass.score.phrases import demo_score
 from livebass.score.reading import ScoreError, read_parts, read_score
 from livebass.score.score import Score, cleaned, score_of, single_note
 from livebass.score.smf import parse_smf
-from livebass.tracknames import decode, is_bass
+from livebass.score.tracknames import decode, is_bass
 
 RATE = 48000
 

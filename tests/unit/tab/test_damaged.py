@@ -14,7 +14,7 @@ from hypothesis import settings
 from support.tabs import WRITERS, as_gpif, as_musicxml, beats, note, tab, zipped
 
 from livebass.cli.hands import SOUND, Loader
-from livebass.kinds import is_tab
+from livebass.files.kinds import is_tab
 from livebass.score.reading import ScoreError
 from livebass.tab.model import LEGATO, NATURAL, Beat, Grace, Tempo
 from livebass.tab.reading import Asked, arranged, table

@@ -34,11 +34,11 @@ from livebass.kernels.player.words import (
 from livebass.kernels.string.records import EVENT, PLUCK, STRIKE_EVENT, THROW, TOUCH_EVENT
 from livebass.model.keymap import MODO, MODO_12, KeyMap
 from livebass.model.quality import QUALITIES
+from livebass.rows.techniques import DYNAMICS, PARAMETER, PICKED, TECHNIQUE, TECHNIQUE_ROWS
 from livebass.score.takes import strokes_of, text_of_stroke
 from livebass.tab.model import ARTIFICIAL, NATURAL, OUT_UP, SHIFT, Tab
 from livebass.tab.perform import perform
 from livebass.tab.rows import to_rows
-from livebass.techniques import DYNAMICS, PARAMETER, PICKED, TECHNIQUE, TECHNIQUE_ROWS
 
 RATE = 48000
 LOAD = Loader(dict.fromkeys(SOUND))

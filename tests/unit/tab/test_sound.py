@@ -9,12 +9,12 @@ import pytest
 from support.pitch import pitch
 from support.tabs import as_gp, as_gp5, as_gpx, as_musicxml, beats, note, tab
 
-from livebass.arrays import Floats
 from livebass.cli.hands import SOUND, Loader
 from livebass.engine.engine import Engine
 from livebass.engine.render import render_to_array
 from livebass.model.quality import QUALITIES
 from livebass.preset.load import load_preset
+from livebass.rows.arrays import Floats
 from livebass.score.reading import read_score
 from livebass.score.score import Score
 from livebass.tab.model import ARTIFICIAL, LEGATO, NATURAL, OUT_DOWN, SHIFT, Tab

@@ -8,7 +8,7 @@ from itertools import pairwise, product
 import pytest
 from support.tabs import WRITERS, as_gp, beats, note, tab
 
-from livebass.kinds import is_tab
+from livebass.files.kinds import is_tab
 from livebass.tab.model import ARTIFICIAL, IN_BELOW, LEGATO, NATURAL, OUT_DOWN, SHIFT, Beat, Grace, Tab, Tempo
 from livebass.tab.perform import Performance, Stroke, partial_at, perform
 from livebass.tab.reading import parsed

@@ -21,7 +21,7 @@ from livebass.engine.render import mixed
 from livebass.model.instrument import Effects
 from livebass.plugin.instrument import image_file
 from livebass.preset.build import PresetError
-from livebass.techniques import SLIDER_ROWS
+from livebass.rows.techniques import SLIDER_ROWS
 from livebass.web.bench import Source, bench
 from livebass.web.link import check_link
 

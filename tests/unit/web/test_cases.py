@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from livebass import load_preset
-from livebass.paper.cases import PLAYED, PRESET
+from livebass.lab.paper.cases import PLAYED, PRESET
 from livebass.web.bench import Source
 from livebass.web.export import shown_cases
 

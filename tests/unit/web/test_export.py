@@ -15,7 +15,7 @@ from support.needs import CLOSED
 from livebass import load_preset
 from livebass.compiling import store
 from livebass.kernels.player.performer import CHANNEL, CONTROLS
-from livebass.techniques import BUTTONS, GHOST, LET_RING, PALM
+from livebass.rows.techniques import BUTTONS, GHOST, LET_RING, PALM
 from livebass.web.bench import Source
 from livebass.web.export import export_page, is_page, shown
 from livebass.web.layout import WAYS
@@ -182,7 +182,7 @@ def test_a_full_disk_leaves_nothing(run: Run, tmp_path: Path, monkeypatch: pytes
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("livebass.files.os.fsync", full)
+    monkeypatch.setattr("livebass.files.whole.os.fsync", full)
     status, _, err = run("export", "web", "-p", "slap", "-o", tmp_path / "page")
     assert_one_clear_line(status, err, (1,))
     assert names(tmp_path) == []

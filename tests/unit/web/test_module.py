@@ -19,15 +19,15 @@ from support.wasm import HARD, MESSAGES, PINNED, PINS, QUANTUM, RATE, Module, me
 
 import livebass
 from livebass import QUALITIES, render_to_array, score_of
-from livebass.arrays import Floats
 from livebass.compiling import X86
 from livebass.engine.engine import Engine
 from livebass.engine.render import mixed
 from livebass.model.instrument import Effects, Instrument, Response
-from livebass.parts import Pick
 from livebass.plugin.instrument import image_file
+from livebass.rows.arrays import Floats
+from livebass.rows.parts import Pick
+from livebass.rows.techniques import EFFECT
 from livebass.score.score import Score
-from livebass.techniques import EFFECT
 from livebass.web import build
 from livebass.web.layout import ENTRIES, RECORDS, record
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from livebass.comparison.notes import measured
+from livebass.lab.comparison.notes import measured
 from livebass.model.instrument import note_frequency
-from livebass.units import cents
+from livebass.rows.units import cents
 from livebass.web.recorded import FOLDER, NOTE, recorded_files
 
 MOST = 150_000  # bytes that the package ships

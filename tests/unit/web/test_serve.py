@@ -22,7 +22,7 @@ from support.command import Run, assert_one_clear_line
 
 from livebass import load_preset
 from livebass.cli.page import opened
-from livebass.interrupts import StopFlag
+from livebass.system.interrupts import StopFlag
 from livebass.web.bench import Source
 from livebass.web.export import page_files
 from livebass.web.link import check_link

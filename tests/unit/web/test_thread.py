@@ -12,7 +12,7 @@ from support import node
 from support.wasm import QUANTUM, RATE
 
 from livebass import load_preset
-from livebass.arrays import Floats
+from livebass.rows.arrays import Floats
 
 # A frame takes so many ms for each held string with fine operators, and so many ms for a relieved one. Returns the ms
 # of each quantum, and its relieved strings

@@ -1,4 +1,4 @@
-// Track names, as livebass/tracknames.py reads them: their text, and whether they name a bass.
+// Track names, as livebass/score/tracknames.py reads them: their text, and whether they name a bass.
 import {WORDS} from "../words.js";
 
 const PATTERNS = Object.fromEntries(Object.entries(WORDS.names).map(([kind, words]) => [kind, new RegExp(words, "iu")]));

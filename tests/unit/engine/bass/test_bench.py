@@ -17,9 +17,9 @@ from livebass.model.bench import bench_of
 from livebass.model.instrument import Instrument, Neck, speaking
 from livebass.model.neck import Surface, fretted_surface
 from livebass.model.quality import QUALITIES, modes_for
-from livebass.parts import NoteNumbers
 from livebass.preset.load import load_preset, preset_names
-from livebass.rows import rows
+from livebass.rows.parts import NoteNumbers
+from livebass.rows.row import rows
 
 TUNED = {"tuning": "half-step-down", "capo": 2, "temperament": "just"}
 

@@ -15,7 +15,7 @@ from livebass.kernels.bass.change import LEAST_CAPACITANCE, make_change
 from livebass.model.bench import changed
 from livebass.model.instrument import Effects, Instrument, Pick
 from livebass.plugin.instrument import image_file, instrument_file
-from livebass.techniques import FRETS, SLIDER_ROWS
+from livebass.rows.techniques import FRETS, SLIDER_ROWS
 
 BASSES = (
     "jazz-finger",

@@ -10,10 +10,10 @@ import pytest
 from support.costs import of_each_kind
 
 from livebass import QUALITIES, load_preset, preset_names, render_to_array, score_of
-from livebass.analysis.sound import loudness
 from livebass.model.instrument import note_frequency
+from livebass.rows.units import decibels, note_number
 from livebass.score.phrases import FINGER, TEMPO
-from livebass.units import decibels, note_number
+from livebass.sound.analysis import loudness
 
 RATE = 48000
 PLACES = (5, 12)  # frets played on each string

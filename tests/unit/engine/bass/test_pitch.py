@@ -13,11 +13,11 @@ from support.quiet import without_noise
 from support.strings import one_string
 
 from livebass import load_preset, preset_names, quality_with
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.player.performer import MOST_STRINGS
 from livebass.model.instrument import Instrument, note_frequency, speaking
-from livebass.units import cents
+from livebass.rows.arrays import Floats
+from livebass.rows.units import cents
 
 RATE = 22050
 IN_TUNE = 6.0  # cents: a note between the lines of u and v is the ear's choice

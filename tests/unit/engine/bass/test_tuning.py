@@ -9,12 +9,12 @@ from support.own_basses import load_preset
 from support.pitch import pitch
 
 from livebass import QUALITIES, quality_with, render_to_array, score_of
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import take_message
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Instrument
-from livebass.units import cents
+from livebass.rows.arrays import Floats
+from livebass.rows.units import cents
 
 RATE = 22050
 SMALL = quality_with("live", modes=60, contact_rate=200e3)

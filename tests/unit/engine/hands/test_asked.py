@@ -7,10 +7,10 @@ import pytest
 from support.motion import mode_speeds
 from support.quiet import engine
 
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.kernels.string.records import EVENT, PLUCK
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 TAP, LEGATO, SLIDE = 2, 12, 4  # key switches

@@ -11,17 +11,17 @@ from support.costs import quick
 from support.modal import modal, solved, third_octaves
 from support.quiet import without_noise
 
-from livebass.arrays import Floats
 from livebass.engine.prepare import Note, Pool, Rates, Voice, new_voice, operators, play_frames
 from livebass.kernels.player import touches
 from livebass.kernels.string.preparing import SENSORS
 from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT
+from livebass.lab.reference.hands import Finger, Hand, Stop, hammer, held, spread
+from livebass.lab.reference.playing import play
 from livebass.model.instrument import Pluck, Speaking, speaking
 from livebass.model.modes import impedance, pluck_amplitudes
 from livebass.model.neck import Admittance
 from livebass.model.trial import Trial
-from livebass.reference.hands import Finger, Hand, Stop, hammer, held, spread
-from livebass.reference.playing import play
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 MODES = 400

@@ -8,11 +8,11 @@ from support.hands import loaded
 from support.motion import mode_speeds
 from support.quiet import engine
 
-from livebass.arrays import Floats
 from livebass.engine.prepare import Voice, play_frames
 from livebass.kernels.player import fingering, touches
 from livebass.kernels.string.records import EVENT, PLUCK, TOUCH_EVENT
 from livebass.model.keymap import MODO
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 STRINGS = [("five-string", 0), ("jazz-finger", 0), ("jazz-finger", 3)]

@@ -11,13 +11,13 @@ from support.quiet import without_noise
 from support.scores import busy_score
 
 from livebass import QUALITIES, Instrument, Score, render_to_array, score_of
-from livebass.arrays import Floats
 from livebass.engine.basses import Basses
 from livebass.engine.engine import Engine
 from livebass.live.fake import FakeDevice
 from livebass.live.synth import LiveBass, Synth
 from livebass.live.thread.block import is_still
-from livebass.units import OFF
+from livebass.rows.arrays import Floats
+from livebass.rows.units import OFF
 
 RATE = 48000
 NOISES = {"skin_noise": -14.0, "pick_noise": -30.0, "release_noise": 0.0}

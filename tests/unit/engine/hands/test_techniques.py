@@ -13,10 +13,10 @@ from support.own_basses import load_preset
 from support.quiet import ENGINES, engine, without_noise
 
 from livebass import QUALITIES, preset_names
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, play_frames
 from livebass.kernels.string.records import EVENT, HAMMER, PLUCK, TOUCH_EVENT
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 LEGATO, HARMONIC, GHOST, PALM, TAP, SLIDE, VIBRATO = 12, 17, 10, 3, 2, 4, 6  # key switches

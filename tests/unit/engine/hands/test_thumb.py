@@ -15,15 +15,15 @@ from support.strings import paper_g
 
 import livebass
 from livebass import QUALITIES, score_of
-from livebass.arrays import Floats
-from livebass.bench.fidelity import string_alone
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Pool, Voice, modal_row, play_frames
 from livebass.engine.solve import trial_voice
 from livebass.kernels.string.records import CONTACT, EVENT, THERE, THROW
+from livebass.lab.bench.fidelity import string_alone
 from livebass.model import modes
 from livebass.model.instrument import Pluck, Speaking, for_modes, note_frequency, speaking
 from livebass.model.trial import Trial
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 MASS, WIDTH, STIFFNESS, LOSS = 0.03, 5e-3, 7e5, 0.35  # SI

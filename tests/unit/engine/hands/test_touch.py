@@ -12,14 +12,14 @@ from support.own_basses import load_preset
 from support.quiet import without_noise
 
 from livebass import QUALITIES, preset_names
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Voice, bass_numbers, pickup_voices, play_frames, take_message
 from livebass.kernels.player import performer
 from livebass.kernels.player.constants import FINGER, NAIL, PICK, POP, STANDARD
 from livebass.kernels.string.records import EVENT, PLUCK
 from livebass.model.instrument import Instrument, Player, note_frequency
-from livebass.units import decibels
+from livebass.rows.arrays import Floats
+from livebass.rows.units import decibels
 
 RATE = 44100
 FINGERS = ("jazz-finger", "precision-finger", "flatwound", "five-string", "six-string", "drop-d", "fretless", "muted")

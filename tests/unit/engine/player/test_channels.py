@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from support.hands import Hands, bass, bass_tuned
 from support.messages import Message, control, off, on, wheel
 
-from livebass import techniques
 from livebass.engine.prepare import bass_numbers, follow_performer, new_performer
 from livebass.kernels.player import performer
 from livebass.kernels.string import records as at
+from livebass.rows import techniques
 
 FREE, HELD, PEDALLED = performer.FREE, performer.HELD, performer.PEDALLED
 E, A, D, G = range(4)  # strings ...

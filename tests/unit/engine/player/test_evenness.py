@@ -20,7 +20,7 @@ from support.quiet import without_noise
 
 from livebass import QUALITIES, load_preset, preset_names
 from livebass.engine.engine import Engine
-from livebass.units import decibels
+from livebass.rows.units import decibels
 
 RATE = 48000
 LENGTH = 0.3  # s

@@ -10,7 +10,6 @@ import pytest
 from support.own_basses import FOLDER
 
 from livebass import QUALITIES, Instrument
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import image_of
 from livebass.kernels.bass.instrument import LIVE, STUDIO
@@ -21,6 +20,7 @@ from livebass.plugin.instrument import image_file
 from livebass.preset.build import Builder
 from livebass.preset.load import preset_tables
 from livebass.preset.source import PresetError
+from livebass.rows.arrays import Floats
 
 ACTION = {"unit": "mm", "values": [2.4, 2.2, 2.1, 2.0]}  # of jazz-finger
 

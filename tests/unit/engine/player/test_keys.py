@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from support.messages import Message, control, off, on, wheel
 from support.quiet import without_noise
 
-from livebass import Instrument, Quality, read_score, techniques
-from livebass.arrays import Floats
+from livebass import Instrument, Quality, read_score
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import bass_numbers, fill_key_map, new_performer, take_message
 from livebass.kernels.player import fingering, strokes
@@ -24,7 +23,9 @@ from livebass.kernels.player.performer import MOST_EVENTS
 from livebass.kernels.string import records
 from livebass.live.parameters import NUMBERS
 from livebass.model.keymap import MAPS, MODO, MODO_12, KeyMap, velocity_parts
-from livebass.techniques import FUNCTION_ROWS, LEARNABLE, LEARNED, PARAMETER_ROWS, TECHNIQUE_ROWS
+from livebass.rows import techniques
+from livebass.rows.arrays import Floats
+from livebass.rows.techniques import FUNCTION_ROWS, LEARNABLE, LEARNED, PARAMETER_ROWS, TECHNIQUE_ROWS
 
 FEW = Quality("few", 30, 192e3)  # modes do not matter here
 RATE = 48000

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from support.hands import STRINGS, Hands, bass, bass_tuned, engine_of, loaded
 from support.messages import Message, control, off, on, wheel
 
-from livebass import techniques
 from livebass.compiling import jit
 from livebass.engine.prepare import new_performer
 from livebass.kernels.player import controls, fingering, performer, strokes
@@ -21,6 +20,7 @@ from livebass.kernels.player.constants import FINGER, STANDARD
 from livebass.kernels.string import records as at
 from livebass.model.instrument import Instrument, speaking
 from livebass.model.modes import grazing_apex
+from livebass.rows import techniques
 
 PLUCKED = ("jazz-finger", "precision-finger", "flatwound", "muted")
 AUDIBLE = (*PLUCKED, "slap-impulse")

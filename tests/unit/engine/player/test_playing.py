@@ -17,13 +17,13 @@ from support.strings import even, one_string
 
 import livebass
 from livebass import preset_names
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.string.records import LINE
 from livebass.live.synth import LiveBass
 from livebass.model.instrument import note_frequency
 from livebass.model.quality import QUALITIES
-from livebass.units import cents, decibels
+from livebass.rows.arrays import Floats
+from livebass.rows.units import cents, decibels
 
 RATE = 48000
 THEN = 0.4  # s of the tested change; not at a multiple of the bend's 128 frames

@@ -9,12 +9,12 @@ import pytest
 from numpy.typing import NDArray
 
 from livebass import load_preset
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.kernels.string.records import PLUCK
 from livebass.model.quality import Quality
-from livebass.parts import NOISES
-from livebass.units import OFF
+from livebass.rows.arrays import Floats
+from livebass.rows.parts import NOISES
+from livebass.rows.units import OFF
 
 RATE, LIGHT = 24000, Quality("light", 60, 192e3)
 ON, UP = 0x90, 0x80

@@ -14,13 +14,13 @@ from support.own_basses import load_preset
 from support.played import RATE, YIELDS, Played, event
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across, yielding
 
-from livebass.arrays import Floats
 from livebass.engine.prepare import modal_row, play_frames
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import BEND, EVENT, GLIDE, HAMMER, PLUCK, PULL_OFF, TOUCH_EVENT, WAVER
 from livebass.model import modes
 from livebass.model.instrument import Neck, Speaking, String, speaking
 from livebass.model.neck import Admittance, Resonance, bending_shape
+from livebass.rows.arrays import Floats
 
 PARTIALS = 5
 NONE = np.zeros(0, EVENT)

@@ -15,7 +15,6 @@ from support.own_basses import load_preset
 from support.strings import even
 
 from livebass import QUALITIES, Instrument
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import image_of
 from livebass.engine.prepare import Voice, modal_row, play_frames
@@ -24,6 +23,7 @@ from livebass.kernels.string.answers import EVERY
 from livebass.kernels.string.records import EVENT, IDLE, MOST_ANSWERS, PLUCK
 from livebass.model import answers
 from livebass.plugin.instrument import image_file, tiers
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 E, A, D, G = range(4)

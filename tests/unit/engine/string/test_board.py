@@ -17,12 +17,12 @@ from livebass import Instrument, PresetError, Quality
 from livebass.engine.engine import Engine
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string import records as at
+from livebass.lab.paper import cases as paper_cases
+from livebass.lab.reference.solver import solve
 from livebass.model.instrument import Pluck, Speaking, for_modes, note_frequency, on_grid, speaking
 from livebass.model.modes import grazing_apex
 from livebass.model.neck import fretted_surface, height_at
 from livebass.model.trial import Trial
-from livebass.paper import cases as paper_cases
-from livebass.reference.solver import solve
 
 COARSE = 160  # grid steps of a string, few for a fast brute force
 DATA = SHARED / "fretless_neck.csv"

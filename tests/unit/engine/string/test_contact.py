@@ -12,7 +12,7 @@ from livebass.compiling import jit
 from livebass.kernels.machine.native import record_at
 from livebass.kernels.string import contact
 from livebass.kernels.string.records import OPERATOR, WORK
-from livebass.reference.laws import CONTACT, law_force
+from livebass.lab.reference.laws import CONTACT, law_force
 
 STIFFNESS, DEPTH, COMPLIANCE = 1e13, 1e-7, 3e-10  # N/m^2.5; m; m per N/m
 

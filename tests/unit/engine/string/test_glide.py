@@ -14,7 +14,6 @@ from support.quiet import without_noise
 from support.scores import in_blocks
 
 from livebass import QUALITIES, Score, load_preset
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.prepare import Note, Rates, new_voice, operators, play_frames
 from livebass.kernels.string.preparing import SENSORS
@@ -22,6 +21,7 @@ from livebass.kernels.string.records import EVENT, GLIDE, PLUCK
 from livebass.live.thread import block
 from livebass.model.instrument import Speaking, speaking
 from livebass.model.neck import Admittance
+from livebass.rows.arrays import Floats
 
 RATE = 48000
 MODES = 400

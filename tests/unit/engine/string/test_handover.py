@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from livebass.arrays import Floats
 from livebass.compiling import jit
 from livebass.kernels.string import handover
 from livebass.kernels.string.records import BLOCK, LOW, OPERATOR, WORK
+from livebass.rows.arrays import Floats
 
 MODES = 8 * BLOCK
 SHORTER = 2 ** (-3 / 12)  # part of the length

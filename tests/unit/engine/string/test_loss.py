@@ -13,13 +13,13 @@ from support.motion import energies
 from support.quiet import without_noise
 from support.strings import case_b, g_neck, g_string, losing, oblique, random_trial, with_own_across
 
-from livebass.arrays import Floats
 from livebass.engine.solve import solve_trial
 from livebass.kernels.string.records import MOST_NEAR
+from livebass.lab.reference.solver import solve
 from livebass.model.instrument import Pluck, speaking
 from livebass.model.quality import QUALITIES, quality_with
 from livebass.model.trial import Trial
-from livebass.reference.solver import solve
+from livebass.rows.arrays import Floats
 
 # K, SI; c, s/m; share of the energy left after 80 ms of case B, which has no other loss
 LEFT = (

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from support.played import Played, event
 
-from livebass.arrays import Floats
 from livebass.kernels.string.records import BEND, EVENT, PLUCK
+from livebass.rows.arrays import Floats
 
 HIGHEST = 0.45  # of the contact rate, which carries no mode much faster
 

@@ -14,7 +14,6 @@ import pytest
 from support.circuit import digital
 from support.own_basses import load_preset
 
-from livebass.arrays import Floats
 from livebass.engine.image import image
 from livebass.engine.prepare import Note, Pool, Rates, coil_filter, operators, pickups_under, whole_contact_rate
 from livebass.kernels.bass.instrument import COARSE, LIVE
@@ -26,6 +25,7 @@ from livebass.model.modes import carried, dampings, dampings_alone, exchange, fr
 from livebass.model.neck import Admittance, Resonance
 from livebass.model.quality import QUALITIES, Quality, modes_for
 from livebass.model.trial import Trial
+from livebass.rows.arrays import Floats
 from tests.support.played import made_of
 from tests.support.strings import g_neck, g_string, paper_g, random_trial, with_own_across
 

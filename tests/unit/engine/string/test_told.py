@@ -10,7 +10,6 @@ from support.own_basses import load_preset
 from support.wasm import QUANTUM, Module
 
 from livebass import QUALITIES
-from livebass.arrays import Floats
 from livebass.engine.engine import Engine
 from livebass.engine.image import Bass
 from livebass.engine.prepare import play_frames
@@ -19,7 +18,8 @@ from livebass.kernels.bass.records import BASS
 from livebass.kernels.string.records import PLUCK, STRING, THROW
 from livebass.kernels.string.told import TOLD, begin_again
 from livebass.plugin.instrument import image_file
-from livebass.units import OFF
+from livebass.rows.arrays import Floats
+from livebass.rows.units import OFF
 
 RATE = 48000
 # Keys, switches and controllers (modo): palm and bend last from note to note, so a replay must know them

@@ -11,12 +11,12 @@ from support.agreement import assert_agree
 from support.costs import quick
 from support.strings import case_b, g_neck, g_string, oblique, with_own_across
 
-from livebass.arrays import Floats
 from livebass.engine.solve import solve_trial
+from livebass.lab.reference.solver import solve
 from livebass.model import modes
 from livebass.model.instrument import Speaking, speaking
 from livebass.model.trial import Trial
-from livebass.reference.solver import solve
+from livebass.rows.arrays import Floats
 
 MODES = 60
 

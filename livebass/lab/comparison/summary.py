@@ -1,0 +1,308 @@
+"""Sums up the figures of many notes: by bass and dynamic, and as distances between basses."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from livebass.lab.comparison.distance import SPANS, between
+from livebass.lab.comparison.names import NOTE, TECHNIQUES
+from livebass.lab.comparison.notes import Note
+from livebass.lab.comparison.ringing import OCTAVES
+from livebass.lab.comparison.rows import ALL, HARD, MEDIUM, ROWS, SOFT
+from livebass.rows.units import cents
+
+SAME = 50.0  # cents: notes of one pitch
+FEWEST = 3  # partials needed for a T60
+KNOCK = 0.3  # s that contain the peak of a release
+RELEASED = 20.0  # dB, by which a release falls
+EXTREME = {"dip": 10.0, "returns": 90.0}  # percentiles over notes, beside the median
+RATIO = (200.0, 1600.0)  # Hz, for T60 stopped / open
+
+
+@dataclass(frozen=True)
+class Bass:
+    """The notes of one bass, played by one technique."""
+
+    name: str
+    technique: str
+    rendered: bool
+    notes: tuple[Note, ...]  # plucked
+    releases: tuple[Note, ...] = ()
+
+    @property
+    def ranks(self) -> list[int]:
+        return sorted({n.rank for n in self.notes})
+
+    def dynamic(self, when: str) -> list[Note]:
+        """Returns the SOFT, MEDIUM or HARD notes: of the first, a middle and the last dynamic; or ALL.
+
+        A single dynamic counts as HARD; with two there is no MEDIUM.
+        """
+        ranks = self.ranks
+        if when == ALL:
+            return list(self.notes)
+        chosen = {HARD: ranks[-1:], SOFT: ranks[:1] if len(ranks) > 1 else [],
+                  MEDIUM: ranks[(len(ranks) - 1) // 2 :][:1] if len(ranks) > 2 else []}[when]  # fmt: skip
+        return [n for n in self.notes if n.rank in chosen]
+
+    @property
+    def title(self) -> str:
+        """Its name and technique; a rendered bass is "as" the technique."""
+        return f"{self.name} as {self.technique}" if self.rendered else f"{self.name}, {self.technique}"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a bass: its value, or NaN for a `reason`."""
+
+    value: float
+    reason: str = ""
+
+
+RELEASE_KEYS = ("knock", "knock_centroid", "release_time")
+Figures = dict[tuple[str, str], Figure]  # by key and SOFT, MEDIUM, HARD or ALL
+
+
+def basses(name: str, notes: Sequence[Note], rendered: bool = False) -> list[Bass]:
+    """Returns the basses of notes, one per technique; noises of the hand belong to all of them."""
+    releases = tuple(n for n in notes if n.kind == "release")
+    found = []
+    for technique in TECHNIQUES:
+        plucked = tuple(n for n in notes if n.kind == NOTE and n.technique == technique)
+        if plucked:
+            found.append(Bass(name, technique, rendered, plucked, releases))
+    return found
+
+
+def summary(notes: Sequence[Note]) -> dict[str, dict[str, float]]:
+    """Returns the median of every figure by dynamic, over the plucked notes of one technique of one bass.
+
+    Keys are the names of the dynamics, plus "soft" for the softest and "hard" for the hardest, which are the same if
+    there is one. A figure that no note shows is NaN.
+    """
+    by_rank: dict[int, list[Note]] = defaultdict(list)
+    for note in notes:
+        if note.kind == NOTE:
+            by_rank[note.rank].append(note)
+    found = {}
+    for rank in sorted(by_rank):
+        told = medians(by_rank[rank])
+        found[by_rank[rank][0].dynamic] = {key: figure.value for key, figure in told.items()}
+    if found:
+        names = list(found)
+        found.setdefault(SOFT, found[names[0]])
+        found.setdefault(HARD, found[names[-1]])
+    return found
+
+
+def medians(notes: Sequence[Note]) -> dict[str, Figure]:
+    """Returns the median of every figure over the notes that show it, or the commonest reason why none does."""
+    found = {}
+    for key in notes[0].measures:
+        found[key] = _median((n.measures[key] for n in notes), (n.measures.missing.get(key, "") for n in notes))
+    return found
+
+
+def figures(bass: Bass) -> Figures:
+    """Returns all figures of a bass that need no other bass."""
+    found: Figures = {}
+    for when in (SOFT, MEDIUM, HARD):
+        notes = bass.dynamic(when)
+        if notes:
+            found |= {(key, when): figure for key, figure in medians(notes).items()}
+            for key, percent in EXTREME.items():
+                told = [v for n in notes if not math.isnan(v := n.measures[key])]
+                found[f"{key}_90", when] = Figure(float(np.percentile(told, percent))) if told else found[key, when]
+    of_all = {
+        **_t60(bass), "t60_scatter": medians(bass.notes)["t60_scatter"], **_growth(bass), **_spans(bass),
+        **_takes(bass), **_release(bass), "touch_distance": _touch(bass),
+    }  # fmt: skip
+    return found | {(key, ALL): figure for key, figure in of_all.items()}
+
+
+def outside(found: Figures, technique: str) -> dict[tuple[str, str], float]:
+    """Returns the distance of figures from the range of real basses, by key and when, in the unit of each row.
+
+    Positive above, negative below, 0 inside; rows without a range or a value are left out.
+    """
+    off = {}
+    for row in ROWS:
+        real, figure = row.range_of(technique), found.get((row.key, row.when))
+        if real is not None and figure is not None and not math.isnan(figure.value):
+            off[row.key, row.when] = max(0.0, figure.value - real.high) + min(0.0, figure.value - real.low)
+    return off
+
+
+def reason(bass: Bass, when: str) -> str:
+    """Returns why a bass has no notes that are SOFT or MEDIUM."""
+    count = len(bass.ranks)
+    return "one dynamic, taken for hard" if count == 1 else f"{count} dynamics, none {when}"
+
+
+def _median(values: Iterable[float], reasons: Iterable[str] = (), why: str = "no note tells it") -> Figure:
+    told = [v for v in values if not math.isnan(v)]
+    if told:
+        return Figure(float(np.median(told)))
+    said = Counter(r for r in reasons if r)
+    return Figure(math.nan, said.most_common(1)[0][0] if said else why)
+
+
+def _t60(bass: Bass) -> dict[str, Figure]:
+    """T60 by octave over all partials of stopped notes, or of all if open ones are unknown; stopped / open."""
+    known = any(n.open is not None for n in bass.notes) and any(not n.open for n in bass.notes)
+    stopped = [n for n in bass.notes if not n.open] if known else list(bass.notes)
+
+    def t60(notes: Sequence[Note], low: float, high: float) -> Figure:
+        rings = [n.measures.ringing for n in notes]
+        inside = [r.t60[(r.frequency >= low) & (r.frequency < high)] for r in rings]
+        together = np.concatenate([np.zeros(0), *inside])
+        if together.size < FEWEST:
+            return Figure(math.nan, f"fewer than {FEWEST} partials that decay clearly")
+        return Figure(float(np.median(together)))
+
+    found = {f"t60_{low:.0f}": t60(stopped, low, high) for low, high in pairwise(OCTAVES)}
+    opened = [n for n in bass.notes if n.open]
+    ratio = Figure(math.nan, "not told which strings are open" if not known else "no open notes")
+    if known and opened:
+        ends = [(low, high) for low, high in pairwise(OCTAVES) if RATIO[0] <= low and high <= RATIO[1]]
+        ratio = _median((t60(stopped, *e).value / t60(opened, *e).value for e in ends), why="too few partials")
+    return found | {"t60_ratio": ratio}
+
+
+def _growth(bass: Bass) -> dict[str, Figure]:
+    """Growth of 0.7 to 3 kHz and of the level from the softest dynamic to the next, at the same pitch."""
+    ranks = bass.ranks
+    if len(ranks) < 2:
+        alone = Figure(math.nan, "one dynamic")
+        return {"growth": alone, "level_growth": alone}
+    soft, louder = ([n for n in bass.notes if n.rank == rank] for rank in ranks[:2])
+    pairs = [(a, b) for a in soft for b in louder if _same(a, b)]
+    return {
+        name: _median((b.measures[key] - a.measures[key] for a, b in pairs), why="no pitch in both dynamics")
+        for name, key in (("growth", "growth"), ("level_growth", "level"))
+    }
+
+
+def _spans(bass: Bass) -> dict[str, Figure]:
+    """How much hard notes are louder than soft ones at the same pitch, in all and between partials at 0.4 s."""
+    if len(bass.ranks) < 2:
+        alone = Figure(math.nan, "one dynamic")
+        return {"level_span": alone, "between_rise": alone}
+    pairs = [(a, b) for a in bass.dynamic(SOFT) for b in bass.dynamic(HARD) if _same(a, b)]
+    return {
+        name: _median((b.measures[key] - a.measures[key] for a, b in pairs), why="no pitch both soft and hard")
+        for name, key in (("level_span", "level"), ("between_rise", "between_level"))
+    }
+
+
+def same_pitch(a: float, b: float) -> bool:
+    """Returns whether two pitches (Hz) belong to the same note."""
+    return abs(cents(a / b)) < SAME
+
+
+def _same(a: Note, b: Note) -> bool:
+    return same_pitch(a.pitch, b.pitch)
+
+
+def _takes(bass: Bass) -> dict[str, Figure]:
+    """Scatter of the level between takes of one pitch and dynamic, and their distance."""
+    pairs = [(a, b) for a, b in combinations(bass.notes, 2) if a.rank == b.rank and _same(a, b)]
+    if not pairs:
+        alone = Figure(math.nan, "one take of each note")
+        return {"take_level": alone, "take_distance": alone}
+    level = [abs(a.measures["level"] - b.measures["level"]) / math.sqrt(2) for a, b in pairs]
+    return {"take_level": _median(level), "take_distance": _apart(pairs, SPANS[0])}
+
+
+def _touch(bass: Bass) -> Figure:
+    pairs = [(a, b) for a in bass.dynamic(SOFT) for b in bass.dynamic(HARD) if _same(a, b)]
+    return _apart(pairs, SPANS[0], "no pitch both soft and hard")
+
+
+def _apart(pairs: Sequence[tuple[Note, Note]], seconds: float, why: str = "") -> Figure:
+    short = f"no notes of {seconds:g} s"
+    return _median((between(a.shape, b.shape, seconds) for a, b in pairs), why=short if pairs else why)
+
+
+def _release(bass: Bass) -> dict[str, Figure]:
+    """Peak of a release relative to its note after 1 s, its centroid, and the time in which it falls by 20 dB."""
+    if not bass.releases:
+        return dict.fromkeys(RELEASE_KEYS, Figure(math.nan, "no release is among the recordings"))
+    over, middle, time = [], [], []
+    for release in bass.releases:
+        alike = [n for n in bass.notes if n.place == release.place] or list(bass.notes)
+        alike = [n for n in alike if n.dynamic == release.dynamic] or alike
+        rest = [_peak(n, 1.0, 1.1) for n in alike if n.sound.size > 1.2 * n.rate]
+        part = release.sound[: round(KNOCK * release.rate)]
+        loud = float(np.abs(part).max(initial=0.0))
+        if not loud > 0:
+            continue
+        time.append(_falls(release))
+        power = np.abs(np.fft.rfft(part * np.hanning(2 * part.size)[part.size :])) ** 2
+        middle.append(float(power @ np.arange(power.size) * release.rate / part.size / power.sum()))
+        if rest:
+            over.append(20 * math.log10(loud) - float(np.median(rest)))
+    values = {"knock": over, "knock_centroid": middle, "release_time": time}
+    why = {"knock": "no note of 1.2 s", "knock_centroid": "silent releases", "release_time": "cut releases"}
+    return {key: _median(values[key], why=why[key]) for key in RELEASE_KEYS}
+
+
+def _falls(release: Note) -> float:
+    """Returns the time (ms) from the peak of a release until it stays 20 dB below; NaN if it is cut before."""
+    n = max(1, round(0.01 * release.rate))
+    total = np.cumsum(np.concatenate([[0.0], release.sound**2]))
+    power = total[n:] - total[:-n]
+    top = int(np.argmax(power[: round(KNOCK * release.rate)]))
+    last = int(np.flatnonzero(power[top:] >= power[top] * 10 ** (-RELEASED / 10))[-1])
+    return 1000 * last / release.rate if top + last + 1 < power.size else math.nan
+
+
+def _peak(note: Note, begin: float, end: float) -> float:
+    start = next(iter(np.flatnonzero(np.abs(note.sound) >= 0.03 * np.abs(note.sound).max())), 0)
+    part = note.sound[start + round(begin * note.rate) : start + round(end * note.rate)]
+    return 20 * math.log10(max(float(np.abs(part).max(initial=0.0)), 1e-15))
+
+
+def distances(bass: Bass, real: Sequence[Bass]) -> dict[str, Figure]:
+    """Returns the distances of the notes of a bass from other real basses, by name of the figure."""
+    others = [n for other in real if other.name != bass.name for n in other.notes]
+    touch = {id(n): _when(other, n) for other in real for n in other.notes}
+    why = "no other real bass" if not others else "no pitch in common"
+
+    def nearest(seconds: float, equalized: bool = False, allowed: Callable[[Note, Note], bool] = _same) -> Figure:
+        least = []
+        for note in bass.notes:
+            apart = [between(note.shape, o.shape, seconds, equalized) for o in others if allowed(note, o)]
+            told = [d for d in apart if not math.isnan(d)]
+            if told:
+                least.append(min(told))
+        return _median(least, why=why)
+
+    def alike(note: Note, other: Note) -> bool:
+        return _same(note, other) and _when(bass, note) == touch[id(other)]
+
+    return {
+        "nearest_1s": nearest(SPANS[0]), "nearest_2s": nearest(SPANS[1]),
+        "nearest_equalized": nearest(SPANS[1], equalized=True), "alike_1s": nearest(SPANS[0], allowed=alike),
+    }  # fmt: skip
+
+
+def _when(bass: Bass, note: Note) -> str:
+    ranks = bass.ranks
+    return HARD if note.rank == ranks[-1] else SOFT if note.rank == ranks[0] else MEDIUM
+
+
+def apart(bass: Bass, other: Bass, seconds: float = SPANS[0]) -> Figure:
+    """Returns the median distance from the notes of a bass to the nearest of another one, at the same pitch."""
+    least = []
+    for note in bass.notes:
+        told = [d for o in other.notes if _same(note, o) and not math.isnan(d := between(note.shape, o.shape, seconds))]
+        if told:
+            least.append(min(told))
+    return _median(least, why="no pitch in common")

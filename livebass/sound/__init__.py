@@ -1,0 +1,1 @@
+"""Sound in files, its loudness, pitch and spectra."""
