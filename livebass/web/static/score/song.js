@@ -6,7 +6,7 @@ import {NUMBERS, sentence} from "./sentences.js";
 import {Smf} from "./smf.js";
 import {WORDS} from "../words.js";
 
-const MOST_SONG = 4 << 20; // bytes in a file
+const MOST_SONG = 4 << 20; // bytes in a file; the densest notes take 540 MB of memory
 const MOST_BARS = 5000;
 const KEYS = 128, PROGRAM = 0xc0;
 export const AUTO = "auto"; // the automatic choice, among the parts
