@@ -187,8 +187,7 @@ def parameter(
     symbol: str,
     name: str,
     group: str,
-    least: float = 0.0,
-    most: float = 1.0,
+    limits: tuple[float, float] = (0.0, 1.0),
     unit: str = "",
     points: tuple[str, ...] = (),
     usual: float = 0.0,
@@ -196,7 +195,7 @@ def parameter(
 ) -> int:
     """Adds a row to PARAMETER_ROWS; returns its number."""
     number, whole = len(PARAMETER_ROWS), whole or bool(points)
-    PARAMETER_ROWS[symbol] = Parameter(number, symbol, name, group, least, most, usual, unit, whole, points)
+    PARAMETER_ROWS[symbol] = Parameter(number, symbol, name, group, *limits, usual, unit, whole, points)
     return number
 
 
@@ -204,32 +203,31 @@ def played(
     symbol: str,
     name: str,
     group: str,
-    least: float,
-    most: float,
+    limits: tuple[float, float],
     does: str,
     unit: str = "",
     points: tuple[str, ...] = (),
     controllers: tuple[int, ...] = (),
 ) -> int:
     """Adds a playing parameter and its controllers' row. Its usual value, 0, keeps the bass's own."""
-    number = parameter(symbol, name, group, least, most, unit, points, whole=unit == "semitones")
+    number = parameter(symbol, name, group, limits, unit, points, whole=unit == "semitones")
     function(symbol, controllers, does)
     return number
 
 
-GAIN_DB = played("gain", "Gain", "Sound", -60.0, 20.0, "gain, from silence to 0 dB", "dB")  # the least is silence
+GAIN_DB = played("gain", "Gain", "Sound", (-60.0, 20.0), "gain, from silence to 0 dB", "dB")  # the least is silence
 TONE_POT = played(
-    "tone", "Tone", "Sound", -1.0, 1.0, "tone pot, from closed (0) to open (127); 64 is the bass's own",
+    "tone", "Tone", "Sound", (-1.0, 1.0), "tone pot, from closed (0) to open (127); 64 is the bass's own",
     controllers=(17,),
 )  # fmt: skip
 PLUCK_POSITION = played(
-    "pluck_position", "Pluck position", "Playing", -1.0, 1.0,
+    "pluck_position", "Pluck position", "Playing", (-1.0, 1.0),
     "place of the pluck, from nearest to the bridge (0) to farthest from it (127)",
 )  # fmt: skip
-DYNAMICS = played("dynamics", "Dynamics", "Playing", -12.0, 12.0, "force of every note, -12 to 12 dB", "dB")
+DYNAMICS = played("dynamics", "Dynamics", "Playing", (-12.0, 12.0), "force of every note, -12 to 12 dB", "dB")
 OWN, PLUCKED, THUMB_ON_TWO, THUMB_ON_ALL, FINGERS, PICKED, THUMB, POPS = range(8)  # values of TECHNIQUE
 TECHNIQUE = played(
-    "technique", "Stroke", "Playing", float(OWN), float(POPS),
+    "technique", "Stroke", "Playing", (float(OWN), float(POPS)),
     "in four ranges: the bass's own, plucked, thumb on two strings, thumb on all",
     points=(
         "the bass's own", "plucked", "thumb on two strings", "thumb on all", "fingers", "pick", "thumb", "pops on all",
@@ -241,11 +239,13 @@ _STROKES = {
 }  # fmt: skip
 STROKE_OF = tuple(_STROKES.get(action, OWN) for action in range(ACTIONS))
 HAND_DAMPING = played(
-    "hand_damping", "Hand damping", "Playing", -1.0, 1.0, "hand that stops a note, from a tenth to ten times as firm"
+    "hand_damping", "Hand damping", "Playing", (-1.0, 1.0), "hand that stops a note, from a tenth to ten times as firm"
 )
-UNEVENNESS = played("unevenness", "Unevenness", "Playing", -1.0, 1.0, "unevenness from note to note, from less to more")
+UNEVENNESS = played(
+    "unevenness", "Unevenness", "Playing", (-1.0, 1.0), "unevenness from note to note, from less to more"
+)
 BEND_RANGE = played(
-    "bend_range", "Bend range", "Playing", 0.0, 24.0,
+    "bend_range", "Bend range", "Playing", (0.0, 24.0),
     "range of the pitch bend, 0 (the bass's own) to 24 semitones", "semitones",
 )  # fmt: skip
 LEARNABLE = tuple(PARAMETER_ROWS)  # symbols of playing parameters: kernels hold them, controllers learn them
@@ -254,7 +254,7 @@ FUNCTIONS = CC_PARAMETER + PARAMETERS
 LEAST = tuple(row.least for row in PARAMETER_ROWS.values())
 MOST = tuple(row.most for row in PARAMETER_ROWS.values())
 
-parameter("bass", "Bass", "Sound", most=MOST_BASSES - 1.0, whole=True)  # in the order of the shelf
+parameter("bass", "Bass", "Sound", limits=(0.0, MOST_BASSES - 1.0), whole=True)  # in the order of the shelf
 parameter("quality", "Quality", "Processor", points=("live", "studio"))
 parameter("running_ahead", "Look-ahead", "Processor", points=SWITCH)
 parameter("relief", "Relief under overload", "Processor", points=SWITCH, usual=1.0)  # never offline
@@ -263,7 +263,7 @@ parameter("vibrato", "Vibrato", "Playing")
 EFFECTS = ("compression", "drive")  # knobs of the effects behind the DI, by number; 0: the bass's own
 for knob in EFFECTS:
     parameter(knob, knob.capitalize(), "Effects")
-parameter("cores", "Cores", "Processor", least=1.0, most=4.0, usual=1.0, whole=True)  # with threads of its own
+parameter("cores", "Cores", "Processor", limits=(1.0, 4.0), usual=1.0, whole=True)  # with threads of its own
 
 # --- bench sliders: they change the bass itself (kernels/bass/change.py) ---
 
@@ -296,7 +296,7 @@ def slider(
     points: tuple[str, ...] = (),
 ) -> int:
     """Adds a slider, also a parameter of hosts; returns its number among the sliders."""
-    parameter(symbol, name, group, *limits, unit, points, whole=step == 1.0 and not unit)
+    parameter(symbol, name, group, limits, unit, points, whole=step == 1.0 and not unit)
     SLIDER_ROWS[symbol] = Slider(PARAMETER_ROWS[symbol], step, does)
     return len(SLIDER_ROWS) - 1
 
@@ -402,12 +402,12 @@ def setting(
     symbol: str, name: str, least: float, most: float, unit: str = "", points: tuple[str, ...] = (), whole: bool = False
 ) -> int:
     """Adds a setting of the player; returns its number among the settings. Its usual value, 0, changes nothing."""
-    parameter(symbol, name, "Playing", least, most, unit, points, whole=whole)
+    parameter(symbol, name, "Playing", (least, most), unit, points, whole=whole)
     SETTING_ROWS[symbol] = PARAMETER_ROWS[symbol]
     return len(SETTING_ROWS) - 1
 
 
-parameter("blend", "Pickup blend", "Pickups", least=-1.0)  # a controller's function moves it, too
+parameter("blend", "Pickup blend", "Pickups", limits=(-1.0, 1.0))  # a controller's function moves it, too
 VELOCITY_CURVE = setting("velocity_curve", "Velocity curve", -1.0, 1.0)  # soft to hard
 HUMANISE_TIME = setting("humanise_time", "Humanise time", 0.0, 30.0, "ms")  # a stroke comes up to this late
 HUMANISE_FORCE = setting("humanise_force", "Humanise force", 0.0, 6.0, "dB")  # strokes differ by up to this
