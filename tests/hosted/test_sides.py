@@ -148,6 +148,7 @@ def test_lv2_keeps_what_its_window_says_of_them(tmp_path: Path) -> None:
         for wanted in (
             [["urn:livebass:bass#response"]],
             [["urn:livebass:bass#update"]],
+            [["urn:livebass:bass#song"]],
             ([], ["urn:livebass:bass#look"]),
         ):
             shown = other.send([("urn:livebass:bass#watch", struct.pack("<i", 0))])
