@@ -8,6 +8,7 @@ import click
 
 from livebass.cli.hands import Hands
 from livebass.cli.options import Decorator, option
+from livebass.cli.progress import have_kernels
 
 if TYPE_CHECKING:
     from livebass.model.instrument import Instrument
@@ -33,6 +34,7 @@ def demo_for(bass: Instrument, rate: int, demo: str | None = None) -> Score:
     """The demo phrase in the style of the bass's player, or of all "techniques"."""
     from livebass.score.phrases import demo_score
 
+    have_kernels()
     if demo == "techniques":
         return demo_score(rate, demo)
     return demo_score(rate, "slap" if bass.player.technique == "slap" else "finger")

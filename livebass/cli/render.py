@@ -239,6 +239,7 @@ def _render_music(
         for remark in remarks(score, preset, DEFAULT_PRESET):
             say(f"{song.path}: {remark}")
     elif music.note is not None:
+        have_kernels()
         score = single_note(music.note, music.velocity, music.duration, options.rate)
     if score is not None and preset is None:
         bass, basses = basses_of(score, DEFAULT_PRESET, loaded)

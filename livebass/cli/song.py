@@ -12,6 +12,7 @@ import click
 from livebass.cli.chosen import later_presets, preset_of
 from livebass.cli.hands import Loader
 from livebass.cli.options import DEFAULT_PRESET
+from livebass.cli.progress import have_kernels
 from livebass.cli.tabs import TabOptions
 from livebass.cli.taken import with_loaded
 from livebass.files.kinds import is_tab
@@ -41,6 +42,7 @@ class Song:
     def read(self, rate: int) -> tuple[Score, str | None]:
         """Its score, and the preset that the options name; None if the score names the bass."""
         data = self._data()
+        have_kernels()
         if is_tab(data):
             from livebass.tab.reading import score_of_tab
 
@@ -73,6 +75,7 @@ class Song:
 
             rows = table(data, self.path, self.tab.asked(self.preset))
             return "\n".join(one_line(line.rstrip()) for line in columns(rows, left=len(rows[0])))
+        have_kernels()
         return _parts_table(self.path, self.channel, self.preset, self.load, command)
 
 

@@ -83,7 +83,7 @@ static int is_in(const int32_t *ranges, int32_t letter) {
 }
 
 /* The step behind one with ranges. */
-static const int32_t *behind(const int32_t *step) { return step + 2 + 2 * step[1]; }
+static const int32_t *behind(const int32_t *step) { return step + 2 + (ptrdiff_t)2 * step[1]; }
 
 /* True if the program finds its words in a name from `at` on. */
 static int finds(const int32_t *step, const lb_name *name, int at) {

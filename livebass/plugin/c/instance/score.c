@@ -185,7 +185,7 @@ int lb_read_score(lb_score *s, const uint8_t *bytes, size_t count, int rate, con
 int lb_fit_score(lb_score *s, const lb_keys *keys) {
     if (s->score.take) return 1;
     LB_FITTING *f = (LB_FITTING *)(intptr_t)memory(s, sizeof *f);
-    const int64_t room = f ? memory(s, LB_FITTING_WORDS * 8 * s->score.notes) : 0;
+    const int64_t room = f ? memory(s, (int64_t)LB_FITTING_WORDS * 8 * s->score.notes) : 0;
     if (!room) return 0;
     const LB_PLAYED *played = AT(LB_PLAYED, s->score.played);
     f->rows = s->score.played;

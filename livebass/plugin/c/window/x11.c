@@ -343,7 +343,7 @@ static void take_message(lb_window *w, const xmessage *e) {
     const xid *drag = w->drag, source = (xid)e->data[0];
     if (e->kind == drag[ENTER]) { /* its first three types, and whether it has more */
         w->source = source;
-        w->files = e->data[1] & 1;
+        w->files = (int)(e->data[1] & 1);
         for (int k = 2; k < 5; k++) w->files |= (xid)e->data[k] == drag[FILES];
     }
     if (source != w->source) return;
