@@ -225,8 +225,11 @@ def _render_music(
     """Renders a MIDI file, a tablature, a note or a demo; returns the summary."""
     from livebass.cli.chosen import basses_of, beyond_range, check_range, remarks
     from livebass.cli.taken import with_loaded
+    from livebass.files.whole import checked_place
     from livebass.score.score import single_note
 
+    if output != STREAM:
+        checked_place(output)
     score: Score | None = None
     loaded: Callable[[str], Instrument] = load
     basses = None
