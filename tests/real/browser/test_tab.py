@@ -105,14 +105,14 @@ def test_a_loop_repeats_its_bars_at_its_tempo_and_a_pause_leaves_nothing(driver:
     driver.execute_script(HEARD)
     choose(driver, first=2, last=2, tempo=125)
     buttons(driver)["Play"].click()
-    wait(lambda: driver.execute_script("return heard.length") >= 9)
+    wait(lambda: driver.execute_script("return heard.length") >= 13)
     wait(lambda: driver.execute_script('return document.querySelectorAll(".due.now").length'))
     buttons(driver)["Pause"].click()
     heard = np.array(driver.execute_script("return heard"))
     plucks = [row[1:] for row in heard.tolist()]
     assert plucks[:4] == plucks[4:8] and plucks[0] == [1, 5] and plucks[2] == [3, 7]
     rate = driver.execute_script("return player.context.sampleRate")
-    loop = (heard[4:8, 0] - heard[:4, 0]) / rate
+    loop = (heard[8:12, 0] - heard[4:8, 0]) / rate  # on a busy machine the very first note may begin late
     assert loop == pytest.approx(4 * 0.25 / 1.25, abs=2e-3), "a bar of 240 beats a minute at 125 %"
     assert driver.execute_script("return changed") == [], "a tablature leaves the controllers alone"
     wait(lambda: driver.execute_script("return document.getElementById('level-text').textContent") == "silent")
