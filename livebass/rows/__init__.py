@@ -1,1 +1,1 @@
-"""What a bass, its player and its controls have, a row each, with units and bounds."""
+"""Tables of a bass, its player and its controls: one row for each number, with unit and bounds."""

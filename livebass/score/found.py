@@ -115,7 +115,7 @@ def switch_table(switches: Container[int]) -> NDArray[np.uint8]:
 
 
 def _names(smf: Smf) -> NDArray[np.uint8]:
-    """What the names of tracks and their channels say, (tracks, NAMES)."""
+    """Tells what kinds the names of tracks and their channels name, (tracks, NAMES)."""
     table = np.zeros((len(smf.names), NAMES), np.uint8)
     for track, (name, instrument) in enumerate(zip(smf.names, smf.instruments, strict=True)):
         table[track, TRACK_NAME] = _says(name) | BASS_INSTRUMENT * tracknames.is_bass(instrument)
@@ -127,7 +127,7 @@ def _names(smf: Smf) -> NDArray[np.uint8]:
 
 @functools.lru_cache(4096)
 def _says(name: str) -> int:
-    """What a name says."""
+    """Finds the kinds that a name names, as bits."""
     return (
         IS_BASS * tracknames.is_bass(name)
         | IS_OTHER * tracknames.is_other(name)

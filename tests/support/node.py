@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import json
 import subprocess
-import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -157,23 +156,16 @@ def page(basses: Mapping[str, Instrument], folder: Path) -> Iterator[Page]:
 
 
 RUN = """
-const given = JSON.parse(require("node:fs").readFileSync(0, "utf8"));
-const module_ = new WebAssembly.Module(Buffer.from(given.module, "base64"));
-process.stdout.write(JSON.stringify(made.run(() => new WebAssembly.Instance(module_), ...given.arguments)));
+const [bytes, ...given] = arguments, module = new WebAssembly.Module(Buffer.from(bytes, "base64"));
+return run(() => new WebAssembly.Instance(module), ...given);
 """
 
 
 def run(source: str, *arguments: Any) -> Any:
-    """What `run` of the module `source` returns for a function that makes an instance of the kernels, and `arguments`.
+    """Returns the result of `run` in the module `source` for a function that makes an instance of the kernels.
 
-    The module may import the page's modules. Arguments and result are JSON. Skips the test without node.
+    `run` gets that function and `arguments`. The module may import the page's modules. Arguments and result are JSON.
+    Skips the test without node.
     """
-    given = {"module": base64.b64encode(build.module()).decode(), "arguments": arguments}
-    with tempfile.TemporaryDirectory() as folder:
-        script = Path(folder) / "run.js"
-        script.write_text(f"const made = {joined('test.js', {'test.js': source})}{RUN}")
-        done = subprocess.run(
-            [tool("node"), script], input=json.dumps(given), capture_output=True, text=True, timeout=300
-        )
-    assert done.returncode == 0, done.stderr[-3000:]
-    return json.loads(done.stdout)
+    with node("test.js", {"test.js": source}) as found:
+        return found.run(RUN, base64.b64encode(build.module()).decode(), *arguments)
