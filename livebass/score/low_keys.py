@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from livebass.compiling import Entry
 from livebass.kernels.score.low_keys import FITTING, FITTING_WORDS, leave_switches, raise_notes
 from livebass.kernels.score.memory import PLAYED
 from livebass.score.found import switch_table
@@ -33,12 +34,7 @@ def with_low_notes(score: Score, bass: Bass) -> Score:
 
     Key switches of another instrument are left out.
     """
-    if not score.foreign:
-        return score
-    fitting = _Fitting(score, bass)
-    leave_switches(fitting.address)
-    raise_notes(fitting.address)
-    return fitting.score()
+    return _fitted(score, bass, leave_switches, raise_notes)
 
 
 def without_foreign_switches(score: Score, bass: Bass) -> Score:
@@ -47,10 +43,16 @@ def without_foreign_switches(score: Score, bass: Bass) -> Score:
     These are keys beyond the range of `bass` that do not switch it: brief ones just before a longer note, or, far from
     all notes, keys that are held while notes begin.
     """
+    return _fitted(score, bass, leave_switches)
+
+
+def _fitted(score: Score, bass: Bass, *kernels: Entry) -> Score:
+    """A score of another instrument, fitted to `bass` by these kernels in turn; a take stays as it is."""
     if not score.foreign:
         return score
     fitting = _Fitting(score, bass)
-    leave_switches(fitting.address)
+    for kernel in kernels:
+        kernel(fitting.address)
     return fitting.score()
 
 
