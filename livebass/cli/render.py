@@ -316,7 +316,7 @@ def _rendered(
     from livebass.model.quality import quality_with
     from livebass.sound.audiofile import encoding
 
-    try:  # before loading the kernels, which takes a second
+    try:
         encoding(output, options.rate, options.format, options.bits)
         quality = quality_with(options.quality, options.modes, options.contact_rate)
     except ValueError as error:
@@ -324,7 +324,6 @@ def _rendered(
     checked_place(output)
     from livebass.engine.render import render_to_file
 
-    have_kernels()
     with shown_progress(one_line(output.name)) as progress:
         return render_to_file(
             bass, score, output, quality=quality, rate=options.rate, format=options.format, bits=options.bits,
