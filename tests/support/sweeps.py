@@ -22,16 +22,34 @@ SWEEP = (
     "--modes", "60", "--contact-rate", "192kHz", "--duration", "1s", "--no-picture",
 )  # fmt: skip
 
+# The command, which stops its own process, as by Ctrl-Z, when it has kept as many points as its first argument says
+PAUSING = """
+import os, signal, sys
+import livebass.lab.experiment.sweep as module
+count, completed = int(sys.argv.pop(1)), module.completed
+def pausing(*arguments):
+    for done in completed(*arguments):
+        if done == count:
+            os.kill(os.getpid(), signal.SIGSTOP)
+        yield done
+module.completed = pausing
+from livebass.__main__ import main
+main()
+"""
+
 
 @contextmanager
-def sweeping(directory: Path, *more: str) -> Iterator[subprocess.Popen[str]]:
+def sweeping(directory: Path, *more: str, pause: int = 0) -> Iterator[subprocess.Popen[str]]:
     """The running command; its process and workers are gone in the end. Skips the test if processes share no memory.
 
     The sweep limits the threads of linear algebra itself, whatever tests/conftest.py sets.
+
+    pause: The process stops when it has kept this many points, until SIGCONT; see `paused`.
     """
     processes()
     environment = {name: value for name, value in os.environ.items() if name != THREADS}
-    line = [sys.executable, "-m", "livebass", *SWEEP, *more, "-o", str(directory)]
+    command = ["-c", PAUSING, str(pause)] if pause else ["-m", "livebass"]
+    line = [sys.executable, *command, *SWEEP, *more, "-o", str(directory)]
     process = subprocess.Popen(
         line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, env=environment
     )
@@ -52,6 +70,12 @@ def until(what: Callable[[], bool]) -> None:
     while not what():
         assert time.monotonic() < end, "never came"
         time.sleep(0.005)
+
+
+def paused(process: subprocess.Popen[str]) -> list[psutil.Process]:
+    """Its workers, once it has stopped itself; the one that computes finishes its point and waits."""
+    until(lambda: psutil.Process(process.pid).status() == psutil.STATUS_STOPPED)
+    return psutil.Process(process.pid).children()
 
 
 def gone(process: psutil.Process) -> bool:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import signal
 from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
 import pytest
-from support.sweeps import COUNT, finished, gone, kept, same, sweeping, swept, until
+from support.sweeps import COUNT, finished, gone, kept, paused, same, sweeping, swept, until
 
 
 @pytest.fixture(scope="module")
@@ -27,10 +28,11 @@ def test_on_a_cluster_whose_worker_is_killed_the_table_is_the_same(undisturbed: 
         ExitStack() as running,
     ):
         victim = psutil.Process(min(client.run(os.getpid).values()))
-        process = running.enter_context(sweeping(directory, "--scheduler", cluster.scheduler_address))
-        until(lambda: len(kept(directory)) >= 2)
+        process = running.enter_context(sweeping(directory, "--scheduler", cluster.scheduler_address, pause=2))
+        paused(process)
         victim.kill()
         until(lambda: gone(victim))
-        assert len(kept(directory)) < COUNT
+        assert len(kept(directory)) == 2 < COUNT
+        process.send_signal(signal.SIGCONT)
         assert f"to compute on {cluster.scheduler_address}" in finished(process)
     same(directory, undisturbed)

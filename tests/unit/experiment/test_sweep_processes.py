@@ -11,7 +11,7 @@ import psutil
 import pytest
 from support.command import assert_one_clear_line
 from support.needs import processes
-from support.sweeps import COUNT, PATIENCE, THREADS, finished, gone, kept, same, sweeping, swept, until
+from support.sweeps import COUNT, PATIENCE, THREADS, finished, gone, kept, paused, same, sweeping, swept, until
 
 from livebass.lab.experiment.grid import Settings, axis, grid
 from livebass.lab.experiment.workers import computed
@@ -25,14 +25,13 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_killed_in_the_middle_it_computes_nothing_twice(undisturbed: Path, tmp_path: Path) -> None:
     directory = tmp_path / "d"
-    with sweeping(directory, "--workers", "1") as process:
-        until(lambda: len(kept(directory)) >= 3)
-        workers = psutil.Process(process.pid).children()
+    with sweeping(directory, "--workers", "1", pause=3) as process:
+        workers = paused(process)
         process.send_signal(signal.SIGKILL)
         process.wait(PATIENCE)
         until(lambda: all(map(gone, workers)))
     before = kept(directory)
-    assert 3 <= len(before) < COUNT and not (directory / "sweep.csv").exists()
+    assert len(before) == 3 and not (directory / "sweep.csv").exists()
     (directory / "points" / ".0.json.tmp-00000000").write_text("{")  # as left by a kill during a write
     for left in (directory / "points").glob(".*"):
         os.utime(left, (1, 1))  # some time ago
@@ -57,16 +56,16 @@ def test_a_worker_that_is_killed_loses_nothing(undisturbed: Path, tmp_path: Path
 
 def test_interrupted_it_ends_at_once_and_keeps_what_is_done(tmp_path: Path) -> None:
     directory = tmp_path / "d"
-    with sweeping(directory, "--workers", "1") as process:
-        until(lambda: len(kept(directory)) >= 1)
-        workers = psutil.Process(process.pid).children()
+    with sweeping(directory, "--workers", "1", pause=1) as process:
+        workers = paused(process)
         os.killpg(process.pid, signal.SIGINT)
+        process.send_signal(signal.SIGCONT)
         _, err = process.communicate(timeout=PATIENCE)
         until(lambda: all(map(gone, workers)))
     said, *error = err.splitlines(keepends=True)
     assert f"{COUNT} to compute with 1 process" in said
     assert_one_clear_line(process.returncode, "".join(error), (130,))
-    assert f"{len(kept(directory))} of {COUNT} points are kept" in err
+    assert f"1 of {COUNT} points are kept" in err and len(kept(directory)) == 1
     assert not (directory / "sweep.csv").exists()
 
 
